@@ -21,7 +21,7 @@ pub fn contacts(duration: f64) -> Result<u64, Box<dyn Error>> {
     let mut simulation = Simulation::new(scene)?;
     let mut contacts = 0;
     simulation.advance_with(Until::time(duration), |event| {
-        let pair = [Some(event.particle), event.partner];
+        let pair = [Some(event.particle), event.partner()];
         contacts += u64::from(pair.contains(&Some(first)) && pair.contains(&Some(second)));
     })?;
     Ok(contacts)

@@ -32,7 +32,7 @@ pub fn statistics(events: u64) -> Result<Statistics, Box<dyn Error>> {
         };
         let (count, impulse) = statistics.entry(name).or_default();
         *count += 1;
-        *impulse += event.impulse;
+        *impulse += event.normal_impulse();
     })?;
     Ok(statistics)
 }

@@ -3,6 +3,7 @@
 // No bit of a run comes from here.
 #![allow(clippy::disallowed_methods)]
 
+mod audit;
 pub mod describe;
 pub mod description;
 pub mod final_table;

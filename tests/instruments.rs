@@ -45,7 +45,7 @@ impl Instrument for Probe {
     }
 
     fn event(&mut self, event: &Event, _system: &SystemDescription) {
-        self.impulses += event.impulse;
+        self.impulses += event.normal_impulse();
         self.events += 1;
     }
 

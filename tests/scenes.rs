@@ -303,7 +303,7 @@ fn species_that_have_no_particles_take_no_memory() {
     let mut simulation = carom::engine::Simulation::without_plan(scene);
     let mut pairs = Vec::new();
     let until = carom::engine::Until::events(3);
-    simulation.advance_with(until, |event| pairs.push([event.particle.0, event.partner.unwrap().0])).unwrap();
+    simulation.advance_with(until, |event| pairs.push([event.particle.0, event.partner().unwrap().0])).unwrap();
     pairs.iter_mut().for_each(|pair| pair.sort_unstable());
     // A cradle around the box.
     assert_eq!(pairs, [[0, 1], [1, 2], [0, 2]]);

@@ -128,7 +128,7 @@ impl Simulation {
             let mut signals = Signals::new();
             while pending.len() < bytes {
                 let reason = engine.advance_for(signals.steps(), until, |event| {
-                    if kinds >> event.kind.code() & 1 == 1 {
+                    if kinds >> event.code() & 1 == 1 {
                         write(event, pending);
                     }
                     if pending.len() < bytes { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -253,15 +253,15 @@ fn vectors_of(bytes: &[u8]) -> Vec<Vector> {
 /// An event as `carom.EVENT` has it: packed, in the byte order of the machine.
 fn write(event: &Event, bytes: &mut Vec<u8>) {
     bytes.extend_from_slice(&event.time.to_ne_bytes());
-    bytes.push(event.kind.code());
+    bytes.push(event.code());
     bytes.extend_from_slice(&i64::from(event.particle.0).to_ne_bytes());
-    bytes.extend_from_slice(&event.partner.map_or(-1, |partner| i64::from(partner.0)).to_ne_bytes());
+    bytes.extend_from_slice(&event.partner().map_or(-1, |partner| i64::from(partner.0)).to_ne_bytes());
     for vector in event.positions.iter().chain(&event.before).chain(&event.after) {
         for component in vector.iter() {
             bytes.extend_from_slice(&component.to_ne_bytes());
         }
     }
-    for number in [event.energy_step, event.dissipated, event.impulse, event.distance] {
+    for number in [event.energy_step, event.dissipated, event.normal_impulse(), event.distance] {
         bytes.extend_from_slice(&number.to_ne_bytes());
     }
     for component in event.normal.iter() {

@@ -37,6 +37,13 @@ impl Estimate {
         let standard_error = self.standard_error.map(|error| error / divisor.abs());
         Self { mean: self.mean / divisor, standard_error }
     }
+
+    /// The estimate of the same quantity times a constant.
+    #[must_use]
+    pub(crate) fn times(self, factor: f64) -> Self {
+        let standard_error = self.standard_error.map(|error| error * factor.abs());
+        Self { mean: self.mean * factor, standard_error }
+    }
 }
 
 /// Block average of a correlated time series, with a standard error that takes the correlation into account.

@@ -92,7 +92,8 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRat
         work.push_str(&format!(", at the pace of the first ones in {} here", clock(events / per_second)));
     }
     let (bytes, memory) = (size(estimate.bytes), size(estimate.memory));
-    format!("  writes {rows}{few}, {least} {bytes}\n  needs some {memory} of memory; {work}\n")
+    description::line("writes", &format!("{rows}{few}, {least} {bytes}"))
+        + &description::line("needs", &format!("some {memory} of memory; {work}"))
 }
 
 /// The estimate of a run, for all replicas where the scene asks for several.

@@ -176,7 +176,9 @@ fn table(certificate: &Certificate, is_of_run: bool, starts_from_run: bool) -> S
     lines.pair("pair states", &format!("{pairs}, then from the events"));
     lines.title("proven");
     let Counts { core, capture, release, bounce, wall, .. } = *counts;
-    lines.pair("events", &format!("{}{}", counts.events(), in_brackets(&kinds(core, capture, release, bounce, wall))));
+    let kinds = kinds([core, capture, release, bounce, wall], |count| count.to_string());
+    let kinds = if kinds.is_empty() { kinds } else { format!(" ({kinds})") };
+    lines.pair("events", &format!("{}{kinds}", counts.events()));
     lines.pair("ties within round-off", &counts.ties.to_string());
     lines.pair("at turning points", &counts.turning_points.to_string());
     lines.pair("in invalid states", &counts.in_invalid_state.to_string());
@@ -202,10 +204,6 @@ fn table(certificate: &Certificate, is_of_run: bool, starts_from_run: bool) -> S
         }
     }
     lines.text()
-}
-
-fn in_brackets(kinds: &str) -> String {
-    if kinds.is_empty() { String::new() } else { format!(" ({kinds})") }
 }
 
 fn words(certificate: &Certificate) -> String {

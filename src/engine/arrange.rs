@@ -2,18 +2,17 @@
 //!
 //! All of that is chosen for a state that changes: particles wander away from those that lie next to them in memory, a heap
 //! gathers where there was rain. At the end of an epoch the choice is looked at again. What happens to particles does not depend
-//! on it, but for the rounding of positions that are brought forward and of times that are predicted from there.
+//! on their order in memory at all; on the search only by the rounding of positions that are brought forward and of times that are predicted from
+//! there.
 
+use super::columns::Order;
 use super::order::along_curve;
 use super::parts::Engine;
-use super::prediction::Prediction;
-use super::sources::lees_edwards::{FLOW, GRADIENT};
 use crate::Vector;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::neighbours::{Neighbours, Search};
-use crate::engine::pairs::states::{CapturedPairs, PairState};
 
 /// The order in memory is made anew after this many transitions per particle.
 const WANDERED: u64 = 64;
@@ -24,13 +23,24 @@ const LARGE_IN_CELLS: usize = 32_768;
 const LARGE_IN_LISTS: usize = 2_048;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Arranges everything anew if that pays, at the epoch; whether it did.
-    pub(super) fn rearrange_if_due(&mut self) -> bool {
+    /// Puts particles that have wandered away from each other in order.
+    pub(super) fn reorder_if_due(&mut self) {
+        let since = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_order);
+        if since >= WANDERED * self.state.bodies.len() as u64 {
+            self.reorder();
+            self.enlarge();
+        }
+    }
+
+    /// Searches for neighbours in the other way, or with another skin, if that pays, at the epoch; whether it does from now on.
+    pub(super) fn change_search_if_due(&mut self) -> bool {
+        if self.images.slide() || !self.distances.are_constant() {
+            return false;
+        }
         let range = self.ranges.between.iter().copied().fold(0.0, f64::max);
         let positions = || self.state.bodies.iter().map(|body| body.position);
         let search = Search::choose_among(&self.state.space, range, positions, Some(self.neighbours.search()));
-        let since = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_order);
-        if search == self.neighbours.search() && since < WANDERED * self.state.bodies.len() as u64 {
+        if search == self.neighbours.search() {
             return false;
         }
         self.stream_all(0.0);
@@ -60,32 +70,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.state.numbers.iter().map(|&number| self.state.bodies[number as usize].position).collect();
             along_curve(&self.state.space, &by_name)
         };
-        let old: Vec<u32> = names.iter().map(|&name| self.state.numbers[name as usize]).collect();
-        let mut new = vec![0; old.len()];
-        for (&old, number) in old.iter().zip(0..) {
-            new[old as usize] = number;
-        }
-        self.state.bodies = permuted(&self.state.bodies, &old);
-        if TABLE {
-            self.state.species = permuted(&self.state.species, &old);
-        }
-        self.state.images.permute(&old);
-        self.schedule.predictions = vec![Prediction::NONE; old.len()];
-        if let Some(times) = &mut self.pairs.contact_times {
-            times.permute(&old);
-        }
-        if TABLE {
-            let mut states = CapturedPairs::new(old.len());
-            for (&old, particle) in old.iter().zip(0..) {
-                for captured in self.pairs.states.of(old) {
-                    states.set(particle, PairState { partner: new[captured.partner as usize], ..*captured });
-                }
-            }
-            self.pairs.states = states;
-        }
-        for (&name, number) in names.iter().zip(0..) {
-            self.state.numbers[name as usize] = number;
-        }
+        self.permute(&Order::of(names.iter().map(|&name| self.state.numbers[name as usize]).collect()));
     }
 
     /// Asks for large pages under everything large.
@@ -98,22 +83,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Sorts particles into cells from where they are, or centres their lists there.
     pub(super) fn sort_in(&mut self, search: Search) {
         let positions: Vec<Vector> = self.state.bodies.iter().map(|body| body.position).collect();
-        self.ranges.further_images.clear();
-        self.ranges.tied_axes = [false; 3];
-        let factor = self.reach_factor();
+        let factor = self.distances.reach_factor();
         let most = if search == Search::Cells { LARGE_IN_CELLS } else { LARGE_IN_LISTS };
         self.hardware.looks_ahead = positions.len() > most;
+        self.images.choose_for_lists();
         self.neighbours = match search {
             Search::Cells => {
                 let cells = Cells::new(&self.state.space, self.ranges.of_cells * factor, &positions);
-                self.ranges.further_images = cells.grid.further_images(&self.state.periods);
-                if self.ranges.further_images.is_empty() {
-                    self.ranges.tied_axes = cells.grid.tied_axes();
-                    if self.sources.lees_edwards.is_some() {
-                        // Images along the flow and the gradient slide, and are looked at beside each other.
-                        (self.ranges.tied_axes[FLOW], self.ranges.tied_axes[GRADIENT]) = (false, false);
-                    }
-                }
+                self.images.choose_for_cells(&cells, &self.state.periods);
                 Neighbours::Cells(cells)
             }
             Search::Lists { half_skin } => Neighbours::Lists(VerletLists::new(
@@ -125,9 +102,4 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             )),
         };
     }
-}
-
-/// The elements of `old` in another order.
-fn permuted<T: Copy>(values: &[T], old: &[u32]) -> Vec<T> {
-    old.iter().map(|&old| values[old as usize]).collect()
 }

@@ -3,7 +3,7 @@
 use super::parts::Engine;
 use crate::Vector;
 use crate::engine::neighbours::candidates::Candidates;
-use crate::engine::sources::lees_edwards::FLOW;
+use crate::engine::surfaces::{Shape, Surface};
 use crate::model::ParticleId;
 use crate::model::space::Boundary;
 use crate::physics::motion::RelativeState;
@@ -50,8 +50,8 @@ pub(super) fn is_surely_round_off(depth: f64, distance: f64) -> bool {
     depth <= ROUNDINGS * f64::EPSILON * distance
 }
 
-/// Unit of depths at a wall: a point particle has no length of its own.
-pub(super) fn unit_of_wall(radius: f64) -> f64 {
+/// Unit of depths at a surface: a point particle has no length of its own.
+pub(super) fn unit_of_surface(radius: f64) -> f64 {
     if radius > 0.0 { radius } else { 1.0 }
 }
 
@@ -89,25 +89,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (older, younger) = (flown[0].max(flown[1]), flown[0].min(flown[1]));
         // A prediction is as old as the last event of the two. Where a state was written without an event, at the end of an epoch or
         // through a side that slides, that of its partner holds.
-        let is_written = older >= self.clock.now || self.sources.lees_edwards.is_some();
+        let is_written = older >= self.clock.now || self.images.slide();
         let since = if is_written { older } else { younger };
         let acceleration = (self.acceleration(i) - self.acceleration(j)).norm();
         let speed = velocity.norm() + acceleration * since + surface.abs();
         let clock = self.clock(older);
         let from = distance + (speed * since).min(self.farthest_image());
-        let slid = self
-            .sources
-            .lees_edwards
-            .map_or(0.0, |shear| self.state.periods[FLOW] + shear.speed.abs() * (clock + older));
+        let slid = self.images.farthest_slid(clock + older, &self.state.periods);
         let coordinates = self.largest_coordinate(i, flown[0]) + self.largest_coordinate(j, flown[1]) + slid;
         ROUNDINGS * f64::EPSILON * (coordinates + speed * clock + from * from / distance) + self.counts.accepted_overlap
     }
 
-    /// Round-off of a contact with a wall, whose overlap function is a length: of a coordinate that is never wrapped.
-    pub(super) fn round_off_of_wall(&self, i: u32, axis: usize, at: f64, flown: f64) -> f64 {
+    /// Round-off of a contact with a surface, whose overlap function is a length.
+    pub(super) fn round_off_of_surface(&self, i: u32, shape: &Shape, flown: f64) -> f64 {
         let body = &self.state.bodies[i as usize];
-        let speed = body.velocity[axis].abs() + self.acceleration(i)[axis].abs() * flown;
-        let scale = body.position[axis].abs() + at.abs() + speed * (flown + self.clock(flown));
+        let normal = shape.normal(&body.position);
+        let speed = normal.dot(&body.velocity).abs() + normal.dot(&self.acceleration(i)).abs() * flown;
+        let scale = shape.terms(&body.position) + speed * (flown + self.clock(flown));
         ROUNDINGS * f64::EPSILON * scale + self.counts.accepted_overlap
     }
 
@@ -151,12 +149,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// All overlaps of captured pairs and of neighbours, and of particles and walls; pairs of moving particles twice.
+    /// All overlaps of captured pairs and of neighbours, and of particles and surfaces; pairs of moving particles twice.
     pub(super) fn for_each_overlap(&self, mut found: impl FnMut(Overlap)) {
         for particle in self.particles().filter(|&p| !self.is_static(p)) {
             self.overlaps_of_captured(particle, &mut found);
             self.overlaps_of_uncaptured(particle, &mut found);
-            self.overlaps_with_walls(particle, &mut found);
+            self.overlaps_with_surfaces(particle, &mut found);
         }
     }
 
@@ -211,7 +209,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut near = Candidates::default();
         self.neighbours.find_candidates(particle, &mut near);
         let mut others = near.found().to_vec();
-        if self.sources.lees_edwards.is_some() {
+        if self.images.slide() {
             self.for_each_across(particle, |other| others.push(other));
             // Some are near in both ways.
             others.sort_unstable();
@@ -220,7 +218,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for other in others {
             let meeting = self.pairs.rules.meeting(species(particle), species(other));
             if other != particle && meeting.exists && !(TABLE && self.pairs.states.get(particle, other).is_some()) {
-                let range = meeting.squared.sqrt() * self.scale();
+                let range = self.distances.at(meeting.squared.sqrt(), self.clock.now)[0];
                 let apart = self.apart(particle, other);
                 self.offer_pair([particle, other], &apart, range - apart.position.norm(), range, found);
             }
@@ -236,7 +234,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         found: &mut impl FnMut(Overlap),
     ) {
         if depth > 0.0 {
-            let surface = self.growth_of(distance / self.scale());
+            let surface = self.distances.speed_of(distance / self.scale());
             let flown = pair.map(|particle| self.flown(particle));
             let round_off =
                 self.round_off_of_pair(&Meeting { pair, velocity: apart.velocity, flown, distance, surface });
@@ -246,16 +244,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    fn overlaps_with_walls(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
+    fn overlaps_with_surfaces(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
         let (position, _) = self.state_at(particle, self.clock.now);
         let radius = self.pairs.rules.species[usize::from(self.row(particle))].radius;
-        let unit = unit_of_wall(radius);
-        for wall in &self.sources.walls {
-            let axis = usize::from(wall.face.axis);
-            let inwards = wall.face.inwards();
-            let depth = radius - inwards * (position[axis] - wall.at);
+        let unit = unit_of_surface(radius);
+        for surface in &self.sources.surfaces {
+            let depth = -surface.shape.gap(&position, radius);
             if depth > 0.0 {
-                let round_off = self.round_off_of_wall(particle, axis, wall.at, self.flown(particle));
+                let round_off = self.round_off_of_surface(particle, &surface.shape, self.flown(particle));
                 let particle = self.name(particle);
                 found(Overlap { particle, partner: None, depth: depth / unit, round_off: round_off / unit });
             }

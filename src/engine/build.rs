@@ -1,7 +1,9 @@
 //! From a scene to an engine at its start.
 
 use super::clock::Clock;
-use super::images::Images;
+use super::distances::Distances;
+use super::images::ImagePolicy;
+use super::images::travelled::Travelled;
 use super::parts::{Counts, Engine, Hardware};
 use super::prediction::{Prediction, Schedule};
 use super::sources::Sources;
@@ -38,6 +40,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             schedule: Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 0, 1.0) },
             neighbours: Neighbours::none(scene.space()),
             ranges: Ranges::of(scene, rows.species()),
+            images: ImagePolicy::of(scene),
+            distances: Distances::default(),
             sources: Sources::of(scene, rows),
             counts: Counts::new(if TABLE { rows.species().len() } else { 0 }),
             hardware: Hardware { width: Simd::most(), looks_ahead: false },
@@ -45,7 +49,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             scratch: None,
             pairs,
         };
-        engine.sources.schedule_global();
+        engine.schedule_global();
         engine
     }
 
@@ -94,7 +98,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Frees what is largest, before another engine takes the place of this one.
     pub(super) fn let_go(&mut self) {
-        (self.state.bodies, self.state.images) = (Vec::new(), Images::new(0));
+        (self.state.bodies, self.state.images) = (Vec::new(), Travelled::new(0));
         self.schedule = Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 0, 1.0) };
         self.neighbours = Neighbours::none(&self.state.space);
     }
@@ -220,7 +224,7 @@ mod tests {
                 for _ in 0..3 {
                     let (one, other) = (again.step_before(1e3).unwrap().unwrap(), reference.step_before(1e3).unwrap());
                     // Of two particles either may come first.
-                    let (i, j) = (one.particle, one.partner.unwrap());
+                    let (i, j) = (one.particle, one.partner().unwrap());
                     assert_eq!((i.min(j), Some(i.max(j))), (other.particle, other.partner));
                     assert_eq!(one.energy_step, other.energy_step, "captured or released alike");
                     assert!((one.time - other.time).abs() < 1e-9, "seed {seed}");

@@ -78,40 +78,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.epoch + self.clock.now
     }
 
-    /// Counts the energy that an event dissipates, and when it does.
-    #[inline]
-    pub(super) fn note_dissipated(&mut self, energy: f64) {
-        let time = self.elapsed();
-        self.counts.totals.dissipated.add(energy);
-        self.counts.totals.dissipated_moment.add(energy * time);
-    }
-
-    /// Counts what an event of a pair adds to its potential energy and what it dissipates.
-    #[inline]
-    pub(super) fn note_energies(&mut self, energy_step: f64, dissipated: f64) {
-        if dissipated != 0.0 {
-            self.note_dissipated(dissipated);
-        }
-        if TABLE && energy_step != 0.0 {
-            self.note_energy_step(energy_step);
-        }
-    }
-
-    /// Counts the energy that comes from outside, and when it does.
-    #[inline]
-    pub(super) fn note_supplied(&mut self, energy: f64) {
-        let time = self.elapsed();
-        self.counts.totals.supplied.add(energy);
-        self.counts.totals.supplied_moment.add(energy * time);
-    }
-
-    /// Counts when the potential energy of a pair changes, and by how much.
-    #[inline]
-    pub(super) fn note_energy_step(&mut self, energy: f64) {
-        let time = self.elapsed();
-        self.counts.totals.pair_energy_moment.add(energy * time);
-    }
-
     /// Counts an event, unless time has moved since the last one.
     #[inline]
     pub(super) fn count_standstill(&mut self) {
@@ -138,21 +104,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now -= shift;
         self.clock.standstill.since -= shift;
         self.shift_sources(shift);
-        for body in &mut self.state.bodies {
-            body.time -= shift;
-        }
-        for prediction in &mut self.schedule.predictions {
-            prediction.contact_time -= shift;
-            prediction.transition_time -= shift;
-        }
-        if let Some(times) = &mut self.pairs.contact_times {
-            times.shift(shift);
-        }
+        self.shift_columns(shift);
         self.clock.epochs += 1;
         // Densities change slowly, but for the start.
         let is_looked_at = self.clock.epochs.is_power_of_two() || self.clock.epochs.is_multiple_of(16);
-        let may_rearrange = self.sources.growth.is_none() && self.sources.lees_edwards.is_none();
-        if !(is_looked_at && may_rearrange && self.rearrange_if_due()) {
+        if is_looked_at {
+            self.reorder_if_due();
+        }
+        if !(is_looked_at && self.change_search_if_due()) {
             self.refresh(-2.0 * shift);
         }
         self.schedule.queue.restart();

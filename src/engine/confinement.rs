@@ -3,7 +3,6 @@
 use super::parts::Engine;
 use crate::Vector;
 use crate::base::sum::Sum;
-use crate::engine::neighbours::grid::Face;
 use crate::engine::pairs::rows::Rows;
 use crate::model::Scene;
 use serde::{Deserialize, Serialize};
@@ -12,12 +11,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Confinement {
     /// Axes between two walls.
-    axes: [bool; 3],
-    middle: Vector,
+    pub axes: [bool; 3],
+    pub middle: Vector,
     /// By row of the species, 1 over the volume that its centres can reach `[length^-D]`.
-    per_volume: Vec<f64>,
+    pub per_volume: Vec<f64>,
     /// By row of the species and axis, 1 over the area of a wall that they can reach `[length^(1 - D)]`; 0 where the area has no end.
-    per_area: Vec<[f64; 3]>,
+    pub per_area: Vec<[f64; 3]>,
 }
 
 impl Confinement {
@@ -44,44 +43,6 @@ impl Confinement {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Adds an impulse between two particles, from their velocities before it, to the virial of each wall's axis.
-    ///
-    /// Along an axis between walls, the mean of `d/dt sum x m v` over a long time is zero for each species: `<sum m v^2> + <sum x F> = L p A`, with
-    /// the components along the axis, where `x` is measured from the middle, `L` is the length that the centres reach and `p A` the mean force
-    /// of the two walls. Divided by the volume `L A` of that species and summed over all, it is the pressure.
-    pub(super) fn note_confined(&mut self, pair: [u32; 2], before: &[Vector; 2]) {
-        for (particle, before) in pair.into_iter().zip(before) {
-            let Some(confinement) = self.sources.confinement.as_ref().filter(|_| !self.is_static(particle)) else {
-                continue;
-            };
-            let body = &self.state.bodies[particle as usize];
-            let species = usize::from(self.row(particle));
-            let share = confinement.per_volume[species] / self.inverse_mass(particle);
-            for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
-                let arm = body.position[axis] - confinement.middle[axis];
-                self.counts.totals.confined_virial[axis] += share * (body.velocity[axis] - before[axis]) * arm;
-            }
-            self.note_confined_change(particle, before);
-        }
-    }
-
-    /// Takes note of what a change of a particle's velocity does to `sum m v^2` along each axis between walls.
-    ///
-    /// Between two changes the sum is constant, so that its integral up to a time `t` is exactly its value then times `t`, less the sum of all changes
-    /// that there were times their times.
-    pub(super) fn note_confined_change(&mut self, particle: u32, before: &Vector) {
-        let Some(confinement) = &self.sources.confinement else { return };
-        let (after, time) = (self.state.bodies[particle as usize].velocity, self.time());
-        let species = usize::from(self.row(particle));
-        let share = confinement.per_volume[species] / self.inverse_mass(particle);
-        for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
-            let change = share * (after[axis] - before[axis]) * (after[axis] + before[axis]);
-            if change != 0.0 {
-                self.counts.totals.confined_heating[axis].add(change * time);
-            }
-        }
-    }
-
     /// Along each axis between walls `sum m v^2 / V` now, with the volume that the centres of each species can reach `[energy / length^D]`.
     pub(super) fn confined_kinetic(&self) -> Vector {
         let Some(confinement) = &self.sources.confinement else { return Vector::zeros() };
@@ -94,13 +55,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         }
         Vector::from_fn(|axis, _| sums[axis].total())
-    }
-
-    /// Adds the momentum that a wall has given a particle to what the wall has taken from all.
-    pub(super) fn note_push(&mut self, particle: u32, face: Face, impulse: f64) {
-        let Some(confinement) = &self.sources.confinement else { return };
-        let (axis, species) = (usize::from(face.axis), usize::from(self.row(particle)));
-        self.counts.totals.wall_push[axis][usize::from(face.is_upper)] += impulse * confinement.per_area[species][axis];
     }
 }
 

@@ -3,6 +3,7 @@
 use super::sources::andersen::Bath;
 use super::{Chosen, InvariantBroken, Simulation, Snapshot};
 use crate::Vector;
+use crate::engine::contact::apply::{Change, With};
 use crate::engine::parts::Engine;
 use crate::model::{Growth, Thermostat};
 
@@ -44,7 +45,7 @@ impl Simulation {
 
     /// Whether diameters grow.
     pub(crate) fn is_growing(&self) -> bool {
-        with_engine!(&self.engine, engine => engine.sources.growth.is_some())
+        with_engine!(&self.engine, engine => !engine.distances.are_constant())
     }
 
     /// The factor by which diameters have grown since the start of the scene.
@@ -100,15 +101,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
             self.stream(particle, self.clock.now);
-            let inverse_mass = self.pairs.rules.species[usize::from(self.row(particle))].inverse_mass;
             let body = self.state.bodies[particle as usize];
             let streaming = self.streaming_velocity(&body.position) + drift;
-            let after = streaming + (body.velocity - streaming) * factor;
-            self.note_supplied(0.5 / inverse_mass * (after - body.velocity).dot(&(after + body.velocity)));
-            self.state.bodies[particle as usize].velocity = after;
-            self.note_confined_change(particle, &body.velocity);
+            self.give_velocity(particle, streaming + (body.velocity - streaming) * factor);
         }
         self.start_anew();
+    }
+
+    /// Gives a particle a velocity from outside.
+    pub(super) fn give_velocity(&mut self, particle: u32, after: Vector) {
+        let before = self.state.bodies[particle as usize].velocity;
+        let change = Change::of_one(With::Program, particle, &before, after, self.inverse_mass(particle));
+        let _ = self.apply(&change, &mut None);
     }
 
     /// Predicts everything anew, after all velocities have changed.

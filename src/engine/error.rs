@@ -137,10 +137,10 @@ pub enum Invariant {
     Discontinuity,
     /// A captured pair is in the lists of both particles.
     CapturedPair,
-    /// A contact with a wall is at a side of the box that has one.
-    Wall,
-    /// Thermal walls have random numbers.
-    WallRandom,
+    /// A contact with a surface is with one that there is.
+    Surface,
+    /// Thermal surfaces have random numbers.
+    SurfaceRandom,
     /// A cell transition is through a face that leads to another cell.
     Transition,
     /// A particle that leaves its Verlet list's skin has such a list.
@@ -156,8 +156,8 @@ impl fmt::Display for Invariant {
         f.write_str(match self {
             Self::Discontinuity => "a discontinuity of the pair in its state",
             Self::CapturedPair => "a captured pair in the lists of both particles",
-            Self::Wall => "a wall at this side of the box",
-            Self::WallRandom => "random numbers of a thermal wall",
+            Self::Surface => "a surface of this number",
+            Self::SurfaceRandom => "random numbers of a thermal surface",
             Self::Transition => "another cell behind the face",
             Self::VerletList => "a neighbour list of the particle",
             Self::Cells => "a cell of the particle",
@@ -191,11 +191,8 @@ mod tests {
         };
         let text = "impossible state at time 1.5 of particle 3 and particle 7: expected a discontinuity of the pair in its state";
         assert_eq!(EngineError::from(broken).to_string(), text);
-        let of_one = InvariantBroken { partner: None, expected: Invariant::Wall, ..broken };
-        assert_eq!(
-            of_one.to_string(),
-            "impossible state at time 1.5 of particle 3: expected a wall at this side of the box"
-        );
+        let of_one = InvariantBroken { partner: None, expected: Invariant::Surface, ..broken };
+        assert_eq!(of_one.to_string(), "impossible state at time 1.5 of particle 3: expected a surface of this number");
     }
 
     /// Square wells in a wide box that has a wall at the lower end of x alone: two come together at t = 1.5, one flies away.
@@ -273,10 +270,10 @@ mod tests {
     #[test]
     fn a_contact_with_a_wall_that_is_not_there_ends_the_run() {
         let (found, shown) = end(wells::<false>(None), 42, |prediction| {
-            prediction.reach(Face { axis: 1, is_upper: false }, 1.0, 42);
+            prediction.reach(2, 1.0, 42);
             prediction.transition_time = f64::INFINITY;
         });
-        assert_eq!((broken(&found), shown), ((42, None, Invariant::Wall), 0));
+        assert_eq!((broken(&found), shown), ((42, None, Invariant::Surface), 0));
     }
 
     #[test]

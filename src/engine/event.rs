@@ -5,7 +5,7 @@ mod counts;
 pub use counts::{CountedKind, EventCountsBySpecies};
 
 use crate::Vector;
-use crate::base::sum::Sum;
+use crate::base::exact::ExactSum;
 use crate::model::ParticleId;
 use serde::{Deserialize, Serialize};
 
@@ -17,30 +17,27 @@ pub use crate::physics::response::Outcome;
 pub enum EventKind {
     /// Two particles at a discontinuity of their potential.
     Pair(Outcome),
-    /// A particle at a wall of the box.
-    Wall {
-        /// The wall's axis: 0, 1 or 2.
-        axis: u8,
-        /// Whether it is the wall at the upper corner.
-        is_upper: bool,
-    },
+    /// A particle at a surface, such as a wall of the box.
+    Surface,
     /// A thermostat gives a particle a new velocity: it comes from outside, and is not counted among the physical events.
     Thermostat,
 }
 
-impl EventKind {
-    /// Its number in files: 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 the walls -x, +x, -y, +y, -z, +z, 10 thermostat.
-    #[must_use]
-    pub fn code(self) -> u8 {
-        match self {
-            Self::Pair(Outcome::Core) => 0,
-            Self::Pair(Outcome::Capture) => 1,
-            Self::Pair(Outcome::Release) => 2,
-            Self::Pair(Outcome::Bounce) => 3,
-            Self::Wall { axis, is_upper } => 4 + 2 * axis + u8::from(is_upper),
-            Self::Thermostat => 10,
-        }
-    }
+/// The other side of an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Other {
+    /// Another particle.
+    Particle(ParticleId),
+    /// A surface.
+    Surface {
+        /// Its number: 0 to 5 for the walls -x, +x, -y, +y, -z, +z of the box.
+        surface: u32,
+        /// Which of its faces, edges and corners is touched; 0 where there is only one face.
+        feature: u32,
+    },
+    /// A heat bath.
+    Bath,
 }
 
 /// A physical event, as it happened.
@@ -53,25 +50,69 @@ pub struct Event {
     pub kind: EventKind,
     /// The particle that it happened to.
     pub particle: ParticleId,
-    /// The other one of a pair.
-    pub partner: Option<ParticleId>,
-    /// Unit vector from the partner (or the wall) to the particle.
+    /// The other particle, the surface or the bath.
+    pub other: Other,
+    /// Unit vector from the partner (or the surface) to the particle; along the impulse of a bath.
     pub normal: Vector,
-    /// The momentum that the particle gained along `normal` `[mass length / time]`; a partner gained the opposite.
-    pub impulse: f64,
-    /// Distance of the discontinuity `[length]`; for a wall, of the particle's centre from it.
+    /// The momentum that the particle gained `[mass length / time]`; a partner gained the opposite.
+    pub impulse: Vector,
+    /// The angular momentum about its centre that the particle gained `[mass length^2 / time]`: zero, because all contacts are smooth.
+    pub torque: Vector,
+    /// Distance of the discontinuity `[length]`; for a surface, of the particle's centre from it.
     pub distance: f64,
     /// Potential energy gained `[energy]`.
     pub energy_step: f64,
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: f64,
     /// Positions of the particle and of its partner `[length]`, within the box along periodic axes but for round-off; zero for a
-    /// partner that is a wall.
+    /// partner that is none.
     pub positions: [Vector; 2],
     /// Their velocities before the event `[length / time]`.
     pub before: [Vector; 2],
     /// Their velocities after the event `[length / time]`.
     pub after: [Vector; 2],
+}
+
+impl Event {
+    /// The other particle of a pair.
+    #[inline]
+    #[must_use]
+    pub fn partner(&self) -> Option<ParticleId> {
+        match self.other {
+            Other::Particle(partner) => Some(partner),
+            Other::Surface { .. } | Other::Bath => None,
+        }
+    }
+
+    /// The wall of the box that it happened at: its axis (0, 1 or 2), and whether it is the one at the upper corner.
+    #[must_use]
+    pub fn wall(&self) -> Option<(u8, bool)> {
+        match self.other {
+            Other::Surface { surface: number @ 0..6, .. } => Some(((number / 2).to_le_bytes()[0], number % 2 == 1)),
+            _ => None,
+        }
+    }
+
+    /// The momentum that the particle gained along [`Self::normal`] `[mass length / time]`.
+    #[inline]
+    #[must_use]
+    pub fn normal_impulse(&self) -> f64 {
+        self.impulse.dot(&self.normal)
+    }
+
+    /// Its number in files: 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 the walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface.
+    #[must_use]
+    pub fn code(&self) -> u8 {
+        match (self.kind, self.wall()) {
+            (EventKind::Pair(Outcome::Core), _) => 0,
+            (EventKind::Pair(Outcome::Capture), _) => 1,
+            (EventKind::Pair(Outcome::Release), _) => 2,
+            (EventKind::Pair(Outcome::Bounce), _) => 3,
+            (EventKind::Surface, Some((axis, is_upper))) => 4 + 2 * axis + u8::from(is_upper),
+            (EventKind::Thermostat, _) => 10,
+            (EventKind::Surface, None) => 11,
+        }
+    }
 }
 
 /// Event counts: how often each kind of event has happened since the start, and the sums that pressure and the audit need.
@@ -104,31 +145,31 @@ pub struct EventCounts {
     /// Deepest overlap at any event, relative to the discontinuity's distance.
     pub deepest_overlap: f64,
     /// Sum of `r_ij . J` over pair events, the collisional virial `[energy]`.
-    pub virial: f64,
+    pub virial: ExactSum,
     /// Along each axis between two walls, the sum of `x_i J_i` over the particles of all pair events, with `x` from the middle of the box,
     /// each divided by the volume that the centres of its species can reach `[energy / length^D]`.
-    pub confined_virial: [f64; 3],
+    pub confined_virial: [ExactSum; 3],
     /// Along each axis between two walls, the sum of all changes of `m_i v_i^2` at events, each times the time at which it came and divided by the
     /// same volume: `t sum m v^2` is so much more than the integral of `sum m v^2` up to the time `t` `[energy time / length^D]`.
-    pub confined_heating: [Sum; 3],
+    pub confined_heating: [ExactSum; 3],
     /// For each axis, momentum that its lower and its upper wall have given, inwards, divided by the area of the wall that centres of the
     /// particle's species can reach `[energy time / length^D]`; 0 where that area has no end.
-    pub wall_push: [[f64; 2]; 3],
+    pub wall_push: [[ExactSum; 2]; 3],
     /// For each axis, energy that its lower and its upper wall have supplied, less what they took `[energy]`.
-    pub wall_heat: [[Sum; 2]; 3],
+    pub wall_heat: [[ExactSum; 2]; 3],
     /// Kinetic energy lost to restitution `[energy]`.
-    pub dissipated: Sum,
+    pub dissipated: ExactSum,
     /// The sum of all that was dissipated, each times its time since the start of the simulation: `t dissipated` is so much more than the integral
     /// of `dissipated` up to the time `t` `[energy time]`.
-    pub dissipated_moment: Sum,
+    pub dissipated_moment: ExactSum,
     /// Velocities that a thermostat has given.
     pub thermostat: u64,
     /// Energy from outside: of thermostats, growing diameters and sheared boxes `[energy]`.
-    pub supplied: Sum,
+    pub supplied: ExactSum,
     /// The sum of all that was supplied, each times its time since the start of the simulation, as [`Self::dissipated_moment`] `[energy time]`.
-    pub supplied_moment: Sum,
+    pub supplied_moment: ExactSum,
     /// The sum of all changes of the potential energy of pairs, each times its time since the start of the simulation `[energy time]`.
-    pub pair_energy_moment: Sum,
+    pub pair_energy_moment: ExactSum,
 }
 
 impl EventCounts {
@@ -163,29 +204,62 @@ impl EventCounts {
         ] {
             *count -= before;
         }
-        since.virial -= earlier.virial;
-        for axis in 0..3 {
-            since.confined_virial[axis] -= earlier.confined_virial[axis];
-            since.confined_heating[axis].add(-earlier.confined_heating[axis].total());
-            for side in 0..2 {
-                since.wall_push[axis][side] -= earlier.wall_push[axis][side];
-                since.wall_heat[axis][side].add(-earlier.wall_heat[axis][side].total());
-            }
+        for (sum, before) in since.sums_mut().into_iter().zip(earlier.sums()) {
+            sum.subtract(before);
         }
-        since.dissipated.add(-earlier.dissipated.total());
-        since.dissipated_moment.add(-earlier.dissipated_moment.total());
-        since.supplied.add(-earlier.supplied.total());
-        since.supplied_moment.add(-earlier.supplied_moment.total());
-        since.pair_energy_moment.add(-earlier.pair_energy_moment.total());
         since
     }
 
-    pub(crate) fn count(&mut self, outcome: Outcome) {
-        match outcome {
-            Outcome::Core => self.core += 1,
-            Outcome::Capture => self.capture += 1,
-            Outcome::Release => self.release += 1,
-            Outcome::Bounce => self.bounce += 1,
+    /// All sums.
+    fn sums(&self) -> Vec<&ExactSum> {
+        let Self {
+            virial,
+            confined_virial,
+            confined_heating,
+            wall_push,
+            wall_heat,
+            dissipated,
+            dissipated_moment,
+            supplied,
+            supplied_moment,
+            pair_energy_moment,
+            ..
+        } = self;
+        let scalars = [virial, dissipated, dissipated_moment, supplied, supplied_moment, pair_energy_moment];
+        let of_axes = confined_virial.iter().chain(confined_heating);
+        let of_walls = wall_push.iter().chain(wall_heat).flatten();
+        scalars.into_iter().chain(of_axes).chain(of_walls).collect()
+    }
+
+    fn sums_mut(&mut self) -> Vec<&mut ExactSum> {
+        let Self {
+            virial,
+            confined_virial,
+            confined_heating,
+            wall_push,
+            wall_heat,
+            dissipated,
+            dissipated_moment,
+            supplied,
+            supplied_moment,
+            pair_energy_moment,
+            ..
+        } = self;
+        let scalars = [virial, dissipated, dissipated_moment, supplied, supplied_moment, pair_energy_moment];
+        let of_axes = confined_virial.iter_mut().chain(confined_heating);
+        let of_walls = wall_push.iter_mut().chain(wall_heat).flatten();
+        scalars.into_iter().chain(of_axes).chain(of_walls).collect()
+    }
+
+    #[inline]
+    pub(super) fn count(&mut self, kind: CountedKind) {
+        match kind {
+            CountedKind::Core => self.core += 1,
+            CountedKind::Capture => self.capture += 1,
+            CountedKind::Release => self.release += 1,
+            CountedKind::Bounce | CountedKind::Bond => self.bounce += 1,
+            CountedKind::Wall => self.wall += 1,
+            CountedKind::Thermostat => self.thermostat += 1,
         }
     }
 }

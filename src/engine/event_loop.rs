@@ -2,7 +2,7 @@
 
 use super::observe::Observe;
 use super::parts::Engine;
-use super::prediction::Prediction;
+use super::prediction::{Due as DuePredictions, Prediction};
 use super::schedule::{Pending, QueueEntry};
 use super::{EngineError, Reason, Until};
 use std::ops::ControlFlow;
@@ -25,9 +25,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Puts a particle's pending prediction into the queue.
     #[inline]
     pub(super) fn enqueue(&mut self, particle: u32) {
-        let entry = self.schedule.predictions.entry(particle);
+        let due = DuePredictions { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
+        let entry = due.entry(particle);
         if entry.time < f64::INFINITY {
-            self.schedule.queue.push(entry);
+            self.schedule.queue.push(entry, &due);
         }
     }
 
@@ -61,7 +62,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let entry = match self.next_due(stop) {
                 Due::Particle(entry) => entry,
                 Due::Void => {
-                    self.schedule.queue.pop();
+                    self.schedule.queue.discard();
                     continue;
                 }
                 Due::GlobalEvent => {
@@ -139,7 +140,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn next_due(&mut self, stop: f64) -> Due {
         let next_global = self.sources.next_global;
-        let Some(entry) = self.schedule.queue.peek(&self.schedule.predictions) else {
+        let due = DuePredictions { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
+        let Some(entry) = self.schedule.queue.peek(&due) else {
             // The stop is asked last: where someone looks must not decide what comes first, a global event or the next epoch.
             return match () {
                 () if next_global > self.schedule.queue.reached() => Due::Epoch,

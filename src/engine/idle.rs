@@ -1,7 +1,7 @@
 //! The proof that nothing will ever happen again.
 //!
 //! No event for a long time is no proof: two spheres in a large periodic box meet after thousands of crossings. What can be shown is that
-//! no particle meets a wall, and that all pairs recede along the axes that are not periodic, where nothing comes back, or miss each other there
+//! no particle meets a surface, and that all pairs recede along the axes that are not periodic, where nothing comes back, or miss each other there
 //! by more than rounding.
 
 use super::parts::Engine;
@@ -9,6 +9,7 @@ use super::predict::Streamed;
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::candidates::Candidates;
+use crate::engine::surfaces::Surface;
 use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
@@ -33,7 +34,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Whether it can be shown that nothing will ever happen again, by the states now.
     pub(super) fn is_over(&self) -> bool {
-        if self.sources.acts_for_ever() {
+        if self.acts_for_ever() {
             return false;
         }
         // Contacts of the pairs that are inside of a step of theirs are always predicted.
@@ -46,7 +47,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             .map(|particle| self.streamed(particle, self.clock.now))
             .collect();
         let rests = |me: &Streamed| me.velocity == Vector::zeros() && me.acceleration == Vector::zeros();
-        if !moving.iter().all(|me| rests(me) || !self.may_meet_wall(me)) {
+        if !moving.iter().all(|me| rests(me) || !self.may_meet_surface(me)) {
             return false;
         }
         if moving.iter().all(rests) {
@@ -91,18 +92,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Doubt::of(sums[0], sums[1])
     }
 
-    fn may_meet_wall(&self, me: &Streamed) -> bool {
-        let radius = self.pairs.rules.species[usize::from(self.row(me.id))].radius;
+    fn may_meet_surface(&self, me: &Streamed) -> bool {
+        let flight = self.flight(me);
         let mut doubt = self.doubt(&[me.id]);
-        doubt.position += Doubt::of(radius, 0.0).position;
-        self.sources.walls.iter().any(|wall| {
-            let axis = usize::from(wall.face.axis);
-            let inwards = wall.face.inwards();
-            let height = inwards * (me.position[axis] - wall.at) - radius;
-            let position = doubt.position + Doubt::of(wall.at.abs(), 0.0).position;
-            let doubt = Doubt { position, ..doubt };
-            !never::plane(height, inwards * me.velocity[axis], inwards * me.acceleration[axis], &doubt)
-        })
+        doubt.position += Doubt::of(flight.radius, 0.0).position;
+        self.sources.surfaces.iter().any(|surface| !surface.shape.is_never_met(&flight, doubt))
     }
 
     /// Whether it is shown that a pair recedes for ever along the axes that are not periodic, or misses there, or does not move relative to

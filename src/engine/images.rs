@@ -1,107 +1,202 @@
-//! How many periods each particle has travelled along the axes.
+//! Images: in which of its periodic images a particle can be met.
+//!
+//! A policy is chosen when particles are sorted in, and everything that asks for a relative state asks here:
+//!
+//! | policy | where | images of a pair |
+//! |---|---|---|
+//! | nearest | boxes of five cells or more along each period, or with lists | the nearest one |
+//! | tied | four cells along a period | the nearest one, and at half a period, where rounding decides which that is, the other one too |
+//! | several | three cells or fewer | all that can be met before either particle changes its cell |
+//! | sliding | sheared boxes, see [`lees_edwards`] | besides, those above and below are displaced and faster |
 
+mod lees_edwards;
+pub(super) mod travelled;
+
+use super::neighbours::Neighbours;
+use super::neighbours::cells::Cells;
+use super::parts::Engine;
+use super::reach::Sliding;
+use crate::Vector;
+use crate::model::Scene;
+use crate::model::space::minimum_image;
+use crate::physics::motion::RelativeState;
+use lees_edwards::LeesEdwards;
 use serde::{Deserialize, Serialize};
 
-/// Images of all particles, by their numbers in memory: three bytes of each, until one has travelled so far that all take twelve.
-///
-/// Image numbers wrap at 32 bits.
+/// The axis along which images slide, and the one along which they do it ever faster.
+pub(super) const FLOW: usize = 0;
+pub(super) const GRADIENT: usize = 1;
+
+/// The policy.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) enum Images {
-    Near(Vec<[i8; 3]>),
-    Far(Vec<[i32; 3]>),
+pub(super) struct ImagePolicy {
+    /// Several: those of a small box beside the nearest one; empty for other boxes.
+    pub further: Vec<Vector>,
+    /// Tied: axes along which neighbours can be half a period apart.
+    pub tied: [bool; 3],
+    /// Sliding.
+    sliding: Option<LeesEdwards>,
 }
 
-impl Images {
-    /// Of particles that have not travelled yet.
-    pub fn new(particles: usize) -> Self {
-        Self::Near(vec![[0; 3]; particles])
+/// How the first meeting with uncaptured others is searched.
+pub(super) enum Way {
+    /// All at once, each in its nearest image.
+    Nearest,
+    /// As before, and in the further images of a small box.
+    Several,
+    /// All at once, across sides that slide.
+    Sliding(Sliding),
+    /// One pair after the other, in all of its images.
+    OneByOne,
+}
+
+impl ImagePolicy {
+    /// Before particles are sorted in.
+    pub fn of(scene: &Scene) -> Self {
+        Self { further: Vec::new(), tied: [false; 3], sliding: LeesEdwards::of(scene) }
     }
 
-    /// Images of a particle.
+    /// Whether images slide.
     #[inline]
-    pub fn of(&self, particle: u32) -> [i32; 3] {
-        match self {
-            Self::Near(images) => images[particle as usize].map(i32::from),
-            Self::Far(images) => images[particle as usize],
-        }
+    pub fn slide(&self) -> bool {
+        self.sliding.is_some()
     }
 
-    /// Adds periods along an axis.
-    #[inline]
-    pub fn add(&mut self, particle: u32, axis: usize, periods: i32) {
-        if let Self::Near(images) = self {
-            let image = &mut images[particle as usize][axis];
-            if let Ok(sum) = i8::try_from(i32::from(*image).wrapping_add(periods)) {
-                *image = sum;
-                return;
+    /// Whether a scene has images that stay where they are, as neighbour lists need.
+    pub fn stay(scene: &Scene) -> bool {
+        LeesEdwards::of(scene).is_none()
+    }
+
+    /// The policy for lists: the nearest image, which skins are narrow enough for.
+    pub fn choose_for_lists(&mut self) {
+        (self.further, self.tied) = (Vec::new(), [false; 3]);
+    }
+
+    /// The policy for cells.
+    pub fn choose_for_cells(&mut self, cells: &Cells, periods: &Vector) {
+        self.further = cells.grid.further_images(periods);
+        self.tied = [false; 3];
+        if self.further.is_empty() {
+            self.tied = cells.grid.tied_axes();
+            if self.slide() {
+                // Images along the flow and the gradient slide, and are looked at beside each other.
+                (self.tied[FLOW], self.tied[GRADIENT]) = (false, false);
             }
         }
-        let image = &mut self.far()[particle as usize][axis];
-        *image = image.wrapping_add(periods);
     }
 
-    /// Gives each particle those that it has by `image`.
-    pub fn set(&mut self, image: impl Fn(u32) -> [i32; 3]) {
-        *self = match self {
-            Self::Near(images) => Self::new(images.len()),
-            Self::Far(images) => Self::new(images.len()),
-        };
-        for particle in (0..).take(self.count()) {
-            let image = image(particle);
-            (0..3).filter(|&axis| image[axis] != 0).for_each(|axis| self.add(particle, axis, image[axis]));
-        }
+    /// When particles next to sides that slide are predicted anew, since the epoch; infinite where none slide.
+    pub fn next_refresh(&self) -> f64 {
+        self.sliding.as_ref().map_or(f64::INFINITY, LeesEdwards::next_refresh)
     }
 
-    /// Puts them in another order: that of the old numbers.
-    pub fn permute(&mut self, old: &[u32]) {
-        match self {
-            Self::Near(images) => *images = old.iter().map(|&old| images[old as usize]).collect(),
-            Self::Far(images) => *images = old.iter().map(|&old| images[old as usize]).collect(),
-        }
-    }
-
-    fn count(&self) -> usize {
-        match self {
-            Self::Near(images) => images.len(),
-            Self::Far(images) => images.len(),
-        }
-    }
-
-    /// With room for all numbers.
-    #[cold]
-    fn far(&mut self) -> &mut [[i32; 3]] {
-        if let Self::Near(images) = self {
-            *self = Self::Far(images.iter().map(|image| image.map(i32::from)).collect());
-        }
-        match self {
-            Self::Far(images) => images,
-            Self::Near(_) => &mut [],
-        }
+    /// How far images have slid in a time since whole periods were dropped, at most `[length]`.
+    pub fn farthest_slid(&self, time: f64, periods: &Vector) -> f64 {
+        self.sliding.map_or(0.0, |shear| periods[FLOW] + shear.speed.abs() * time)
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// The nearest image of a relative state at a time since the epoch, and whether it is one across sides that slide.
+    #[inline]
+    pub(super) fn nearest(&self, position: Vector, velocity: Vector, time: f64) -> (RelativeState, bool) {
+        let Some(shear) = &self.images.sliding else {
+            return (RelativeState { position: minimum_image(position, &self.state.periods), velocity }, false);
+        };
+        let mut state = RelativeState { position, velocity };
+        let is_across = self.nearest_sheared(&mut state, shear, time);
+        (state, is_across)
+    }
 
-    #[test]
-    fn images_go_on_where_a_byte_ends() {
-        let mut images = Images::new(3);
-        for _ in 0..127 {
-            images.add(1, 0, 1);
-            images.add(2, 2, -1);
+    /// Calls `visit` for the images beside the nearest one in which an uncaptured pair can be met; `is_across` if that is one across sides that slide.
+    #[inline]
+    pub(super) fn for_each_further_image(
+        &self,
+        nearest: &RelativeState,
+        is_across: bool,
+        mut visit: impl FnMut(&RelativeState),
+    ) {
+        if is_across {
+            for beside in [-self.state.periods[FLOW], self.state.periods[FLOW]] {
+                let mut state = *nearest;
+                state.position[FLOW] += beside;
+                visit(&state);
+            }
         }
-        images.add(2, 2, -1);
-        assert!(matches!(images, Images::Near(_)));
-        assert_eq!([0, 1, 2].map(|particle| images.of(particle)), [[0; 3], [127, 0, 0], [0, 0, -128]]);
-        images.add(1, 0, 1);
-        images.add(0, 1, 100_000);
-        let far = [[0, 100_000, 0], [128, 0, 0], [0, 0, -128]];
-        assert_eq!([0, 1, 2].map(|particle| images.of(particle)), far);
-        images.permute(&[2, 0, 1]);
-        assert_eq!([0, 1, 2].map(|particle| images.of(particle)), [far[2], far[0], far[1]]);
-        images.set(|particle| [i32::MAX, -1, 0].map(|periods| if particle == 1 { periods } else { 0 }));
-        images.add(1, 0, 1);
-        assert_eq!([0, 1, 2].map(|particle| images.of(particle)), [[0; 3], [i32::MIN, -1, 0], [0; 3]]);
+        for image in &self.images.further {
+            visit(&RelativeState { position: nearest.position + image, ..*nearest });
+        }
+    }
+
+    /// How a particle searches for the first meeting with uncaptured others at a time since the epoch.
+    #[inline]
+    pub(super) fn way(&self, particle: u32, time: f64) -> Way {
+        let has_one_image = self.images.further.is_empty();
+        // What accelerates relative to others, or grows, is looked at in all images at once.
+        if !(has_one_image || !(FALLING && TABLE) && self.distances.are_constant()) {
+            return Way::OneByOne;
+        }
+        if !self.images.slide() || self.is_off_sliding_sides(particle) {
+            return if has_one_image { Way::Nearest } else { Way::Several };
+        }
+        match self.sliding(time) {
+            Some(sliding) if !(FALLING && TABLE) => Way::Sliding(sliding),
+            _ => Way::OneByOne,
+        }
+    }
+
+    /// Whether all that a particle has captured is met in its nearest image, as in a box whose images stay.
+    #[inline]
+    pub(super) fn are_captured_nearest(&self, particle: u32) -> bool {
+        // A partner that is not near can be across sides that slide however far from them this particle is.
+        !self.images.slide()
+            || (self.ranges.are_captured_near()
+                && !self.has_own_interactions(particle)
+                && self.is_off_sliding_sides(particle))
+    }
+
+    /// Whether the contact of a particle stays what it is when the particle goes into another cell: only the particles that are new to it are
+    /// looked at then. In a small box the images that it may meet are others from then on, and next to sides that slide its neighbours are.
+    #[inline]
+    pub(super) fn keeps_contact(&self, particle: u32) -> bool {
+        if self.images.slide() { self.is_off_sliding_sides(particle) } else { self.images.further.is_empty() }
+    }
+
+    /// How many images to either side of the nearest one a pair with an interaction of its own can meet in before either is predicted anew.
+    ///
+    /// Until then each travels one cell at most, so that with three cells or more a separation that was half a period at most stays
+    /// below seven sixths of one, and its range is half of one at most. While the images along x slide they go a quarter further.
+    pub(super) fn most_images(&self) -> [i32; 3] {
+        let counts = match &self.neighbours {
+            Neighbours::Cells(cells) => cells.grid.counts(),
+            // Skins are smaller than cells.
+            Neighbours::Lists(_) => [u32::MAX; 3],
+        };
+        std::array::from_fn(|axis| match counts[axis] {
+            _ if self.state.periods[axis] == f64::INFINITY => 0,
+            0..3 => 2,
+            _ if axis == FLOW && self.images.slide() => 2,
+            _ => 1,
+        })
+    }
+
+    /// A relative state as seen from another image of the partner, at a time since the epoch.
+    pub(super) fn image_of(&self, nearest: &RelativeState, image: [i32; 3], time: f64) -> RelativeState {
+        let mut state = *nearest;
+        for axis in (0..3).filter(|&axis| image[axis] != 0) {
+            state.position[axis] -= f64::from(image[axis]) * self.state.periods[axis];
+        }
+        if let Some(shear) = &self.images.sliding {
+            let up = f64::from(image[GRADIENT]);
+            state.position[FLOW] -= up * shear.displacement_within(time, self.state.periods[FLOW]).0;
+            state.velocity[FLOW] -= up * shear.speed;
+        }
+        state
+    }
+
+    /// Displacement of the next image up, less whole periods, and how many those are.
+    pub(super) fn displacement(&self) -> (f64, i32) {
+        let period = self.state.periods[FLOW];
+        self.images.sliding.map_or((0.0, 0), |shear| shear.displacement_within(self.clock.now, period))
     }
 }

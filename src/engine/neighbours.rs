@@ -15,6 +15,7 @@ pub mod verlet;
 
 use crate::Vector;
 use crate::base::numbers::{id, trunc_to_i32, trunc_to_usize};
+use crate::engine::images::ImagePolicy;
 use crate::model::space::{Boundary, Space};
 use crate::model::{Scene, SpeciesId};
 use candidates::Candidates;
@@ -146,7 +147,7 @@ impl Search {
     /// The search for the start of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
-        if scene.shear_rate.is_some() {
+        if !ImagePolicy::stay(scene) {
             // Lists do not slide.
             return Self::Cells;
         }

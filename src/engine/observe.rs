@@ -161,7 +161,7 @@ mod tests {
             events.push(*event);
             let snapshot = simulation.snapshot();
             assert_eq!(snapshot.time, event.time);
-            for (k, id) in [Some(event.particle), event.partner].into_iter().flatten().enumerate() {
+            for (k, id) in [Some(event.particle), event.partner()].into_iter().flatten().enumerate() {
                 let (position, velocity) = (snapshot.positions[id.0 as usize], snapshot.velocities[id.0 as usize]);
                 assert_eq!((position, velocity), (event.positions[k], event.after[k]));
             }

@@ -6,9 +6,6 @@
 use super::parts::Engine;
 use super::predict::{Streamed, is_out_of_reach};
 use super::prediction::Prediction;
-use super::sources::lees_edwards::{FLOW, GRADIENT};
-use crate::engine::neighbours::Neighbours;
-use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -41,37 +38,5 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
         }
-    }
-
-    /// How many images to either side of the nearest one a pair can meet in before either is predicted anew.
-    ///
-    /// Until then each travels one cell at most, so that with three cells or more a separation that was half a period at most stays
-    /// below seven sixths of one, and its range is half of one at most. While the images along x slide they go a quarter further.
-    fn most_images(&self) -> [i32; 3] {
-        let counts = match &self.neighbours {
-            Neighbours::Cells(cells) => cells.grid.counts(),
-            // Skins are smaller than cells.
-            Neighbours::Lists(_) => [u32::MAX; 3],
-        };
-        std::array::from_fn(|axis| match counts[axis] {
-            _ if self.state.periods[axis] == f64::INFINITY => 0,
-            0..3 => 2,
-            _ if axis == FLOW && self.sources.lees_edwards.is_some() => 2,
-            _ => 1,
-        })
-    }
-
-    /// A relative state as seen from another image of the partner, at a time since the epoch.
-    fn image_of(&self, nearest: &RelativeState, image: [i32; 3], time: f64) -> RelativeState {
-        let mut state = *nearest;
-        for axis in (0..3).filter(|&axis| image[axis] != 0) {
-            state.position[axis] -= f64::from(image[axis]) * self.state.periods[axis];
-        }
-        if let Some(shear) = &self.sources.lees_edwards {
-            let up = f64::from(image[GRADIENT]);
-            state.position[FLOW] -= up * shear.displacement_within(time, self.state.periods[FLOW]).0;
-            state.velocity[FLOW] -= up * shear.speed;
-        }
-        state
     }
 }

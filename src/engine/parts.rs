@@ -1,7 +1,9 @@
 //! The engine, put together of its parts: state, clock, schedule, neighbours, pairs, sources.
 
 use super::clock::Clock;
+use super::distances::Distances;
 use super::event::{EventCounts, EventCountsBySpecies};
+use super::images::ImagePolicy;
 use super::neighbours::Neighbours;
 use super::neighbours::ranges::Ranges;
 use super::pairs::Pairs;
@@ -77,6 +79,8 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub neighbours: Neighbours,
     pub ranges: Ranges,
     pub pairs: Pairs,
+    pub images: ImagePolicy,
+    pub distances: Distances,
     pub sources: Sources,
     pub counts: Counts,
     pub hardware: Hardware,

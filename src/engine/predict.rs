@@ -3,15 +3,12 @@
 use super::batch::Batch;
 use super::parts::Engine;
 use super::prediction::Prediction;
-use super::sources::growth;
-use super::sources::lees_edwards::FLOW;
 use super::state::Body;
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::pairs::Pairs;
-use crate::model::space::minimum_image;
 use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::{accelerated, inertial};
 use crate::physics::motion::{RelativeState, stream_position};
@@ -79,12 +76,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return;
         }
         let species = |id: u32| self.row(id);
-        // Images across the sides of a sheared box are looked at one by one, and a partner that is not near can be one however far from
-        // them this particle is.
-        let is_batch = self.sources.lees_edwards.is_none()
-            || (self.ranges.are_captured_near()
-                && !self.has_own_interactions(me.id)
-                && self.is_off_sliding_sides(me.id));
+        let is_batch = self.are_captured_nearest(me.id);
         if is_batch {
             let wraps = self.ranges.may_be_overstretched
                 || self.neighbours.verlet().is_none_or(|verlet| verlet.wraps(&me.position));
@@ -119,6 +111,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         length: usize,
         prediction: &mut Prediction,
     ) {
+        if let Some(growing) = self.distances.growing() {
+            return self.predict_growing(me, growing, wraps, others, prediction);
+        }
         let before = prediction.contact_time;
         let met = self.others(me, wraps).earliest_contact::<FALLING, TABLE>(me, others, length, before);
         if met.other != NO_PARTICLE && prediction.is_before(me.id, met.other, met.time, &self.state.bodies) {
@@ -168,34 +163,24 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some(dt) = self.detect(me, other, &state, (squared, Side::Positive), horizon) {
             self.offer(me, other, Side::Positive, dt, prediction);
         }
-        if is_across {
-            for beside in [-self.state.periods[FLOW], self.state.periods[FLOW]] {
-                let mut state = state;
-                state.position[FLOW] += beside;
-                if let Some(dt) = self.detect(me, other, &state, (squared, Side::Positive), f64::INFINITY) {
-                    self.offer(me, other, Side::Positive, dt, prediction);
-                }
-            }
-        }
-        self.predict_in_further_images(me, other, &state, squared, prediction);
+        self.predict_in_further_images(me, other, (&state, is_across), squared, prediction);
     }
 
-    /// The contacts of an uncaptured pair in the images beside the nearest one, of which only a small box has any.
+    /// The contacts of an uncaptured pair in the images beside the nearest one.
     #[inline]
     pub(super) fn predict_in_further_images(
         &self,
         me: &Streamed,
         other: u32,
-        nearest: &RelativeState,
+        (nearest, is_across): (&RelativeState, bool),
         squared: f64,
         prediction: &mut Prediction,
     ) {
-        for image in &self.ranges.further_images {
-            let state = RelativeState { position: nearest.position + image, ..*nearest };
-            if let Some(dt) = self.detect(me, other, &state, (squared, Side::Positive), f64::INFINITY) {
+        self.for_each_further_image(nearest, is_across, |state| {
+            if let Some(dt) = self.detect(me, other, state, (squared, Side::Positive), f64::INFINITY) {
                 self.offer(me, other, Side::Positive, dt, prediction);
             }
-        }
+        });
     }
 
     /// The particle as seen from another one, and whether that is an image across the sides of a sheared box.
@@ -203,17 +188,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
         let (position, velocity) = self.state_at(other, me.time);
         self.nearest(me.position - position, me.velocity - velocity, me.time)
-    }
-
-    /// The nearest image of a relative state at a time since the epoch, and whether it is one across the sides of a sheared box.
-    #[inline]
-    pub(super) fn nearest(&self, position: Vector, velocity: Vector, time: f64) -> (RelativeState, bool) {
-        let Some(shear) = &self.sources.lees_edwards else {
-            return (RelativeState { position: minimum_image(position, &self.state.periods), velocity }, false);
-        };
-        let mut state = RelativeState { position, velocity };
-        let is_across = self.nearest_sheared(&mut state, shear, time);
-        (state, is_across)
     }
 
     /// Time from now to the pair's next event at one discontinuity, its squared distance and the side that the pair is on; may leave out one
@@ -236,9 +210,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 return accelerated::next_event(&Quartic::new(state, &acceleration, squared), side);
             }
         }
-        if let Some(growing) = &self.sources.growth {
-            let distance = squared.sqrt();
-            return growth::next_contact(state, distance * growing.scale(me.time), self.growth_of(distance));
+        if !self.distances.are_constant() {
+            return self.distances.next_contact(state, squared.sqrt(), me.time);
         }
         inertial::next_event(&Quadratic::new(state, squared), side)
     }

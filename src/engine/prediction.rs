@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Contact {
     /// A discontinuity of its potential with the partner.
     Pair(Side),
-    /// A wall of the box.
-    Wall(Face),
+    /// A surface, whose number stands in place of the partner's events.
+    Surface,
 }
 
 /// The one pending prediction of a particle: its earliest contact, and when it leaves its cell. Half a cache line, and never parts of two.
@@ -27,9 +27,9 @@ pub(super) struct Prediction {
     pub transition_time: f64,
     /// The partner of a pair contact.
     pub partner: u32,
-    /// The partner's number of events when this was predicted.
+    /// The partner's number of events when this was predicted; the number of a surface.
     pub partner_events: u32,
-    /// Decides between simultaneous contacts: pairs before walls, then the lower id of the pair or particle.
+    /// Decides between simultaneous contacts: pairs before surfaces, then the lower id of the pair or particle.
     pub tie_order: u32,
     pub contact: Contact,
     /// The face of the cell that it leaves through; of no meaning with lists.
@@ -87,20 +87,30 @@ impl Prediction {
     pub fn partner_in_contact(&self) -> Option<u32> {
         match self.contact {
             Contact::Pair(_) => Some(self.partner),
-            Contact::Wall(_) => None,
+            Contact::Surface => None,
         }
     }
 
-    /// Makes a contact with a wall the event foreseen.
-    pub fn reach(&mut self, face: Face, time: f64, name: u32) {
+    /// Renumbers the particles that it names, by their numbers until now.
+    pub fn renumber(&mut self, new: &[u32]) {
+        if let Some(partner) = new.get(self.partner as usize) {
+            self.partner = *partner;
+        }
+    }
+
+    /// Makes a contact with a surface the event foreseen.
+    #[inline]
+    pub fn reach(&mut self, surface: u32, time: f64, name: u32) {
         self.contact_time = time;
-        self.tie_order = WALL | name;
-        self.contact = Contact::Wall(face);
+        self.partner = NO_PARTICLE;
+        self.partner_events = surface;
+        self.tie_order = SURFACE | name;
+        self.contact = Contact::Surface;
     }
 }
 
-/// Bits in the tie orders of contacts with walls and of transitions, which those of pairs have not.
-const WALL: u32 = 1 << 30;
+/// Bits in the tie orders of contacts with surfaces and of transitions, which those of pairs have not.
+const SURFACE: u32 = 1 << 30;
 const TRANSITION: u32 = 2 << 30;
 
 /// The pending predictions of all particles, and the queue that puts them in order.
@@ -110,16 +120,31 @@ pub(super) struct Schedule {
     pub queue: EventQueue,
 }
 
-impl Pending for Vec<Prediction> {
+/// Predictions with the particles that they are of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Due<'a> {
+    pub predictions: &'a [Prediction],
+    pub bodies: &'a [Body],
+}
+
+impl Pending for Due<'_> {
     #[inline]
     fn entry(&self, particle: u32) -> QueueEntry {
-        let prediction = &self[particle as usize];
+        let prediction = &self.predictions[particle as usize];
         let tie_order = if prediction.is_transition() { TRANSITION } else { prediction.tie_order };
         QueueEntry { time: prediction.due_time(), particle, tie_order }
     }
 
+    /// The higher id of a pair, then the id of the particle.
+    fn rank(&self, particle: u32) -> u64 {
+        let name = |particle: u32| u64::from(self.bodies[particle as usize].name);
+        let prediction = &self.predictions[particle as usize];
+        let partner = if prediction.is_transition() { None } else { prediction.partner_in_contact() };
+        partner.map_or(0, |partner| name(partner).max(name(particle))) << 32 | name(particle)
+    }
+
     #[inline]
     fn prefetch(&self, particle: u32) {
-        prefetch(self, particle as usize);
+        prefetch(self.predictions, particle as usize);
     }
 }

@@ -2,10 +2,10 @@
 //! them can meet at all before the earliest contact so far, several at a time in SIMD lanes.
 
 use super::batch::{Batch, dot, minimum_image};
+use super::images::{FLOW, GRADIENT};
 use super::parts::Engine;
 use super::predict::Streamed;
 use super::prediction::Prediction;
-use super::sources::lees_edwards::{FLOW, GRADIENT};
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
 /// The search of [`Batch::within_reach`].
@@ -248,7 +248,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let squared = batch.squared[batch.species_of(other)];
             if other != me.id && squared >= 0.0 {
                 let (state, _) = self.relative(me, other);
-                self.predict_in_further_images(me, other, &state, squared, prediction);
+                self.predict_in_further_images(me, other, (&state, false), squared, prediction);
             }
         });
     }

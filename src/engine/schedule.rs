@@ -19,18 +19,18 @@ pub struct QueueEntry {
     pub time: f64,
     /// Which particle.
     pub particle: u32,
-    /// Decides between entries of the same time, before the particle's number does.
+    /// Decides between entries of the same time, before [`Pending::rank`] does.
     pub tie_order: u32,
 }
 
 impl QueueEntry {
-    /// One number that orders entries by time, tie order and particle.
+    /// One number that orders entries by time and tie order.
     #[inline]
     fn key(&self) -> u128 {
         let bits = self.time.to_bits().cast_signed();
         // All bits of a negative number are turned around, and the sign of a positive one.
         let ordered = bits.cast_unsigned() ^ ((bits >> 63).cast_unsigned() | 1 << 63);
-        u128::from(ordered) << 64 | u128::from(self.tie_order) << 32 | u128::from(self.particle)
+        u128::from(ordered) << 32 | u128::from(self.tie_order)
     }
 }
 
@@ -39,16 +39,28 @@ pub trait Pending {
     /// When a particle is due; at an infinite time if it never is.
     fn entry(&self, particle: u32) -> QueueEntry;
 
+    /// Decides between entries of the same time and tie order: numbers in memory decide nothing.
+    fn rank(&self, particle: u32) -> u64;
+
     /// Prefetches the prediction of a particle.
     fn prefetch(&self, particle: u32);
 }
 
-/// Entries per bucket that the width is tuned to.
+/// A bucket is no longer than this at the start, so that the length of an epoch is a number.
+const LONGEST: f64 = 1e290;
+
+/// Particles that come with so many steps to an epoch.
+const PARTICLES: usize = 8;
+
+/// Steps of an epoch, for each so many particles, that its length is tuned to; entries in a bucket, if there are as many buckets.
 const TARGET: u32 = 64;
 
-/// An epoch ends early after this many times the entries that its length is tuned to. One that was planned in a quiet time, of a
+/// An epoch ends early after this many times the steps that its length is tuned to. One that was planned in a quiet time, of a
 /// start at rest or of particles far apart, would otherwise count the times of a busy one with too few digits.
 const CROWDED: u64 = 4;
+
+/// Parts of an epoch, at whose ends it may end early. Neither they nor its length have to do with buckets: how entries are kept decides no bit.
+const TICKS: usize = 64;
 
 /// While a bucket is opened, particles this many entries ahead are prefetched.
 const AHEAD: usize = 8;
@@ -66,7 +78,10 @@ pub struct EventQueue {
     /// Width of a bucket, a power of two so that bucket numbers and horizons are exact.
     width: f64,
     per_width: f64,
-    popped: u64,
+    /// Steps of this epoch: entries that were due.
+    steps: u64,
+    /// Steps that its length is tuned to.
+    target: u64,
 }
 
 impl EventQueue {
@@ -75,14 +90,20 @@ impl EventQueue {
     /// The others may move later, and an epoch, which costs a time for each particle, is to be worth it then.
     #[must_use]
     pub fn new(particles: usize, due: usize, median: f64) -> Self {
-        // Eight or more entries per particle and epoch, however few particles there are: a longer epoch counts times with fewer digits.
-        let buckets = (particles / 8).next_power_of_two().min(1 << 22);
-        let width = if median.is_finite() && median > 0.0 {
+        // Eight or more steps per particle and epoch, however few particles there are: a longer epoch counts times with fewer digits.
+        let parts = (particles / PARTICLES).next_power_of_two().min(1 << 22);
+        let span = if median.is_finite() && median > 0.0 {
             // The rate of entries per unit time is about due / median.
-            power_of_two(median * f64::from(TARGET) / due as f64)
+            power_of_two((median * f64::from(TARGET) / due as f64).min(LONGEST)) * parts as f64
         } else {
-            1.0
+            parts as f64
         };
+        Self::with_buckets(parts.max(TICKS), parts, span)
+    }
+
+    /// With a number of buckets, a power of two, which decides nothing but speed.
+    fn with_buckets(buckets: usize, parts: usize, span: f64) -> Self {
+        let width = span / buckets as f64;
         Self {
             front: Vec::new(),
             buckets: Buckets::new(buckets),
@@ -90,7 +111,8 @@ impl EventQueue {
             cursor: 0,
             width,
             per_width: width.recip(),
-            popped: 0,
+            steps: 0,
+            target: u64::from(TARGET) * parts as u64,
         }
     }
 
@@ -115,14 +137,15 @@ impl EventQueue {
 
     /// Adds an entry. One beyond the horizon is dropped: moving the epoch enters every particle again.
     #[inline]
-    pub fn push(&mut self, entry: QueueEntry) {
+    pub fn push(&mut self, entry: QueueEntry, pending: &impl Pending) {
         let bucket = self.bucket(entry.time);
         if bucket <= self.cursor {
-            let after = {
-                let key = entry.key();
-                self.front.partition_point(|other| key < other.key())
-            };
+            let key = entry.key();
+            let after = self.front.partition_point(|other| key < other.key());
             self.front.insert(after, entry);
+            if self.front.get(after + 1).is_some_and(|other| other.key() == key) {
+                self.order_ties(after, pending);
+            }
         } else if bucket < self.buckets.count() {
             self.buckets.push(bucket, entry.particle);
         }
@@ -135,8 +158,9 @@ impl EventQueue {
             if let Some(front) = self.front.last() {
                 return Some(*front);
             }
-            let is_crowded = self.popped > CROWDED * u64::from(TARGET) * self.buckets.count() as u64;
-            if self.cursor + 1 >= self.buckets.count() || is_crowded {
+            let reached = self.cursor + 1;
+            let is_tick = reached.is_multiple_of(self.buckets.count() / TICKS);
+            if reached >= self.buckets.count() || (is_tick && self.steps > CROWDED * self.target) {
                 return None;
             }
             self.cursor += 1;
@@ -144,10 +168,16 @@ impl EventQueue {
         }
     }
 
-    /// Removes the entry that [`Self::peek`] has just returned.
+    /// Removes the entry that [`Self::peek`] has just returned, for the step that was due.
     #[inline]
     pub fn pop(&mut self) {
-        self.popped += 1;
+        self.steps += 1;
+        self.front.pop();
+    }
+
+    /// Removes the entry that [`Self::peek`] has just returned, which is void.
+    #[inline]
+    pub fn discard(&mut self) {
         self.front.pop();
     }
 
@@ -176,8 +206,30 @@ impl EventQueue {
             }
         }
         self.front.sort_unstable_by_key(|entry| !entry.key());
+        if self.front.is_sorted_by(|entry, next| entry.key() > next.key()) {
+            return;
+        }
+        let mut at = 0;
+        while at < self.front.len() {
+            at = self.order_ties(at, pending);
+        }
+    }
+
+    /// Orders the entries of the same time and tie order as the one at an index, the first of them, each particle once; returns the index after the
+    /// last of them.
+    #[cold]
+    fn order_ties(&mut self, first: usize, pending: &impl Pending) -> usize {
+        let key = self.front[first].key();
+        let end = first + self.front[first..].partition_point(|entry| entry.key() == key);
+        let mut ties: Vec<QueueEntry> = self.front[first..end].to_vec();
+        // One of a particle that is due at another time now is void.
+        ties.retain(|entry| pending.entry(entry.particle) == *entry);
+        ties.sort_unstable_by_key(|entry| (!pending.rank(entry.particle), entry.particle));
         // A particle may have come to the same bucket more than once.
-        self.front.dedup_by_key(|entry| entry.particle);
+        ties.dedup();
+        let end_of_ties = first + ties.len();
+        self.front.splice(first..end, ties);
+        end_of_ties
     }
 
     /// Removes all entries; the epoch goes on.
@@ -186,23 +238,27 @@ impl EventQueue {
         self.buckets.clear();
     }
 
-    /// Empties the queue for a new epoch, and tunes the width of its buckets to the last one's number of entries.
+    /// Empties the queue for a new epoch, and tunes its length to the last one's number of steps.
     pub fn restart(&mut self) {
         self.clear();
-        let per_bucket = self.popped as f64 / (self.cursor + 1) as f64;
-        (self.cursor, self.popped) = (0, 0);
+        let expected = self.target as f64 * (self.reached() / self.span());
+        let crowd = self.steps as f64 / expected;
+        (self.cursor, self.steps) = (0, 0);
         // Within a factor of two of the target nothing changes; an empty epoch looks far ahead.
-        let target = f64::from(TARGET);
-        let factor = if !(0.5 * target..=2.0 * target).contains(&per_bucket) {
-            power_of_two((target / per_bucket).clamp(1.0 / 1024.0, 1024.0))
-        } else {
-            1.0
-        };
+        let factor =
+            if (0.5..=2.0).contains(&crowd) { 1.0 } else { power_of_two(crowd.recip().clamp(1.0 / 1024.0, 1024.0)) };
         let width = self.width * factor;
         if width.is_normal() && (width * self.buckets.count() as f64).is_finite() && width.recip().is_normal() {
             self.width = width;
             self.per_width = width.recip();
         }
+    }
+
+    /// A queue of epochs as long, without entries, with another number of buckets.
+    #[cfg(test)]
+    pub fn rebuilt(&self, buckets: usize) -> Self {
+        assert_eq!((self.cursor, self.steps), (0, 0), "at the beginning of an epoch");
+        Self { target: self.target, ..Self::with_buckets(buckets, 1, self.span()) }
     }
 }
 
@@ -231,6 +287,11 @@ mod tests {
             QueueEntry { time: self.0[particle as usize], particle, tie_order: self.1[particle as usize] }
         }
 
+        /// As if the last came first in memory.
+        fn rank(&self, particle: u32) -> u64 {
+            u64::from(u32::MAX - particle)
+        }
+
         fn prefetch(&self, _: u32) {}
     }
 
@@ -255,20 +316,20 @@ mod tests {
     }
 
     #[test]
-    fn ties_come_out_by_tie_order_then_by_number() {
+    fn ties_come_out_by_tie_order_then_by_rank() {
         for time in [0.5, 300.0] {
             let mut queue = EventQueue::new(1024, 1024, 64.0);
             let mut pending = Times::new(&[time; 10]);
             pending.1[5] = 1;
             for particle in [5, 9, 3] {
-                queue.push(pending.entry(particle));
+                queue.push(pending.entry(particle), &pending);
             }
             let mut order = Vec::new();
             while let Some(next) = queue.peek(&pending) {
                 queue.pop();
                 order.push(next.particle);
             }
-            assert_eq!(order, [3, 9, 5]);
+            assert_eq!(order, [9, 3, 5]);
         }
     }
 
@@ -277,10 +338,10 @@ mod tests {
         let mut queue = EventQueue::new(1024, 1024, 64.0);
         let mut pending = Times::new(&[100.0, 200.0, 300.0]);
         for (particle, time) in [(0, 100.0), (1, 200.0), (2, 300.0), (1, 200.0)] {
-            queue.push(entry(time, particle));
+            queue.push(entry(time, particle), &pending);
         }
         pending.0[0] = 250.0;
-        queue.push(entry(250.0, 0));
+        queue.push(entry(250.0, 0), &pending);
         let mut order = Vec::new();
         while let Some(next) = queue.peek(&pending) {
             queue.pop();
@@ -298,16 +359,16 @@ mod tests {
         let pending = Times::new(&[0.0; 2]);
         for k in 0..=most {
             let time = width * f64::from(k) / f64::from(most + 1);
-            queue.push(entry(time, 0));
+            queue.push(entry(time, 0), &pending);
             assert_eq!(queue.peek(&pending), Some(entry(time, 0)));
             queue.pop();
         }
-        queue.push(entry(1.5 * width, 1));
+        queue.push(entry(1.5 * width, 1), &pending);
         assert_eq!(queue.peek(&pending), None);
         assert_eq!(queue.reached(), width);
         queue.restart();
         assert_eq!(queue.span(), span / 512.0);
-        queue.push(entry(0.5 * queue.width, 1));
+        queue.push(entry(0.5 * queue.width, 1), &pending);
         assert!(queue.peek(&pending).is_some());
     }
 
@@ -321,7 +382,7 @@ mod tests {
             let (early, later) = times.split_at(times.len() / 2);
             let mut pending = Times::new(&times);
             for (k, &time) in (0..).zip(early) {
-                queue.push(entry(time, k));
+                queue.push(entry(time, k), &pending);
             }
             let mut expected: Vec<f64> = early.iter().copied().filter(|t| *t < queue.span()).collect();
             let mut now = 0.0;
@@ -336,7 +397,7 @@ mod tests {
                 if let Some(dt) = later.get(particle - early.len()) {
                     let time = now + dt;
                     pending.0[particle] = time;
-                    queue.push(entry(time, u32::try_from(particle).unwrap()));
+                    queue.push(entry(time, u32::try_from(particle).unwrap()), &pending);
                     if time < queue.span() { expected.push(time); }
                     particle += 1;
                 }

@@ -1,7 +1,6 @@
 //! Positions and velocities from outside.
 
 use super::parts::Engine;
-use super::sources::lees_edwards::GRADIENT;
 use super::{Chosen, Overlap, Simulation};
 use crate::Vector;
 use crate::engine::pairs::states::CapturedPairs;
@@ -153,12 +152,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn set_velocities(&mut self, velocities: &[Vector]) {
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
             self.stream(particle, self.clock.now);
-            let body = &mut self.state.bodies[particle as usize];
-            let (before, after) = (body.velocity, velocities[body.name as usize]);
-            body.velocity = after;
-            let mass = self.inverse_mass(particle).recip();
-            self.note_supplied(0.5 * mass * (after - before).dot(&(after + before)));
-            self.note_confined_change(particle, &before);
+            let body = &self.state.bodies[particle as usize];
+            self.give_velocity(particle, velocities[body.name as usize]);
         }
         self.move_again();
     }
@@ -185,18 +180,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.enlarge();
         self.move_again();
         let after = self.energy();
-        self.note_supplied(after.potential - before.potential);
-        self.note_energy_step(after.pair - before.pair);
+        self.note_energies(after.pair - before.pair, 0.0, after.potential - before.potential);
     }
 
     /// Wraps a particle into the box from any distance.
     fn bring_in(&mut self, particle: u32) {
-        if self.sources.lees_edwards.is_some() {
-            // Not through the side to where velocities are others: what is outside is so by rounding.
-            let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());
-            let at = &mut self.state.bodies[particle as usize].position[GRADIENT];
-            *at = at.clamp(lower, upper);
-        }
+        self.keep_between_sliding_sides(particle);
         let position = self.state.bodies[particle as usize].position;
         for axis in (0..3).filter(|&axis| self.state.periods[axis].is_finite()) {
             let (lower, period) = (self.state.space.lower[axis], self.state.periods[axis]);

@@ -2,7 +2,6 @@
 
 use super::hardware::prefetch::prefetch;
 use super::parts::Engine;
-use super::sources::lees_edwards::{FLOW, GRADIENT};
 use super::state::State;
 use super::{Chosen, Simulation};
 use crate::Vector;
@@ -118,22 +117,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         snapshot
     }
 
-    /// Displacement of the next image up, less whole periods, and how many those are.
-    pub(super) fn displacement(&self) -> (f64, i32) {
-        let shear = self.sources.lees_edwards.as_ref();
-        shear.map_or((0.0, 0), |shear| shear.displacement_within(self.clock.now, self.state.periods[FLOW]))
-    }
-
     /// Calls `visit` for every particle as it is now, in the order of their ids.
     pub(super) fn for_each_now<E>(&self, mut visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
         let (_, periods) = self.displacement();
         let species = self.pairs.rules.rows.species();
         for (id, particle) in (0..).zip(self.by_id()) {
             let (position, velocity) = self.state_at(particle, self.clock.now);
-            let mut image = self.state.images.of(particle);
-            if self.sources.lees_edwards.is_some() {
-                image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
-            }
+            let image = self.image_numbers(particle, periods);
             let species = species[usize::from(self.row(particle))];
             visit(ParticleNow { id: ParticleId(id), species, position, velocity, image })?;
         }
@@ -163,10 +153,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let mass = species.inverse_mass.recip();
             let (position, velocity) = self.state_at(particle, self.clock.now);
             kinetic.add(0.5 * mass * velocity.norm_squared());
-            if self.sources.lees_edwards.is_some() {
+            if self.images.slide() {
                 let streaming = self.streaming_velocity(&position);
                 thermal.add(0.5 * mass * (velocity - streaming).norm_squared());
-                streaming_momentum[FLOW].add(mass * streaming[FLOW]);
+                streaming_momentum.iter_mut().zip(&streaming).for_each(|(sum, component)| sum.add(mass * component));
             }
             for (sum, component) in momentum.iter_mut().zip(velocity.iter()) {
                 sum.add(mass * component);
@@ -191,7 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let pair = pair.total();
         Energy {
             kinetic: kinetic.total(),
-            thermal: if self.sources.lees_edwards.is_some() { thermal.total() } else { kinetic.total() },
+            thermal: if self.images.slide() { thermal.total() } else { kinetic.total() },
             potential: pair + external.total(),
             pair,
             confined: self.confined_kinetic(),

@@ -2,37 +2,34 @@
 //!
 //! A source owns its data, says when it is next due, executes what is due, and says what has to be predicted anew. There are two kinds:
 //!
-//! - contacts and transitions of one particle, whose earliest one is its prediction: [`pair`], [`boundary`], [`cell_transition`] and
+//! - contacts and transitions of one particle, whose earliest one is its prediction: [`pair`], [`surface`], [`cell_transition`] and
 //!   [`list_rebuild`]. Prediction asks them for times, the event loop has [`Engine::execute`] or [`Engine::execute_transition`] do what is due,
 //!   and the particles of a contact are predicted anew;
-//! - global events, which no prediction of a particle holds: [`andersen`], [`lees_edwards`] and [`growth`]. The earliest one is due at
+//! - global events, which no prediction of a particle holds: [`andersen`], the refresh of images that slide ([`super::images`]) and stages of distances that change
+//!   ([`super::distances`]). The earliest one is due at
 //!   [`Sources::next_global`], which is infinite where a scene has none of them, so that they cost nothing there.
 //!
 //! A new source is a file here, its data in [`Sources`] and a variant of [`Contact`] or of [`GlobalEvent`].
 
 pub(super) mod andersen;
-pub(super) mod boundary;
 mod cell_transition;
-pub(super) mod growth;
-pub(super) mod lees_edwards;
 mod list_rebuild;
-mod pair;
+pub(super) mod pair;
+pub(super) mod surface;
 
 use super::confinement::Confinement;
-use super::event::Event;
 use super::neighbours::Neighbours;
-use super::observe::{Observe, show};
+use super::observe::Observe;
 use super::pairs::rows::Rows;
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
+use super::surfaces::{self, Placed};
 use super::{Invariant, InvariantBroken};
 use crate::model::Scene;
 use andersen::Andersen;
-use boundary::{Wall, WallRandom};
-use growth::GrowingDiameters;
-use lees_edwards::LeesEdwards;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
+use surface::SurfaceRandom;
 
 /// So many particles are predicted anew in the time of one step of the event loop.
 const PER_STEP: u64 = 16;
@@ -40,17 +37,14 @@ const PER_STEP: u64 = 16;
 /// The data of the sources that a scene has.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Sources {
-    pub walls: Vec<Wall>,
+    /// Surfaces that particles meet.
+    pub surfaces: Vec<Placed>,
     /// The walls as the pressure sees them; none where there are none.
     pub confinement: Option<Confinement>,
-    /// Random numbers of the walls, if some are thermal.
-    pub wall_random: Option<WallRandom>,
+    /// Random numbers of the surfaces, if some are thermal.
+    pub surface_random: Option<SurfaceRandom>,
     /// The heat bath.
     pub andersen: Option<Andersen>,
-    /// How the box is sheared.
-    pub lees_edwards: Option<LeesEdwards>,
-    /// How the diameters grow.
-    pub growth: Option<GrowingDiameters>,
     /// When the next global event is due, since the epoch; infinite for never.
     pub next_global: f64,
 }
@@ -60,14 +54,7 @@ pub(super) struct Sources {
 enum GlobalEvent {
     AndersenCollision,
     ImageRefresh,
-    GrowthStage,
-}
-
-/// Result of a global event: it is shown, and makes predictions void.
-pub(super) struct GlobalOutcome {
-    /// Event for observers, if there is any.
-    pub event: Option<Event>,
-    pub repredict: Repredict,
+    DistanceStage,
 }
 
 /// The particles whose predictions an event has made void.
@@ -78,45 +65,46 @@ pub(super) enum Repredict {
 }
 
 impl Sources {
-    /// Sources of a scene at its start; heat baths and growth come with stages of a run.
+    /// Sources of a scene at its start; heat baths come with stages of a run.
     pub fn of(scene: &Scene, rows: &Rows) -> Self {
         Self {
-            walls: boundary::walls(scene),
+            surfaces: surfaces::walls(&scene.space, &scene.wall_temperatures),
             confinement: Confinement::of(scene, rows),
-            wall_random: WallRandom::of(scene),
+            surface_random: SurfaceRandom::of(scene),
             andersen: None,
-            lees_edwards: scene.shear_rate.map(|rate| LeesEdwards::new(rate, scene.displacement, &scene.space)),
-            growth: None,
             next_global: f64::INFINITY,
         }
-    }
-
-    /// Global events and when each is due, since the epoch; infinite for never.
-    fn global_events(&self) -> [(GlobalEvent, f64); 3] {
-        let never = f64::INFINITY;
-        [
-            (GlobalEvent::AndersenCollision, self.andersen.as_ref().map_or(never, Andersen::next_collision)),
-            (GlobalEvent::ImageRefresh, self.lees_edwards.as_ref().map_or(never, LeesEdwards::next_refresh)),
-            (GlobalEvent::GrowthStage, self.growth.as_ref().map_or(never, GrowingDiameters::next_stage)),
-        ]
-    }
-
-    /// Finds when the next global event is due.
-    pub fn schedule_global(&mut self) {
-        self.next_global = self.global_events().iter().fold(f64::INFINITY, |next, (_, due)| next.min(*due));
-    }
-
-    fn due_global(&self) -> Option<GlobalEvent> {
-        self.global_events().iter().find(|(_, due)| *due <= self.next_global).map(|(event, _)| *event)
-    }
-
-    /// Whether something besides pairs and walls will happen: then nothing is ever over.
-    pub fn acts_for_ever(&self) -> bool {
-        self.andersen.is_some() || self.growth.is_some() || self.lees_edwards.is_some()
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Global events and when each is due, since the epoch; infinite for never.
+    fn global_events(&self) -> [(GlobalEvent, f64); 3] {
+        [
+            (
+                GlobalEvent::AndersenCollision,
+                self.sources.andersen.as_ref().map_or(f64::INFINITY, Andersen::next_collision),
+            ),
+            (GlobalEvent::ImageRefresh, self.images.next_refresh()),
+            (GlobalEvent::DistanceStage, self.distances.next_stage()),
+        ]
+    }
+
+    /// Finds when the next global event is due.
+    pub(super) fn schedule_global(&mut self) {
+        let events = self.global_events();
+        self.sources.next_global = events.iter().fold(f64::INFINITY, |next, (_, due)| next.min(*due));
+    }
+
+    fn due_global(&self) -> Option<GlobalEvent> {
+        self.global_events().iter().find(|(_, due)| *due <= self.sources.next_global).map(|(event, _)| *event)
+    }
+
+    /// Whether something besides pairs and surfaces will happen: then nothing is ever over.
+    pub(super) fn acts_for_ever(&self) -> bool {
+        self.sources.andersen.is_some() || !self.distances.are_constant() || self.images.slide()
+    }
+
     /// Executes the predicted contact of a particle, and says whether the observer goes on; none if its partner has had an event since,
     /// so that it has to be predicted anew.
     #[inline]
@@ -135,7 +123,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
                 self.execute_pair([particle, partner], side, time, observe).map(Some)
             }
-            Contact::Wall(face) => self.execute_wall(particle, face, time, observe).map(Some),
+            Contact::Surface => self.execute_surface(particle, prediction.partner_events, time, observe).map(Some),
         }
     }
 
@@ -153,10 +141,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &mut self,
         observe: &mut Observe<'_>,
     ) -> Result<(u64, ControlFlow<()>), InvariantBroken> {
-        let GlobalOutcome { event, repredict } = match self.sources.due_global() {
-            Some(GlobalEvent::AndersenCollision) => self.andersen_collision()?,
-            Some(GlobalEvent::ImageRefresh) => self.refresh_images()?,
-            Some(GlobalEvent::GrowthStage) => self.begin_growth_stage()?,
+        let silent = ControlFlow::Continue(());
+        let (repredict, flow) = match self.due_global() {
+            Some(GlobalEvent::AndersenCollision) => self.andersen_collision(observe)?,
+            Some(GlobalEvent::ImageRefresh) => (self.refresh_images()?, silent),
+            Some(GlobalEvent::DistanceStage) => (self.begin_distance_stage()?, silent),
             None => return Err(self.broken(0, None, Invariant::GlobalEvent)),
         };
         let mut steps = self.steps_of_all();
@@ -170,8 +159,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             Repredict::All => self.start_anew(),
         }
-        self.sources.schedule_global();
-        let flow = event.map_or(ControlFlow::Continue(()), |event| show(observe, || event));
+        self.schedule_global();
         Ok((steps, flow))
     }
 
@@ -180,11 +168,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some(andersen) = &mut self.sources.andersen {
             andersen.shift(shift);
         }
-        if let Some(growth) = &mut self.sources.growth {
-            growth.shift(shift);
-        }
+        self.distances.shift(shift);
         self.shift_images(shift);
-        self.sources.schedule_global();
+        self.schedule_global();
     }
 
     /// Predicting all particles anew takes as long as so many steps.

@@ -1,6 +1,6 @@
 //! The state of all particles: positions and velocities with local times, images, species, and the box.
 
-use super::images::Images;
+use super::images::travelled::Travelled;
 use super::order::along_curve;
 use super::pairs::rows::Rows;
 use crate::Vector;
@@ -43,7 +43,7 @@ pub(super) struct State {
     /// The row of each particle's species; empty if there is only one.
     pub species: Vec<u16>,
     /// How many periods each particle has travelled along the axes.
-    pub images: Images,
+    pub images: Travelled,
     pub space: Space,
     /// Of the box, infinite along axes that are not periodic.
     pub periods: Vector,
@@ -69,7 +69,7 @@ impl State {
             bodies,
             numbers,
             species: particles().filter(|_| has_table).map(|p| rows.row(p.species)).collect(),
-            images: Images::new(names.len()),
+            images: Travelled::new(names.len()),
             space: scene.space().clone(),
             periods: scene.space().periods(),
         }

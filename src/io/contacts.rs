@@ -69,21 +69,21 @@ fn push_line(line: &mut Vec<u8>, event: &Event) {
         EventKind::Pair(Outcome::Release) => b",release,",
         EventKind::Pair(Outcome::Bounce) => b",bounce,",
         EventKind::Thermostat => b",thermostat,",
-        EventKind::Wall { .. } => b",wall,",
+        EventKind::Surface => b",wall,",
     };
     Shortest(event.time).push(line);
     line.extend_from_slice(kind);
     Shortest(event.particle.0.into()).push(line);
     line.push(b',');
-    match (event.kind, event.partner) {
-        (EventKind::Pair(_), Some(partner)) => Shortest(partner.0.into()).push(line),
-        (EventKind::Wall { axis, is_upper }, _) => {
+    match (event.partner(), event.wall()) {
+        (Some(partner), _) => Shortest(partner.0.into()).push(line),
+        (None, Some((axis, is_upper))) => {
             line.push(if is_upper { b'+' } else { b'-' });
             line.extend(b"xyz".get(usize::from(axis)));
         }
         _ => {}
     }
-    for number in [event.impulse, event.energy_step, event.dissipated] {
+    for number in [event.normal_impulse(), event.energy_step, event.dissipated] {
         line.push(b',');
         Shortest(number).push(line);
     }

@@ -84,9 +84,9 @@ impl EventLog {
 
     #[inline]
     pub fn add(&mut self, event: &Event) -> Result<(), OutputError> {
-        let partner = event.partner.map_or(-1, |partner| i64::from(partner.0));
+        let partner = event.partner().map_or(-1, |partner| i64::from(partner.0));
         let [time, kind, particle, partners, positions, before, after, energy_step, dissipated] = &mut self.gathered;
-        kind.push(event.kind.code());
+        kind.push(event.code());
         particle.extend_from_slice(&event.particle.0.to_le_bytes());
         partners.extend_from_slice(&partner.to_le_bytes());
         for (column, number) in [(time, event.time), (energy_step, event.energy_step), (dissipated, event.dissipated)] {

@@ -1,8 +1,10 @@
 //! Descriptions of a scene in words, and numbers as people read them: for the terminal and for the page about a run.
 
 mod estimate;
+mod facts;
 
 pub use estimate::{estimate, observable};
+pub use facts::{Fact, facts};
 
 use std::path::Path;
 
@@ -61,9 +63,9 @@ pub fn kind_of_potential(scene: &Scene) -> &'static str {
     if kinds.all(|other| other == first) { first } else { "" }
 }
 
-/// The box, axis by axis.
+/// The box, a line for each axis.
 #[must_use]
-pub fn space(scene: &Scene) -> String {
+pub fn space(scene: &Scene) -> Vec<String> {
     let axes = ["x", "y", "z"].iter().enumerate().map(|(k, name)| {
         let (lower, upper) = (scene.space.lower[k], scene.space.upper()[k]);
         let [below, above] = scene.wall_temperatures[k];
@@ -77,7 +79,7 @@ pub fn space(scene: &Scene) -> String {
         };
         format!("{name} from {} to {} {what}", digits(lower), digits(upper))
     });
-    axes.collect::<Vec<_>>().join("; ")
+    axes.collect()
 }
 
 fn face(face: &Face, temperature: Option<f64>) -> String {
@@ -237,7 +239,7 @@ pub fn stage(stage: &StagePlan) -> String {
 pub fn exchange(plan: &ExchangePlan) -> String {
     let temperatures: Vec<String> = plan.temperatures.iter().map(|temperature| digits(*temperature)).collect();
     format!(
-        "{} replicas at temperatures {}, in heat baths of rate {}, are swapped at intervals of {}",
+        "{} replicas at temperatures {}, in heat baths of rate {}, are swapped at intervals of {}; `carom exchange` runs it",
         temperatures.len(),
         temperatures.join(", "),
         digits(plan.rate),

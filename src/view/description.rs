@@ -4,56 +4,29 @@ use super::describe;
 use crate::Vector;
 use crate::analysis::instruments::SystemDescription;
 use crate::analysis::observables::ApplicableObservables;
-use crate::base::text::{digits, plural};
+use crate::base::text::digits;
 use crate::engine::EngineChoice;
-use crate::model::{InputFile, Limit, Scene, Species};
+use crate::model::{InputFile, Limit, Scene};
 use crate::run::{self, Burden};
 
-/// Description of a scene, a line for each part of it.
+/// Description of a scene: its facts, a line for each.
 #[must_use]
 pub fn text(scene: &Scene) -> String {
-    let mut lines = vec![format!("{}, seed {}", scene.name(), scene.seed())];
-    let mut add = |line: String| lines.push(format!("  {line}"));
-    if let Some(start) = describe::start(scene) {
-        add(format!("starts from {start}"));
+    let mut text = format!("{}, seed {}\n", scene.name(), scene.seed());
+    for fact in describe::facts(scene) {
+        let labels = [fact.label].into_iter().chain(std::iter::repeat(""));
+        text.extend(labels.zip(&fact.values).map(|(label, value)| line(label, value)));
     }
-    add(describe::population(scene));
-    for species in scene.species() {
-        add(describe_species(species));
-    }
-    add(format!("space: {}", describe::space(scene)));
-    if let Some(density) = density(scene) {
-        add(density);
-    }
-    for interaction in describe::interactions(scene) {
-        add(interaction);
-    }
-    for surface in scene.static_surfaces() {
-        let hole = surface.hole.map_or_else(String::new, |hole| format!(", holes up to {} in radius", digits(hole)));
-        add(format!("mesh `{}`: {}{hole}", surface.name, plural(surface.particles.len(), "sphere")));
-    }
-    if let Some(time) = scene.contact_time() {
-        add(format!("TC model: contacts closer than {time} in time are elastic"));
-    }
-    if let Some(rate) = scene.shear_rate() {
-        add(format!("sheared along x across y at a rate of {}", digits(rate)));
-    }
+    text.extend(density(scene).map(|density| line("density", &density)));
     let choice = EngineChoice::new(scene);
-    add(format!("engine: {choice}, {}", describe::reasons(scene, choice)));
-    for stage in &scene.run().stages {
-        add(format!("stage {}", describe::stage(stage)));
-    }
-    if scene.run().until_stationary || scene.run().equilibration != Limit::default() {
-        add(format!("equilibrates {}", describe::equilibration(scene.run())));
-    }
-    add(format!("measures {}", describe::limit(&scene.run().limit)));
-    if let Some(plan) = scene.exchange() {
-        add(format!("meanwhile {}; `carom exchange` runs it", describe::exchange(plan)));
-    }
-    if let Some(thermostat) = &scene.run().thermostat {
-        add(format!("meanwhile {}", describe::thermostat(thermostat)));
-    }
-    lines.join("\n") + "\n"
+    text + &line("engine", &format!("{choice}, {}", describe::reasons(scene, choice)))
+        + &line("measurement", &describe::limit(&scene.run().limit))
+}
+
+/// A line of a description.
+#[must_use]
+pub fn line(label: &str, value: &str) -> String {
+    format!("  {label:<14}{value}\n")
 }
 
 /// Warnings: settings that are allowed, but probably not meant.
@@ -142,10 +115,10 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
 /// Reasons why the run takes far longer than its events, with the time that each takes.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<String> {
-    run::burdens(scene).into_iter().map(line).collect()
+    run::burdens(scene).into_iter().map(told).collect()
 }
 
-fn line(Burden { cause, seconds }: Burden) -> String {
+fn told(Burden { cause, seconds }: Burden) -> String {
     match seconds {
         // Where the number of events is not known, nor is the time.
         ..1.0 => cause,
@@ -162,18 +135,6 @@ fn wall_time(seconds: f64) -> String {
         ..63_072_000.0 => format!("{:.0} days", seconds / 86_400.0),
         _ => format!("{} years", digits(seconds / 31_536_000.0)),
     }
-}
-
-fn describe_species(species: &Species) -> String {
-    let mass = if species.is_static() { "static".to_owned() } else { format!("mass {}", digits(species.mass)) };
-    let acceleration = species.acceleration;
-    let falling = if acceleration.norm() > 0.0 {
-        let [x, y, z] = [0, 1, 2].map(|k| digits(acceleration[k]));
-        format!(", acceleration [{x}, {y}, {z}]")
-    } else {
-        String::new()
-    };
-    format!("{}: diameter {}, {mass}{falling}", species.name, digits(species.diameter))
 }
 
 /// Number density and packing fraction of what moves, where the box has a volume that means something.
@@ -259,7 +220,7 @@ mod tests {
 
     #[test]
     fn a_time_that_is_not_known_is_not_told() {
-        let of = |seconds| line(Burden { cause: "large cells".to_owned(), seconds });
+        let of = |seconds| told(Burden { cause: "large cells".to_owned(), seconds });
         assert_eq!([of(-0.0), of(0.0), of(0.25)], ["large cells"; 3]);
         assert_eq!(of(90.4), "large cells: some 90 seconds of wall time");
     }

@@ -3,10 +3,16 @@
 use std::fmt::Write;
 
 use crate::analysis::observables::OBSERVABLES;
-use crate::base::text::{self, clock, digits, short, tiny};
+use crate::analysis::statistics::{Estimate, Stationarity};
+use crate::base::text::{self, clock, digits, short};
+use crate::engine::event::EventCounts;
+use crate::io::Summary;
 use crate::io::rates::{rates_of, told_apart};
 use crate::run::{Ending, Finished, Stage};
-use crate::view::describe;
+use crate::view::{audit, describe};
+
+/// Values by the name of their observable.
+type Means<T> = [(&'static str, T)];
 
 /// Rates that have a line.
 const MOST_RATES: usize = 12;
@@ -28,24 +34,19 @@ pub fn text(finished: &Finished) -> String {
     let rate = if seconds > 0.0 { event_counts.physical() as f64 / seconds } else { 0.0 };
     let measured = format!("a time of {}, {} events", digits(measurement.duration), event_counts.physical());
     lines.pair("measured", &format!("{measured}, {} ({} events/s)", clock(seconds), short(rate)));
-    let kinds =
-        kinds(event_counts.core, event_counts.capture, event_counts.release, event_counts.bounce, event_counts.wall);
+    let EventCounts { core, capture, release, bounce, wall, transition, .. } = *event_counts;
+    let kinds = kinds([core, capture, release, bounce, wall], |count| count.to_string());
     if !kinds.is_empty() {
         lines.pair("events", &kinds);
     }
-    lines.pair("cell or list transitions", &event_counts.transition.to_string());
+    lines.pair("cell or list transitions", &transition.to_string());
     if let Some(reason) = finished.frames_limit {
         lines.pair("frames", reason);
     }
+    let dimensions = scene.space().dimensions();
     if !finished.observables.is_empty() {
         lines.title("mean and standard error");
-        for (name, estimate) in &finished.observables {
-            let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
-            let unit = text::unit(unit, scene.space().dimensions());
-            let verdict = finished.stationarity.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
-            let words = describe::observable(name, estimate, verdict, event_counts.physical());
-            lines.pair(&name.replace('_', " "), &format!("{words} [{unit}]"));
-        }
+        lines.means(&finished.observables, &finished.stationarity, event_counts, dimensions);
     }
     let all = rates_of(finished);
     let all = told_apart(&all);
@@ -58,39 +59,25 @@ pub fn text(finished: &Finished) -> String {
             lines.pair("", &format!("and {} more in summary.json", all.len() - MOST_RATES));
         }
     }
-    stages(&mut lines, finished);
+    for stage in &finished.stages {
+        let event_counts = &stage.measurement.event_counts;
+        let (duration, events) = (digits(stage.measurement.duration), event_counts.physical());
+        lines.title(&format!("stage {}, a time of {duration}, {events} events", stage.name));
+        lines.means(&stage.observables, &stage.stationarity, event_counts, dimensions);
+        lines.pair("equilibrated", &stage.equilibrium.to_string());
+    }
     lines.title("state of the measurement");
     lines.pair("equilibrated", &finished.equilibrium.to_string());
-    audit(&mut lines, finished);
+    lines.audit(finished);
     lines.text()
 }
 
-/// The means of the measured stages before the last measurement.
-fn stages(lines: &mut Lines, finished: &Finished) {
-    let dimensions = finished.simulation.scene().space().dimensions();
-    for stage in &finished.stages {
-        let events = stage.measurement.event_counts.physical();
-        lines.title(&format!(
-            "stage {}, a time of {}, {events} events",
-            stage.name,
-            digits(stage.measurement.duration)
-        ));
-        for (name, estimate) in &stage.observables {
-            let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
-            let verdict = stage.stationarity.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
-            let words = describe::observable(name, estimate, verdict, events);
-            lines.pair(&name.replace('_', " "), &format!("{words} [{}]", text::unit(unit, dimensions)));
-        }
-        lines.pair("equilibrated", &stage.equilibrium.to_string());
-    }
-}
-
-/// Numbers of events by kind: `12 core, 3 wall`.
+/// Numbers of events of the kinds core, capture, release, bounce and wall, as they are shown: `12 core, 3 wall`.
 #[must_use]
-pub fn kinds(core: u64, capture: u64, release: u64, bounce: u64, wall: u64) -> String {
-    let kinds = [("core", core), ("capture", capture), ("release", release), ("bounce", bounce), ("wall", wall)];
-    let kinds: Vec<String> = kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();
-    kinds.join(", ")
+pub fn kinds(counts: [u64; 5], shown: fn(u64) -> String) -> String {
+    let kinds = ["core", "capture", "release", "bounce", "wall"].into_iter().zip(counts);
+    let kinds = kinds.filter(|(_, count)| *count > 0).map(|(name, count)| format!("{} {name}", shown(count)));
+    kinds.collect::<Vec<_>>().join(", ")
 }
 
 fn ending(finished: &Finished) -> String {
@@ -116,48 +103,6 @@ fn ending(finished: &Finished) -> String {
     }
 }
 
-fn audit(lines: &mut Lines, finished: &Finished) {
-    let audit = &finished.audit;
-    let event_counts = &audit.event_counts;
-    lines.title("audit of the whole run");
-    lines.pair(
-        "energy ledger",
-        &format!("off by {}, relative; the limit is {:.1e}", tiny(audit.ledger_error), audit.limits.energy),
-    );
-    let limits = &audit.limits;
-    let drift = audit.momentum_drift.map_or_else(
-        || format!("not conserved: {}", describe::momentum_changes(finished.simulation.scene())),
-        |drift| format!("drifted by {}, relative; the limit is {:.1e}", tiny(drift), limits.momentum),
-    );
-    lines.pair("momentum", &drift);
-    let last = audit.deepest_final.map_or(0.0, |overlap| overlap.depth);
-    let executed = tiny(event_counts.deepest_overlap);
-    lines.pair("deepest overlap", &format!("{executed} at an event, {} at the end, of the distance", tiny(last)));
-    if audit.initial.overlaps > 0 {
-        let count = text::plural(audit.initial.overlaps, "pair");
-        let end = audit.initial.resolved_after.map_or_else(
-            || format!("{} left at the end", audit.final_overlaps),
-            |time| format!("the last gone after a time of {}", digits(time)),
-        );
-        lines.pair("overlapping at the start", &format!("{count}, {end}"));
-    }
-    lines.pair("in invalid states", &text::plural(event_counts.in_invalid_state, "event"));
-    lines.pair("at turning points", &text::plural(event_counts.turning_point, "event"));
-    if finished.simulation.scene().contact_time().is_some() {
-        let contacts = event_counts.tc_contacts.max(1) as f64;
-        let fraction = 100.0 * event_counts.tc_altered as f64 / contacts;
-        lines.pair("TC model altered", &format!("{} contacts, {fraction:.2} % of them", event_counts.tc_altered));
-    }
-    if audit.dissipated > 0.0 {
-        lines.pair("dissipated", &format!("{} of energy", digits(audit.dissipated)));
-    }
-    let faults = audit.faults();
-    lines.pair("verdict", if faults.is_empty() { "sound" } else { "FAILED" });
-    for fault in &faults {
-        lines.pair("", &fault.to_string());
-    }
-}
-
 /// Lines of names and values, in two columns.
 #[derive(Debug, Clone, Default)]
 pub struct Lines(String);
@@ -177,6 +122,37 @@ impl Lines {
     /// Adds a line.
     pub fn line(&mut self, line: &str) {
         let _ = writeln!(self.0, "{line}");
+    }
+
+    /// The means of a measurement in which so many events took place.
+    fn means(
+        &mut self,
+        means: &Means<Estimate>,
+        verdicts: &Means<Stationarity>,
+        counted: &EventCounts,
+        dimensions: usize,
+    ) {
+        for (name, estimate) in means {
+            let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
+            let verdict = verdicts.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
+            let words = describe::observable(name, estimate, verdict, counted.physical());
+            self.pair(&name.replace('_', " "), &format!("{words} [{}]", text::unit(unit, dimensions)));
+        }
+    }
+
+    fn audit(&mut self, finished: &Finished) {
+        self.title("audit of the whole run");
+        let summary = Summary::of(finished);
+        for row in audit::rows(&summary, Some(finished.simulation.scene())) {
+            let why = row.why.map_or_else(String::new, |why| format!(": {why}"));
+            let limit = if row.limit.is_empty() { String::new() } else { format!("; the limit is {}", row.limit) };
+            let relative = if row.is_relative { ", relative" } else { "" };
+            self.pair(row.what, &format!("{}{relative}{why}{limit}", row.value));
+        }
+        self.pair("verdict", if summary.faults.is_empty() { "sound" } else { "FAILED" });
+        for fault in &summary.faults {
+            self.pair("", fault);
+        }
     }
 
     /// All lines.

@@ -100,7 +100,7 @@ fn the_formal_example_is_exact() {
     let mut simulation = Simulation::without_plan(scene);
     let mut events: Vec<Event> = Vec::new();
     assert_eq!(simulation.advance_with(Until::time(10.0), |event| events.push(*event)), Ok(Reason::Time));
-    let pairs: Vec<_> = events.iter().map(|e| (e.particle.0.min(e.partner.unwrap().0), e.kind)).collect();
+    let pairs: Vec<_> = events.iter().map(|e| (e.particle.0.min(e.partner().unwrap().0), e.kind)).collect();
     assert_eq!(pairs, [(0, EventKind::Pair(Outcome::Core)), (1, EventKind::Pair(Outcome::Core))]);
     assert_eq!(events[0].time, 0.0);
     assert!((events[1].time - 1.01).abs() <= 1e-14, "{}", events[1].time);

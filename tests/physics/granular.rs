@@ -223,7 +223,7 @@ fn contact_times_longer_than_the_run_leave_each_particle_one_inelastic_contact()
     simulation
         .advance_with(Until::events(20_000), |event| {
             let EventKind::Pair(_) = event.kind else { panic!("{event:?}") };
-            let pair = [event.particle.0 as usize, event.partner.unwrap().0 as usize];
+            let pair = [event.particle.0 as usize, event.partner().unwrap().0 as usize];
             let is_first = pair.iter().all(|id| !met[*id]);
             for id in pair {
                 met[id] = true;

@@ -97,7 +97,7 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
             .build()
             .unwrap();
         let measured = finish(scene).measurement;
-        let factor = 1.0 + measured.event_counts.virial / (3.0 * count as f64 * measured.duration);
+        let factor = 1.0 + measured.event_counts.virial.total() / (3.0 * count as f64 * measured.duration);
         let error = (1.27 / (5.0 * count as f64) + 1.27 / contacts as f64).sqrt();
         let lag = 1.5 * 3.0 * rate;
         let allowed = target * (1.0 - 3.0 * error)..target * (1.0 + 3.0 * error + lag);

@@ -5,7 +5,6 @@ use std::ops::ControlFlow;
 
 use carom::Vector;
 use carom::analysis::statistics::Estimate;
-use carom::engine::event::EventKind;
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
@@ -133,13 +132,13 @@ fn the_heat_of_all_walls_is_what_the_energy_changes_by() {
     let start = simulation.energy().kinetic;
     let (mut at_walls, mut in_pairs) = ([[0.0; 2]; 3], 0.0);
     simulation
-        .advance_with(Until::events(30_000), |event| match event.kind {
-            EventKind::Wall { axis, is_upper } => {
+        .advance_with(Until::events(30_000), |event| match event.wall() {
+            Some((axis, is_upper)) => {
                 let mass = if event.distance == 0.5 { 0.7 } else { 3.0 };
                 let [before, after] = [event.before[0], event.after[0]].map(|v| v.norm_squared());
                 at_walls[usize::from(axis)][usize::from(is_upper)] += 0.5 * mass * (after - before);
             }
-            _ => in_pairs += event.dissipated,
+            None => in_pairs += event.dissipated,
         })
         .unwrap();
     let (counts, change) = (simulation.event_counts(), simulation.energy().kinetic - start);

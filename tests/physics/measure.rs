@@ -82,7 +82,7 @@ impl Fluid {
                 // Net momentum zero takes the degrees of freedom of one particle away.
                 temperature: 2.0 * integral / (now - begin) / (dimensions * (particles - 1.0)),
                 core: (after.core - before.core) as f64,
-                virial: after.virial - before.virial,
+                virial: after.virial.total() - before.virial.total(),
             });
         }
         Self { particles, dimensions, blocks }

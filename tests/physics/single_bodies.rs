@@ -29,7 +29,7 @@ fn a_body_between_walls_returns_after_twice_their_distance_over_its_speed() {
         let mut faces = [0; 6];
         let until = Until::time(16.0 * f64::from(period));
         let reason = simulation.advance_with(until, |event| match event.kind {
-            EventKind::Wall { axis, is_upper } => faces[2 * usize::from(axis) + usize::from(is_upper)] += 1,
+            EventKind::Surface => faces[usize::from(event.code() - 4)] += 1,
             _ => panic!("{event:?}"),
         });
         assert_eq!(reason, Ok(Reason::Time));
@@ -68,7 +68,7 @@ fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulati
     let _ = simulation.advance_with(Until { time: f64::INFINITY, events: 200 }, |event| {
         // Under gravity 1 the ball of mass 1 comes back as fast as it left.
         let arrival = if times.is_empty() { 2.0_f64.sqrt() } else { speed };
-        speed = event.impulse - arrival;
+        speed = event.normal_impulse() - arrival;
         times.push(event.time);
         peaks.push(0.5 * speed * speed);
     });
@@ -141,7 +141,7 @@ fn pendulum_period(width: f64, swings: usize) -> f64 {
         let next = simulation.event_counts().physical() + 1000;
         simulation
             .advance_with(Until::events(next), |event| {
-                let side = if event.partner.is_some_and(|id| id.0 == 0) { 1.0 } else { -1.0 };
+                let side = if event.partner().is_some_and(|id| id.0 == 0) { 1.0 } else { -1.0 };
                 let x = side * event.normal.x;
                 let now = (event.time, x);
                 if (x > 0.0) != (last.1 > 0.0) && event.normal.z * side < 0.0 {

@@ -163,7 +163,7 @@ fn what_a_hot_wall_gives_a_particle_does_not_depend_on_the_order_of_contacts() {
         let mut simulation = Simulation::new(scene.build().unwrap()).unwrap();
         let mut given = Vec::new();
         let mut see = |event: &carom::Event| {
-            if event.particle.0 == 0 && matches!(event.kind, EventKind::Wall { .. }) {
+            if event.particle.0 == 0 && event.kind == EventKind::Surface {
                 given.push(event.after[0].map(f64::to_bits));
             }
         };

@@ -209,8 +209,8 @@ fn numbers_are_only_names() {
 
 /// Numbers of an event that do not depend on when time starts.
 fn timeless(event: &Event) -> (EventKind, u32, Option<u32>, [u64; 4]) {
-    let numbers = [event.impulse, event.normal.x, event.energy_step, event.dissipated].map(f64::to_bits);
-    (event.kind, event.particle.0, event.partner.map(|partner| partner.0), numbers)
+    let numbers = [event.impulse.x, event.normal.x, event.energy_step, event.dissipated].map(f64::to_bits);
+    (event.kind, event.particle.0, event.partner().map(|partner| partner.0), numbers)
 }
 
 #[test]

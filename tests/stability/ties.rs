@@ -42,7 +42,7 @@ fn run(space: &Space, potential: &Potential, particles: &[State], time: f64) -> 
 
 /// The ids of a pair, the lower one first.
 fn pair(event: &Event) -> (u32, u32) {
-    let (a, b) = (event.particle.0, event.partner.unwrap().0);
+    let (a, b) = (event.particle.0, event.partner().unwrap().0);
     (a.min(b), a.max(b))
 }
 

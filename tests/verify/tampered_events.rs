@@ -2,7 +2,7 @@
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};
-use carom::engine::event::EventKind;
+use carom::engine::event::{EventKind, Other};
 use carom::engine::{Simulation, Until};
 use carom::model::ParticleId;
 use carom::physics::response::Outcome;
@@ -32,7 +32,7 @@ fn first(recording: &Recording, outcome: Outcome) -> usize {
 /// A particle that does not take part in event `K`.
 fn bystander(recording: &Recording) -> ParticleId {
     let event = &recording.events[K].0;
-    (0..256).rev().map(ParticleId).find(|id| *id != event.particle && Some(*id) != event.partner).unwrap()
+    (0..256).rev().map(ParticleId).find(|id| *id != event.particle && Some(*id) != event.partner()).unwrap()
 }
 
 fn wrong_quantity(recording: &Recording, at: usize) -> Quantity {
@@ -81,7 +81,7 @@ fn an_invented_event_is_too_early_or_of_two_that_part() {
     let mut recording = fluid();
     // Two that are far apart, at the time of an event.
     let (mut event, states) = recording.events[K].clone();
-    event.partner = Some(bystander(&recording));
+    event.other = Other::Particle(bystander(&recording));
     recording.events.insert(K + 1, (event, states));
     assert!(matches!(recording.fault(), Some((at, Fault::Early { .. })) if at == K + 1), "{:?}", recording.fault());
 
@@ -155,7 +155,7 @@ fn wrong_velocities_are_told() {
     let moved = |change: &dyn Fn(&mut Vector, &mut Vector, &Vector)| {
         let mut recording = fluid();
         let (event, states) = &mut recording.events[K];
-        let [i, j] = [event.particle, event.partner.unwrap()].map(|id| id.0 as usize);
+        let [i, j] = [event.particle, event.partner().unwrap()].map(|id| id.0 as usize);
         let (mut a, mut b) = (states.velocities[i], states.velocities[j]);
         change(&mut a, &mut b, &event.normal);
         (states.velocities[i], states.velocities[j]) = (a, b);
@@ -237,10 +237,13 @@ fn what_makes_no_sense_is_refused_without_a_panic() {
         recording.fault().unwrap().1
     };
     assert!(matches!(refused(&|r| r.events[5].0.particle = ParticleId(256)), Fault::Unknown { .. }));
-    assert!(matches!(refused(&|r| r.events[5].0.partner = None), Fault::Unknown { .. }));
+    assert!(matches!(refused(&|r| r.events[5].0.other = Other::Bath), Fault::Unknown { .. }));
     assert!(matches!(refused(&|r| r.events[5].0.distance = 1.25), Fault::Unknown { .. }));
-    let wall = EventKind::Wall { axis: 7, is_upper: false };
-    assert!(matches!(refused(&|r| r.events[5].0.kind = wall), Fault::Unknown { .. }));
+    let surface = |r: &mut Recording, surface| {
+        (r.events[5].0.kind, r.events[5].0.other) = (EventKind::Surface, Other::Surface { surface, feature: 0 });
+    };
+    assert!(matches!(refused(&|r| surface(r, 14)), Fault::Unknown { .. }), "no wall of a box");
+    assert!(matches!(refused(&|r| surface(r, 3)), Fault::Unknown { .. }));
     assert!(matches!(refused(&|r| r.events[5].1.positions.truncate(255)), Fault::Incomplete { .. }));
     assert!(matches!(refused(&|r| r.events[5].1.elapsed.epoch = f64::NAN), Fault::Backwards { .. }));
     assert!(matches!(refused(&|r| r.events[5].1.elapsed.epoch = f64::INFINITY), Fault::Backwards { .. }));

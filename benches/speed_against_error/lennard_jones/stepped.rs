@@ -56,7 +56,7 @@ fn scene(state: &State, potential: &Potential, scale: f64) -> Outcome<Scene> {
 impl Fluid for Stepped {
     fn advance(&mut self, time: f64) -> Thermodynamics {
         let simulation = &mut self.simulation;
-        let (start, before) = (simulation.time(), simulation.event_counts().virial);
+        let (start, before) = (simulation.time(), simulation.event_counts().virial.total());
         let energy = simulation.energy();
         let (mut kinetic, mut integral, mut now) = (energy.kinetic, 0.0, start);
         let end = start + time;
@@ -69,7 +69,7 @@ impl Fluid for Stepped {
         integral += kinetic * (end - now);
         let kinetic = integral / time;
         let potential = energy.kinetic + energy.pair - kinetic;
-        let virial = (simulation.event_counts().virial - before) / time;
+        let virial = (simulation.event_counts().virial.total() - before) / time;
         Thermodynamics::new(self.count, self.volume, kinetic, potential, virial)
     }
 }

@@ -7,7 +7,7 @@ mod harmonics;
 
 use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Normalisation, Number, Scalar, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation, Number, Scalar};
 use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
@@ -18,6 +18,7 @@ use crate::model::measurement_plan::{BINS, MOST_BINS};
 use crate::model::space::Boundary;
 use harmonics::Harmonics;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// The degrees that are measured.
 const DEGREES: [usize; 2] = [6, 4];
@@ -112,19 +113,10 @@ impl BondOrder {
         1 + degree * (2 + self.bins)
     }
 
-    /// The distribution of the order parameters of single particles.
-    fn distribution(&self, symbol: &str, method: String, series: Vec<Series>) -> Curve {
-        let centre = |bin: usize| (bin as f64 + 0.5) / self.bins as f64;
-        let values = (0..self.bins).map(centre).collect();
-        Curve {
-            name: "bond_order".to_owned(),
-            title: "Distribution of the bond order of particles".to_owned(),
-            method,
-            variables: vec![Variable { name: symbol.to_owned(), unit: "1".to_owned(), values }],
-            series,
-            is_logarithmic: [false; 2],
-            published: Vec::new(),
-        }
+    /// The first bin of the distribution of a degree, and the next ones.
+    fn bins(&self, degree: usize) -> Range<usize> {
+        let first = self.first(degree) + 2;
+        first..first + self.bins
     }
 }
 
@@ -173,56 +165,34 @@ impl Instrument for BondOrder {
             _ => "|mean of exp(i l phi)|",
         };
         let neighbours = format!("neighbours closer than {}", digits(self.cutoff));
-        let number = |name: String, title: String, element: usize, method: String| {
-            let estimate = self.curve.estimate(element);
-            Number {
-                name,
-                title,
-                unit: "1".to_owned(),
-                mean: estimate.map(|estimate| estimate.mean),
-                standard_error: estimate.and_then(|estimate| estimate.standard_error),
-                method,
-            }
+        let mut number = |name: &str, title: &str, element: usize, method: &str| {
+            measured.numbers.push(Number::estimated(name, title, "1", self.curve.estimate(element), method));
         };
-        let (means, errors) = (self.curve.means(), self.curve.standard_errors());
-        let mut series = Vec::new();
-        measured.numbers.push(number(
-            "neighbours".to_owned(),
-            "Number of neighbours".to_owned(),
-            0,
-            format!("mean number of {neighbours}"),
-        ));
-        for (index, degree) in DEGREES.iter().enumerate() {
-            let first = self.first(index);
-            let one = format!("{symbol}{degree} = {global} over the {neighbours}");
-            let method = format!("mean over the particles that have neighbours of {one} of each");
-            measured.numbers.push(number(
-                format!("{symbol}{degree}"),
-                format!("Bond order {symbol}{degree}"),
-                first,
-                method,
-            ));
-            let method = format!("{one}, of all particles at once");
-            let name = format!("{symbol}{degree}_global");
-            measured.numbers.push(number(name, format!("Global bond order {symbol}{degree}"), first + 1, method));
-            let range = first + 2..first + 2 + self.bins;
-            series.push(Series {
-                name: format!("p({symbol}{degree})"),
-                unit: "1".to_owned(),
-                values: means[range.clone()].to_vec(),
-                standard_errors: errors[range].to_vec(),
-                // The number of particles that have neighbours changes.
-                normalisation: Some(
-                    Normalisation::of("part of the particles with neighbours in the bin, over all samples")
-                        .by("samples", "1", self.curve.most())
-                        .by("bin_width", "1", 1.0 / self.bins as f64),
-                ),
-            });
-        }
+        number("neighbours", "Number of neighbours", 0, &format!("mean number of {neighbours}"));
+        // The number of particles that have neighbours changes.
+        let normalisation = Normalisation::of("part of the particles with neighbours in the bin, over all samples")
+            .by("samples", "1", self.curve.most())
+            .by("bin_width", "1", 1.0 / self.bins as f64);
         let method = format!(
             "probability density of {symbol}_l = {global} over the {neighbours}, among particles that have any"
         );
-        measured.curves.push(self.distribution(symbol, method, series));
+        let mut curve = Curve::new("bond_order", "Distribution of the bond order of particles", &method).variable(
+            symbol,
+            "1",
+            (0..self.bins).map(|bin| (bin as f64 + 0.5) / self.bins as f64).collect(),
+        );
+        for (index, degree) in DEGREES.iter().enumerate() {
+            let (first, name) = (self.first(index), format!("{symbol}{degree}"));
+            let one = format!("{name} = {global} over the {neighbours}");
+            let method = format!("mean over the particles that have neighbours of {one} of each");
+            number(&name, &format!("Bond order {name}"), first, &method);
+            let method = format!("{one}, of all particles at once");
+            number(&format!("{name}_global"), &format!("Global bond order {name}"), first + 1, &method);
+            curve = curve
+                .series(&format!("p({name})"), "1", &self.curve.estimates(self.bins(index)))
+                .normalised(normalisation.clone());
+        }
+        measured.curves.push(curve);
     }
 }
 

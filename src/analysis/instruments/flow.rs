@@ -6,9 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::block_times::BlockTimes;
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation, Number};
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
+use crate::analysis::statistics::Estimate;
 use crate::base::numbers::trunc_to_i64;
 use crate::model::measurement_plan::Flow as Plan;
 use crate::model::space::Boundary;
@@ -166,50 +167,35 @@ impl Instrument for Flow {
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {
         let name = &self.name;
         let now = self.passages.now();
-        let total = |key: &str, title: String, unit: &str, value: f64| Number {
-            name: format!("flow_{name}_{key}"),
-            title,
-            unit: unit.to_owned(),
-            mean: Some(value),
-            standard_error: Some(0.0),
-            method: COUNT.to_owned(),
+        let mut number = |key: &str, title: &str, unit: &str, estimate: Option<Estimate>, method: &str| {
+            measured.numbers.push(Number::estimated(&format!("flow_{name}_{key}"), title, unit, estimate, method));
         };
-        measured.numbers.push(total("count", format!("Particles that passed {name}"), "1", now.total as f64));
+        let exact = |mean: f64| Some(Estimate { mean, standard_error: Some(0.0) });
+        let title = format!("Particles that passed {name}");
+        number("count", &title, "1", exact(now.total as f64), COUNT);
         for (species, count) in &self.by_species {
             let species = &system.species_names[*species as usize];
             let title = format!("Particles of {species} that passed {name}");
-            measured.numbers.push(total(&format!("count_{species}"), title, "1", *count as f64));
+            number(&format!("count_{species}"), &title, "1", exact(*count as f64), COUNT);
         }
-        measured.numbers.push(total("mass", format!("Mass that passed {name}"), "mass", now.mass));
+        number("mass", &format!("Mass that passed {name}"), "mass", exact(now.mass), COUNT);
         let method = if self.passages.has_window() { RATE_IN_WINDOW } else { RATE };
-        for (of, key, title, unit) in [
-            (Of::Number, "rate", format!("Rate of particles that pass {name}"), "1 / time"),
-            (Of::Mass, "mass_rate", format!("Rate of mass that passes {name}"), "mass / time"),
-        ] {
-            let rate = self.passages.rate(of);
-            measured.numbers.push(Number::estimated(&format!("flow_{name}_{key}"), &title, unit, rate, method));
-        }
+        let rate = |of| self.passages.rate(of);
+        number("rate", &format!("Rate of particles that pass {name}"), "1 / time", rate(Of::Number), method);
+        number("mass_rate", &format!("Rate of mass that passes {name}"), "mass / time", rate(Of::Mass), method);
         let rows = self.passages.rows();
-        let series = |name: &str, unit: &str, value: fn(&Row) -> f64| Series {
-            name: name.to_owned(),
-            unit: unit.to_owned(),
-            values: rows.iter().map(|row| Some(value(row))).collect(),
-            standard_errors: vec![None; rows.len()],
-            normalisation: Some(Normalisation::of("what passed since the start of the measurement")),
+        let column = |value: fn(&Row) -> f64| -> Vec<Option<Estimate>> {
+            rows.iter().map(|row| Some(Estimate { mean: value(row), standard_error: None })).collect()
         };
-        measured.curves.push(Curve {
-            name: format!("flow_{name}"),
-            title: format!("Particles that passed {name}"),
-            method: COUNT.to_owned(),
-            variables: vec![Variable {
-                name: "t".to_owned(),
-                unit: "time".to_owned(),
-                values: rows.iter().map(|row| row.time).collect(),
-            }],
-            series: vec![series("N", "1", |row| row.total as f64), series("mass", "mass", |row| row.mass)],
-            is_logarithmic: [false, false],
-            published: Vec::new(),
-        });
+        let sum = Normalisation::of("what passed since the start of the measurement");
+        measured.curves.push(
+            Curve::new(&format!("flow_{name}"), &title, COUNT)
+                .variable("t", "time", rows.iter().map(|row| row.time).collect())
+                .series("N", "1", &column(|row| row.total as f64))
+                .normalised(sum.clone())
+                .series("mass", "mass", &column(|row| row.mass))
+                .normalised(sum),
+        );
     }
 }
 

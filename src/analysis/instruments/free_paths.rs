@@ -5,7 +5,7 @@ mod histogram;
 use serde::{Deserialize, Serialize};
 
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Normalisation, Number, Published, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation, Number, Published};
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::statistics::{BlockAverage, Estimate};
@@ -148,7 +148,7 @@ impl Instrument for FreePaths {
         let is_core = event.kind == EventKind::Pair(Outcome::Core);
         self.fly(event.time, system);
         let velocities = event.before.iter().zip(&event.after);
-        for (id, (before, after)) in [Some(event.particle), event.partner].into_iter().zip(velocities) {
+        for (id, (before, after)) in [Some(event.particle), event.partner()].into_iter().zip(velocities) {
             if let Some(id) = id.filter(|id| system.masses.get(id.0 as usize).is_some_and(|mass| mass.is_finite())) {
                 let speed = (before - self.drift).norm();
                 self.turn(id.0, event.time, speed, is_core);
@@ -193,25 +193,15 @@ fn curve(name: &str, title: &str, variable: &str, unit: &str, flown: &Flown, met
         y: centres.iter().map(|x| libm::exp(-x / mean) / mean).collect(),
         x: centres.clone(),
     };
-    Curve {
-        name: name.to_owned(),
-        title: title.to_owned(),
-        method: format!("{method} Bins up to eight means of the first flights; errors as of independent flights."),
-        published: mean.map(exponential).into_iter().collect(),
-        series: vec![Series {
-            name: format!("p({variable})"),
-            unit: format!("1 / {unit}"),
-            values: density.iter().map(|bin| Some(bin.density)).collect(),
-            standard_errors: density.iter().map(|bin| bin.error).collect(),
-            normalisation: Some(Normalisation::of("flights in the bin").by("flights", "1", flights).by(
-                "bin_width",
-                unit,
-                width,
-            )),
-        }],
-        variables: vec![Variable { name: variable.to_owned(), unit: unit.to_owned(), values: centres }],
-        is_logarithmic: [false, true],
-    }
+    let published = mean.map(exponential);
+    let densities: Vec<_> = density.iter().map(|bin| Some(bin.density)).collect();
+    let method = format!("{method} Bins up to eight means of the first flights; errors as of independent flights.");
+    Curve::new(name, title, &method)
+        .variable(variable, unit, centres)
+        .series(&format!("p({variable})"), &format!("1 / {unit}"), &densities)
+        .normalised(Normalisation::of("flights in the bin").by("flights", "1", flights).by("bin_width", unit, width))
+        .logarithmic([false, true])
+        .beside(published)
 }
 
 const TIME: &str = "Time between two successive Core events of a particle.";

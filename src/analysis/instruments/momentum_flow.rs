@@ -36,7 +36,7 @@ pub(super) struct Transfer {
 
 impl Transfer {
     pub fn of(event: &Event, system: &SystemDescription, drift: &Vector) -> Self {
-        let ids = [Some(event.particle), event.partner];
+        let ids = [Some(event.particle), event.partner()];
         let movers = std::array::from_fn(|k| {
             let mass = *system.masses.get(ids[k]?.0 as usize)?;
             mass.is_finite().then_some((mass, event.before[k] - drift, event.after[k] - drift))
@@ -48,7 +48,7 @@ impl Transfer {
         let apart = match event.kind {
             // As the engine saw it, also across the sides of a sheared box.
             EventKind::Pair(_) => event.normal * event.distance,
-            EventKind::Wall { .. } | EventKind::Thermostat => Vector::zeros(),
+            EventKind::Surface | EventKind::Thermostat => Vector::zeros(),
         };
         let crowding = ids.map(|id| id.map_or(1.0, |id| system.crowding_of(id.0)));
         let arm = arm(event, system, &apart, crowding);
@@ -58,7 +58,7 @@ impl Transfer {
 
 fn arm(event: &Event, system: &SystemDescription, apart: &Vector, crowding: [f64; 2]) -> Vector {
     let [ci, cj] = crowding;
-    if event.partner.is_none() || ci == cj {
+    if event.partner().is_none() || ci == cj {
         return apart * ci;
     }
     let middle = system.space.lower + 0.5 * system.space.size;

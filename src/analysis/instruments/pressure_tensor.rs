@@ -152,11 +152,11 @@ impl Instrument for PressureTensor {
             EventKind::Pair(Outcome::Capture) => 1,
             EventKind::Pair(Outcome::Release) => 2,
             EventKind::Pair(Outcome::Bounce) => 3,
-            EventKind::Wall { .. } => 4,
+            EventKind::Surface => 4,
             EventKind::Thermostat => return,
         };
         let moves = |id: &&ParticleId| system.masses[id.0 as usize].is_finite();
-        self.counts[kind] += [Some(event.particle), event.partner].iter().flatten().filter(moves).count() as u64;
+        self.counts[kind] += [Some(event.particle), event.partner()].iter().flatten().filter(moves).count() as u64;
     }
 
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {

@@ -2,7 +2,7 @@
 
 use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Normalisation, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation, Variable};
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::statistics::{CurveAverage, Estimate};
@@ -130,13 +130,7 @@ impl Instrument for Profile {
         let dimensions = system.space.dimensions();
         let volume = self.cell_volume(&system.space);
         let cells: Vec<Cell> = (0..self.bins.iter().product()).map(|cell| self.cell(cell, volume, system)).collect();
-        let series = |name: &str, unit: &str, by: Normalisation, value: &dyn Fn(&Cell) -> Option<Estimate>| Series {
-            name: name.to_owned(),
-            unit: unit.to_owned(),
-            values: cells.iter().map(|cell| Some(value(cell)?.mean)).collect(),
-            standard_errors: cells.iter().map(|cell| value(cell)?.standard_error).collect(),
-            normalisation: Some(by),
-        };
+        let column = |value: fn(&Cell) -> Option<Estimate>| cells.iter().map(value).collect::<Vec<_>>();
         let over = |sum: &str| Normalisation::of(sum).by("samples", "1", self.samples as f64);
         let particles = over("particles in the cell, over all samples");
         let density = particles.by("cell_volume", &format!("length^{dimensions}"), volume);
@@ -146,26 +140,31 @@ impl Instrument for Profile {
         let square = over("m |v - u|^2 of the particles in the cell, over all samples");
         let square = square.by_each("degrees_of_freedom", "1", each(|cell| cell.degrees));
         let speed = "length / time";
-        measured.curves.push(Curve {
-            name: format!("profile_{}", self.name),
-            title: format!("Profile {}", self.name),
-            method: format!(
-                "means over {} samples in each cell: number density <N> / V, velocity u = <sum m v> / <sum m>, temperature \
-                 <sum m |v - u|^2> over the number of free components of v - u in the cell{}",
-                self.samples,
-                if system.shear_rate == 0.0 { "" } else { ", both v and u in it relative to what streams where each particle is" }
-            ),
-            variables: self.variables(),
-            series: vec![
-                series("density", &format!("1 / length^{dimensions}"), density, &|cell| cell.density),
-                series("velocity x", speed, momentum.clone(), &|cell| cell.velocity[0]),
-                series("velocity y", speed, momentum.clone(), &|cell| cell.velocity[1]),
-                series("velocity z", speed, momentum, &|cell| cell.velocity[2]),
-                series("temperature", "energy", square, &|cell| cell.temperature),
-            ],
-            is_logarithmic: [false; 2],
-            published: Vec::new(),
-        });
+        let method = format!(
+            "means over {} samples in each cell: number density <N> / V, velocity u = <sum m v> / <sum m>, temperature \
+             <sum m |v - u|^2> over the number of free components of v - u in the cell{}",
+            self.samples,
+            if system.shear_rate == 0.0 {
+                ""
+            } else {
+                ", both v and u in it relative to what streams where each particle is"
+            }
+        );
+        let mut curve = Curve::new(&format!("profile_{}", self.name), &format!("Profile {}", self.name), &method);
+        curve.variables = self.variables();
+        measured.curves.push(
+            curve
+                .series("density", &format!("1 / length^{dimensions}"), &column(|cell| cell.density))
+                .normalised(density)
+                .series("velocity x", speed, &column(|cell| cell.velocity[0]))
+                .normalised(momentum.clone())
+                .series("velocity y", speed, &column(|cell| cell.velocity[1]))
+                .normalised(momentum.clone())
+                .series("velocity z", speed, &column(|cell| cell.velocity[2]))
+                .normalised(momentum)
+                .series("temperature", "energy", &column(|cell| cell.temperature))
+                .normalised(square),
+        );
     }
 }
 

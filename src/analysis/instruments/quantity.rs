@@ -167,6 +167,16 @@ impl Curve {
         self
     }
 
+    /// Draws the variable, and the values, on logarithmic axes.
+    pub(super) fn logarithmic(self, is_logarithmic: [bool; 2]) -> Self {
+        Self { is_logarithmic, ..self }
+    }
+
+    /// Draws curves from elsewhere beside it.
+    pub(super) fn beside(self, published: impl IntoIterator<Item = Published>) -> Self {
+        Self { published: published.into_iter().collect(), ..self }
+    }
+
     /// Gives all columns the same rows, with variables that are finite.
     fn make_even(&mut self) {
         let lengths = self.variables.iter().map(|variable| variable.values.len());

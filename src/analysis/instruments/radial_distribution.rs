@@ -6,7 +6,7 @@ mod unequal;
 
 use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation, Number};
 use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::{id, index, trunc_to_usize};
@@ -158,35 +158,22 @@ impl Instrument for RadialDistribution {
     }
 
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {
-        let (means, errors) = (self.curve.means(), self.curve.standard_errors());
-        let mut series = Vec::new();
+        if self.pairs.is_empty() {
+            return;
+        }
+        let centres = edges(0.0, self.cutoff, self.bins).map(|[from, to]| 0.5 * (from + to)).collect();
+        let mut curve = Curve::new("radial_distribution", "Radial distribution function", &self.method(system))
+            .variable("r", "length", centres);
         for (index, pair) in self.pairs.iter().enumerate() {
             let range = index * self.bins..(index + 1) * self.bins;
             let normalisation = Normalisation::of("pairs in the bin, over all samples")
                 .by("samples", "1", self.curve.most())
                 .by_each("ideal_pairs", "1", self.ideal[range.clone()].to_vec());
-            series.push(Series {
-                name: format!("g(r) {}-{}", pair.names[0], pair.names[1]),
-                unit: "1".to_owned(),
-                values: means[range.clone()].to_vec(),
-                standard_errors: errors[range].to_vec(),
-                normalisation: Some(normalisation),
-            });
+            let name = format!("g(r) {}-{}", pair.names[0], pair.names[1]);
+            curve = curve.series(&name, "1", &self.curve.estimates(range)).normalised(normalisation);
             measured.numbers.extend(self.contact_value(index, pair));
         }
-        if series.is_empty() {
-            return;
-        }
-        let centres = edges(0.0, self.cutoff, self.bins).map(|[from, to]| 0.5 * (from + to)).collect();
-        measured.curves.push(Curve {
-            name: "radial_distribution".to_owned(),
-            title: "Radial distribution function".to_owned(),
-            method: self.method(system),
-            variables: vec![Variable { name: "r".to_owned(), unit: "length".to_owned(), values: centres }],
-            series,
-            is_logarithmic: [false; 2],
-            published: Vec::new(),
-        });
+        measured.curves.push(curve);
     }
 }
 
@@ -217,19 +204,14 @@ impl RadialDistribution {
         let first = self.pairs.len() * self.bins + index * CONTACT_BINS;
         let estimate = contact::extrapolate(&self.curve, &self.ideal, first);
         let [a, b] = &pair.names;
-        Some(Number {
-            name: format!("contact_value_{a}_{b}"),
-            title: format!("Contact value g(sigma+) {a}-{b}"),
-            unit: "1".to_owned(),
-            mean: estimate.map(|estimate| estimate.mean),
-            standard_error: estimate.and_then(|estimate| estimate.standard_error),
-            method: format!(
-                "ln g(r) at r = {}, from a quadratic fit over at most the {CONTACT_BINS} bins up to {}, as far as g(r) is \
-                 above half of its first values",
-                digits(shell.core),
-                digits(shell.end)
-            ),
-        })
+        let method = format!(
+            "ln g(r) at r = {}, from a quadratic fit over at most the {CONTACT_BINS} bins up to {}, as far as g(r) is \
+             above half of its first values",
+            digits(shell.core),
+            digits(shell.end)
+        );
+        let (name, title) = (format!("contact_value_{a}_{b}"), format!("Contact value g(sigma+) {a}-{b}"));
+        Some(Number::estimated(&name, &title, "1", estimate, &method))
     }
 }
 

@@ -4,7 +4,7 @@ mod vectors;
 
 use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Normalisation, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation};
 use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
@@ -154,26 +154,13 @@ impl Instrument for StructureFactor {
         if shells.is_empty() {
             return;
         }
-        let (means, errors) = (self.curve.means(), self.curve.standard_errors());
-        measured.curves.push(Curve {
-            name: "structure_factor".to_owned(),
-            title: "Static structure factor".to_owned(),
-            method: self.method(shells.len()),
-            variables: vec![Variable {
-                name: "q".to_owned(),
-                unit: "1 / length".to_owned(),
-                values: shells.iter().map(|&(_, wave_number)| wave_number).collect(),
-            }],
-            series: vec![Series {
-                name: "S(q)".to_owned(),
-                unit: "1".to_owned(),
-                values: shells.iter().map(|&(index, _)| means[index]).collect(),
-                standard_errors: shells.iter().map(|&(index, _)| errors[index]).collect(),
-                normalisation: Some(self.normalisation(&shells, system)),
-            }],
-            is_logarithmic: [false; 2],
-            published: Vec::new(),
-        });
+        let (elements, wave_numbers): (Vec<_>, Vec<_>) = shells.iter().copied().unzip();
+        measured.curves.push(
+            Curve::new("structure_factor", "Static structure factor", &self.method(shells.len()))
+                .variable("q", "1 / length", wave_numbers)
+                .series("S(q)", "1", &self.curve.estimates(elements))
+                .normalised(self.normalisation(&shells, system)),
+        );
     }
 }
 

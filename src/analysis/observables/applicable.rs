@@ -154,10 +154,11 @@ impl ApplicableObservables {
         }
         let walled: Vec<usize> = (0..3).filter(|&axis| self.walled_axes[axis]).collect();
         Some(if walled.is_empty() {
-            self.number_density * (temperature + counted.virial / (self.dimensions * self.moving as f64 * duration))
+            self.number_density
+                * (temperature + counted.virial.total() / (self.dimensions * self.moving as f64 * duration))
         } else {
             // Not by a temperature: driven or dissipating, the axes and the species have their own.
-            let sum: f64 = walled.iter().map(|&axis| confined[axis] + counted.confined_virial[axis]).sum();
+            let sum: f64 = walled.iter().map(|&axis| confined[axis] + counted.confined_virial[axis].total()).sum();
             sum / (walled.len() as f64 * duration)
         })
     }

@@ -83,6 +83,11 @@ impl CurveAverage {
         self.elements.get(element)?.estimate()
     }
 
+    /// The means of some elements and their standard errors, in this order.
+    pub(crate) fn estimates(&self, elements: impl IntoIterator<Item = usize>) -> Vec<Option<Estimate>> {
+        elements.into_iter().map(|element| self.estimate(element)).collect()
+    }
+
     /// The mean of one element; `None` if it has no values.
     #[must_use]
     pub fn mean(&self, element: usize) -> Option<f64> {

@@ -201,7 +201,7 @@ impl Judge<'_> {
         let root = if is_crossed { rounding / after.dot(&normal).abs().max(rounding.sqrt()) } else { 0.0 };
         let bound = ROUNDINGS * fastest + root + if self.tc_models.is_empty() { 0.0 } else { TIE * after.norm() };
         let impulse = (after - velocity) * mu;
-        let mut largest = (event.impulse - impulse.dot(&normal)).abs() / (mu * bound);
+        let mut largest = (event.normal_impulse() - impulse.dot(&normal)).abs() / (mu * bound);
         for (k, sign) in [(0, 1.0), (1, -1.0)] {
             let expected = event.before[k] + impulse * (sign * weights[k]);
             let bound = bound * (weights[k] * mu).max(f64::EPSILON) + ROUNDINGS * event.before[k].norm();
@@ -230,9 +230,9 @@ fn every_event_of_the_engine_follows_from_the_rules_and_the_response_of_the_refe
         // A collapse ends a run as the absence of events does.
         let _ = simulation.advance_with(Until { time: 1e3, events: EVENTS }, |event| {
             if verdict.is_ok() {
-                verdict = match (event.kind, event.partner) {
+                verdict = match (event.kind, event.partner()) {
                     (engine::EventKind::Pair(outcome), Some(partner)) => judge.pair(event, partner, outcome),
-                    (engine::EventKind::Wall { axis, .. }, _) => judge.wall(event, axis),
+                    (engine::EventKind::Surface, _) => judge.wall(event, event.wall().unwrap().0),
                     _ => Err(TestCaseError::fail(format!("not an event of this scene: {event:?}"))),
                 };
             }

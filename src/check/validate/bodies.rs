@@ -134,7 +134,7 @@ fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, St
         }
         advance(&mut simulation, CHUNK, watch, |event| {
             // The normal points from the partner to the particle; towards the bob it is the direction of the string.
-            let string = if event.partner.is_some_and(|id| id.0 == 0) { event.normal } else { -event.normal };
+            let string = if event.partner().is_some_and(|id| id.0 == 0) { event.normal } else { -event.normal };
             if (string.x > 0.0) != (last.1 > 0.0) && string.z < 0.0 {
                 passages.push(last.0 + (event.time - last.0) * last.1 / (last.1 - string.x));
             }

@@ -57,7 +57,7 @@ pub(super) fn compare(number_density: f64, seed: u64, watch: Watch<'_>) -> Compa
     // The positions of N rods on a ring take L (L - N sigma)^(N - 1): one is anywhere, and each of the others has its part of the gaps.
     let expected = 1.0 + (published::tonks(number_density) - 1.0) * (1.0 - 1.0 / COUNT as f64);
     Ok(vec![
-        Comparison::exact(QUANTITIES[0], Some(1.0 + event_counts.virial / work), expected, TONKS)
+        Comparison::exact(QUANTITIES[0], Some(1.0 + event_counts.virial.total() / work), expected, TONKS)
             .allow(speeds / work, ROUNDED),
         Comparison::exact(QUANTITIES[1], Some(event_counts.core as f64), speeds * time / free, EXCHANGE)
             .allow(number, ROUNDED),

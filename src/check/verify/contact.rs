@@ -1,7 +1,7 @@
 //! Contacts: a pair of particles, or a particle and a wall, in words.
 
 use super::rules::Side;
-use crate::engine::event::{Event, EventKind};
+use crate::engine::event::Event;
 use crate::model::ParticleId;
 use std::fmt;
 
@@ -26,11 +26,9 @@ impl Contact {
     /// The contact of an event.
     #[must_use]
     pub fn of(event: &Event) -> Self {
-        match (event.kind, event.partner) {
-            (EventKind::Wall { axis, is_upper }, _) => Self::Wall { particle: event.particle, axis, is_upper },
-            (EventKind::Pair(_) | EventKind::Thermostat, partner) => {
-                Self::pair(event.particle, partner.unwrap_or(event.particle))
-            }
+        match event.wall() {
+            Some((axis, is_upper)) => Self::Wall { particle: event.particle, axis, is_upper },
+            None => Self::pair(event.particle, event.partner().unwrap_or(event.particle)),
         }
     }
 

@@ -44,7 +44,7 @@ impl Verifier {
         outcome: Outcome,
         after: &States,
     ) -> Result<(), Fault> {
-        let (i, j) = (event.particle.0, event.partner.unwrap_or(event.particle).0);
+        let (i, j) = (event.particle.0, event.partner().unwrap_or(event.particle).0);
         let state = self.pairs.get(i, j).unwrap_or(0);
         let Some((side, seen, restitution)) = self.seen(event, outcome, i, j, state) else {
             return Err(Fault::Unknown { contact, distance: event.distance, state });

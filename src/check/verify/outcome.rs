@@ -201,7 +201,7 @@ impl Encounter<'_> {
         self.check_energy(motion, lost, speed_bound)?;
         // One that already recedes is left alone, unless it slides.
         let after = if approach > 0.0 || slides { motion.outwards * speed } else { motion.radial };
-        let by = (self.event.impulse / mu - (after - motion.radial)).abs();
+        let by = (self.event.normal_impulse() / mu - (after - motion.radial)).abs();
         self.within(Quantity::Impulse, by, 2.0 * self.bounds.normal_velocity + speed_bound)
     }
 
@@ -217,8 +217,14 @@ impl Encounter<'_> {
             let bound = self.flights[0].velocity() / wa + self.flights[1].velocity() / wb + mu * self.bounds.velocity;
             self.within(Quantity::Momentum, (a / wa + b / wb).norm(), bound)?;
         }
+        let impulse = self.event.normal * self.event.normal_impulse() + turned * mu;
+        let of_particle = self.flights.first().zip(motion.weights.first()).filter(|(_, weight)| **weight > 0.0);
+        let rounding = of_particle.map_or(0.0, |(flight, weight)| flight.velocity() / (weight * mu));
+        let by = (self.event.impulse - impulse).norm() / mu;
+        self.within(Quantity::Impulse, by, self.bounds.velocity + rounding + turned_bound)?;
+        self.within(Quantity::Impulse, self.event.torque.norm(), 0.0)?;
         for ((change, weight), sign) in changes.iter().zip(motion.weights).zip([1.0, -1.0]) {
-            let expected = (self.event.normal * self.event.impulse + turned * mu) * (sign * weight);
+            let expected = impulse * (sign * weight);
             let bound = self.bounds.velocity + weight * mu * turned_bound;
             self.within(Quantity::Velocity, (change - expected).norm(), bound)?;
         }

@@ -118,9 +118,11 @@ impl Verifier {
         self.pass_to(&after.elapsed, Some(contact), watch)?;
         match event.kind {
             EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after)?,
-            EventKind::Wall { .. } => self.check_wall(event, contact, after)?,
-            // Nothing that two particles do.
-            EventKind::Thermostat => return Err(Fault::Unknown { contact, distance: event.distance, state: 0 }),
+            EventKind::Surface if event.wall().is_some() => self.check_wall(event, contact, after)?,
+            // No rule for it.
+            EventKind::Surface | EventKind::Thermostat => {
+                return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
+            }
         }
         self.check_flights(&contact, after)?;
         self.states.clone_from(after);

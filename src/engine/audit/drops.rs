@@ -13,11 +13,11 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use super::{MOST_ROUND_OFF, unit_of_wall};
-use crate::engine::event::{Event, EventKind};
-use crate::engine::neighbours::grid::Face;
+use super::{MOST_ROUND_OFF, unit_of_surface};
+use crate::engine::event::{Event, Other};
 use crate::engine::parts::Engine;
 use crate::engine::prediction::Contact;
+use crate::engine::surfaces::Surface;
 use crate::engine::{Chosen, Simulation, Until};
 use crate::model::{ParticleId, Scene};
 
@@ -43,8 +43,8 @@ struct Dropped {
 struct Passing {
     /// A particle, and its partner if that is one.
     who: [u32; 2],
-    /// The wall, if that is what it meets.
-    wall: Option<Face>,
+    /// The number of the surface, if that is what it meets.
+    surface: Option<u32>,
     time: f64,
     distance: f64,
     /// Relative to the distance, by the time that it was passed.
@@ -70,21 +70,21 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     let clock = engine.elapsed() + (time - engine.clock.now) + engine.clock.last_reached;
     let me = engine.streamed(i, time);
     match prediction.contact {
-        Contact::Wall(face) => {
-            let wall = *engine.sources.walls.iter().find(|wall| wall.face == face)?;
-            let axis = usize::from(face.axis);
-            let unit = unit_of_wall(engine.pairs.rules.species[usize::from(engine.row(i))].radius);
-            let speed = me.velocity[axis].abs();
+        Contact::Surface => {
+            let number = prediction.partner_events;
+            let shape = engine.sources.surfaces.iter().find(|surface| surface.number == number)?.shape;
+            let unit = unit_of_surface(engine.pairs.rules.species[usize::from(engine.row(i))].radius);
+            let speed = shape.normal(&me.position).dot(&me.velocity).abs();
             Some(Passing {
                 who: [i, i],
-                wall: Some(face),
+                surface: Some(number),
                 time,
                 distance: unit,
                 depth: Box::new(move |late| speed * late / unit),
                 deepens_for: f64::INFINITY,
                 speed,
                 scale: me.position.amax()
-                    + wall.at.abs()
+                    + shape.terms(&me.position)
                     + box_scale
                     + (speed + me.acceleration.norm() * clock) * clock,
             })
@@ -107,7 +107,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
             let from = distance + (v.norm() * clock).min(1.5 * space.size.norm());
             Some(Passing {
                 who: [i, j],
-                wall: None,
+                surface: None,
                 time,
                 distance,
                 depth: Box::new(move |late| side.sign() * (distance - (r + v * late).norm()) / distance),
@@ -147,12 +147,12 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
     let epochs = engine.clock.epochs;
     let mut see = |event: &Event| {
         let is_of = |id: &ParticleId| names.contains(id);
-        if !is_of(&event.particle) && !event.partner.as_ref().is_some_and(is_of) {
+        if !is_of(&event.particle) && !event.partner().as_ref().is_some_and(is_of) {
             return ControlFlow::Continue(());
         }
-        is_disturbed = match (passing.wall, event.kind) {
-            (Some(face), EventKind::Wall { axis, is_upper }) => (axis, is_upper) != (face.axis, face.is_upper),
-            (None, EventKind::Pair(_)) => !is_of(&event.particle) || !event.partner.as_ref().is_some_and(is_of),
+        is_disturbed = match (passing.surface, event.other) {
+            (Some(number), Other::Surface { surface, .. }) => surface != number,
+            (None, Other::Particle(_)) => !is_of(&event.particle) || !event.partner().as_ref().is_some_and(is_of),
             _ => true,
         };
         has_come = true;

@@ -9,6 +9,7 @@ mod search;
 use super::grid::{Face, Grid};
 use crate::Vector;
 use crate::base::numbers::id;
+use crate::engine::columns::Order;
 use crate::engine::hardware::pages::enlarge;
 use crate::model::space::Space;
 use serde::{Deserialize, Serialize};
@@ -70,6 +71,19 @@ impl Cells {
         enlarge(&self.first);
         enlarge(&self.next);
         enlarge(&self.homes);
+    }
+
+    /// Renumbers the particles, if they are sorted in.
+    pub fn permute(&mut self, order: &Order) {
+        if self.homes.is_empty() {
+            return;
+        }
+        self.homes = order.permuted(&self.homes);
+        self.first.fill(NO_PARTICLE);
+        // Backwards, so that each list ends up in ascending order.
+        for (particle, home) in self.homes.iter().enumerate().rev() {
+            self.next[particle] = std::mem::replace(&mut self.first[*home as usize], id(particle));
+        }
     }
 
     fn insert(&mut self, particle: u32, cell: u32) {

@@ -354,6 +354,14 @@ impl Grid {
         }
     }
 
+    /// Lower and upper corner of a cell; infinite where it reaches on without an end.
+    #[must_use]
+    pub fn bounds(&self, cell: u32) -> [Vector; 2] {
+        let mut bounds = [Vector::repeat(f64::NEG_INFINITY), Vector::repeat(f64::INFINITY)];
+        self.for_each_face(cell, |face, at| bounds[usize::from(face.is_upper)][usize::from(face.axis)] = at);
+        bounds
+    }
+
     /// Whether the cell is the first (or the last) along an axis that is not periodic, so that a wall may be near.
     #[inline]
     #[must_use]

@@ -6,6 +6,7 @@
 //! particles, which keep none. (Alias: Verlet list.)
 
 use crate::base::numbers::id;
+use crate::engine::columns::Order;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
@@ -81,6 +82,17 @@ impl Lists {
     #[must_use]
     pub fn new(particles: usize) -> Self {
         Self { spans: vec![Span::default(); particles], ..Self::default() }
+    }
+
+    /// Renumbers the particles, and puts the lists next to each other in their order.
+    pub fn permute(&mut self, order: &Order) {
+        let old = std::mem::replace(self, Self::new(order.old.len()));
+        let mut list = Vec::new();
+        for (&before, particle) in order.old.iter().zip(0..) {
+            list.clear();
+            list.extend(old.of(before).iter().map(|&other| order.new[other as usize]));
+            self.set(particle, &list);
+        }
     }
 
     /// Asks for large pages.

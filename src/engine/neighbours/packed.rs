@@ -87,10 +87,17 @@ impl Packed {
             width: Simd::most(),
             grid,
         };
-        for (position, particle) in positions.iter().zip(0..) {
-            packed.put(particle, position);
-        }
+        packed.renew(positions);
         packed
+    }
+
+    /// Puts in all centres anew, those of particles that are next to each other in memory next to each other.
+    pub fn renew(&mut self, centres: &[Vector]) {
+        self.first.fill(NONE);
+        (self.blocks, self.next, self.free) = (Vec::new(), Vec::new(), Vec::new());
+        for (centre, particle) in centres.iter().zip(0..) {
+            self.put(particle, centre);
+        }
     }
 
     /// Asks for large pages.

@@ -1,10 +1,9 @@
 //! How far a search for neighbours has to reach.
 
-use crate::Vector;
 use crate::model::{Scene, SpeciesId};
 use serde::{Deserialize, Serialize};
 
-/// The distances at which uncaptured pairs meet, and the images in which they do.
+/// The distances at which uncaptured pairs meet.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Ranges {
     /// By species and species, row by row, the distances at which uncaptured pairs meet, negative for those that never do `[length]`.
@@ -13,10 +12,6 @@ pub struct Ranges {
     pub longest: f64,
     /// The one that cells alone have to reach.
     pub of_cells: f64,
-    /// Images of a small box that have to be looked at one by one; empty for others.
-    pub further_images: Vec<Vector>,
-    /// Axes along which neighbours can be half a period apart, so that their nearest image is decided by rounding.
-    pub tied_axes: [bool; 3],
     /// Whether a pair that is held together may start further apart than that, and have its nearest image across any side.
     pub may_be_overstretched: bool,
 }
@@ -31,8 +26,6 @@ impl Ranges {
                 longest.max(scene.interactions()[bond.interaction.0 as usize].potential.range())
             }),
             of_cells: scene.longest_range(),
-            further_images: Vec::new(),
-            tied_axes: [false; 3],
             may_be_overstretched: scene.allow_invalid_start(),
         }
     }

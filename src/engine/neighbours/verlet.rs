@@ -4,6 +4,7 @@ use super::candidates::Candidates;
 use super::lists::Lists;
 use super::packed::Packed;
 use crate::Vector;
+use crate::engine::columns::Order;
 use crate::engine::hardware::pages::enlarge;
 use crate::model::space::{Boundary, Space, minimum_image};
 use serde::{Deserialize, Serialize};
@@ -109,6 +110,13 @@ impl VerletLists {
             let of = |other: u32| species.get(other as usize).copied().unwrap_or(0);
             near.retain(|other| self.is_within_reach(centre, other, [mine, of(other)]));
         }
+    }
+
+    /// Renumbers the particles.
+    pub fn permute(&mut self, order: &Order) {
+        self.centres = order.permuted(&self.centres);
+        self.cells.renew(&self.centres);
+        self.lists.permute(order);
     }
 
     /// Asks for large pages.

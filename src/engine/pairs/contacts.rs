@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 pub struct ContactTimes {
     /// `t_c` `[time]`.
     pub contact_time: f64,
-    last: Vec<f64>,
+    pub last: Vec<f64>,
 }
 
 impl ContactTimes {
@@ -27,23 +27,12 @@ impl ContactTimes {
         }
         is_recent
     }
-
-    /// Renumbers the particles: the first is the one that was number `old[0]`.
-    pub fn permute(&mut self, old: &[u32]) {
-        self.last = old.iter().map(|&old| self.last[old as usize]).collect();
-    }
-
-    /// Counts all times from an epoch that is later by `shift`.
-    pub fn shift(&mut self, shift: f64) {
-        for last in &mut self.last {
-            *last -= shift;
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::columns::Column;
 
     #[test]
     fn a_contact_is_recent_if_either_particle_had_one_within_the_contact_time() {

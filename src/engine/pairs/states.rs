@@ -34,6 +34,12 @@ impl CapturedPairs {
         Self { room: 0, lengths: vec![0; particles], entries: Vec::new() }
     }
 
+    /// Whether there are no lists, not even empty ones.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.lengths.is_empty()
+    }
+
     /// The partners of a particle.
     #[inline]
     #[must_use]

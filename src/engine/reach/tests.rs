@@ -70,8 +70,8 @@ fn in_a_small_box_a_particle_meets_all_images() {
             let scene = box_of_spheres(count, packing_fraction, is_mixture, 0.0);
             let mut engine = Engine::<false, true>::new(&scene);
             engine.sort_in(Search::Cells);
-            let ranges = engine.ranges;
-            assert!(!ranges.further_images.is_empty() || ranges.tied_axes == [true; 3], "{count} {is_mixture}");
+            let images = engine.images;
+            assert!(!images.further.is_empty() || images.tied == [true; 3], "{count} {is_mixture}");
             if is_mixture { meets_in_all_images::<true>(&scene) } else { meets_in_all_images::<false>(&scene) }
         }
     }

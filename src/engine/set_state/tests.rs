@@ -79,7 +79,7 @@ fn assert_same(ours: &[Event], theirs: &[Event], name: &str) {
     assert_eq!(ours.len(), theirs.len(), "{name}");
     for (k, (a, b)) in ours.iter().zip(theirs).enumerate() {
         let pair = |event: &Event| {
-            let partner = event.partner.unwrap_or(event.particle);
+            let partner = event.partner().unwrap_or(event.particle);
             (event.kind, event.particle.min(partner), event.particle.max(partner))
         };
         assert_eq!(pair(a), pair(b), "{name}, event {k}");

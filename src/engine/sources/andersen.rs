@@ -2,14 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{GlobalOutcome, Repredict};
-use crate::Vector;
-use crate::engine::event::{CountedKind, Event, EventKind};
+use super::Repredict;
+use crate::engine::contact::apply::{Change, With};
+use crate::engine::event::CountedKind;
+use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::ParticleId;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::Boundary;
+use std::ops::ControlFlow;
 
 /// Particles that get new velocities from a heat bath, one at a time.
 ///
@@ -66,7 +68,10 @@ pub(crate) struct Bath {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Gives one particle a new velocity from the heat bath.
-    pub(in crate::engine) fn andersen_collision(&mut self) -> Result<GlobalOutcome, InvariantBroken> {
+    pub(in crate::engine) fn andersen_collision(
+        &mut self,
+        observe: &mut Observe<'_>,
+    ) -> Result<(Repredict, ControlFlow<()>), InvariantBroken> {
         let Some(mut bath) = self.sources.andersen.take() else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
@@ -95,33 +100,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         bath.wait();
         self.sources.andersen = Some(bath);
-        let body = &mut self.state.bodies[particle as usize];
-        body.velocity = after;
-        body.events = body.events.wrapping_add(1);
-        let position = body.position;
-        self.note_confined_change(particle, &before);
-        let gained = 0.5 / inverse_mass * (after - before).dot(&(after + before));
-        self.note_supplied(gained);
-        self.counts.totals.thermostat += 1;
-        if TABLE {
-            self.counts.by_species.note_single(usize::from(self.row(particle)), CountedKind::Thermostat);
-        }
-        let change = after - before;
-        let event = Event {
-            time: self.time(),
-            kind: EventKind::Thermostat,
-            particle: self.name(particle),
-            partner: None,
-            normal: change.try_normalize(0.0).unwrap_or_else(Vector::zeros),
-            impulse: change.norm() / inverse_mass,
-            distance: 0.0,
-            energy_step: gained,
-            dissipated: 0.0,
-            positions: [position, Vector::zeros()],
-            before: [before, Vector::zeros()],
-            after: [after, Vector::zeros()],
-        };
-        Ok(GlobalOutcome { event: Some(event), repredict: Repredict::One(particle) })
+        let change = Change::of_one(With::Bath, particle, &before, after, inverse_mass);
+        let flow = self.apply(&Change { counted: Some(CountedKind::Thermostat), ..change }, observe);
+        Ok((Repredict::One(particle), flow))
     }
 
     /// Starts or ends the heat bath.
@@ -135,6 +116,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
         let bath = bath.filter(|bath| moving > 0 && bath.axes.contains(&true));
         self.sources.andersen = bath.map(|bath| Andersen::new(seed, stage, self.clock.now, moving, bath));
-        self.sources.schedule_global();
+        self.schedule_global();
     }
 }

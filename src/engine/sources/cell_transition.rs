@@ -1,12 +1,13 @@
 //! Cells in the event loop: contacts in the cells around a particle, and when it goes into the next cell.
 
+use crate::engine::images::Way;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::grid::{Face, Grid};
 use crate::engine::parts::Engine;
 use crate::engine::predict::{Scratch, Streamed};
 use crate::engine::prediction::Prediction;
-use crate::engine::sources::lees_edwards::GRADIENT;
+use crate::engine::surfaces::{Placed, Surface};
 use crate::engine::{Invariant, InvariantBroken};
 use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::plane;
@@ -30,20 +31,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_transition(me, &cells.grid, cell, prediction);
         cells.find_candidates(cell, &mut scratch.near);
         self.predict_candidates(me, cells, scratch, prediction);
-        self.predict_walls_of_cell(me, cells, prediction);
+        self.predict_surfaces_of_cell(me, cells, prediction);
     }
 
-    /// The walls near the particle's cell.
+    /// The surfaces near the particle's cell.
     #[inline]
-    fn predict_walls_of_cell(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
+    fn predict_surfaces_of_cell(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
         let cell = cells.home(me.id);
-        if !self.sources.walls.is_empty() {
-            // Those of other cells are too far away to be met.
-            let is_near = |face: Face| {
-                let [is_first, is_last] = cells.grid.is_outermost(cell, usize::from(face.axis));
-                if face.is_upper { is_last } else { is_first }
-            };
-            self.predict_walls(me, is_near, prediction);
+        if !self.sources.surfaces.is_empty() {
+            // Others are too far away to be met before the particle leaves its cell.
+            let is_near = |surface: &Placed, radius| surface.shape.is_near(&cells.grid, cell, radius);
+            self.predict_surfaces(me, is_near, prediction);
         }
     }
 
@@ -60,7 +58,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 is_captured[captured.partner as usize] = false;
             }
         }
-        if self.ranges.tied_axes.contains(&true) {
+        if self.images.tied.contains(&true) {
             let (others, _) = near.filled_up(me.id);
             self.predict_ties(me, others, prediction);
         }
@@ -69,28 +67,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 near.put(other);
             }
         });
-        let has_one_image = self.ranges.further_images.is_empty();
-        // What accelerates relative to others is looked at in all images at once.
-        let is_batch = self.sources.growth.is_none() && (has_one_image || !(FALLING && TABLE));
-        if is_batch && (self.sources.lees_edwards.is_none() || self.is_off_sliding_sides(me.id)) {
-            let (others, length) = near.filled_up(me.id);
-            self.predict_uncaptured(me, true, others, length, prediction);
-            if !has_one_image {
+        match self.way(me.id, me.time) {
+            Way::Nearest => {
+                let (others, length) = near.filled_up(me.id);
+                self.predict_uncaptured(me, true, others, length, prediction);
+            }
+            Way::Several => {
+                let (others, length) = near.filled_up(me.id);
+                self.predict_uncaptured(me, true, others, length, prediction);
                 self.predict_further_images(me, others, self.leaves_cell(me, cells), prediction);
             }
-        } else if let Some(growing) = &self.sources.growth
-            && has_one_image
-        {
-            let (others, _) = near.filled_up(me.id);
-            self.predict_growing(me, growing, true, others, prediction);
-        } else if let Some(sliding) = self.sliding(me.time)
-            && is_batch
-            && !(FALLING && TABLE)
-        {
-            let (others, _) = near.filled_up(me.id);
-            self.predict_next_to_sliding_sides(me, others, sliding, self.leaves_cell(me, cells), prediction);
-        } else {
-            near.found().iter().for_each(|&other| self.predict_uncaptured_pair(me, other, prediction));
+            Way::Sliding(sliding) => {
+                let (others, _) = near.filled_up(me.id);
+                self.predict_next_to_sliding_sides(me, others, sliding, self.leaves_cell(me, cells), prediction);
+            }
+            Way::OneByOne => {
+                near.found().iter().for_each(|&other| self.predict_uncaptured_pair(me, other, prediction));
+            }
         }
     }
 
@@ -106,10 +99,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Either of the two may be the nearest image, and the one that is left out here is looked at with all others.
     fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {
         let least: [f64; 3] = std::array::from_fn(|axis| {
-            if self.ranges.tied_axes[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }
+            if self.images.tied[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }
         });
         let is_far = |some: &[u32]| {
-            let is_batch = self.sources.lees_edwards.is_none() && !(FALLING && TABLE);
+            let is_batch = !self.images.slide() && !(FALLING && TABLE);
             !is_batch || self.others(me, true).half_a_period_away::<FALLING>(me, some, least) != 0
         };
         let far = others.chunks_exact(MOST_LANES).filter(|some| is_far(some)).flatten();
@@ -146,15 +139,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut prediction = self.schedule.predictions[particle as usize];
         let face = prediction.exit;
         let is_kept_before = self.keeps_contact(particle);
+        if let Neighbours::Cells(cells) = &self.neighbours
+            && self.slides_behind(cells, particle, face)
+        {
+            return self.slide(particle, face, time);
+        }
         let Neighbours::Cells(cells) = &mut self.neighbours else {
             return Err(self.broken(particle, None, Invariant::Cells));
         };
-        if let Some(shear) = self.sources.lees_edwards
-            && usize::from(face.axis) == GRADIENT
-            && cells.wraps_behind(particle, face)
-        {
-            return self.slide(shear, particle, face, time);
-        }
         let Some(transition) = cells.cross(particle, face) else {
             return Err(self.broken(particle, None, Invariant::Transition));
         };
@@ -176,22 +168,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_transition(&me, &cells.grid, transition.cell, &mut prediction);
         cells.find_new_candidates(transition.cell, face, &mut scratch.near);
         self.predict_candidates(&me, cells, &mut scratch, &mut prediction);
-        self.predict_walls_of_cell(&me, cells, &mut prediction);
+        self.predict_surfaces_of_cell(&me, cells, &mut prediction);
         self.scratch = Some(scratch);
         self.schedule.predictions[particle as usize] = prediction;
         self.enqueue(particle);
         Ok(())
-    }
-
-    /// Whether the contact of a particle stays what it is when the particle goes into another cell: only the particles that are new to it are
-    /// looked at then. In a small box the images that it may meet are others from then on, and next to sides that slide its neighbours are.
-    #[inline]
-    fn keeps_contact(&self, particle: u32) -> bool {
-        if self.sources.lees_edwards.is_some() {
-            self.is_off_sliding_sides(particle)
-        } else {
-            self.ranges.further_images.is_empty()
-        }
     }
 
     fn predict_transition(&self, me: &Streamed, grid: &Grid, cell: u32, prediction: &mut Prediction) {

@@ -19,8 +19,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // First, because its root and its quotient take long, and what comes then waits for memory.
         prediction.transition_time = self.leaves_skin(me, verlet);
         self.predict_listed(me, verlet, verlet.lists.filled_up(me.id), prediction);
-        if !self.sources.walls.is_empty() {
-            self.predict_walls(me, |_| true, prediction);
+        if !self.sources.surfaces.is_empty() {
+            self.predict_surfaces(me, |_, _| true, prediction);
         }
     }
 
@@ -33,11 +33,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (others, length): (&[u32], usize),
         prediction: &mut Prediction,
     ) {
-        let wraps = verlet.wraps(&me.position);
-        if let Some(growing) = &self.sources.growth {
-            return self.predict_growing(me, growing, wraps, others, prediction);
-        }
-        self.predict_uncaptured(me, wraps, others, length, prediction);
+        self.predict_uncaptured(me, verlet.wraps(&me.position), others, length, prediction);
     }
 
     /// When the particle leaves its skin: like a bond to the centre that reaches its length.

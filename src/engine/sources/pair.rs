@@ -1,60 +1,17 @@
-//! Execution: a predicted contact of a pair becomes an event.
-
-mod restitution;
-
-pub(in crate::engine) use restitution::Arrival;
+//! Pairs: a predicted contact at a discontinuity becomes an event.
 
 use crate::Vector;
-use crate::engine::audit::{Meeting, is_surely_round_off};
-use crate::engine::event::{CountedKind, Event, EventKind};
-use crate::engine::observe::{Observe, show};
+use crate::engine::contact::apply::{Change, With};
+use crate::engine::contact::frame::Frame;
+use crate::engine::event::CountedKind;
+use crate::engine::observe::Observe;
 use crate::engine::pairs::rules::Discontinuity;
 use crate::engine::parts::Engine;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::ParticleId;
-use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
-use crate::physics::response::{Approach, Outcome, Response};
+use crate::physics::response::{Approach, Outcome};
 use std::ops::ControlFlow;
-
-/// A pair at a discontinuity.
-struct Encounter {
-    i: u32,
-    j: u32,
-    side: Side,
-    /// `r_ij`.
-    apart: Vector,
-    /// Along `r_ij`, `stretch` times as long; in the direction of approach where the two are at the same point.
-    line: Vector,
-    /// See [`stretch`].
-    stretch: f64,
-    /// `v_ij`.
-    velocity: Vector,
-    /// How fast the discontinuity moves outwards.
-    surface: f64,
-    /// Along `line`.
-    approach: Approach,
-}
-
-/// Factor of the line of centres, which makes its squared length an ordinary divisor.
-///
-/// Spheres of diameter 1 meet at `|r|^2` within some floats of 1. To divide by `1 + k eps` rounds up more often than down, by
-/// a twentieth of a rounding in the mean, and that heats a fluid by the same amount in every event. Nine sixteenths spread
-/// the roundings evenly, and leave a head-on collision of simple numbers exact. Spheres of diameter 4/3 are the ones whose squared
-/// distance nine sixteenths take to a power of two: their line stays as long as it is.
-#[inline]
-fn stretch(squared: f64) -> f64 {
-    // The digits of `9/16 |r|^2`, moved so that those next to a power of two, on either side, are the smallest numbers.
-    let digits = (0.5625 * squared).to_bits().wrapping_add(NEAR_POWER_OF_TWO) & DIGITS;
-    if digits < 2 * NEAR_POWER_OF_TWO { 1.0 } else { 0.75 }
-}
-
-/// The digits of a float.
-const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
-
-/// Floats on either side of a power of two that still round to one side: contacts are some tens of floats from their distance, and the
-/// bias falls with the number.
-const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Moves a particle along its free flight to `time`.
@@ -80,143 +37,70 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some((seen, restitution, surface)) = self.discontinuity(state, interaction, side, time) else {
             return Err(self.broken(i, Some(j), Invariant::Discontinuity));
         };
-        let pair = self.encounter(i, j, side, surface);
-        let before = self.velocities(i, j);
+        let pair = self.frame(i, j, side, surface);
         self.note_state(&pair, &seen, flown);
-        let (response, tangential_scale) = self.leave(&pair, &seen, restitution, time);
+        let (outcome, change) = self.respond(&pair, &seen, restitution, time);
+        self.set_state_after(i, j, outcome, state, interaction)?;
+        Ok(self.apply(&change, observe))
+    }
 
+    /// The change of velocities of a pair at a discontinuity.
+    #[inline]
+    fn respond(&mut self, pair: &Frame, seen: &Discontinuity, restitution: f64, time: f64) -> (Outcome, Change) {
+        let (response, tangential_scale) = self.leave(pair, seen, restitution, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
         // Per length of the line.
         let change = (response.radial - radial) / squared;
         let impulse = reduced_mass * change;
-        self.change_velocities(&pair, change, tangential_scale);
-        if seen.energy_step == f64::INFINITY || response.outcome == Outcome::Bounce {
-            self.separate(&pair);
-        }
-        self.counts.totals.count(response.outcome);
-        if TABLE {
-            self.count_by_species(i, j, &response, &seen);
-        }
-        if self.sources.confinement.is_some() {
-            self.note_confined([i, j], &before);
-        }
-        self.counts.totals.virial += reduced_mass * (response.radial - radial) / pair.stretch;
-        let (energy_step, dissipated) = match response.outcome {
-            Outcome::Capture | Outcome::Release => (seen.energy_step, 0.0),
-            _ if tangential_scale != 1.0 => (0.0, 0.0),
-            _ => (0.0, -0.5 * impulse * (radial + response.radial)),
+        let is_barrier = seen.energy_step == f64::INFINITY || response.outcome == Outcome::Bounce;
+        let before = [pair.i, pair.j].map(|particle| self.state.bodies[particle as usize].velocity);
+        let after = self.reflected(pair, &before, change, tangential_scale, is_barrier);
+        let (counted, energy_step) = match response.outcome {
+            Outcome::Core => (CountedKind::Core, 0.0),
+            Outcome::Capture => (CountedKind::Capture, seen.energy_step),
+            Outcome::Release => (CountedKind::Release, seen.energy_step),
+            Outcome::Bounce if seen.energy_step == f64::INFINITY => (CountedKind::Bond, 0.0),
+            Outcome::Bounce => (CountedKind::Bounce, 0.0),
         };
-        self.note_energies(energy_step, dissipated);
-        if self.sources.lees_edwards.is_some() {
+        let is_crossed = matches!(response.outcome, Outcome::Capture | Outcome::Release);
+        let mut impulse_of_i = pair.line * impulse;
+        if tangential_scale != 1.0 {
+            impulse_of_i = (after[0] - before[0]) / self.inverse_mass(pair.i);
+        }
+        let change = Change {
+            counted: Some(counted),
+            particle: pair.i,
+            other: With::Particle(pair.j),
+            impulse: impulse_of_i,
+            line: pair.line,
+            squared,
+            distance: seen.distance,
+            virial: reduced_mass * (response.radial - radial) / pair.stretch,
+            energy_step,
+            dissipated: if is_crossed || tangential_scale != 1.0 {
+                0.0
+            } else {
+                -0.5 * impulse * (radial + response.radial)
+            },
+            supplied: self.supplied(pair, &before, &after[0], impulse),
+            after,
+        };
+        (response.outcome, change)
+    }
+
+    /// Energy that a contact takes from outside: from images that slide, and from diameters that grow.
+    #[inline]
+    fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
+        let mut supplied = 0.0;
+        if self.images.slide() {
             // Energy is conserved as seen from one of the two; the other one's image moves faster than it does.
             let faster = (before[0] - before[1]) - pair.velocity;
-            let gained = (self.state.bodies[i as usize].velocity - before[0]) / self.inverse_mass(i);
-            self.note_supplied(faster.dot(&gained));
+            supplied = faster.dot(&((after - before[0]) / self.inverse_mass(pair.i)));
         }
-        if surface != 0.0 {
-            self.note_supplied(impulse * surface * squared.sqrt());
+        if pair.surface != 0.0 {
+            supplied += impulse * pair.surface * pair.approach.squared.sqrt();
         }
-        self.set_state_after(i, j, response.outcome, state, interaction)?;
-        Ok(show(observe, || {
-            let length = squared.sqrt();
-            Event {
-                time: self.time(),
-                kind: EventKind::Pair(response.outcome),
-                particle: self.name(i),
-                partner: Some(self.name(j)),
-                normal: pair.line / length,
-                impulse: impulse * length,
-                distance: seen.distance,
-                energy_step,
-                dissipated,
-                positions: [i, j].map(|particle| self.state.bodies[particle as usize].position),
-                before,
-                after: self.velocities(i, j),
-            }
-        }))
-    }
-
-    /// Gives both their new velocities, from the change of `v_ij` along the line, per length of it, and the factor of what is across; their
-    /// predictions are void.
-    #[inline]
-    fn change_velocities(&mut self, pair: &Encounter, change: f64, tangential_scale: f64) {
-        let Encounter { i, j, ref line, ref velocity, ref approach, .. } = *pair;
-        self.change_relative_velocity(i, j, &(line * change));
-        if tangential_scale != 1.0 {
-            let tangential = velocity - line * (approach.radial / approach.squared);
-            self.change_relative_velocity(i, j, &(tangential * (tangential_scale - 1.0)));
-        }
-        self.state.bodies[i as usize].events = self.state.bodies[i as usize].events.wrapping_add(1);
-        if self.inverse_mass(j) > 0.0 {
-            self.state.bodies[j as usize].events = self.state.bodies[j as usize].events.wrapping_add(1);
-        }
-    }
-
-    /// Counts an event of a pair for its species.
-    #[inline]
-    fn count_by_species(&mut self, i: u32, j: u32, response: &Response, seen: &Discontinuity) {
-        let kind = match response.outcome {
-            Outcome::Core => CountedKind::Core,
-            Outcome::Capture => CountedKind::Capture,
-            Outcome::Release => CountedKind::Release,
-            Outcome::Bounce if seen.energy_step == f64::INFINITY => CountedKind::Bond,
-            Outcome::Bounce => CountedKind::Bounce,
-        };
-        self.counts.totals.core_static +=
-            u64::from(kind == CountedKind::Core && (self.is_static(i) || self.is_static(j)));
-        let [a, b] = [i, j].map(|particle| usize::from(self.row(particle)));
-        self.counts.by_species.note_pair(a, b, kind);
-    }
-
-    #[inline]
-    fn velocities(&self, i: u32, j: u32) -> [Vector; 2] {
-        [i, j].map(|particle| self.state.bodies[particle as usize].velocity)
-    }
-
-    /// A pair as it is now, both particles streamed to the same time.
-    #[inline]
-    fn encounter(&self, i: u32, j: u32, side: Side, surface: f64) -> Encounter {
-        let (a, b) = (&self.state.bodies[i as usize], &self.state.bodies[j as usize]);
-        let (state, _) = self.nearest(a.position - b.position, a.velocity - b.velocity, a.time);
-        let RelativeState { position: apart, velocity } = state;
-        let stretch = stretch(apart.norm_squared());
-        let mut line = apart * stretch;
-        if line.norm_squared() < f64::MIN_POSITIVE {
-            line = any_normal(&velocity) * stretch;
-        }
-        let reduced_mass = 1.0 / (self.inverse_mass(i) + self.inverse_mass(j));
-        let squared = line.norm_squared();
-        let radial = velocity.dot(&line) - opening(surface, squared);
-        Encounter {
-            i,
-            j,
-            side,
-            apart,
-            line,
-            stretch,
-            velocity,
-            surface,
-            approach: Approach { radial, squared, reduced_mass },
-        }
-    }
-
-    /// Takes note of an overlap or a turning point, of a pair whose states were written so long ago.
-    #[inline]
-    fn note_state(&mut self, pair: &Encounter, seen: &Discontinuity, flown: [f64; 2]) {
-        let sign = pair.side.sign();
-        let squared = pair.apart.norm_squared();
-        if (squared - seen.squared) * sign < 0.0 {
-            let depth = sign * (seen.distance - squared.sqrt());
-            self.counts.totals.deepest_overlap = self.counts.totals.deepest_overlap.max(depth / seen.distance);
-            if !is_surely_round_off(depth, seen.distance) {
-                let &Encounter { i, j, velocity, surface, .. } = pair;
-                let meeting = Meeting { pair: [i, j], velocity, flown, distance: seen.distance, surface };
-                self.note_overlap(depth, seen.distance, self.round_off_of_pair(&meeting));
-            }
-        }
-        if (pair.velocity.dot(&pair.apart) - opening(pair.surface, squared)) * sign >= 0.0 {
-            self.counts.totals.turning_point += 1;
-        }
+        supplied
     }
 
     #[inline]
@@ -237,58 +121,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         }
         Ok(())
-    }
-
-    /// Adds `change` to `v_i - v_j`, at constant total momentum.
-    ///
-    /// The heavier particle takes its share `w / (w_i + w_j)`, and the lighter one what is left of the change: the two add up to all
-    /// of it. Two shares that are rounded each for itself do not, always by the same amount, and an elastic contact would have a
-    /// restitution of `1 +- eps` in every event.
-    #[inline]
-    fn change_relative_velocity(&mut self, i: u32, j: u32, change: &Vector) {
-        let (wi, wj) = (self.inverse_mass(i), self.inverse_mass(j));
-        let less = change * (wi.min(wj) / (wi + wj));
-        let more = change - less;
-        let (of_i, of_j) = if wi < wj { (less, more) } else { (more, less) };
-        self.state.bodies[i as usize].velocity += of_i;
-        self.state.bodies[j as usize].velocity -= of_j;
-    }
-
-    /// Rounds a reflection outwards: the pair must leave the discontinuity in the numbers that detection will see.
-    ///
-    /// A change below the spacing of the velocities' floats does nothing, and the same event would be due again for ever.
-    /// Changes of one such spacing, doubled until they count, change the energy by round-off only. At relative rest a pair
-    /// outside of its core stays where it is, but one at the end of its bond must come inside.
-    fn separate(&mut self, pair: &Encounter) {
-        let &Encounter { i, j, side, ref apart, ref line, surface, ref approach, .. } = pair;
-        let opening = opening(surface, apart.norm_squared());
-        let closing = |engine: &Self| {
-            let between = engine.state.bodies[i as usize].position - engine.state.bodies[j as usize].position;
-            let velocity = engine.state.bodies[i as usize].velocity - engine.state.bodies[j as usize].velocity;
-            let velocity = if engine.sources.lees_edwards.is_some() {
-                engine.nearest(between, velocity, engine.state.bodies[i as usize].time).0.velocity
-            } else {
-                velocity
-            };
-            match side {
-                Side::Positive => velocity.dot(apart) < opening,
-                Side::Negative => velocity.dot(apart) >= opening,
-            }
-        };
-        if !closing(self) {
-            return;
-        }
-        let speed = self.state.bodies[i as usize].velocity.amax().max(self.state.bodies[j as usize].velocity.amax());
-        let mut change = side.sign() * f64::EPSILON * speed;
-        let normal = line / approach.squared.sqrt();
-        // 52 doublings take a float's spacing to the float itself.
-        for _ in 0..52 {
-            self.change_relative_velocity(i, j, &(normal * change));
-            if !closing(self) {
-                return;
-            }
-            change *= 2.0;
-        }
     }
 
     /// The state of a pair that the user names.
@@ -315,10 +147,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let interaction = if TABLE { interaction } else { self.pairs.rules.meeting(0, 0).interaction };
         let steps = &self.pairs.rules.steps[usize::from(interaction)];
         let mut seen = steps.seen_from(state, side)?;
-        let surface = self.growth_of(seen.distance);
-        if self.sources.growth.is_some() {
-            seen.distance *= self.scale_at(time);
-            seen.squared = seen.distance * seen.distance;
+        let [distance, surface] = self.distances.at(seen.distance, time);
+        if !self.distances.are_constant() {
+            (seen.distance, seen.squared) = (distance, distance * distance);
         }
         Some((seen, steps.restitution, surface))
     }
@@ -337,35 +168,5 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(in crate::engine) fn inverse_mass(&self, particle: u32) -> f64 {
         let species = self.row(particle);
         self.pairs.rules.species[usize::from(species)].inverse_mass
-    }
-}
-
-/// `r . u` of a discontinuity that moves outwards at the speed `u`.
-#[inline]
-fn opening(surface: f64, squared: f64) -> f64 {
-    if surface == 0.0 { 0.0 } else { surface * squared.sqrt() }
-}
-
-/// A direction for two particles at the same point: the one in which they approach.
-fn any_normal(velocity: &Vector) -> Vector {
-    velocity.try_normalize(0.0).map_or(Vector::x(), |direction| -direction)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_line_has_a_squared_length_next_to_a_power_of_two() {
-        for diameter in [1.0, 4.0 / 3.0, 2.0 / 3.0, 8.0 / 3.0, 0.7, 1e-3, 1e9, 1.5, std::f64::consts::SQRT_2] {
-            let contact: f64 = diameter * diameter;
-            for ulps in -40..=40_i64 {
-                let squared = f64::from_bits(contact.to_bits().wrapping_add_signed(ulps));
-                let stretch = stretch(squared);
-                let digits = (stretch * stretch * squared).to_bits() & DIGITS;
-                assert!(digits > 1000 && digits < DIGITS - 1000, "{diameter} {ulps}");
-            }
-        }
-        assert_eq!((stretch(1.0), stretch((4.0_f64 / 3.0).powi(2))), (0.75, 1.0));
     }
 }

@@ -221,7 +221,8 @@ impl Compression<'_> {
             let temperature = 2.0 * simulation.energy().kinetic / degrees;
             // All particles count in the virial theorem, though the centre of mass is at rest.
             let all = dimensions * count as f64;
-            let exchanged = (simulation.event_counts().virial - before.virial) / (all * 0.5 * (1.0 + temperature));
+            let exchanged =
+                (simulation.event_counts().virial.total() - before.virial.total()) / (all * 0.5 * (1.0 + temperature));
             let factor = 1.0 + exchanged / (simulation.time() - time);
             let jams_at = part(simulation) / (1.0 - dimensions / factor);
             if factor > JAMMED || (factor > CLOSE && jams_at * TOLERANCE < 1.0) {

@@ -70,7 +70,7 @@ impl Driver<'_> {
             since: self.simulation.time(),
             next: event_counts.physical().saturating_add(contacts),
             exchanged: 0.0,
-            virial: event_counts.virial,
+            virial: event_counts.virial.total(),
             temperature: self.temperature(),
         });
     }
@@ -91,7 +91,7 @@ impl Driver<'_> {
         if self.state.pressure_check.is_none() {
             return;
         }
-        let (virial, temperature) = (self.simulation.event_counts().virial, self.temperature());
+        let (virial, temperature) = (self.simulation.event_counts().virial.total(), self.temperature());
         let applicable = self.state.observer.applicable();
         let components = applicable.dimensions * applicable.moving as f64;
         let Some(check) = &mut self.state.pressure_check else { return };

@@ -3,8 +3,9 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::base::numbers::id;
+use crate::engine::surfaces::{Surface, walls};
 use crate::model::Species;
-use crate::model::space::{Boundary, Face, Space, nearest_image};
+use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{ParticleId, SpeciesId};
 use crate::prepare::packing::occupancy::{Contacts, first_overlap};
 use crate::scene::config_path::{ConfigPath, PathStep};
@@ -38,24 +39,22 @@ pub(crate) fn check_ranges(
 
 /// No moving particle reaches through a wall.
 pub(crate) fn check_walls(groups: &Groups, species: &[Species], space: &Space) -> Result<(), SceneError> {
-    if space.is_fully_periodic() {
-        return Ok(());
-    }
+    let walls = walls(space, &[[None; 2]; 3]);
     for (index, particle) in groups.particles.iter().enumerate() {
         let species = &species[particle.species.0 as usize];
         if species.is_static() {
             continue;
         }
-        for (k, axis) in AXES.into_iter().enumerate() {
-            let Boundary::Bounded { lower, upper } = space.boundary[k] else { continue };
-            let radius = 0.5 * species.diameter;
-            let x = particle.position[k];
-            let rounding = ROUNDING * (x.abs() + space.lower[k].abs() + space.size[k] + radius);
-            for (side, face, room) in [("lower", lower, x - space.lower[k]), ("upper", upper, space.upper()[k] - x)] {
-                if matches!(face, Face::Wall { .. }) && room < radius - rounding {
-                    let kind = SceneErrorKind::InWall { particle: id(index), axis, side, depth: radius - room };
-                    return Err(SceneError::new(groups.path_of(index), kind));
-                }
+        let (position, radius) = (&particle.position, 0.5 * species.diameter);
+        for surface in &walls {
+            let rounding = ROUNDING * (surface.shape.terms(position) + radius);
+            let gap = surface.shape.gap(position, radius);
+            if gap < -rounding
+                && let Some((axis, is_upper)) = surface.shape.side()
+            {
+                let (axis, side) = (AXES[usize::from(axis)], if is_upper { "upper" } else { "lower" });
+                let kind = SceneErrorKind::InWall { particle: id(index), axis, side, depth: -gap };
+                return Err(SceneError::new(groups.path_of(index), kind));
             }
         }
     }

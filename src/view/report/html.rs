@@ -127,6 +127,19 @@ pub(super) fn number(text: &str) -> String {
     }
 }
 
+/// A text whose words that are numbers are printed as [`number`] does.
+pub(super) fn numbers(text: &str) -> String {
+    let shown = |word: &str| {
+        let (start, end) =
+            (word.len() - word.trim_start_matches('(').len(), word.trim_end_matches([',', ';', ')']).len());
+        match word.get(start..end) {
+            Some(own) if own.parse::<f64>().is_ok() => format!("{}{}{}", &word[..start], number(own), &word[end..]),
+            _ => word.to_owned(),
+        }
+    };
+    text.split(' ').map(shown).collect::<Vec<_>>().join(" ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,5 +170,6 @@ mod tests {
         assert_eq!(number("-12"), "−12");
         assert_eq!(number("round-off"), "round-off");
         assert_eq!(number("none"), "none");
+        assert_eq!(numbers("mass 2e-5, at (-1, 0) for type2"), "mass 2×10⁻⁵, at (−1, 0) for type2");
     }
 }

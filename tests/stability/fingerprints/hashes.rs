@@ -56,12 +56,13 @@ impl Bits {
 
     /// Adds an event.
     pub fn see(&mut self, event: &Event) {
-        self.events.bits(u64::from(event.kind.code()));
+        self.events.bits(u64::from(event.code()));
         self.events.bits(u64::from(event.particle.0));
-        self.events.bits(event.partner.map_or(u64::MAX, |partner| u64::from(partner.0)));
-        self.events.add([event.time, event.impulse, event.distance, event.energy_step, event.dissipated]);
+        self.events.bits(event.partner().map_or(u64::MAX, |partner| u64::from(partner.0)));
+        self.events.add([event.time, event.distance, event.energy_step, event.dissipated]);
         let [positions, before, after] = [event.positions, event.before, event.after];
-        let vectors = [event.normal].into_iter().chain(positions).chain(before).chain(after);
+        let vectors =
+            [event.normal, event.impulse, event.torque].into_iter().chain(positions).chain(before).chain(after);
         self.events.add(vectors.flat_map(|v| [v.x, v.y, v.z]));
     }
 
@@ -100,10 +101,10 @@ impl Bits {
         ] {
             self.ledger.bits(count);
         }
-        self.ledger.add([counts.deepest_overlap, counts.virial]);
-        self.ledger.add(counts.confined_virial);
+        self.ledger.add([counts.deepest_overlap, counts.virial.total()]);
+        self.ledger.add(counts.confined_virial.map(|sum| sum.total()));
         self.ledger.add(counts.confined_heating.map(|sum| sum.total()));
-        self.ledger.add(counts.wall_push.into_iter().flatten());
+        self.ledger.add(counts.wall_push.into_iter().flatten().map(|sum| sum.total()));
         self.ledger.add(counts.wall_heat.into_iter().flatten().map(|sum| sum.total()));
         let sums = [
             counts.dissipated,

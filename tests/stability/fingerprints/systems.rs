@@ -208,7 +208,7 @@ pub const SYSTEMS: &[System] = &[
     ("hard pair", PAIR, &[("interaction", r#"[{ species = ["A", "A"], potential = "hard-sphere" }]"#)]),
     ("falling pair", PAIR, &[WEIGHT, ("space.z", r#""walls""#)]),
     ("chains", BONDED, &[]),
-    ("chains that slide", BONDED, &[("interaction.2.restitution", "0.9")]),
+    ("chains that slide", BONDED, &[("interaction.2.restitution", "0.9"), ("dynamics.contact_time", "0.001")]),
     (
         "falling chains",
         BONDED,

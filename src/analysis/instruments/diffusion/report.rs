@@ -3,10 +3,10 @@
 use super::lags::{LOGARITHMIC, logarithmic_ticks};
 use super::tracers::{Tracers, followed};
 use super::{CURVES, Diffusion, INTEGRAL, MSD, VACF};
-use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};
+use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};
 use crate::analysis::instruments::slope::{is_small, straight_terms};
 use crate::analysis::instruments::system::SystemDescription;
-use crate::analysis::statistics::Estimate;
+use crate::analysis::statistics::{CurveAverage, Estimate};
 
 /// Least part of the autocorrelation that is left after one linear time: trapezoids are off by a twelfth of the square of its logarithm, 0.4 %.
 const SMOOTH: f64 = 0.8;
@@ -72,9 +72,7 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     let grown = whole.mean * diffusion.lags.interval() * (steps - slope.first()?.0 + offset) as f64;
     let is_diffusive = grown > LOCALISED * diffusion.linear.mean(offset + steps)?;
     let scale = 0.5 / Tracers::dimensions(system);
-    let estimate =
-        Estimate { mean: whole.mean * scale, standard_error: whole.standard_error.map(|error| error * scale) };
-    (is_diffusive && is_small(&bend, &whole)).then_some(estimate)
+    (is_diffusive && is_small(&bend, &whole)).then(|| whole.times(scale))
 }
 
 /// A combination of mean squared displacements, with the largest of three errors: of blocks of origins, which has what is slow, of the scatter of origins along each axis, and of the
@@ -111,15 +109,8 @@ fn linear(diffusion: &Diffusion, system: &SystemDescription, kind: usize) -> Cur
         VACF => ("velocity_autocorrelation", "Velocity autocorrelation", CORRELATION, PRODUCT),
         _ => ("diffusion_integral", "Integral of the velocity autocorrelation", RUNNING, SUMMED),
     };
-    Curve {
-        name: name.to_owned(),
-        title: title.to_owned(),
-        method: self::method(method, system),
-        variables: vec![time(times)],
-        series: series(diffusion, system, &quantity, &diffusion.linear, elements),
-        is_logarithmic: [false, false],
-        published: Vec::new(),
-    }
+    let curve = Curve::new(name, title, &self::method(method, system)).variable("t", "time", times);
+    with_series(curve, diffusion, system, &quantity, &diffusion.linear, elements)
 }
 
 fn logarithmic(diffusion: &Diffusion, system: &SystemDescription) -> Curve {
@@ -127,19 +118,9 @@ fn logarithmic(diffusion: &Diffusion, system: &SystemDescription) -> Curve {
     let numbers: Vec<usize> = (0..LOGARITHMIC).filter(|&number| average.mean(number).is_some()).collect();
     let times = numbers.iter().map(|&number| diffusion.lags.duration(logarithmic_ticks(number))).collect();
     let elements = |group| numbers.iter().map(|number| group * LOGARITHMIC + number).collect();
-    Curve {
-        name: "mean_squared_displacement_logarithmic".to_owned(),
-        title: "Mean squared displacement at logarithmic times".to_owned(),
-        method: method(DISPLACEMENT, system),
-        variables: vec![time(times)],
-        series: series(diffusion, system, &SQUARE, average, elements),
-        is_logarithmic: [true, true],
-        published: Vec::new(),
-    }
-}
-
-fn time(values: Vec<f64>) -> Variable {
-    Variable { name: "t".to_owned(), unit: "time".to_owned(), values }
+    let (name, title) = ("mean_squared_displacement_logarithmic", "Mean squared displacement at logarithmic times");
+    let curve = Curve::new(name, title, &method(DISPLACEMENT, system)).variable("t", "time", times);
+    with_series(curve.logarithmic([true, true]), diffusion, system, &SQUARE, average, elements)
 }
 
 /// Names of a curve.
@@ -162,17 +143,17 @@ const SUMMED: Quantity = Quantity {
     is_by_axis: true,
 };
 
-/// One series for each group of particles.
-fn series(
+/// Adds one series for each group of particles.
+fn with_series(
+    curve: Curve,
     diffusion: &Diffusion,
     system: &SystemDescription,
     quantity: &Quantity,
-    average: &crate::analysis::statistics::CurveAverage,
+    average: &CurveAverage,
     elements: impl Fn(usize) -> Vec<usize>,
-) -> Vec<Series> {
-    let of = |group: usize| {
+) -> Curve {
+    let with_group = |curve: Curve, group: usize| {
         let name = group.checked_sub(1).and_then(|index| species(diffusion, system, index));
-        let estimates: Vec<_> = elements(group).into_iter().map(|element| average.estimate(element)).collect();
         let origins = elements(group).into_iter().map(|element| average.count(element)).collect();
         let (particles, free_part) = (diffusion.tracers.count_of(group), diffusion.tracers.free_part_of(group));
         let free = if free_part.is_none() { ", each over its 1 - m / M" } else { "" };
@@ -186,15 +167,10 @@ fn series(
             normalisation = normalisation.by("axes", "1", Tracers::dimensions(system));
         }
         let symbol = quantity.symbol;
-        Series {
-            name: name.map_or(symbol.to_owned(), |name| format!("{symbol} {name}")),
-            unit: quantity.unit.to_owned(),
-            normalisation: Some(normalisation),
-            values: estimates.iter().map(|estimate| Some(estimate.as_ref()?.mean)).collect(),
-            standard_errors: estimates.iter().map(|estimate| estimate.as_ref()?.standard_error).collect(),
-        }
+        let name = name.map_or(symbol.to_owned(), |name| format!("{symbol} {name}"));
+        curve.series(&name, quantity.unit, &average.estimates(elements(group))).normalised(normalisation)
     };
-    (0..diffusion.tracers.groups()).map(of).collect()
+    (0..diffusion.tracers.groups()).fold(curve, with_group)
 }
 
 const DISPLACEMENT: &str = "<|r(t) - r(0)|^2> over particles and origins, of unwrapped positions; where momentum is conserved \

@@ -1,5 +1,6 @@
 //! A histogram of positive values that finds its bins itself.
 
+use crate::analysis::statistics::Estimate;
 use crate::base::numbers::trunc_to_usize;
 use serde::{Deserialize, Serialize};
 
@@ -25,10 +26,8 @@ pub(super) struct Histogram {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bin {
     pub centre: f64,
-    /// Part of all values in the bin, by its width.
-    pub density: f64,
-    /// Standard error of independent values; none of an empty bin.
-    pub error: Option<f64>,
+    /// Part of all values in the bin, by its width, with the standard error of independent values; none of an empty bin.
+    pub density: Estimate,
 }
 
 impl Histogram {
@@ -63,8 +62,10 @@ impl Histogram {
         let scale = 1.0 / (binned.count as f64 * binned.width);
         let bin = |(k, &count): (usize, &u64)| Bin {
             centre: (k as f64 + 0.5) * binned.width,
-            density: count as f64 * scale,
-            error: (count > 0).then(|| (count as f64).sqrt() * scale),
+            density: Estimate {
+                mean: count as f64 * scale,
+                standard_error: (count > 0).then(|| (count as f64).sqrt() * scale),
+            },
         };
         binned.counts.iter().enumerate().map(bin).collect()
     }
@@ -116,7 +117,7 @@ mod tests {
             if [0, 10, 998, 999, 1500, 3999].contains(&k) {
                 let bins = histogram.density();
                 let width = 2.0 * bins[0].centre;
-                let sum: f64 = bins.iter().map(|bin| bin.density * width).sum();
+                let sum: f64 = bins.iter().map(|bin| bin.density.mean * width).sum();
                 assert!((sum - 1.0).abs() < 1e-12, "{k}: {sum}");
             }
         }
@@ -124,8 +125,9 @@ mod tests {
         let bins = histogram.density();
         assert_eq!(bins[0].centre, 1.0, "16 bins up to eight means of 4");
         // 1000 of 4000 values in each of four bins of 2.
-        assert_eq!(bins[3], Bin { centre: 7.0, density: 0.125, error: Some(1000.0_f64.sqrt() / 8000.0) });
-        assert_eq!(bins[4], Bin { centre: 9.0, density: 0.0, error: None });
+        let full = Estimate { mean: 0.125, standard_error: Some(1000.0_f64.sqrt() / 8000.0) };
+        assert_eq!(bins[3], Bin { centre: 7.0, density: full });
+        assert_eq!(bins[4], Bin { centre: 9.0, density: Estimate { mean: 0.0, standard_error: None } });
         assert!(histogram.first.is_empty());
     }
 
@@ -135,10 +137,10 @@ mod tests {
         (0..1000).for_each(|_| histogram.add(1.0));
         (0..1000).for_each(|_| histogram.add(100.0));
         assert_eq!(histogram.mean(), Some(50.5));
-        assert_eq!(histogram.density()[1].density, 0.5);
+        assert_eq!(histogram.density()[1].density.mean, 0.5);
         let mut zeros = Histogram::new(8);
         (0..5000).for_each(|_| zeros.add(0.0));
         assert!(zeros.first.is_empty());
-        assert!(zeros.density().iter().all(|bin| bin.density.is_finite()));
+        assert!(zeros.density().iter().all(|bin| bin.density.mean.is_finite()));
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::analysis::instruments::Series;
 use crate::analysis::statistics::tests::fits;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};

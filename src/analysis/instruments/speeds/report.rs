@@ -1,6 +1,6 @@
 //! Curves of speeds: a series for each window, and Maxwell's distribution beside them.
 
-use super::super::quantity::{Curve, Measured, Normalisation, Published, Series, Variable, free_name};
+use super::super::quantity::{Curve, Measured, Normalisation, Published, free_name};
 use super::super::system::SystemDescription;
 use super::{Class, Speeds, Window, mass_of};
 use crate::analysis::published::maxwell_speed_below;
@@ -21,15 +21,12 @@ impl Speeds {
             let of = if self.classes.len() == 1 { String::new() } else { format!(" of {}", class.name) };
             let (rows, width) = (self.rows(number, system), class.width);
             let centres = (0..rows).map(|bin| (bin as f64 + 0.5) * width).collect();
-            measured.curves.push(Curve {
-                name,
-                title: format!("Distribution of speeds{of}"),
-                method: self.method(class, system),
-                variables: vec![Variable { name: "v".to_owned(), unit: "length / time".to_owned(), values: centres }],
-                series: (0..self.windows.len()).map(|window| self.series(window, number, rows)).collect(),
-                is_logarithmic: [false; 2],
-                published: self.maxwell(class, rows, system).into_iter().collect(),
-            });
+            let curve = Curve::new(&name, &format!("Distribution of speeds{of}"), &self.method(class, system))
+                .variable("v", "length / time", centres)
+                .beside(self.maxwell(class, rows, system));
+            measured.curves.push(
+                (0..self.windows.len()).fold(curve, |curve, window| self.with_window(curve, window, number, rows)),
+            );
         }
     }
 
@@ -46,25 +43,21 @@ impl Speeds {
         last.max(drawn).saturating_add(1).min(self.bins)
     }
 
-    fn series(&self, window: usize, class: usize, rows: usize) -> Series {
+    /// Adds the series of a window.
+    fn with_window(&self, curve: Curve, window: usize, class: usize, rows: usize) -> Curve {
         let Window { number, last, histograms, .. } = &self.windows[window];
         let begin = self.start + *number as f64 * self.length;
         let is_over = window + 1 < self.windows.len();
         let end = if is_over { self.start + (*number + 1) as f64 * self.length } else { *last };
-        let estimates: Vec<_> = (0..rows)
-            .map(|bin| histograms[class].estimate(bin).map(|estimate| estimate.over(self.classes[class].width)))
-            .collect();
+        let width = self.classes[class].width;
+        let parts = histograms[class].estimates(0..rows).into_iter();
+        let densities: Vec<_> = parts.map(|part| Some(part?.over(width))).collect();
         let normalisation = Normalisation::of("particles in the bin, over all samples of the window")
             .by("samples", "1", histograms[class].most())
             .by("particles", "1", self.classes[class].count() as f64)
-            .by("bin_width", "length / time", self.classes[class].width);
-        Series {
-            name: format!("p(v) from {} to {}", digits(begin), digits(end)),
-            unit: "time / length".to_owned(),
-            values: estimates.iter().map(|estimate| estimate.map(|estimate| estimate.mean)).collect(),
-            standard_errors: estimates.iter().map(|estimate| estimate.and_then(|it| it.standard_error)).collect(),
-            normalisation: Some(normalisation),
-        }
+            .by("bin_width", "length / time", width);
+        let name = format!("p(v) from {} to {}", digits(begin), digits(end));
+        curve.series(&name, "time / length", &densities).normalised(normalisation)
     }
 
     /// For each species of a class, its share and the variance of a component of its velocities in equilibrium: `T / m`, less what a conserved

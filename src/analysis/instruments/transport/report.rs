@@ -2,7 +2,7 @@
 
 use super::{BULK, BULK_MEAN, HEAT, SHEAR, Transport, pairs_of_axes};
 use crate::analysis::instruments::momentum_flow::trace;
-use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};
+use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};
 use crate::analysis::instruments::slope::straight_slope;
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::Estimate;
@@ -14,7 +14,7 @@ pub(super) fn report(transport: &Transport, system: &SystemDescription, measured
     let scales = scales(transport, system);
     let number = |kind: usize, name: &str, title: &str, unit: &str, method: &str| {
         let scale = scales[kind];
-        let slope = scale.and_then(|scale| Some(scaled(slope(transport, kind)?, scale)));
+        let slope = scale.and_then(|scale| Some(slope(transport, kind)?.times(scale)));
         Number::estimated(name, title, unit, slope, method)
     };
     measured.numbers.extend([
@@ -42,10 +42,6 @@ fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4]
         .filter(|scale| transport.is_meaningful && scale.is_finite() && *scale > 0.0);
     let heat = viscosity.filter(|_| transport.heat.is_some()).map(|scale| scale / temperature);
     [viscosity.filter(|_| dimensions > 1.0), viscosity, viscosity, heat]
-}
-
-fn scaled(estimate: Estimate, scale: f64) -> Estimate {
-    Estimate { mean: estimate.mean * scale, standard_error: estimate.standard_error.map(|error| error * scale) }
 }
 
 /// Slope of the straight part of a curve over time.
@@ -107,33 +103,19 @@ fn curve(
 ) -> Curve {
     let scales = scales(transport, system);
     let time = |lag: usize| lag as f64 * transport.interval;
-    let series = kinds.iter().map(|&(kind, series)| {
+    let curve = Curve::new(name, title, RUNNING).variable("t", "time", (1..=transport.lags).map(time).collect());
+    kinds.iter().fold(curve, |curve, &(kind, series)| {
         let at = |lag: usize| {
             let estimate = combination(transport, kind, &[(lag, 1.0)])?;
-            Some(scaled(estimate, scales[kind]? / time(lag)))
+            Some(estimate.times(scales[kind]? / time(lag)))
         };
-        let estimates: Vec<_> = (1..=transport.lags).map(at).collect();
-        Series {
-            name: series.to_owned(),
-            unit: if kind == HEAT { CONDUCTIVITY } else { VISCOSITY }.to_owned(),
-            values: estimates.iter().map(|estimate| Some(estimate.as_ref()?.mean)).collect(),
-            standard_errors: estimates.iter().map(|estimate| estimate.as_ref()?.standard_error).collect(),
-            normalisation: normalisation(transport, system, kind),
+        let unit = if kind == HEAT { CONDUCTIVITY } else { VISCOSITY };
+        let curve = curve.series(series, unit, &(1..=transport.lags).map(at).collect::<Vec<_>>());
+        match normalisation(transport, system, kind) {
+            Some(by) => curve.normalised(by),
+            None => curve,
         }
-    });
-    Curve {
-        name: name.to_owned(),
-        title: title.to_owned(),
-        method: RUNNING.to_owned(),
-        series: series.collect(),
-        variables: vec![Variable {
-            name: "t".to_owned(),
-            unit: "time".to_owned(),
-            values: (1..=transport.lags).map(time).collect(),
-        }],
-        is_logarithmic: [false, false],
-        published: Vec::new(),
-    }
+    })
 }
 
 const SHEAR_METHOD: &str = "Slope of <dG_xy^2> / (2 V T) with dG_xy = sum m v_x v_y dt + sum r_x J_y, over the last three quarters of its \

@@ -165,7 +165,7 @@ fn the_pressure_of_a_driven_granular_slit_is_that_on_its_walls() {
         }
         let (row, event_counts) = (observer.row(&simulation), *simulation.event_counts());
         if let Some((time, earlier, left)) = last {
-            let on_walls: f64 = event_counts.since(&earlier).wall_push[0].iter().sum();
+            let on_walls: f64 = event_counts.since(&earlier).wall_push[0].iter().map(|sum| sum.total()).sum();
             let expected = (0.5 * on_walls + arrived - left) / (row.time - time);
             assert!((row.pressure.unwrap() / expected - 1.0).abs() < 1e-10, "{row:?} {expected}");
         }

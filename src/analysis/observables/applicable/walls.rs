@@ -14,7 +14,7 @@ impl ApplicableObservables {
         axis: usize,
         side: usize,
     ) -> Option<f64> {
-        self.pressed_walls[axis][side].then(|| counted.wall_push[axis][side] / duration)
+        self.pressed_walls[axis][side].then(|| counted.wall_push[axis][side].total() / duration)
     }
 
     /// Heat flux through the lower or the upper wall of an axis into the particles `[energy / (length^(D - 1) time)]`, from what it supplied in a time.

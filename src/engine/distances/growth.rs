@@ -4,10 +4,10 @@ mod contacts;
 
 use serde::{Deserialize, Serialize};
 
-use super::{GlobalOutcome, Repredict};
 use crate::engine::event::{EventCounts, EventCountsBySpecies};
 use crate::engine::neighbours::Search;
 use crate::engine::parts::Engine;
+use crate::engine::sources::Repredict;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::physics::detection::plane;
 use crate::physics::motion::RelativeState;
@@ -19,7 +19,7 @@ const STAGE: f64 = 1.1;
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::engine) struct GrowingDiameters {
     /// `[1 / time]`
-    rate: f64,
+    pub rate: f64,
     /// Since the epoch.
     start: f64,
     /// Cells and lists reach for diameters that are this factor times those of the scene,
@@ -74,23 +74,6 @@ pub(in crate::engine) struct Carried {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The factor of all diameters now.
-    pub fn scale(&self) -> f64 {
-        self.scale_at(self.clock.now)
-    }
-
-    /// The factor of all diameters at a time since the epoch.
-    #[inline]
-    pub(in crate::engine) fn scale_at(&self, time: f64) -> f64 {
-        self.sources.growth.as_ref().map_or(1.0, |growing| growing.scale(time))
-    }
-
-    /// How fast a distance grows that is `distance` in the scene.
-    #[inline]
-    pub(in crate::engine) fn growth_of(&self, distance: f64) -> f64 {
-        self.sources.growth.as_ref().map_or(0.0, |growing| growing.rate * distance)
-    }
-
     /// Counts that outlive the engine when another one takes over with other diameters.
     pub fn carried(&self) -> Carried {
         Carried {
@@ -116,22 +99,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Lets all diameters grow from now on, up to `largest` times those of the scene.
     pub fn grow(&mut self, rate: f64, largest: f64) {
-        self.sources.growth =
-            Some(GrowingDiameters { rate, start: self.clock.now, reach: STAGE.min(largest), largest });
+        let growing = GrowingDiameters { rate, start: self.clock.now, reach: STAGE.min(largest), largest };
+        self.distances.growing = Some(growing);
         self.sort_anew();
         self.start_anew();
-        self.sources.schedule_global();
+        self.schedule_global();
     }
 
     /// Sorts the spheres anew, when they have come to the size that cells or lists reach for.
-    pub(in crate::engine) fn begin_growth_stage(&mut self) -> Result<GlobalOutcome, InvariantBroken> {
-        let Some(growing) = &mut self.sources.growth else {
+    pub(in crate::engine) fn begin_distance_stage(&mut self) -> Result<Repredict, InvariantBroken> {
+        let Some(growing) = &mut self.distances.growing else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         self.clock.now = growing.next_stage().max(self.clock.now);
         growing.reach = (growing.reach * STAGE).min(growing.largest);
         self.sort_anew();
-        Ok(GlobalOutcome { event: None, repredict: Repredict::All })
+        Ok(Repredict::All)
     }
 
     fn sort_anew(&mut self) {
@@ -144,12 +127,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// The longest distance at which a pair meets before the spheres are sorted anew.
     fn longest_meeting(&self) -> f64 {
-        self.reach_factor() * self.ranges.between.iter().copied().fold(0.0, f64::max)
-    }
-
-    /// The factor of the distances that a search has to reach.
-    pub(in crate::engine) fn reach_factor(&self) -> f64 {
-        self.sources.growth.map_or(1.0, |growing| growing.reach)
+        self.distances.reach_factor() * self.ranges.between.iter().copied().fold(0.0, f64::max)
     }
 }
 

@@ -6,21 +6,19 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::GlobalOutcome;
-use super::Repredict;
+use super::{FLOW, GRADIENT};
 use crate::Vector;
 use crate::base::numbers::trunc_to_i32;
 use crate::engine::neighbours::Neighbours;
+use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::grid::Face;
 use crate::engine::parts::Engine;
 use crate::engine::reach::Sliding;
+use crate::engine::sources::Repredict;
 use crate::engine::{Invariant, InvariantBroken};
+use crate::model::Scene;
 use crate::model::space::{displacement_within_period, minimum_image_along};
 use crate::physics::motion::RelativeState;
-
-/// The axis along which images slide, and the one along which they do it ever faster.
-pub(in crate::engine) const FLOW: usize = 0;
-pub(in crate::engine) const GRADIENT: usize = 1;
 
 /// Images that have slid by this part of the box since pairs were last predicted are predicted anew: those looked at, the nearest and
 /// the two beside it, are the ones that can be met until then.
@@ -44,12 +42,13 @@ pub(in crate::engine) struct LeesEdwards {
 }
 
 impl LeesEdwards {
-    /// `displacement` is that of the next image up, at the start.
-    pub fn new(rate: f64, displacement: f64, space: &crate::model::space::Space) -> Self {
+    /// None for a box at rest.
+    pub fn of(scene: &Scene) -> Option<Self> {
+        let (rate, space, displacement) = (scene.shear_rate?, &scene.space, scene.displacement);
         let speed = rate * space.size[GRADIENT];
         let between_refreshes = SLIDE * space.size[FLOW] / speed.abs();
         let middle = space.lower[GRADIENT] + 0.5 * space.size[GRADIENT];
-        Self { rate, speed, displacement, middle, next_refresh: between_refreshes, between_refreshes }
+        Some(Self { rate, speed, displacement, middle, next_refresh: between_refreshes, between_refreshes })
     }
 
     /// When pairs across the sides that slide are predicted anew, since the epoch.
@@ -84,7 +83,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(in crate::engine) fn streaming_velocity(&self, position: &Vector) -> Vector {
         let mut streaming = Vector::zeros();
-        if let Some(shear) = &self.sources.lees_edwards {
+        if let Some(shear) = &self.images.sliding {
             streaming[FLOW] = shear.rate * (position[GRADIENT] - shear.middle);
         }
         streaming
@@ -111,34 +110,37 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// what they are in a box at rest.
     #[inline]
     pub(in crate::engine) fn is_off_sliding_sides(&self, particle: u32) -> bool {
-        let (Some(_), Neighbours::Cells(cells)) = (&self.sources.lees_edwards, &self.neighbours) else { return false };
+        let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return false };
         let tied = cells.grid.tied_axes();
-        let is_in_one_image = self.ranges.further_images.is_empty() && !tied[FLOW] && !tied[GRADIENT];
+        let is_in_one_image = self.images.further.is_empty() && !tied[FLOW] && !tied[GRADIENT];
         is_in_one_image && !cells.is_outermost(cells.home(particle), GRADIENT)
     }
 
     /// A sheared box as it is seen from next to the sides that slide, if each neighbour there can be met in one image only.
     pub(in crate::engine) fn sliding(&self, time: f64) -> Option<Sliding> {
-        let shear = self.sources.lees_edwards.as_ref()?;
-        let is_in_one_image = self.ranges.further_images.is_empty() && !self.ranges.tied_axes.contains(&true);
+        let shear = self.images.sliding.as_ref()?;
+        let is_in_one_image = self.images.further.is_empty() && !self.images.tied.contains(&true);
         let (displacement, _) = shear.displacement_within(time, self.state.periods[FLOW]);
         is_in_one_image.then_some(Sliding { displacement, speed: shear.speed })
     }
 
     /// Calls `visit` for those beyond the sides that slide: cells next to them do not stay next to them.
     pub(in crate::engine) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
-        let (Some(_), Neighbours::Cells(cells)) = (&self.sources.lees_edwards, &self.neighbours) else { return };
+        let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return };
         cells.for_each_across(cells.home(particle), [FLOW, GRADIENT], visit);
     }
 
+    /// Whether a particle comes in displaced when it leaves through a face of its cell.
+    #[inline]
+    pub(in crate::engine) fn slides_behind(&self, cells: &Cells, particle: u32, face: Face) -> bool {
+        self.images.slide() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face)
+    }
+
     /// Moves a particle that has left through one of the sides that slide to where its image comes in.
-    pub(in crate::engine) fn slide(
-        &mut self,
-        shear: LeesEdwards,
-        particle: u32,
-        face: Face,
-        time: f64,
-    ) -> Result<(), InvariantBroken> {
+    pub(in crate::engine) fn slide(&mut self, particle: u32, face: Face, time: f64) -> Result<(), InvariantBroken> {
+        let Some(shear) = self.images.sliding else {
+            return Err(self.broken(particle, None, Invariant::Transition));
+        };
         self.stream(particle, time);
         let up = if face.is_upper { 1.0 } else { -1.0 };
         let inverse_mass = self.pairs.rules.species[usize::from(self.row(particle))].inverse_mass;
@@ -152,7 +154,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let periods = ((body.position[FLOW] - self.state.space.lower[FLOW]) / period).floor();
         body.position[FLOW] -= periods * period;
         let position = body.position;
-        self.note_supplied(0.5 / inverse_mass * (after - before) * (after + before));
+        self.note_energies(0.0, 0.0, 0.5 / inverse_mass * (after - before) * (after + before));
         self.state.images.add(particle, GRADIENT, trunc_to_i32(up));
         self.state.images.add(particle, FLOW, trunc_to_i32(periods));
         let Neighbours::Cells(cells) = &mut self.neighbours else {
@@ -163,12 +165,30 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
+    /// Puts a position that rounding has put beyond one of the sides that slide on this side of it: velocities are others beyond.
+    pub(in crate::engine) fn keep_between_sliding_sides(&mut self, particle: u32) {
+        if self.images.slide() {
+            let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());
+            let at = &mut self.state.bodies[particle as usize].position[GRADIENT];
+            *at = at.clamp(lower, upper);
+        }
+    }
+
+    /// Periods that a particle has travelled, as a snapshot has them: with those of the displacement of the next image up, so many for each.
+    pub(in crate::engine) fn image_numbers(&self, particle: u32, periods: i32) -> [i32; 3] {
+        let mut image = self.state.images.of(particle);
+        if self.images.slide() {
+            image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
+        }
+        image
+    }
+
     /// Counts images from an epoch that is later by `shift`.
     ///
     /// An image one period up is displaced along x by that of the box, of which whole periods are dropped now: images along x take
     /// them over, so that `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` goes on smoothly.
     pub(in crate::engine) fn shift_images(&mut self, shift: f64) {
-        let Some(shear) = &mut self.sources.lees_edwards else { return };
+        let Some(shear) = &mut self.images.sliding else { return };
         let periods = shear.shift(shift, self.state.periods[FLOW]);
         if periods != 0 {
             for particle in self.particles() {
@@ -179,8 +199,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Finds those next to the sides that slide: their images have come so far that others can be met.
-    pub(in crate::engine) fn refresh_images(&mut self) -> Result<GlobalOutcome, InvariantBroken> {
-        let (Some(shear), Neighbours::Cells(cells)) = (&mut self.sources.lees_edwards, &self.neighbours) else {
+    pub(in crate::engine) fn refresh_images(&mut self) -> Result<Repredict, InvariantBroken> {
+        let (Some(shear), Neighbours::Cells(cells)) = (&mut self.images.sliding, &self.neighbours) else {
             return Err(self.broken(0, None, Invariant::Cells));
         };
         self.clock.now = shear.next_refresh;
@@ -189,6 +209,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // Partners that no search finds are met across more than one row of cells.
         let is_found = |particle: &u32| is_next_to_side(particle) || self.has_own_interactions(*particle);
         let found = self.particles().filter(|particle| is_found(particle) && !self.is_static(*particle));
-        Ok(GlobalOutcome { event: None, repredict: Repredict::Some(found.collect()) })
+        Ok(Repredict::Some(found.collect()))
     }
 }

@@ -1,0 +1,134 @@
+//! Order in memory and buckets decide no bit.
+
+use super::Order;
+use crate::Vector;
+use crate::engine::Until;
+use crate::engine::batch::tests::falling;
+use crate::engine::event::{Event, EventCounts};
+use crate::engine::parts::Engine;
+use crate::engine::snapshot::Snapshot;
+use crate::model::Scene;
+use crate::model::potential::Potential;
+use crate::model::random::{Purpose, Random};
+use crate::model::space::{Boundary, Space};
+use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
+use std::ops::ControlFlow;
+
+/// Event streams, last states and counts of a run that is put in a random order after every `every` events, with a number of buckets in its queue.
+fn run<const FALLING: bool, const TABLE: bool>(
+    scene: &Scene,
+    every: u64,
+    buckets: Option<usize>,
+) -> (Vec<Event>, Snapshot, EventCounts) {
+    let mut engine = Engine::<FALLING, TABLE>::new(scene);
+    if let Some(buckets) = buckets {
+        engine.schedule.queue = engine.schedule.queue.rebuilt(buckets);
+        enqueue_all(&mut engine);
+    }
+    let mut random = Random::new(7, Purpose::Velocities, 0);
+    let mut events = Vec::new();
+    let mut see = |event: &Event| {
+        events.push(*event);
+        ControlFlow::Continue(())
+    };
+    const EVENTS: u64 = 3_000;
+    let mut done = 0;
+    while done < EVENTS {
+        done = (done + every).min(EVENTS);
+        let _ = engine.advance(Until { time: 200.0, events: done }, &mut Some(&mut see));
+        if every < EVENTS {
+            shuffle(&mut engine, &mut random);
+        }
+    }
+    (events, engine.snapshot(), engine.counts.totals)
+}
+
+fn shuffle<const FALLING: bool, const TABLE: bool>(engine: &mut Engine<FALLING, TABLE>, random: &mut Random) {
+    let mut old: Vec<u32> = engine.particles().collect();
+    for last in (1..old.len()).rev() {
+        old.swap(last, random.below(last + 1));
+    }
+    engine.permute(&Order::of(old));
+    enqueue_all(engine);
+}
+
+fn enqueue_all<const FALLING: bool, const TABLE: bool>(engine: &mut Engine<FALLING, TABLE>) {
+    engine.schedule.queue.clear();
+    for particle in engine.particles() {
+        engine.enqueue(particle);
+    }
+}
+
+fn is_the_same_in_any_order<const FALLING: bool, const TABLE: bool>(name: &str, scene: &Scene) {
+    let plain = run::<FALLING, TABLE>(scene, u64::MAX, None);
+    assert!(plain.0.len() > 100, "{name}: {}", plain.0.len());
+    for (every, buckets) in
+        [(1, None), (10, None), (300, None), (u64::MAX, Some(64)), (u64::MAX, Some(1024)), (7, Some(256))]
+    {
+        let other = run::<FALLING, TABLE>(scene, every, buckets);
+        let first = plain.0.iter().zip(&other.0).position(|(a, b)| a != b);
+        let events = first.map(|at| (at, plain.0[at], other.0[at]));
+        assert_eq!(events, None, "{name}, shuffled every {every}, {buckets:?} buckets");
+        assert!(plain == other, "{name}, shuffled every {every}, {buckets:?} buckets");
+    }
+}
+
+fn spheres(potential: Potential, packing_fraction: f64, count: u64) -> SceneBuilder {
+    SceneBuilder::new("spheres")
+        .species("A", 0.7, 1.0)
+        .interaction("A", "A", potential, 0.9)
+        .fill(Lattice::FaceCentredCubic, "A", count, Amount::PackingFraction(packing_fraction))
+        .temperature(1.3)
+}
+
+/// Particles of a lattice that fly along its axes at one speed: many contacts are due at once.
+fn at_once() -> Scene {
+    let mut scene = SceneBuilder::new("lattice").space(Space::periodic_cube(12.0)).species("A", 1.0, 1.0).interaction(
+        "A",
+        "A",
+        Potential::square_well(1.0, 1.5, 0.5).unwrap(),
+        1.0,
+    );
+    for k in 0..216 {
+        let at = |n: u32| 1.0 + 2.0 * f64::from(n % 6);
+        let velocity = Vector::ith((k % 3) as usize, if k / 3 % 2 == 0 { 1.0 } else { -1.0 });
+        scene = scene.particle("A", Vector::new(at(k), at(k / 6), at(k / 36)), velocity);
+    }
+    scene.build().unwrap()
+}
+
+fn mixture() -> SceneBuilder {
+    let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
+    fill.composition = vec![("A".to_owned(), 2.0), ("B".to_owned(), 1.0)];
+    let well = |diameter| Potential::square_well(diameter, 1.4, 0.8).unwrap();
+    SceneBuilder::new("mixture")
+        .species("A", 0.7, 1.0)
+        .species("B", 3.1, 1.4)
+        .interaction("A", "A", well(1.0), 1.0)
+        .interaction("A", "B", well(1.2), 1.0)
+        .interaction("B", "B", well(1.4), 1.0)
+        .add_fill(fill.count(256).amount(Amount::PackingFraction(0.25)))
+        .temperature(1.0)
+}
+
+#[test]
+fn neither_the_order_in_memory_nor_the_buckets_of_the_queue_decide_a_bit() {
+    let hard = || Potential::hard_sphere(1.0).unwrap();
+    is_the_same_in_any_order::<false, false>("cells", &spheres(hard(), 0.1, 256).build().unwrap());
+    is_the_same_in_any_order::<false, false>("lists", &spheres(hard(), 0.45, 256).build().unwrap());
+    is_the_same_in_any_order::<false, false>("small box", &spheres(hard(), 0.1, 4).build().unwrap());
+    is_the_same_in_any_order::<false, true>("mixture", &mixture().build().unwrap());
+    is_the_same_in_any_order::<false, true>("at once", &at_once());
+    is_the_same_in_any_order::<true, true>("falling", &falling());
+    is_the_same_in_any_order::<false, true>("TC model", &mixture().contact_time(0.05).build().unwrap());
+    is_the_same_in_any_order::<false, true>("sheared", &mixture().shear(0.7).build().unwrap());
+    let space = Space { boundary: [Boundary::walls(0.9); 3], ..Space::periodic_cube(12.0) };
+    let walled = SceneBuilder::new("walls")
+        .space(space)
+        .wall_temperatures(0, [Some(2.0), None])
+        .species("A", 0.7, 1.0)
+        .interaction("A", "A", hard(), 0.9)
+        .add_fill(Fill::new(Arrangement::Random, "A").count(200))
+        .temperature(1.3);
+    is_the_same_in_any_order::<false, false>("walls", &walled.build().unwrap());
+}

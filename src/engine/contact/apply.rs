@@ -1,0 +1,182 @@
+//! Applies a change of velocities: the one place where an impulse acts.
+
+use crate::Vector;
+use crate::engine::event::{CountedKind, Event, EventKind, Other, Outcome};
+use crate::engine::observe::{Observe, show};
+use crate::engine::parts::Engine;
+use crate::engine::surfaces::{Placed, Surface};
+use std::ops::ControlFlow;
+
+/// Where the momentum of a particle comes from.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::engine) enum With {
+    /// Another particle, which takes the opposite.
+    Particle(u32),
+    /// A surface.
+    Surface(Placed),
+    /// A heat bath.
+    Bath,
+    /// The program: velocities are set or scaled.
+    Program,
+}
+
+/// A change of velocities, and the energies that go with it.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::engine) struct Change {
+    /// Kind under which the event is counted; none for one that is no event.
+    pub counted: Option<CountedKind>,
+    pub particle: u32,
+    pub other: With,
+    /// Velocities afterwards, of the particle and of its partner `[length / time]`.
+    pub after: [Vector; 2],
+    /// Momentum that the particle gains `[mass length / time]`.
+    pub impulse: Vector,
+    /// From the other to the particle; its square.
+    pub line: Vector,
+    pub squared: f64,
+    /// Distance of the discontinuity `[length]`.
+    pub distance: f64,
+    /// `r_ij . J` `[energy]`.
+    pub virial: f64,
+    /// Potential energy that the pair gains `[energy]`.
+    pub energy_step: f64,
+    /// Kinetic energy lost to restitution `[energy]`.
+    pub dissipated: f64,
+    /// Energy that comes from outside `[energy]`.
+    pub supplied: f64,
+}
+
+impl Change {
+    /// A particle whose velocity becomes `after`, by nothing that is conserved: all that it gains is supplied.
+    #[inline]
+    pub fn of_one(other: With, particle: u32, before: &Vector, after: Vector, inverse_mass: f64) -> Self {
+        let gained = after - before;
+        Self {
+            counted: None,
+            particle,
+            other,
+            after: [after, Vector::zeros()],
+            impulse: gained / inverse_mass,
+            line: gained,
+            squared: gained.norm_squared(),
+            distance: 0.0,
+            virial: 0.0,
+            energy_step: 0.0,
+            dissipated: 0.0,
+            supplied: 0.5 / inverse_mass * gained.dot(&(after + before)),
+        }
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Gives particles their velocities after a contact, voids their predictions, counts, and shows the event.
+    #[inline]
+    pub(in crate::engine) fn apply(&mut self, change: &Change, observe: &mut Observe<'_>) -> ControlFlow<()> {
+        let before = self.change_velocities(change);
+        self.account(change, &before);
+        match change.counted {
+            Some(kind) => show(observe, || self.event(change, kind, before)),
+            None => ControlFlow::Continue(()),
+        }
+    }
+
+    /// Writes the velocities, and returns those before.
+    #[inline]
+    fn change_velocities(&mut self, change: &Change) -> [Vector; 2] {
+        let [of_particle, of_partner] = change.after;
+        let before = self.change_velocity(change.particle, of_particle);
+        match change.other {
+            With::Particle(partner) if self.is_static(partner) => [before, Vector::zeros()],
+            With::Particle(partner) => [before, self.change_velocity(partner, of_partner)],
+            _ => [before, Vector::zeros()],
+        }
+    }
+
+    /// Writes the velocity of one particle, whose prediction is void from now on, and returns that before.
+    #[inline]
+    fn change_velocity(&mut self, particle: u32, after: Vector) -> Vector {
+        let body = &mut self.state.bodies[particle as usize];
+        body.events = body.events.wrapping_add(1);
+        std::mem::replace(&mut body.velocity, after)
+    }
+
+    /// The event, for observers.
+    fn event(&self, change: &Change, kind: CountedKind, before: [Vector; 2]) -> Event {
+        let position = |particle: u32| self.state.bodies[particle as usize].position;
+        let first = position(change.particle);
+        let (other, positions, after) = match change.other {
+            With::Particle(partner) => (Other::Particle(self.name(partner)), [first, position(partner)], change.after),
+            With::Surface(Placed { number, .. }) => {
+                (Other::Surface { surface: number, feature: 0 }, [first, Vector::zeros()], change.after)
+            }
+            With::Bath | With::Program => (Other::Bath, [first, Vector::zeros()], change.after),
+        };
+        let outcome = match kind {
+            CountedKind::Core => EventKind::Pair(Outcome::Core),
+            CountedKind::Capture => EventKind::Pair(Outcome::Capture),
+            CountedKind::Release => EventKind::Pair(Outcome::Release),
+            CountedKind::Bounce | CountedKind::Bond => EventKind::Pair(Outcome::Bounce),
+            CountedKind::Wall => EventKind::Surface,
+            CountedKind::Thermostat => EventKind::Thermostat,
+        };
+        let length = change.squared.sqrt();
+        Event {
+            time: self.time(),
+            kind: outcome,
+            particle: self.name(change.particle),
+            other,
+            normal: if length > 0.0 { change.line / length } else { Vector::zeros() },
+            impulse: change.impulse,
+            torque: Vector::zeros(),
+            distance: change.distance,
+            energy_step: if matches!(change.other, With::Particle(_)) { change.energy_step } else { change.supplied },
+            dissipated: change.dissipated,
+            positions,
+            before,
+            after,
+        }
+    }
+
+    /// Counts a change, and adds it to all sums.
+    #[inline]
+    fn account(&mut self, change: &Change, before: &[Vector; 2]) {
+        let particle = change.particle;
+        if let Some(kind) = change.counted {
+            self.counts.totals.count(kind);
+            if TABLE {
+                let row = usize::from(self.row(particle));
+                match change.other {
+                    With::Particle(partner) => {
+                        self.counts.totals.core_static += u64::from(
+                            kind == CountedKind::Core && (self.is_static(particle) || self.is_static(partner)),
+                        );
+                        self.counts.by_species.note_pair(row, usize::from(self.row(partner)), kind);
+                    }
+                    _ => self.counts.by_species.note_single(row, kind),
+                }
+            }
+        }
+        if change.virial != 0.0 {
+            self.counts.totals.virial.add(change.virial);
+        }
+        self.note_energies(change.energy_step, change.dissipated, change.supplied);
+        if self.sources.confinement.is_some() {
+            self.note_confined(particle, &before[0], matches!(change.other, With::Particle(_)));
+            match change.other {
+                With::Particle(partner) => self.note_confined(partner, &before[1], true),
+                With::Surface(surface) => self.note_wall(change, surface),
+                With::Bath | With::Program => {}
+            }
+        }
+    }
+
+    /// Adds what a wall of the box has given to a particle to its sums.
+    fn note_wall(&mut self, change: &Change, surface: Placed) {
+        let Some((axis, is_upper)) = surface.shape.side() else { return };
+        self.note_push(change.particle, usize::from(axis), is_upper, change.impulse.dot(&change.line));
+        let gained = change.supplied - change.dissipated;
+        if gained != 0.0 {
+            self.counts.totals.wall_heat[usize::from(axis)][usize::from(is_upper)].add(gained);
+        }
+    }
+}

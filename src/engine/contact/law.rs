@@ -1,0 +1,204 @@
+//! Laws of contact: from a frame, the motion afterwards.
+//!
+//! Steps of a potential with constant restitution or the TC model, for pairs and for surfaces.
+
+use super::frame::{Frame, opening};
+use crate::Vector;
+use crate::engine::pairs::rules::Discontinuity;
+use crate::engine::parts::Engine;
+use crate::physics::overlap::Side;
+use crate::physics::response::{Leaving, Response, respond, tc_contact};
+
+/// Relative to the speeds of two particles, what the velocities of both leave uncertain of their difference: two roundings
+/// of each, of the last event and the one before.
+const LOST: f64 = 2.0 * f64::EPSILON;
+
+/// How particles come to a contact, for the TC model.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::engine) struct Arrival {
+    /// Normal speed of approach `[length / time]`.
+    pub speed: f64,
+    /// Tangential speed `[length / time]`.
+    pub tangential: f64,
+    /// Normal acceleration towards each other, which brings the two together again `[length / time^2]`.
+    pub closing: f64,
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// The radial motion of a pair after the event, and the factor of the tangential motion.
+    #[inline]
+    pub(in crate::engine) fn leave(
+        &mut self,
+        pair: &Frame,
+        seen: &Discontinuity,
+        restitution: f64,
+        time: f64,
+    ) -> (Response, f64) {
+        let Frame { i, j, side, ref line, ref velocity, ref approach, .. } = *pair;
+        let mut response = respond(side, seen.energy_step, approach, restitution);
+        if seen.energy_step != f64::INFINITY {
+            return (response, 1.0);
+        }
+        if self.pairs.contact_times.is_none() {
+            if restitution < 1.0 {
+                self.note_lost_speed(pair, restitution);
+            }
+            return (response, 1.0);
+        }
+        let length = approach.squared.sqrt();
+        let vn = approach.radial / length;
+        let acceleration = (self.acceleration(i) - self.acceleration(j)).dot(line) / length;
+        let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
+        let closing = -side.sign() * (acceleration + tangential * pair.stretch / length);
+        let arriving = (-side.sign() * vn).max(0.0);
+        // A static particle has no contact of its own, as a wall has none: it would make the contacts of all its partners elastic.
+        let moving: &[u32] = match (self.is_static(i), self.is_static(j)) {
+            (true, _) => &[j],
+            (_, true) => &[i],
+            _ => &[i, j],
+        };
+        let arrival = Arrival { speed: arriving, tangential: tangential.sqrt(), closing };
+        let leaving = self.tc_model(moving, restitution, arrival, time);
+        // What the model leaves as it is, or makes elastic, goes without the rounding of a square root.
+        if leaving.speed == arriving {
+            response = respond(side, seen.energy_step, approach, 1.0);
+        } else if leaving.speed != restitution * arriving {
+            response.radial = side.sign() * leaving.speed * length;
+        }
+        (response, leaving.tangential_scale)
+    }
+
+    /// The normal speed with which a particle leaves a surface that reflects, and the factor of its tangential velocity. `vn` is the speed along the
+    /// `normal` before, which points away from the surface.
+    #[inline]
+    pub(in crate::engine) fn leave_surface(
+        &mut self,
+        i: u32,
+        normal: &Vector,
+        vn: f64,
+        restitution: f64,
+        time: f64,
+    ) -> Leaving {
+        if self.pairs.contact_times.is_none() {
+            return Leaving { speed: if vn < 0.0 { -restitution * vn } else { vn }, tangential_scale: 1.0 };
+        }
+        let velocity = self.state.bodies[i as usize].velocity;
+        let closing = -normal.dot(&self.acceleration(i));
+        let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
+        let arriving = (-vn).max(0.0);
+        let leaving = self.tc_model(&[i], restitution, Arrival { speed: arriving, tangential, closing }, time);
+        // What the model leaves as it is, or makes elastic: a particle that recedes within round-off keeps its speed.
+        Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
+    }
+
+    /// The velocities of a pair afterwards, from the change of `v_ij` along the line, per length of it, and the factor of what is across.
+    #[inline]
+    pub(in crate::engine) fn reflected(
+        &self,
+        pair: &Frame,
+        before: &[Vector; 2],
+        change: f64,
+        tangential_scale: f64,
+        is_barrier: bool,
+    ) -> [Vector; 2] {
+        let Frame { ref line, ref velocity, ref approach, .. } = *pair;
+        let mut after = *before;
+        self.change_relative_velocity(pair, &(line * change), &mut after);
+        if tangential_scale != 1.0 {
+            let tangential = velocity - line * (approach.radial / approach.squared);
+            self.change_relative_velocity(pair, &(tangential * (tangential_scale - 1.0)), &mut after);
+        }
+        if is_barrier {
+            self.separate(pair, &mut after);
+        }
+        after
+    }
+
+    /// Takes note of an inelastic contact whose speed is lost in the rounding of the velocities.
+    ///
+    /// Each contact of a collapse leaves a fraction of the speed before. In exact numbers that goes on for ever, in a
+    /// finite time; in rounded ones until the speeds have no digits left. Chance makes a contact that slow with a
+    /// probability of the square of [`LOST`].
+    #[inline]
+    fn note_lost_speed(&mut self, pair: &Frame, restitution: f64) {
+        let approach = -pair.side.sign() * pair.approach.radial;
+        let leaving = if restitution > 0.0 { restitution * approach } else { approach };
+        let (a, b) = (&self.state.bodies[pair.i as usize].velocity, &self.state.bodies[pair.j as usize].velocity);
+        let resolved = LOST * (a.amax() + b.amax());
+        if approach > 0.0 && leaving * leaving < resolved * resolved * pair.approach.squared {
+            self.clock.standstill.lost_speed = Some(approach / pair.approach.squared.sqrt());
+        }
+    }
+
+    /// A contact under the TC model, and its entry in the model's memory.
+    fn tc_model(&mut self, particles: &[u32], restitution: f64, arrival: Arrival, time: f64) -> Leaving {
+        let Arrival { speed: approach, tangential, closing } = arrival;
+        let Some(times) = &mut self.pairs.contact_times else {
+            return Leaving { speed: restitution * approach, tangential_scale: 1.0 };
+        };
+        let is_recent = times.note(particles, time);
+        let leaving = tc_contact(restitution, is_recent, approach, tangential, closing, times.contact_time);
+        self.counts.totals.tc_contacts += 1;
+        self.counts.totals.tc_altered +=
+            u64::from(leaving.speed != restitution * approach || leaving.tangential_scale != 1.0);
+        leaving
+    }
+
+    /// Adds `change` to `v_i - v_j`, at constant total momentum.
+    ///
+    /// The heavier particle takes its share `w / (w_i + w_j)`, and the lighter one what is left of the change: the two add up to all
+    /// of it. Two shares that are rounded each for itself do not, always by the same amount, and an elastic contact would have a
+    /// restitution of `1 +- eps` in every event.
+    #[inline]
+    fn change_relative_velocity(&self, pair: &Frame, change: &Vector, velocities: &mut [Vector; 2]) {
+        let (wi, wj) = (self.inverse_mass(pair.i), self.inverse_mass(pair.j));
+        let less = change * (wi.min(wj) / (wi + wj));
+        let more = change - less;
+        let (of_i, of_j) = if wi < wj { (less, more) } else { (more, less) };
+        velocities[0] += of_i;
+        velocities[1] -= of_j;
+    }
+
+    /// Rounds a reflection outwards: the pair must leave the discontinuity in the numbers that detection will see.
+    ///
+    /// A change below the spacing of the velocities' floats does nothing, and the same event would be due again for ever.
+    /// Changes of one such spacing, doubled until they count, change the energy by round-off only. At relative rest a pair
+    /// outside of its core stays where it is, but one at the end of its bond must come inside.
+    #[inline]
+    fn separate(&self, pair: &Frame, velocities: &mut [Vector; 2]) {
+        let &Frame { i, j, side, ref apart, ref line, surface, ref approach, .. } = pair;
+        let opening = opening(surface, apart.norm_squared());
+        let is_closing = |velocities: &[Vector; 2]| {
+            let velocity = self.relative_velocity([i, j], velocities);
+            match side {
+                Side::Positive => velocity.dot(apart) < opening,
+                Side::Negative => velocity.dot(apart) >= opening,
+            }
+        };
+        if !is_closing(velocities) {
+            return;
+        }
+        let speed = velocities[0].amax().max(velocities[1].amax());
+        let mut change = side.sign() * f64::EPSILON * speed;
+        let normal = line / approach.squared.sqrt();
+        // 52 doublings take a float's spacing to the float itself.
+        for _ in 0..52 {
+            self.change_relative_velocity(pair, &(normal * change), velocities);
+            if !is_closing(velocities) {
+                return;
+            }
+            change *= 2.0;
+        }
+    }
+
+    /// The relative velocity of the images of two particles that meet now, of which these are the velocities.
+    #[inline]
+    fn relative_velocity(&self, [i, j]: [u32; 2], velocities: &[Vector; 2]) -> Vector {
+        let velocity = velocities[0] - velocities[1];
+        if !self.images.slide() {
+            return velocity;
+        }
+        let [a, b] = [i, j].map(|particle| &self.state.bodies[particle as usize]);
+        self.nearest(a.position - b.position, velocity, a.time).0.velocity
+    }
+}

@@ -1,0 +1,100 @@
+//! How many periods each particle has travelled along the axes.
+
+use serde::{Deserialize, Serialize};
+
+/// Periods travelled by all particles, by their numbers in memory: three bytes of each, until one has travelled so far that all take twelve.
+///
+/// Image numbers wrap at 32 bits.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(in crate::engine) enum Travelled {
+    Near(Vec<[i8; 3]>),
+    Far(Vec<[i32; 3]>),
+}
+
+impl Travelled {
+    /// Of particles that have not travelled yet.
+    pub fn new(particles: usize) -> Self {
+        Self::Near(vec![[0; 3]; particles])
+    }
+
+    /// Periods travelled by a particle.
+    #[inline]
+    pub fn of(&self, particle: u32) -> [i32; 3] {
+        match self {
+            Self::Near(images) => images[particle as usize].map(i32::from),
+            Self::Far(images) => images[particle as usize],
+        }
+    }
+
+    /// Adds periods along an axis.
+    #[inline]
+    pub fn add(&mut self, particle: u32, axis: usize, periods: i32) {
+        if let Self::Near(images) = self {
+            let image = &mut images[particle as usize][axis];
+            if let Ok(sum) = i8::try_from(i32::from(*image).wrapping_add(periods)) {
+                *image = sum;
+                return;
+            }
+        }
+        let image = &mut self.far()[particle as usize][axis];
+        *image = image.wrapping_add(periods);
+    }
+
+    /// Gives each particle those that it has by `image`.
+    pub fn set(&mut self, image: impl Fn(u32) -> [i32; 3]) {
+        *self = match self {
+            Self::Near(images) => Self::new(images.len()),
+            Self::Far(images) => Self::new(images.len()),
+        };
+        for particle in (0..).take(self.count()) {
+            let image = image(particle);
+            (0..3).filter(|&axis| image[axis] != 0).for_each(|axis| self.add(particle, axis, image[axis]));
+        }
+    }
+
+    fn count(&self) -> usize {
+        match self {
+            Self::Near(images) => images.len(),
+            Self::Far(images) => images.len(),
+        }
+    }
+
+    /// With room for all numbers.
+    #[cold]
+    fn far(&mut self) -> &mut [[i32; 3]] {
+        if let Self::Near(images) = self {
+            *self = Self::Far(images.iter().map(|image| image.map(i32::from)).collect());
+        }
+        match self {
+            Self::Far(images) => images,
+            Self::Near(_) => &mut [],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::columns::{Column, Order};
+
+    #[test]
+    fn images_go_on_where_a_byte_ends() {
+        let mut images = Travelled::new(3);
+        for _ in 0..127 {
+            images.add(1, 0, 1);
+            images.add(2, 2, -1);
+        }
+        images.add(2, 2, -1);
+        assert!(matches!(images, Travelled::Near(_)));
+        assert_eq!([0, 1, 2].map(|particle| images.of(particle)), [[0; 3], [127, 0, 0], [0, 0, -128]]);
+        images.add(1, 0, 1);
+        images.add(0, 1, 100_000);
+        let far = [[0, 100_000, 0], [128, 0, 0], [0, 0, -128]];
+        assert_eq!([0, 1, 2].map(|particle| images.of(particle)), far);
+        images.permute(&Order::of(vec![2, 0, 1]));
+        assert_eq!([0, 1, 2].map(|particle| images.of(particle)), [far[2], far[0], far[1]]);
+        images.set(|particle| [i32::MAX, -1, 0].map(|periods| if particle == 1 { periods } else { 0 }));
+        images.add(1, 0, 1);
+        assert_eq!([0, 1, 2].map(|particle| images.of(particle)), [[0; 3], [i32::MIN, -1, 0], [0; 3]]);
+    }
+}

@@ -1,0 +1,138 @@
+//! Contacts of particles with surfaces, reflecting or thermal.
+
+use crate::Vector;
+use crate::engine::audit::unit_of_surface;
+use crate::engine::contact::apply::{Change, With};
+use crate::engine::event::CountedKind;
+use crate::engine::observe::Observe;
+use crate::engine::parts::Engine;
+use crate::engine::predict::Streamed;
+use crate::engine::prediction::Prediction;
+use crate::engine::surfaces::{Flight, Law, Placed, Surface};
+use crate::engine::{Invariant, InvariantBroken};
+use crate::model::Scene;
+use crate::model::random::{Purpose, Random};
+use crate::physics::response::Leaving;
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+
+/// The random numbers of surfaces are those of a stage that no scene has.
+const STAGE: usize = 1 << 40;
+
+/// Random numbers of thermal surfaces. Each contact has its own, by the particle and the number of its contacts so far: the order of contacts of
+/// different particles decides nothing.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(in crate::engine) struct SurfaceRandom {
+    stream: Random,
+    /// Contacts with thermal surfaces so far, by name.
+    contacts: Vec<u32>,
+}
+
+impl SurfaceRandom {
+    /// Random numbers of the walls of a scene, if some are thermal.
+    pub fn of(scene: &Scene) -> Option<Self> {
+        scene.has_thermal_walls().then(|| Self {
+            stream: Random::new(scene.seed, Purpose::Thermostat, STAGE + scene.first_stream()),
+            contacts: vec![0; scene.particles.len()],
+        })
+    }
+
+    /// Random numbers of the next contact of a particle.
+    fn next(&mut self, name: u32) -> &mut Random {
+        let count = &mut self.contacts[name as usize];
+        self.stream.seek(name, *count);
+        *count = count.wrapping_add(1);
+        &mut self.stream
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Predicts contacts with surfaces, but for those that `is_near` leaves out.
+    #[inline]
+    pub(in crate::engine) fn predict_surfaces(
+        &self,
+        me: &Streamed,
+        is_near: impl Fn(&Placed, f64) -> bool,
+        prediction: &mut Prediction,
+    ) {
+        let flight = self.flight(me);
+        for surface in self.sources.surfaces.iter().filter(|surface| is_near(surface, flight.radius)) {
+            if let Some(dt) = surface.shape.next_contact(&flight)
+                && me.time + dt < prediction.contact_time
+            {
+                prediction.reach(surface.number, me.time + dt, self.state.bodies[me.id as usize].name);
+            }
+        }
+    }
+
+    /// A particle as a surface sees it.
+    #[inline]
+    pub(in crate::engine) fn flight<'a>(&self, me: &'a Streamed) -> Flight<'a> {
+        let radius = self.pairs.rules.species[usize::from(self.row(me.id))].radius;
+        Flight { position: &me.position, velocity: &me.velocity, acceleration: &me.acceleration, radius }
+    }
+
+    /// A particle reaches a surface.
+    pub(in crate::engine) fn execute_surface(
+        &mut self,
+        i: u32,
+        number: u32,
+        time: f64,
+        observe: &mut Observe<'_>,
+    ) -> Result<ControlFlow<()>, InvariantBroken> {
+        let flown = time - self.state.bodies[i as usize].time;
+        self.stream(i, time);
+        let Some(&surface) = self.sources.surfaces.iter().find(|surface| surface.number == number) else {
+            return Err(self.broken(i, None, Invariant::Surface));
+        };
+        let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
+        let body = &self.state.bodies[i as usize];
+        let normal = surface.shape.normal(&body.position);
+        let vn = normal.dot(&body.velocity);
+        let depth = -surface.shape.gap(&body.position, radius);
+        if depth > 0.0 {
+            let unit = unit_of_surface(radius);
+            self.counts.totals.deepest_overlap = self.counts.totals.deepest_overlap.max(depth / unit);
+            self.note_overlap(depth, unit, self.round_off_of_surface(i, &surface.shape, flown));
+        }
+        if vn >= 0.0 {
+            self.counts.totals.turning_point += 1;
+        }
+        let change = match surface.law {
+            Law::Reflecting { restitution } => self.reflect(i, surface, &normal, vn, restitution, time),
+            Law::Thermal { temperature } => self.draw_from_surface(i, surface, temperature)?,
+        };
+        let counted = Some(CountedKind::Wall);
+        Ok(self.apply(&Change { counted, line: normal, squared: 1.0, distance: radius, ..change }, observe))
+    }
+
+    /// A particle is reflected by a surface.
+    #[inline]
+    fn reflect(&mut self, i: u32, surface: Placed, normal: &Vector, vn: f64, restitution: f64, time: f64) -> Change {
+        let Leaving { speed, tangential_scale } = self.leave_surface(i, normal, vn, restitution, time);
+        let inverse_mass = self.inverse_mass(i);
+        let body = &self.state.bodies[i as usize];
+        let before = body.velocity;
+        let scaled = if tangential_scale == 1.0 { before } else { before * tangential_scale };
+        let after = surface.shape.with_normal_speed(&body.position, &scaled, speed);
+        let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
+        let change = Change::of_one(With::Surface(surface), i, &before, after, inverse_mass);
+        Change { supplied: 0.0, dissipated, ..change }
+    }
+
+    /// A particle leaves a surface with a velocity from the flux of a gas of its temperature: its normal component has the density
+    /// `(m v / T) exp(- m v^2 / 2 T)`, the others are normal.
+    fn draw_from_surface(&mut self, i: u32, surface: Placed, temperature: f64) -> Result<Change, InvariantBroken> {
+        let inverse_mass = self.inverse_mass(i);
+        let width = (temperature * inverse_mass).sqrt();
+        let body = self.state.bodies[i as usize];
+        let Some(random) = &mut self.sources.surface_random else {
+            return Err(self.broken(i, None, Invariant::SurfaceRandom));
+        };
+        let random = random.next(body.name);
+        let drawn = random.normal_vector(&self.state.space) * width;
+        let speed = width * (2.0 * random.exponential()).sqrt();
+        let after = surface.shape.with_normal_speed(&body.position, &drawn, speed);
+        Ok(Change::of_one(With::Surface(surface), i, &body.velocity, after, inverse_mass))
+    }
+}

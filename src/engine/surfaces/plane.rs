@@ -1,0 +1,67 @@
+//! Planes in any direction.
+
+use super::{Flight, Surface};
+use crate::Vector;
+use crate::engine::neighbours::grid::Grid;
+use crate::physics::detection::{never, plane};
+use never::Doubt;
+use serde::{Deserialize, Serialize};
+
+/// A plane `n . x = at`; particles are where `n . x` is larger.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Plane {
+    /// The unit normal `n`, towards the particles.
+    normal: Vector,
+    /// `[length]`
+    at: f64,
+}
+
+impl Plane {
+    /// The plane through a point, with a direction towards the particles; none if that has no direction.
+    #[cfg(test)]
+    pub fn through(point: &Vector, direction: &Vector) -> Option<Self> {
+        let normal = direction.try_normalize(0.0)?;
+        Some(Self { normal, at: normal.dot(point) })
+    }
+}
+
+impl Surface for Plane {
+    fn gap(&self, position: &Vector, radius: f64) -> f64 {
+        self.normal.dot(position) - self.at - radius
+    }
+
+    fn normal(&self, _: &Vector) -> Vector {
+        self.normal
+    }
+
+    fn with_normal_speed(&self, _: &Vector, velocity: &Vector, speed: f64) -> Vector {
+        velocity + self.normal * (speed - self.normal.dot(velocity))
+    }
+
+    fn next_contact(&self, flight: &Flight<'_>) -> Option<f64> {
+        let gap = self.gap(flight.position, flight.radius);
+        plane::next_event(gap, self.normal.dot(flight.velocity), self.normal.dot(flight.acceleration))
+    }
+
+    fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
+        doubt.position += Doubt::of(self.at.abs(), 0.0).position;
+        let gap = self.gap(flight.position, flight.radius);
+        never::plane(gap, self.normal.dot(flight.velocity), self.normal.dot(flight.acceleration), &doubt)
+    }
+
+    fn terms(&self, position: &Vector) -> f64 {
+        self.normal.component_mul(position).lp_norm(1) + self.at.abs()
+    }
+
+    /// The corner of the cell that is deepest behind the plane.
+    fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
+        let [lower, upper] = grid.bounds(cell);
+        let least = |k: usize| match self.normal[k] {
+            0.0 => 0.0,
+            n => (n * lower[k]).min(n * upper[k]),
+        };
+        // Rounding may leave a particle a little outside of its cell.
+        let margin = radius + 1e-6 * (radius + self.at.abs());
+        least(0) + least(1) + least(2) - self.at <= margin
+    }
+}

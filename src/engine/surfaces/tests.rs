@@ -1,0 +1,168 @@
+//! Planes in any direction, against the walls of a box that is turned, and against exact numbers.
+
+use super::plane::Plane;
+use super::{Law, Placed, Shape, Surface};
+use crate::Vector;
+use crate::engine::event::{Event, EventKind, Other};
+use crate::engine::parts::Engine;
+use crate::engine::{Reason, Until};
+use crate::model::Scene;
+use crate::model::potential::Potential;
+use crate::model::space::{Boundary, Space};
+use crate::physics::detection::never::Doubt;
+use crate::scene::SceneBuilder;
+use std::ops::ControlFlow;
+
+/// Grains of three masses in the middle of an open region, where gravity pulls if it is given.
+fn grains(gravity: f64, count: u32) -> Scene {
+    let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
+    let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
+    let mut scene = SceneBuilder::new("grains")
+        .space(space)
+        .gravity(Vector::new(0.0, 0.0, -gravity))
+        .species("A", 0.7, 1.0)
+        .species("B", 3.1, 1.5)
+        .interaction("A", "A", hard(1.0), 0.9)
+        .interaction("A", "B", hard(1.25), 0.9)
+        .interaction("B", "B", hard(1.5), 0.9);
+    for k in 0..count {
+        let at = |n: u32| 7.0 + 2.0 * f64::from(n % 4);
+        let name = if k % 3 == 0 { "B" } else { "A" };
+        let velocity = Vector::new(1.3 - f64::from(k % 5), 0.7 * f64::from(k % 3) - 0.6, 0.4 - f64::from(k % 4));
+        scene = scene.particle(name, Vector::new(at(k), at(k / 4), at(k / 16)), velocity);
+    }
+    scene.build().unwrap()
+}
+
+/// Planes around the middle of the region, the normals of a turned octahedron, all of the same law.
+fn cage(law: Law) -> Vec<Placed> {
+    let middle = Vector::repeat(10.0);
+    let turned =
+        |x: f64, y: f64, z: f64| Vector::new(0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y, z) + Vector::repeat(0.1 * x);
+    let directions = (0..8).map(|k| {
+        let sign = |bit: u32| if k >> bit & 1 == 0 { 1.0 } else { -1.0 };
+        turned(sign(0), 1.2 * sign(1), 0.9 * sign(2))
+    });
+    let planes =
+        directions.map(|direction| Plane::through(&(middle - 6.5 * direction.normalize()), &direction).unwrap());
+    (6..).zip(planes).map(|(number, plane)| Placed { number, shape: Shape::Plane(plane), law }).collect()
+}
+
+/// An engine with surfaces that its scene does not have.
+fn among<const FALLING: bool>(scene: &Scene, surfaces: Vec<Placed>) -> Engine<FALLING, true> {
+    let mut engine = Engine::new(scene);
+    engine.sources.surfaces = surfaces;
+    engine.start_anew();
+    engine
+}
+
+/// Runs for some events and looks at each contact with a surface.
+fn run<const FALLING: bool>(
+    engine: &mut Engine<FALLING, true>,
+    events: u64,
+    mut look: impl FnMut(&Event, &Placed),
+) -> u64 {
+    let surfaces = engine.sources.surfaces.clone();
+    let mut contacts = 0;
+    let mut see = |event: &Event| {
+        if let Other::Surface { surface, .. } = event.other {
+            assert_eq!((event.kind, event.wall(), event.code()), (EventKind::Surface, None, 11));
+            look(event, surfaces.iter().find(|placed| placed.number == surface).unwrap());
+            contacts += 1;
+        }
+        ControlFlow::Continue(())
+    };
+    assert_eq!(engine.advance(Until::events(events), &mut Some(&mut see)), Ok(Reason::Events));
+    contacts
+}
+
+fn keeps_all<const FALLING: bool>(gravity: f64, restitution: f64, count: u32) {
+    let mut engine = among::<FALLING>(&grains(gravity, count), cage(Law::Reflecting { restitution }));
+    let start = engine.energy();
+    let contacts = run(&mut engine, 4_000, |event, surface| {
+        let [radius, mass] = if event.distance == 0.5 { [0.5, 0.7] } else { [0.75, 3.1] };
+        assert_eq!(event.distance, radius);
+        let normal = surface.shape.normal(&event.positions[0]);
+        // Coordinates of some 20, streamed and rounded some times.
+        assert!(surface.shape.gap(&event.positions[0], radius).abs() < 1e-13);
+        let [arriving, leaving] = [event.before[0], event.after[0]].map(|v| normal.dot(&v));
+        assert!((leaving + restitution * arriving).abs() < 1e-14 * event.before[0].norm().max(1.0));
+        assert!((event.impulse - (event.after[0] - event.before[0]) * mass).norm() < 1e-14 * event.impulse.norm());
+        assert!((event.impulse - normal * event.normal_impulse()).norm() < 1e-13 * event.impulse.norm());
+        assert!((event.dissipated - 0.5 * mass * (arriving * arriving - leaving * leaving)).abs() < 1e-12);
+    });
+    assert!(contacts > 300, "{contacts}");
+    assert_eq!(engine.real_overlaps(), []);
+    assert_eq!(engine.counts.totals.in_invalid_state, 0);
+    let (end, counts) = (engine.energy(), engine.counts.totals);
+    let change = end.kinetic + end.potential - start.kinetic - start.potential;
+    assert!((change + counts.dissipated.total()).abs() < 1e-10 * start.kinetic, "{change}");
+}
+
+#[test]
+fn planes_in_any_direction_hold_grains_and_reflect_them() {
+    // Few are in lists, more in cells.
+    for count in [20, 60] {
+        keeps_all::<false>(0.0, 1.0, count);
+        keeps_all::<false>(0.0, 0.95, count);
+        keeps_all::<true>(0.3, 1.0, count);
+    }
+}
+
+#[test]
+fn thermal_planes_give_their_temperature() {
+    let mut scene = grains(0.0, 40);
+    // The random numbers are those of a scene with thermal walls.
+    scene.wall_temperatures[0][0] = Some(1.0);
+    let mut engine = among::<false>(&scene, cage(Law::Thermal { temperature: 1.7 }));
+    engine.sources.surface_random = crate::engine::sources::surface::SurfaceRandom::of(&scene);
+    let mut squares = [0.0; 2];
+    let contacts = run(&mut engine, 30_000, |event, surface| {
+        let mass = if event.distance == 0.5 { 0.7 } else { 3.1 };
+        let normal = surface.shape.normal(&event.positions[0]);
+        let along = normal.dot(&event.after[0]);
+        assert!(along > 0.0);
+        squares[0] += mass * along * along;
+        squares[1] += mass * (event.after[0].norm_squared() - along * along);
+    });
+    // `m v_n^2 / 2 T` is exponential, `m v_t^2 / T` of two components has mean 2 and variance 4: five standard errors.
+    let [normal, across] = squares.map(|sum| sum / (1.7 * contacts as f64));
+    let error = 2.0 / (contacts as f64).sqrt();
+    assert!((normal - 2.0).abs() < 5.0 * error && (across - 2.0).abs() < 5.0 * error, "{normal} {across} {contacts}");
+}
+
+#[test]
+fn a_ball_on_a_slope_bounces_at_the_exact_times() {
+    // From rest at a gap h above a slope of 45 degrees: along the normal the acceleration is g / sqrt(2), and stays so.
+    let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(1e3) };
+    let start = Vector::new(0.0, 0.0, 900.0);
+    let scene = SceneBuilder::new("slope")
+        .space(space)
+        .gravity(Vector::new(0.0, 0.0, -2.0))
+        .species("ball", 0.7, 1.0)
+        .species("other", 0.7, 1.0)
+        .particle("ball", start, Vector::zeros());
+    let normal = Vector::new(1.0, 0.0, 1.0).normalize();
+    let plane = Plane::through(&(start - normal * 2.5), &normal).unwrap();
+    let surface = Placed { number: 9, shape: Shape::Plane(plane), law: Law::Reflecting { restitution: 1.0 } };
+    let mut engine = among::<true>(&scene.build().unwrap(), vec![surface]);
+    let first = (2.0 * 2.0 / 2.0_f64.sqrt()).sqrt();
+    let mut times = Vec::new();
+    assert_eq!(run(&mut engine, 6, |event, _| times.push(event.time)), 6);
+    for (k, time) in times.iter().enumerate() {
+        let expected = first * (1.0 + 2.0 * k as f64);
+        assert!((time - expected).abs() < 1e-11 * expected, "{k} {time} {expected}");
+    }
+}
+
+#[test]
+fn what_flies_away_from_a_plane_is_shown_never_to_meet_it() {
+    let plane = Plane::through(&Vector::zeros(), &Vector::new(1.0, 2.0, -1.0)).unwrap();
+    let (position, none) = (Vector::new(4.0, 4.0, 1.0), Vector::zeros());
+    let never = |velocity: Vector| {
+        let flight = super::Flight { position: &position, velocity: &velocity, acceleration: &none, radius: 0.5 };
+        plane.is_never_met(&flight, Doubt::of(10.0, 10.0))
+    };
+    assert!(never(Vector::new(1.0, 0.5, 0.0)) && !never(Vector::new(0.0, -1.0, 0.0)));
+    assert!(Plane::through(&Vector::zeros(), &Vector::zeros()).is_none());
+}

@@ -1,0 +1,86 @@
+//! Walls of the box: planes across an axis.
+
+use super::{Flight, Surface};
+use crate::Vector;
+use crate::engine::neighbours::grid::Grid;
+use crate::physics::detection::{never, plane};
+use never::Doubt;
+use serde::{Deserialize, Serialize};
+
+/// A wall of the box.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Wall {
+    /// 0, 1 or 2.
+    pub axis: u8,
+    /// Whether it is at the upper corner.
+    pub is_upper: bool,
+    /// Coordinate along the axis.
+    pub at: f64,
+}
+
+impl Wall {
+    /// Its number among the walls of a box.
+    pub fn number(&self) -> u32 {
+        2 * u32::from(self.axis) + u32::from(self.is_upper)
+    }
+
+    /// A vector's component into the box.
+    #[inline]
+    fn inwards(&self, vector: &Vector) -> f64 {
+        self.sign() * vector[usize::from(self.axis)]
+    }
+
+    #[inline]
+    fn sign(&self) -> f64 {
+        if self.is_upper { -1.0 } else { 1.0 }
+    }
+}
+
+impl Surface for Wall {
+    #[inline]
+    fn gap(&self, position: &Vector, radius: f64) -> f64 {
+        self.sign() * (position[usize::from(self.axis)] - self.at) - radius
+    }
+
+    #[inline]
+    fn normal(&self, _: &Vector) -> Vector {
+        let mut normal = Vector::zeros();
+        normal[usize::from(self.axis)] = self.sign();
+        normal
+    }
+
+    #[inline]
+    fn with_normal_speed(&self, _: &Vector, velocity: &Vector, speed: f64) -> Vector {
+        let mut with = *velocity;
+        with[usize::from(self.axis)] = self.sign() * speed;
+        with
+    }
+
+    #[inline]
+    fn next_contact(&self, flight: &Flight<'_>) -> Option<f64> {
+        let gap = self.gap(flight.position, flight.radius);
+        plane::next_event(gap, self.inwards(flight.velocity), self.inwards(flight.acceleration))
+    }
+
+    fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
+        doubt.position += Doubt::of(self.at.abs(), 0.0).position;
+        let gap = self.gap(flight.position, flight.radius);
+        never::plane(gap, self.inwards(flight.velocity), self.inwards(flight.acceleration), &doubt)
+    }
+
+    fn terms(&self, position: &Vector) -> f64 {
+        position[usize::from(self.axis)].abs() + self.at.abs()
+    }
+
+    /// The grid ends at walls, and cells are wider than particles.
+    #[inline]
+    fn is_near(&self, grid: &Grid, cell: u32, _: f64) -> bool {
+        let [is_first, is_last] = grid.is_outermost(cell, usize::from(self.axis));
+        if self.is_upper { is_last } else { is_first }
+    }
+
+    #[inline]
+    fn side(&self) -> Option<(u8, bool)> {
+        Some((self.axis, self.is_upper))
+    }
+}

@@ -1,0 +1,106 @@
+//! Audit of a run in rows: for the final table and for the page about the run.
+
+use super::describe::momentum_changes;
+use crate::base::text::{digits, tiny};
+use crate::io::Summary;
+use crate::model::Scene;
+
+/// An invariant of a run, or a number that says how well it was kept.
+pub(super) struct Row {
+    pub what: &'static str,
+    pub how: &'static str,
+    pub value: String,
+    /// Whether the value is relative to what it is a part of.
+    pub is_relative: bool,
+    /// Why there is nothing to judge, where that is not plain.
+    pub why: Option<String>,
+    /// Where the audit fails; empty where it does not.
+    pub limit: String,
+    /// `None` where there is nothing to judge.
+    pub is_sound: Option<bool>,
+}
+
+impl Row {
+    fn judged(what: &'static str, how: &'static str, value: String, limit: String, is_sound: Option<bool>) -> Self {
+        Self { what, how, value, is_relative: true, why: None, limit, is_sound }
+    }
+
+    fn told(what: &'static str, how: &'static str, value: String) -> Self {
+        Self { is_relative: false, ..Self::judged(what, how, value, String::new(), None) }
+    }
+}
+
+/// The audit of a run; `scene`, as far as it could be read, has the reasons why momentum is not conserved.
+pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
+    let (energy, events) = (&summary.energy, &summary.events);
+    let how = "error of kinetic and potential energy, with what was dissipated and supplied, relative";
+    let (error, limit) = (energy.ledger_error_relative, energy.ledger_limit);
+    let mut rows = vec![Row::judged("energy ledger", how, tiny(error), format!("{limit:.1e}"), Some(error <= limit))];
+    rows.push(momentum(summary, scene));
+    rows.extend(overlaps(summary));
+    if events.turning_point > 0 {
+        let how = "grazing, decided by the rule of the paper";
+        rows.push(Row::told("events at turning points", how, events.turning_point.to_string()));
+    }
+    if events.tc_altered > 0 {
+        let part = 100.0 * events.tc_altered as f64 / events.tc_contacts.max(1) as f64;
+        let value = format!("{} ({part:.2} %)", events.tc_altered);
+        rows.push(Row::told("altered by the TC model", "contacts, made elastic or slowed down", value));
+    }
+    if energy.dissipated > 0.0 {
+        let how = "by restitution, and counted in the ledger";
+        rows.push(Row::told("energy dissipated", how, digits(energy.dissipated)));
+    }
+    if energy.supplied != 0.0 {
+        let how = "by thermostats, walls, growth or shear, less what they took; counted in the ledger";
+        rows.push(Row::told("energy supplied", how, digits(energy.supplied)));
+    }
+    rows
+}
+
+fn momentum(summary: &Summary, scene: Option<&Scene>) -> Row {
+    let (what, how) = ("momentum", "drift, relative to the sum of m |v|");
+    let limit = summary.momentum.limit;
+    match summary.momentum.drift {
+        Some(drift) => Row::judged(what, how, tiny(drift), format!("{limit:.1e}"), Some(drift <= limit)),
+        None => {
+            let why = scene.map(momentum_changes).filter(|reasons| !reasons.is_empty());
+            Row { why, ..Row::told(what, how, "not conserved".to_owned()) }
+        }
+    }
+}
+
+fn overlaps(summary: &Summary) -> Vec<Row> {
+    let (overlap, invalid) = (&summary.overlap, summary.events.in_invalid_state);
+    let is_judged_by_rounding = overlap.limit.is_none() && overlap.initial == 0;
+    let limit = overlap.limit.map_or_else(|| "round-off".to_owned(), |limit| format!("{limit:.1e}"));
+    // Without a limit of the scene, each overlap was judged by the round-off of its own coordinates.
+    let is_sound = |depth: f64, number: u64| match overlap.limit {
+        Some(limit) => Some(depth <= limit),
+        None => is_judged_by_rounding.then_some(number == 0),
+    };
+    let deepest = |what, depth, is_sound| {
+        Row::judged(what, "relative to the contact distance", tiny(depth), limit.clone(), is_sound)
+    };
+    let (executed, last) = (overlap.deepest_executed, overlap.deepest_final);
+    let executed_is_sound = if overlap.initial == 0 { is_sound(executed, invalid) } else { None };
+    let most = if is_judged_by_rounding { "0".to_owned() } else { String::new() };
+    let mut rows = vec![
+        deepest("deepest overlap at an event", executed, executed_is_sound),
+        deepest("deepest overlap at the end", last, is_sound(last, overlap.r#final as u64)),
+        Row {
+            limit: most,
+            is_sound: is_judged_by_rounding.then_some(invalid == 0),
+            ..Row::told("events in invalid states", "deeper in an overlap than rounding explains", invalid.to_string())
+        },
+    ];
+    if overlap.initial > 0 {
+        let end = overlap.resolved_after.map_or_else(
+            || format!("{} left at the end", overlap.r#final),
+            |time| format!("the last gone after a time of {}", digits(time)),
+        );
+        let value = format!("{}, {end}", overlap.initial);
+        rows.push(Row::told("overlapping pairs at the start", "allowed by the scene", value));
+    }
+    rows
+}

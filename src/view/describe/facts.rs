@@ -1,0 +1,62 @@
+//! Facts of a scene, each said once: for `carom check` and for the page about a run.
+
+use super::{counts, equilibration, exchange, interactions, population, space, stage, start, thermostat};
+use crate::base::text::{digits, plural};
+use crate::model::{Limit, Scene, Species, StaticSurface};
+
+/// A fact of a scene: its label and its values, a line for each.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Fact {
+    /// Label: `particles`.
+    pub label: &'static str,
+    /// The values, one at least.
+    pub values: Vec<String>,
+}
+
+/// The facts of a scene: system, dynamics and drives. What the scene does not have is left out.
+#[must_use]
+pub fn facts(scene: &Scene) -> Vec<Fact> {
+    let run = &scene.run;
+    let equilibrates = run.until_stationary || run.equilibration != Limit::default();
+    let all: [(&'static str, Vec<String>); 12] = [
+        ("start", start(scene).into_iter().collect()),
+        ("particles", vec![population(scene)]),
+        ("species", scene.species.iter().zip(counts(scene)).map(species).collect()),
+        ("space", space(scene)),
+        ("interactions", interactions(scene)),
+        ("meshes", scene.static_surfaces.iter().map(surface).collect()),
+        ("TC model", scene.contact_time.map(contact_time).into_iter().collect()),
+        ("shear", scene.shear_rate.map(shear).into_iter().collect()),
+        ("stages", run.stages.iter().map(stage).collect()),
+        ("equilibration", equilibrates.then(|| equilibration(run)).into_iter().collect()),
+        ("thermostat", run.thermostat.as_ref().map(thermostat).into_iter().collect()),
+        ("exchange", scene.exchange().map(exchange).into_iter().collect()),
+    ];
+    all.into_iter().filter(|(_, values)| !values.is_empty()).map(|(label, values)| Fact { label, values }).collect()
+}
+
+fn species((species, count): (&Species, usize)) -> String {
+    let mass = if species.is_static() { "static".to_owned() } else { format!("mass {}", digits(species.mass)) };
+    let acceleration = species.acceleration;
+    let falling = if acceleration.norm() > 0.0 {
+        let [x, y, z] = [0, 1, 2].map(|k| digits(acceleration[k]));
+        format!(", acceleration ({x}, {y}, {z})")
+    } else {
+        String::new()
+    };
+    format!("{}: {count} of diameter {}, {mass}{falling}", species.name, digits(species.diameter))
+}
+
+fn surface(surface: &StaticSurface) -> String {
+    let hole = surface.hole.map_or_else(String::new, |hole| format!(", holes up to {} in radius", digits(hole)));
+    format!("{}: {}{hole}", surface.name, plural(surface.particles.len(), "sphere"))
+}
+
+fn contact_time(time: f64) -> String {
+    format!("contacts of a particle that had another one less than a time of {} before are elastic", digits(time))
+}
+
+fn shear(rate: f64) -> String {
+    format!("along x across y, at a rate of {}", digits(rate))
+}
