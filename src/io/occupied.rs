@@ -23,33 +23,6 @@ pub enum FolderState {
     Finished,
 }
 
-/// The state of the run in a folder.
-///
-/// # Errors
-/// [`OutputError::Occupied`] if it holds something else, [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none.
-pub(super) fn state_of(path: &Path) -> Result<FolderState, OutputError> {
-    match contents(path)? {
-        Contents::Nothing => Ok(FolderState::Nothing),
-        Contents::Unfinished => Ok(FolderState::Unfinished),
-        Contents::Finished | Contents::Replacing => Ok(FolderState::Finished),
-        Contents::Foreign => Err(OutputError::Occupied(path.to_owned())),
-    }
-}
-
-/// Content of a folder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Contents {
-    /// Nothing, or what a run left that was killed before its first checkpoint.
-    Nothing,
-    Finished,
-    /// A run that can be resumed.
-    Unfinished,
-    /// A run, and one that was to replace it and can be resumed.
-    Replacing,
-    /// Files that are not those of a run.
-    Foreign,
-}
-
 /// The folder in which a new run writes its files until they are complete: the one that was asked for, or one within it while
 /// the run there is to be replaced.
 ///
@@ -58,17 +31,16 @@ enum Contents {
 /// it holds a run that is to be kept, [`OutputError::NotReplacement`] if something else is where the new one would be written,
 /// [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none.
 pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputError> {
-    match (contents(path)?, existing) {
-        (Contents::Nothing, _) => Ok(path.to_owned()),
-        (Contents::Foreign, _) => Err(OutputError::Occupied(path.to_owned())),
-        (Contents::Finished, Existing::Keep) => Err(OutputError::Finished(path.to_owned())),
-        (Contents::Unfinished, Existing::Keep) => Err(OutputError::Unfinished(path.to_owned())),
-        (Contents::Replacing, Existing::Keep) => Err(OutputError::Replacing(path.to_owned())),
+    match (state_of(path)?, existing) {
+        (FolderState::Nothing, _) => Ok(path.to_owned()),
+        (_, Existing::Keep) if active(path) != path => Err(OutputError::Replacing(path.to_owned())),
+        (FolderState::Finished, Existing::Keep) => Err(OutputError::Finished(path.to_owned())),
+        (FolderState::Unfinished, Existing::Keep) => Err(OutputError::Unfinished(path.to_owned())),
         (_, Existing::Replace) => {
             let inner = replacement::within(path);
             // What the list of the run does not name is not its own.
             let is_known = owned::replacement_of(path) != Replacement::None;
-            if !is_known && (inner.is_symlink() || contents(&inner)? != Contents::Nothing) {
+            if !is_known && (inner.is_symlink() || !matches!(state_of(&inner), Ok(FolderState::Nothing))) {
                 return Err(OutputError::NotReplacement(inner));
             }
             Ok(inner)
@@ -92,10 +64,14 @@ pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     real.ancestors().skip(usize::from(depth == 0)).find(|folder| is_run(folder)).map(Path::to_owned)
 }
 
-fn contents(path: &Path) -> Result<Contents, OutputError> {
+/// The state of the run in a folder; it has ended, whether it has or not, where one that is to replace it can be resumed.
+///
+/// # Errors
+/// [`OutputError::Occupied`] if it holds something else, [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none.
+pub(super) fn state_of(path: &Path) -> Result<FolderState, OutputError> {
     let folder_error = |source| OutputError::Folder { path: path.to_owned(), source };
     match fs::metadata(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Contents::Nothing),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(FolderState::Nothing),
         Err(error) if error.kind() == io::ErrorKind::NotADirectory => {
             return Err(OutputError::NotFolder(path.parent().unwrap_or(path).to_owned()));
         }
@@ -108,19 +84,17 @@ fn contents(path: &Path) -> Result<Contents, OutputError> {
             let entry = entry.map_err(folder_error)?;
             let is_begun = entry.file_name() == owned::FILE && owned::is_begun(&entry.path());
             if !is_begun {
-                return Ok(Contents::Foreign);
+                return Err(OutputError::Occupied(path.to_owned()));
             }
         }
-        return Ok(Contents::Nothing);
+        return Ok(FolderState::Nothing);
     }
     let is_under_way = partial_of(&path.join(THERMO)).exists();
-    Ok(if active(path) != path {
-        Contents::Replacing
-    } else if path.join(SUMMARY).exists() && !is_under_way {
-        Contents::Finished
+    Ok(if active(path) != path || path.join(SUMMARY).exists() && !is_under_way {
+        FolderState::Finished
     } else if checkpoints::has_any(path) {
-        Contents::Unfinished
+        FolderState::Unfinished
     } else {
-        Contents::Nothing
+        FolderState::Nothing
     })
 }

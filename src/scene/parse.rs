@@ -48,7 +48,7 @@ impl<'k> Keys<'k> {
             let kind = SceneErrorKind::unknown_word(what, word, kinds.iter().map(|(known, _)| *known));
             return Err(SceneError::new(at.key(what), kind));
         };
-        // A table has those that are given.
+        // A table has those that are given; what was read from TOML can be written as such.
         let table = Table::try_from(entry).unwrap_or_default();
         let all = kinds.iter().flat_map(|(_, keys)| *keys).copied();
         let given = all.filter(|key| table.contains_key(*key)).collect();
