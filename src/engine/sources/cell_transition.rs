@@ -101,7 +101,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if self.images.tied[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }
         });
         let is_far = |some: &[u32]| {
-            let is_batch = !self.images.slide() && !(FALLING && TABLE);
+            let is_batch = !(self.images.slide() || FALLING && TABLE);
             !is_batch || self.others(me, true).half_a_period_away::<FALLING>(me, some, least) != 0
         };
         let far = others.chunks_exact(MOST_LANES).filter(|some| is_far(some)).flatten();

@@ -99,7 +99,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.counts.totals.turning_point += 1;
         }
         let change = match surface.law {
-            Law::Reflecting { restitution } => self.reflect(i, surface, &normal, vn, restitution, time),
+            Law::Reflecting { restitution } => self.reflect(i, surface, &normal, vn, restitution),
             Law::Thermal { temperature } => self.draw_from_surface(i, surface, temperature)?,
         };
         let counted = Some(CountedKind::Wall);
@@ -108,8 +108,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// A particle is reflected by a surface.
     #[inline]
-    fn reflect(&mut self, i: u32, surface: Placed, normal: &Vector, vn: f64, restitution: f64, time: f64) -> Change {
-        let Leaving { speed, tangential_scale } = self.leave_surface(i, normal, vn, restitution, time);
+    fn reflect(&mut self, i: u32, surface: Placed, normal: &Vector, vn: f64, restitution: f64) -> Change {
+        let Leaving { speed, tangential_scale } = self.leave_surface(i, normal, vn, restitution, self.clock.now);
         let inverse_mass = self.inverse_mass(i);
         let body = &self.state.bodies[i as usize];
         let before = body.velocity;
