@@ -39,6 +39,7 @@ pub(super) use camera::Extent;
 pub(super) use colour::{BACKGROUND, INK};
 pub use error::RenderError;
 pub use image::Image;
+pub(super) use image::png_encoder;
 pub(super) use light::MAP_BYTES;
 pub(super) use parallel::{Team, cores};
 pub(super) use shot::{Shot, SpeedScale};

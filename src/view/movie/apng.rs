@@ -6,11 +6,11 @@
 use std::io::{self, Write};
 
 use png::chunk::{ChunkType, IDAT};
-use png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent, Writer};
+use png::{EncodingError, Writer};
 
 use super::changes::Rectangle;
 use super::track::{Ask, Codec, Track, TrackError};
-use crate::view::render::{Image, Style};
+use crate::view::render::{Image, Style, png_encoder};
 
 const ANIMATION: ChunkType = ChunkType(*b"acTL");
 const CONTROL: ChunkType = ChunkType(*b"fcTL");
@@ -37,33 +37,12 @@ impl Codec for ApngCodec {
     type Piece = Piece;
 
     fn compress(&self, _place: usize, previous: Option<&Image>, image: &Image) -> io::Result<Piece> {
-        let (width, height) = (image.width() as usize, image.height() as usize);
-        let rectangle = match previous {
-            Some(previous) => Rectangle::around_changes(previous.pixels(), image.pixels(), width),
-            None => Rectangle::whole(width, height),
-        };
-        let new = rectangle.pixels(image.pixels(), width);
-        let pixels: Vec<[u8; 4]> = match previous {
-            Some(previous) => {
-                let old = rectangle.pixels(previous.pixels(), width);
-                new.zip(old).map(|(new, old)| if new == old { [0; 4] } else { *new }).collect()
-            }
-            None => new.copied().collect(),
-        };
+        let (rectangle, pixels) = Rectangle::changes(previous.map(Image::pixels), image.pixels(), image.size(), [0; 4]);
         let side = |pixels: usize| u32::try_from(pixels).map_err(io::Error::other);
         let mut file = Vec::new();
-        let mut writer = header(&mut file, side(rectangle.width)?, side(rectangle.height)?).write_header()?;
-        writer.write_image_data(pixels.as_flattened())?;
-        writer.finish()?;
+        Image::new(side(rectangle.width)?, side(rectangle.height)?, pixels).encode_png(&mut file)?;
         Ok(Piece { rectangle, data: data_of(&file) })
     }
-}
-
-fn header<W: Write>(output: W, width: u32, height: u32) -> Encoder<'static, W> {
-    let mut encoder = Encoder::new(output, width, height);
-    encoder.set_color(ColorType::Rgba);
-    encoder.set_depth(BitDepth::Eight);
-    encoder
 }
 
 /// Content of the data chunks of a PNG.
@@ -91,9 +70,7 @@ pub(super) struct ApngTrack<W: Write> {
 impl<W: Write> ApngTrack<W> {
     /// For a number of images.
     pub fn begin(output: W, style: &Style, count: usize, per_second: u32) -> Result<Self, TrackError> {
-        let mut encoder = header(output, style.width, style.height);
-        encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-        let mut writer = encoder.write_header().map_err(failed)?;
+        let mut writer = png_encoder(output, style.width, style.height).write_header().map_err(failed)?;
         let count = u32::try_from(count).map_err(io::Error::other)?;
         // Repeated without end.
         let animation = [count.to_be_bytes(), 0_u32.to_be_bytes()];

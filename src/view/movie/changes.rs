@@ -11,7 +11,7 @@ pub(super) struct Rectangle {
 
 impl Rectangle {
     /// The smallest one that holds all pixels that differ; the first pixel where none does. Both images are rows of the same `width`.
-    pub fn around_changes<T: PartialEq>(previous: &[T], image: &[T], width: usize) -> Self {
+    fn around_changes<T: PartialEq>(previous: &[T], image: &[T], width: usize) -> Self {
         let rows = || previous.chunks(width).zip(image.chunks(width)).enumerate();
         let (mut left, mut right, mut top, mut bottom) = (width, 0, usize::MAX, 0);
         for (row, (old, new)) in rows().filter(|(_, (old, new))| old != new) {
@@ -27,13 +27,23 @@ impl Rectangle {
         Self { left, top, width: right - left + 1, height: bottom - top + 1 }
     }
 
-    /// All of an image.
-    pub fn whole(width: usize, height: usize) -> Self {
-        Self { left: 0, top: 0, width, height }
+    /// The part of an image that has changed since the one before, if there is one, and its pixels, with `unchanged` where none has.
+    pub fn changes<T: PartialEq + Copy>(
+        previous: Option<&[T]>,
+        image: &[T],
+        [width, height]: [usize; 2],
+        unchanged: T,
+    ) -> (Self, Vec<T>) {
+        let Some(previous) = previous else {
+            return (Self { left: 0, top: 0, width, height }, image.to_vec());
+        };
+        let rectangle = Self::around_changes(previous, image, width);
+        let pixels = rectangle.pixels(image, width).zip(rectangle.pixels(previous, width));
+        (rectangle, pixels.map(|(new, old)| if new == old { unchanged } else { *new }).collect())
     }
 
     /// Its pixels, row by row, in an image that is `width` wide.
-    pub fn pixels<'a, T>(&self, image: &'a [T], width: usize) -> impl Iterator<Item = &'a T> {
+    fn pixels<'a, T>(&self, image: &'a [T], width: usize) -> impl Iterator<Item = &'a T> {
         let Self { left, top, width: columns, height } = *self;
         image.chunks(width).skip(top).take(height).flat_map(move |row| &row[left..left + columns])
     }
@@ -59,6 +69,14 @@ mod tests {
         assert_eq!(rectangle(&[19]), [4, 3, 1, 1]);
         assert_eq!(rectangle(&[7, 13]), [2, 1, 2, 2]);
         assert_eq!(rectangle(&[4, 15]), [0, 0, 5, 4]);
-        assert_eq!(Rectangle::whole(5, 4).pixels(&before, 5).count(), 20);
+    }
+
+    #[test]
+    fn what_stays_is_marked_within_the_rectangle() {
+        let whole = Rectangle { left: 0, top: 0, width: 3, height: 2 };
+        let image = [1, 2, 3, 4, 5, 6];
+        assert_eq!(Rectangle::changes(None, &image, [3, 2], 0), (whole, image.to_vec()));
+        let corner = Rectangle { left: 1, top: 0, width: 2, height: 2 };
+        assert_eq!(Rectangle::changes(Some(&[1, 2, 7, 4, 8, 6]), &image, [3, 2], 0), (corner, vec![0, 3, 5, 0]));
     }
 }

@@ -24,21 +24,9 @@ impl Codec for GifCodec<'_> {
     type Piece = Frame<'static>;
 
     fn compress(&self, place: usize, previous: Option<&Image>, image: &Image) -> io::Result<Self::Piece> {
-        let (width, height) = (image.width() as usize, image.height() as usize);
         let indices = self.palette.indices(image);
         let before = previous.map(|previous| self.palette.indices(previous));
-        let rectangle = match &before {
-            Some(before) => Rectangle::around_changes(before, &indices, width),
-            None => Rectangle::whole(width, height),
-        };
-        let new = rectangle.pixels(&indices, width);
-        let buffer: Vec<u8> = match &before {
-            Some(before) => {
-                let old = rectangle.pixels(before, width);
-                new.zip(old).map(|(new, old)| if new == old { UNCHANGED } else { *new }).collect()
-            }
-            None => new.copied().collect(),
-        };
+        let (rectangle, buffer) = Rectangle::changes(before.as_deref(), &indices, image.size(), UNCHANGED);
         let side = |pixels: usize| u16::try_from(pixels).map_err(io::Error::other);
         let mut frame = Frame {
             delay: delay(place, self.per_second),

@@ -34,6 +34,11 @@ impl Image {
         self.height
     }
 
+    /// Columns and rows of pixels.
+    pub(in crate::view) fn size(&self) -> [usize; 2] {
+        [self.width as usize, self.height as usize]
+    }
+
     /// The pixels, row by row from the top.
     #[must_use]
     pub fn pixels(&self) -> &[[u8; 4]] {
@@ -59,13 +64,18 @@ impl Image {
     /// # Errors
     /// Those of the output.
     pub fn encode_png<W: Write>(&self, output: W) -> io::Result<()> {
-        let mut encoder = png::Encoder::new(output, self.width, self.height);
-        encoder.set_color(png::ColorType::Rgba);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let mut writer = encoder.write_header()?;
+        let mut writer = png_encoder(output, self.width, self.height).write_header()?;
         writer.write_image_data(self.pixels.as_flattened())?;
         writer.finish()?;
         Ok(())
     }
+}
+
+/// Encoder of a PNG of [`Image::pixels`].
+pub(in crate::view) fn png_encoder<W: Write>(output: W, width: u32, height: u32) -> png::Encoder<'static, W> {
+    let mut encoder = png::Encoder::new(output, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder
 }

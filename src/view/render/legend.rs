@@ -2,7 +2,6 @@
 
 use super::colour::{self, Colour};
 use super::letters::{label, text_width, write};
-use super::stroke::Stroke;
 use crate::base::numbers::{trunc_to_i32, trunc_to_usize};
 
 /// Height of the strip that the scale takes, relative to the shorter side of the largest image.
@@ -45,15 +44,10 @@ pub(super) fn draw(pixels: &mut [Colour], width: usize, height: f32, fastest: f6
     for column in first..last {
         let x = column as f32 + 0.5 - left;
         let half = if x > length { half * (1.0 - (x - length) / arrow) } else { half };
-        let stroke = Stroke {
-            ends: [[column as f32 + 0.5, middle - half], [column as f32 + 0.5, middle + half]],
-            width: 1.0,
-            colour: colour::viridis(x / length),
-            opacity: 1.0,
-        };
+        let colour = colour::viridis(x / length);
         let rows = [middle - half, middle + half].map(|y| trunc_to_usize(y.round()).min(trunc_to_usize(bottom)));
         for row in rows[0]..rows[1] {
-            pixels[row * width + column] = stroke.colour;
+            pixels[row * width + column] = colour;
         }
     }
     let gap = 0.5 * size;
