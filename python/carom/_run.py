@@ -78,7 +78,7 @@ def run(
     --------
     >>> run = carom.run(fluid)
     >>> print(run.observables["compressibility_factor"])
-    3.977 +- 0.023 [1]
+    3.972 +- 0.025 [1]
     """
     made = Scene(scene, seed=seed, set=set)
     limits = _limits(until_time, until_events)

@@ -160,7 +160,7 @@ class Scene:
         Examples
         --------
         >>> print(carom.Scene(fluid).describe().splitlines()[1].strip())
-        108 sphere
+        particles     108 sphere
         """
         warnings = "".join(f"warning: {warning}\n" for warning in self._core.warnings())
         return self._core.description() + warnings

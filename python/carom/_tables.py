@@ -37,7 +37,7 @@ class Observable:
     --------
     >>> z = carom.run(fluid).observables["compressibility_factor"]
     >>> print(z)
-    3.977 +- 0.023 [1]
+    3.972 +- 0.025 [1]
     """
 
     mean: float
