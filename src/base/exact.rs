@@ -36,6 +36,9 @@ impl ExactSum {
     /// Adds a term.
     #[inline]
     pub fn add(&mut self, x: f64) {
+        if x == 0.0 {
+            return;
+        }
         let bits = x.to_bits();
         let exponent = (bits >> 52) & 0x7ff;
         if exponent == 0x7ff {

@@ -22,8 +22,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Takes note of what a change of a particle's velocity does to `sum m v^2` along each axis between walls; where another particle has made it,
-    /// its impulse counts in the virial of each wall's axis.
+    /// Takes note of what an event does to `sum m v^2` along each axis between walls; the impulse of another particle counts in the virial of each
+    /// wall's axis.
     ///
     /// Between two changes the sum is constant, so that its integral up to a time `t` is exactly its value then times `t`, less the sum of all changes
     /// that there were times their times.
@@ -31,20 +31,25 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Along an axis between walls, the mean of `d/dt sum x m v` over a long time is zero for each species: `<sum m v^2> + <sum x F> = L p A`, with
     /// the components along the axis, where `x` is measured from the middle, `L` is the length that the centres reach and `p A` the mean force
     /// of the two walls. Divided by the volume `L A` of that species and summed over all, it is the pressure.
-    pub(super) fn note_confined(&mut self, particle: u32, before: &Vector, is_by_particle: bool) {
-        let Some(confinement) = self.sources.confinement.as_ref().filter(|_| !self.is_static(particle)) else { return };
-        let (body, time) = (&self.state.bodies[particle as usize], self.time());
-        let share = confinement.per_volume[usize::from(self.row(particle))] / self.inverse_mass(particle);
-        for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
-            let gained = body.velocity[axis] - before[axis];
-            if is_by_particle {
-                let arm = body.position[axis] - confinement.middle[axis];
-                self.counts.totals.confined_virial[axis].add(share * gained * arm);
+    pub(super) fn note_confined(&mut self, particle: u32, partner: Option<u32>, before: &[Vector; 2]) {
+        let Some(confinement) = &self.sources.confinement else { return };
+        let (mut virial, mut change) = (Vector::zeros(), Vector::zeros());
+        for (particle, before) in [Some(particle), partner].into_iter().flatten().zip(before) {
+            if self.is_static(particle) {
+                continue;
             }
-            let change = share * gained * (body.velocity[axis] + before[axis]);
-            if change != 0.0 {
-                self.counts.totals.confined_heating[axis].add(change * time);
+            let body = &self.state.bodies[particle as usize];
+            let share = confinement.per_volume[usize::from(self.row(particle))] / self.inverse_mass(particle);
+            let gained = (body.velocity - before) * share;
+            virial += gained.component_mul(&(body.position - confinement.middle));
+            change += gained.component_mul(&(body.velocity + before));
+        }
+        let (axes, time) = (confinement.axes, self.time());
+        for axis in (0..3).filter(|&axis| axes[axis]) {
+            if partner.is_some() {
+                self.counts.totals.confined_virial[axis].add(virial[axis]);
             }
+            self.counts.totals.confined_heating[axis].add(change[axis] * time);
         }
     }
 

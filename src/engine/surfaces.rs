@@ -92,7 +92,7 @@ impl Surface for Shape {
         with_shape!(self, surface => surface.with_normal_speed(position, velocity, speed))
     }
 
-    #[inline]
+    #[inline(always)]
     fn next_contact(&self, flight: &Flight<'_>) -> Option<f64> {
         with_shape!(self, surface => surface.next_contact(flight))
     }

@@ -171,11 +171,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[cold]
     #[inline(never)]
     fn account_between_walls(&mut self, change: Change, before: [Vector; 2]) {
-        self.note_confined(change.particle, &before[0], matches!(change.other, With::Particle(_)));
-        match change.other {
-            With::Particle(partner) => self.note_confined(partner, &before[1], true),
-            With::Surface(surface) => self.note_wall(&change, surface),
-            With::Bath | With::Program => {}
+        let partner = if let With::Particle(partner) = change.other { Some(partner) } else { None };
+        self.note_confined(change.particle, partner, &before);
+        if let With::Surface(surface) = change.other {
+            self.note_wall(&change, surface);
         }
     }
 

@@ -56,7 +56,7 @@ impl Surface for Wall {
         with
     }
 
-    #[inline]
+    #[inline(always)]
     fn next_contact(&self, flight: &Flight<'_>) -> Option<f64> {
         let gap = self.gap(flight.position, flight.radius);
         plane::next_event(gap, self.inwards(flight.velocity), self.inwards(flight.acceleration))
