@@ -1,0 +1,138 @@
+//! The queue alone: order, ties, crowded epochs.
+
+use super::*;
+use proptest::prelude::*;
+
+/// Due times and tie orders by particle.
+struct Times(Vec<f64>, Vec<u32>);
+
+impl Times {
+    fn new(times: &[f64]) -> Self {
+        Self(times.to_vec(), vec![0; times.len()])
+    }
+}
+
+impl Pending for Times {
+    fn entry(&self, particle: u32) -> QueueEntry {
+        QueueEntry { time: self.0[particle as usize], particle, tie_order: self.1[particle as usize] }
+    }
+
+    /// As if the last came first in memory.
+    fn rank(&self, particle: u32) -> u64 {
+        u64::from(u32::MAX - particle)
+    }
+
+    fn prefetch(&self, _: u32) {}
+}
+
+fn entry(time: f64, particle: u32) -> QueueEntry {
+    QueueEntry { time, particle, tie_order: 0 }
+}
+
+#[test]
+fn a_power_of_two_is_exact() {
+    assert_eq!(power_of_two(1.0), 1.0);
+    assert_eq!(power_of_two(1.0_f64.next_down()), 0.5);
+    assert_eq!(power_of_two(1000.0), 512.0);
+    assert!(power_of_two(0.0) > 0.0);
+}
+
+#[test]
+fn an_epoch_is_long_enough_for_all_that_may_move_later() {
+    let [few, many] = [1, 1 << 14].map(|due| EventQueue::new(1 << 14, due, 1.0));
+    assert_eq!(few.buckets.count(), many.buckets.count());
+    assert_eq!(few.width, 64.0);
+    assert_eq!(many.width, 64.0 / f64::from(1 << 14));
+}
+
+#[test]
+fn ties_come_out_by_tie_order_then_by_rank() {
+    for time in [0.5, 300.0] {
+        let mut queue = EventQueue::new(1024, 1024, 64.0);
+        let mut pending = Times::new(&[time; 10]);
+        pending.1[5] = 1;
+        for particle in [5, 9, 3] {
+            queue.push(pending.entry(particle), &pending);
+        }
+        let mut order = Vec::new();
+        while let Some(next) = queue.peek(&pending) {
+            queue.pop();
+            order.push(next.particle);
+        }
+        assert_eq!(order, [9, 3, 5]);
+    }
+}
+
+#[test]
+fn a_bucket_is_opened_with_the_wake_times_of_then() {
+    let mut queue = EventQueue::new(1024, 1024, 64.0);
+    let mut pending = Times::new(&[100.0, 200.0, 300.0]);
+    for (particle, time) in [(0, 100.0), (1, 200.0), (2, 300.0), (1, 200.0)] {
+        queue.push(entry(time, particle), &pending);
+    }
+    pending.0[0] = 250.0;
+    queue.push(entry(250.0, 0), &pending);
+    let mut order = Vec::new();
+    while let Some(next) = queue.peek(&pending) {
+        queue.pop();
+        order.push((next.time, next.particle));
+    }
+    assert_eq!(order, [(200.0, 1), (250.0, 0), (300.0, 2)]);
+}
+
+#[test]
+fn a_crowded_epoch_ends_with_its_bucket_and_the_next_one_is_shorter() {
+    let mut queue = EventQueue::new(512, 512, 64.0);
+    let (span, width) = (queue.span(), queue.width);
+    assert_eq!(span, 64.0 * width);
+    let most = 4 * 64 * 64;
+    let pending = Times::new(&[0.0; 2]);
+    for k in 0..=most {
+        let time = width * f64::from(k) / f64::from(most + 1);
+        queue.push(entry(time, 0), &pending);
+        assert_eq!(queue.peek(&pending), Some(entry(time, 0)));
+        queue.pop();
+    }
+    queue.push(entry(1.5 * width, 1), &pending);
+    assert_eq!(queue.peek(&pending), None);
+    assert_eq!(queue.reached(), width);
+    queue.restart();
+    assert_eq!(queue.span(), span / 512.0);
+    queue.push(entry(0.5 * queue.width, 1), &pending);
+    assert!(queue.peek(&pending).is_some());
+}
+
+proptest! {
+    #[test]
+    fn entries_come_out_in_order_whenever_they_came_in(
+        times in prop::collection::vec(0.0..8.0_f64, 1..200),
+        median in 1e-3..1e3_f64,
+    ) {
+        let mut queue = EventQueue::new(times.len(), times.len(), median);
+        let (early, later) = times.split_at(times.len() / 2);
+        let mut pending = Times::new(&times);
+        for (k, &time) in (0..).zip(early) {
+            queue.push(entry(time, k), &pending);
+        }
+        let mut expected: Vec<f64> = early.iter().copied().filter(|t| *t < queue.span()).collect();
+        let mut now = 0.0;
+        let mut found = Vec::new();
+        let mut particle = early.len();
+        while let Some(next) = queue.peek(&pending) {
+            queue.pop();
+            prop_assert!(next.time >= now);
+            now = next.time;
+            found.push(now);
+            // A new entry is never earlier than now, and may be exactly now.
+            if let Some(dt) = later.get(particle - early.len()) {
+                let time = now + dt;
+                pending.0[particle] = time;
+                queue.push(entry(time, u32::try_from(particle).unwrap()), &pending);
+                if time < queue.span() { expected.push(time); }
+                particle += 1;
+            }
+        }
+        expected.sort_by(f64::total_cmp);
+        prop_assert_eq!(found, expected);
+    }
+}
