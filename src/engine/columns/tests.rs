@@ -97,6 +97,26 @@ fn at_once() -> Scene {
     scene.build().unwrap()
 }
 
+/// Static spheres of low ids, each of which several particles reach at once from all sides, again and again: only the higher ids tell these contacts apart.
+fn against_static_spheres() -> Scene {
+    let hard = || Potential::hard_sphere(1.0).unwrap();
+    let mut scene = SceneBuilder::new("static-spheres")
+        .space(Space::periodic_cube(12.0))
+        .static_species("S", 1.0)
+        .species("A", 1.0, 1.0)
+        .interaction("A", "S", hard(), 1.0)
+        .interaction("A", "A", hard(), 1.0);
+    let places = (0..64).map(|k| Vector::new(f64::from(k % 4), f64::from(k / 4 % 4), f64::from(k / 16)) * 3.0);
+    let (fixed, moving): (Vec<_>, Vec<_>) = places.partition(|place| place.iter().sum::<f64>() % 6.0 == 0.0);
+    for place in fixed {
+        scene = scene.particle("S", place, Vector::zeros());
+    }
+    for (k, place) in moving.into_iter().enumerate() {
+        scene = scene.particle("A", place, Vector::ith(k % 3, if k / 3 % 2 == 0 { 1.0 } else { -1.0 }));
+    }
+    scene.build().unwrap()
+}
+
 fn mixture() -> SceneBuilder {
     let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
     fill.composition = vec![("A".to_owned(), 2.0), ("B".to_owned(), 1.0)];
@@ -119,6 +139,7 @@ fn neither_the_order_in_memory_nor_the_buckets_of_the_queue_decide_a_bit() {
     is_the_same_in_any_order::<false, false>("small box", &spheres(hard(), 0.1, 4).build().unwrap());
     is_the_same_in_any_order::<false, true>("mixture", &mixture().build().unwrap());
     is_the_same_in_any_order::<false, true>("at once", &at_once());
+    is_the_same_in_any_order::<false, true>("static spheres", &against_static_spheres());
     is_the_same_in_any_order::<true, true>("falling", &falling());
     is_the_same_in_any_order::<false, true>("TC model", &mixture().contact_time(0.05).build().unwrap());
     is_the_same_in_any_order::<false, true>("sheared", &mixture().shear(0.7).build().unwrap());
