@@ -238,14 +238,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
+/// Much more than what rounding makes of a squared distance: a pair that can meet just before a horizon is not left out, in whichever order pairs are
+/// looked at.
+pub(super) const SLACK: f64 = 1.0 + 1e-9;
+
 /// Whether a pair is too far apart to reach its discontinuity from outside within `horizon`, at the sum of all speeds.
 ///
-/// `|r| > s + |v| T + |a| T^2 / 2`. An infinite or undefined horizon rejects nothing.
+/// `|r| > s + |v| T + |a| T^2 / 2`, by more than rounding. An infinite or undefined horizon rejects nothing.
 #[inline]
 pub(super) fn is_out_of_reach(state: &RelativeState, acceleration: &Vector, squared: f64, horizon: f64) -> bool {
     let speed = state.velocity.norm() + 0.5 * acceleration.norm() * horizon;
     let reach = squared.sqrt() + speed * horizon;
-    state.position.norm_squared() > reach * reach
+    state.position.norm_squared() > reach * reach * SLACK
 }
 
 /// Position and velocity of a body at `time`.

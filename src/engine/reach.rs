@@ -4,7 +4,7 @@
 use super::batch::{Batch, dot, minimum_image};
 use super::images::{FLOW, GRADIENT};
 use super::parts::Engine;
-use super::predict::Streamed;
+use super::predict::{SLACK, Streamed};
 use super::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
@@ -18,9 +18,6 @@ struct WithinReach<'a> {
     squared: &'a [f64],
     horizon: f64,
 }
-
-/// Much more than what rounding makes of a squared distance, so that no pair is left out that one by one would be within reach.
-const SLACK: f64 = 1.0 + 1e-9;
 
 impl Work for WithinReach<'_> {
     type Output = u32;

@@ -1,7 +1,7 @@
 //! Centres of Verlet lists, packed by cell: eight next to each other, so that all near a place are read in one stream.
 //!
-//! Packed centres are rounded to single precision: they say which *may* be within reach, and never leave out one that is. Some of the
-//! others may be listed as well, which is harmless while they are hardly further: see [`super::verlet::VerletLists`].
+//! Packed centres are rounded to single precision: they say which *may* be within reach, and never leave out one that is. Where some are so near to
+//! the reach that this is not certain, those found are looked at in double precision: see [`super::verlet::VerletLists`].
 
 use super::candidates::Candidates;
 use super::cells::NO_PARTICLE;
@@ -67,6 +67,8 @@ struct Ball {
     centre: [f32; 3],
     /// Squared radius, large enough for all that single precision does.
     squared: f32,
+    /// Squared radius of those that are certainly within reach, whatever single precision does.
+    certain: f32,
     periods: [f32; 3],
 }
 
@@ -178,35 +180,34 @@ impl Packed {
         });
     }
 
-    /// How much further than `reach` those that are found may be, from a centre whose coordinates `largest` bounds; infinite if that may
-    /// be any others in the cells around.
+    /// How much further than `reach` those that are found may be, from a centre; infinite if that may be any others in the cells around.
     ///
     /// Rounding moves each of the six coordinates and the three differences by half a unit in the last place at most, and a period
     /// likewise: less than 8 roundings of the largest of them along each axis, 14 in space.
     #[inline]
-    #[must_use]
-    pub fn slack(&self, reach: f64, largest: f64) -> f64 {
-        let scale = self.scale.max(largest) + reach;
+    fn slack(&self, reach: f64, centre: &Vector) -> f64 {
+        let scale = self.scale.max(centre.amax()) + reach;
         if scale >= FAR { f64::INFINITY } else { 14.0 * ROUNDING * scale }
     }
 
-    /// Finds all particles whose centres may be within `reach` of a centre, and hardly any others: none beyond [`Self::slack`].
-    ///
-    /// `largest` bounds the coordinates of that centre. What is found from two centres with the same bound is symmetric.
+    /// Finds all particles whose centres may be within `reach` of a centre, and hardly any others: none beyond [`Self::slack`]. Returns whether all of
+    /// them certainly are.
     ///
     /// The sum of squares has 4 roundings left.
     #[inline]
-    pub fn find_within(&self, centre: &Vector, reach: f64, largest: f64, wraps: bool, near: &mut Candidates) {
+    pub fn find_within(&self, centre: &Vector, reach: f64, wraps: bool, near: &mut Candidates) -> bool {
         near.clear();
         let cell = self.home(centre);
-        let slack = self.slack(reach, largest);
+        let slack = self.slack(reach, centre);
         if slack.is_infinite() {
-            return self.find_candidates(cell, near);
+            self.find_candidates(cell, near);
+            return false;
         }
-        let radius = reach + slack;
+        let (radius, inner) = (reach + slack, (reach - slack).max(0.0));
         let ball = Ball {
             centre: std::array::from_fn(|k| single(centre[k])),
             squared: single(radius * radius * (1.0 + 8.0 * ROUNDING)).next_up(),
+            certain: single(inner * inner * (1.0 - 8.0 * ROUNDING)).next_down(),
             periods: self.periods,
         };
         #[cfg(target_arch = "x86_64")]
@@ -214,23 +215,29 @@ impl Packed {
             // SAFETY: the processor has been asked for AVX2.
             return unsafe { self.find_in_ball_avx2(cell, &ball, wraps, near) };
         }
+        let mut are_certain = true;
         self.for_each_block(cell, |block| {
             for lane in 0..LANES {
-                if ball.holds(block, lane) {
+                let squared = ball.squared_distance(block, lane);
+                if squared <= ball.squared {
                     near.put(block.ids[lane]);
+                    are_certain &= squared <= ball.certain;
                 }
             }
         });
+        are_certain
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn find_in_ball_avx2(&self, cell: u32, ball: &Ball, wraps: bool, near: &mut Candidates) {
+    fn find_in_ball_avx2(&self, cell: u32, ball: &Ball, wraps: bool, near: &mut Candidates) -> bool {
+        let mut are_certain = true;
         if wraps {
-            self.for_each_block(cell, |block| near.put_eight(avx2::in_ball::<true>(block, ball)));
+            self.for_each_block(cell, |block| are_certain &= avx2::find_in_ball::<true>(block, ball, near));
         } else {
-            self.for_each_block(cell, |block| near.put_eight(avx2::in_ball::<false>(block, ball)));
+            self.for_each_block(cell, |block| are_certain &= avx2::find_in_ball::<false>(block, ball, near));
         }
+        are_certain
     }
 
     #[inline(always)]
@@ -267,21 +274,21 @@ impl Packed {
 }
 
 impl Ball {
-    /// Whether it holds a lane's centre: the same operations as those for eight at once.
+    /// Squared distance of a lane's centre from its own: the same operations as those for eight at once.
     #[inline]
-    fn holds(&self, block: &Block, lane: usize) -> bool {
+    fn squared_distance(&self, block: &Block, lane: usize) -> f32 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|k| {
             let apart = (self.centre[k] - block.at[k][lane]).abs();
             let apart = apart.min((self.periods[k] - apart).abs());
             apart * apart
         });
-        (x + y) + z <= self.squared
+        (x + y) + z
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{Ball, Block};
+    use super::{Ball, Block, Candidates};
     use std::arch::x86_64::*;
 
     /// For each set of eight lanes, their numbers in order, a byte each.
@@ -302,10 +309,10 @@ mod avx2 {
         lanes
     };
 
-    /// The particles of a block whose centres are in a ball come first, and there are so many.
+    /// Puts the particles of a block whose centres are in a ball into `near`; returns whether all of them are certainly within reach.
     #[target_feature(enable = "avx2")]
     #[inline]
-    pub fn in_ball<const WRAPS: bool>(block: &Block, ball: &Ball) -> ([u32; 8], usize) {
+    pub fn find_in_ball<const WRAPS: bool>(block: &Block, ball: &Ball, near: &mut Candidates) -> bool {
         let mut sum = _mm256_setzero_ps();
         for k in 0..3 {
             // SAFETY: a whole array is loaded.
@@ -322,6 +329,7 @@ mod avx2 {
         }
         let is_in = _mm256_cmp_ps::<_CMP_LE_OQ>(sum, _mm256_set1_ps(ball.squared));
         let set = _mm256_movemask_ps(is_in) as usize;
+        let is_certain = _mm256_cmp_ps::<_CMP_LE_OQ>(sum, _mm256_set1_ps(ball.certain));
         let lanes = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(LANES_OF[set & 255].cast_signed()));
         let mut ids = [0; 8];
         // SAFETY: whole arrays are loaded and stored.
@@ -329,7 +337,8 @@ mod avx2 {
             let all = _mm256_loadu_si256(block.ids.as_ptr().cast());
             _mm256_storeu_si256(ids.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(all, lanes));
         }
-        (ids, set.count_ones() as usize)
+        near.put_eight((ids, set.count_ones() as usize));
+        _mm256_movemask_ps(is_certain) as usize == set
     }
 }
 

@@ -13,10 +13,6 @@ use serde::{Deserialize, Serialize};
 /// two particles meet that are not in each other's lists.
 const MARGIN: f64 = 1e-6;
 
-/// Pairs may be listed that are further apart than their reach by this part of a half skin. In a small box far from the origin, single precision
-/// would list some whose nearest image changes while they stay listed, and a pair is predicted when it is new in a list.
-const SPARE: f64 = 0.01;
-
 /// Verlet lists: the centres of all particles, and the lists of those within reach.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct VerletLists {
@@ -26,7 +22,7 @@ pub struct VerletLists {
     pub centres: Vec<Vector>,
     /// The centres, packed by cell.
     pub cells: Packed,
-    /// The pairs within reach; somewhat further ones may be in both lists of a pair, too.
+    /// The pairs within reach: they follow from the centres, and from which pairs are captured.
     pub lists: Lists,
     /// By species, the largest distance of the centre of another one within reach.
     pub reaches: Vec<f64>,
@@ -94,19 +90,12 @@ impl VerletLists {
 
     /// Puts those into `near` whose centres are within reach of another centre, of a particle of the species `mine`.
     ///
-    /// `species` are those of all, or empty if there is only one. `largest` bounds the coordinates of the centre.
+    /// `species` are those of all, or empty if there is only one.
     #[inline]
-    pub fn find_neighbours_within(
-        &self,
-        centre: &Vector,
-        mine: u16,
-        species: &[u16],
-        largest: f64,
-        near: &mut Candidates,
-    ) {
+    pub fn find_neighbours_within(&self, centre: &Vector, mine: u16, species: &[u16], near: &mut Candidates) {
         let reach = self.reaches[usize::from(mine)];
-        self.cells.find_within(centre, reach, largest, self.wraps(centre), near);
-        if self.species > 1 || self.cells.slack(reach, largest) > SPARE * self.half_skin {
+        let are_certain = self.cells.find_within(centre, reach, self.wraps(centre), near);
+        if self.species > 1 || !are_certain {
             let of = |other: u32| species.get(other as usize).copied().unwrap_or(0);
             near.retain(|other| self.is_within_reach(centre, other, [mine, of(other)]));
         }

@@ -121,7 +121,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         verlet.cells.lift(particle, &verlet.centres[particle as usize]);
         verlet.centres[particle as usize] = to;
         let all: &[u16] = if TABLE { species } else { &[] };
-        verlet.find_neighbours_within(&to, mine(all, particle), all, to.amax(), near);
+        verlet.find_neighbours_within(&to, mine(all, particle), all, near);
         verlet.cells.put(particle, &to);
         if TABLE {
             near.retain(|other| states.get(particle, other).is_none());
@@ -140,14 +140,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return;
         };
         let species = &state.species;
-        // One bound for all, so that a particle that finds another is found by it.
-        let largest = verlet.centres.iter().map(Vector::amax).fold(0.0, f64::max);
         let all: &[u16] = if TABLE { species } else { &[] };
         for (particle, centre) in (0..).zip(&verlet.centres) {
             if TABLE && rules.species[usize::from(species[particle as usize])].is_static() {
                 continue;
             }
-            verlet.find_neighbours_within(centre, mine(all, particle), all, largest, near);
+            verlet.find_neighbours_within(centre, mine(all, particle), all, near);
             near.retain(|other| other != particle && !(TABLE && states.get(particle, other).is_some()));
             verlet.lists.set(particle, near.found());
         }
