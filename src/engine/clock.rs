@@ -125,16 +125,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ///
     /// A state from long ago has its position rounded at the whole distance flown since, with every wrap, and its contact is
     /// predicted from as far away.
+    ///
+    /// Who comes first decides nothing: others see a particle at the epoch with the same bits before and after.
     fn refresh(&mut self, oldest: f64) {
-        let is_old = |&particle: &u32| self.state.bodies[particle as usize].time < oldest;
-        let old: Vec<u32> = self.particles().filter(is_old).collect();
-        // All of them first: what is predicted from where others are does not depend on who comes first.
-        for &particle in &old {
-            self.stream(particle, 0.0);
-        }
-        for particle in old {
-            if !self.is_static(particle) {
-                self.predict_anew(particle, 0.0);
+        for particle in self.particles() {
+            if self.state.bodies[particle as usize].time < oldest {
+                self.stream(particle, 0.0);
+                if !self.is_static(particle) {
+                    self.predict_anew(particle, 0.0);
+                }
             }
         }
     }

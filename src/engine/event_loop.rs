@@ -73,6 +73,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                     left = left.saturating_sub(taken);
                     continue;
                 }
+                Due::Epoch if until.time == f64::INFINITY && self.is_shown_to_be_over() => {
+                    return Ok(Some(Reason::Idle));
+                }
                 Due::Epoch if self.move_epoch() => {
                     left = left.saturating_sub(self.steps_of_all());
                     stop = self.since_epoch(until.time);
@@ -87,9 +90,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let particle = entry.particle;
             let prediction = self.schedule.predictions[particle as usize];
             if prediction.is_transition() {
-                if until.time == f64::INFINITY && self.is_proof_due() && self.is_over() {
-                    return Ok(Some(Reason::Idle));
-                }
                 self.schedule.queue.pop();
                 self.clock.now = entry.time;
                 self.execute_transition(particle, entry.time)?;

@@ -24,12 +24,18 @@ const MOST_NEAR: usize = 400_000_000;
 const FIRST_PROOF: u64 = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Whether it is time to try a proof: after ever more transitions since the last event.
-    #[inline]
-    pub(super) fn is_proof_due(&self) -> bool {
-        let quiet = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_event);
+    /// Whether it can be shown at the end of an epoch that nothing will ever happen again. It is tried after twice as many transitions without an
+    /// event each time.
+    pub(super) fn is_shown_to_be_over(&mut self) -> bool {
+        let done = self.counts.totals.transition;
+        let quiet = done.wrapping_sub(self.counts.transitions_at_event);
+        let since_proof = done.wrapping_sub(self.counts.transitions_at_proof);
         let pairs = (self.state.bodies.len() as u64).saturating_pow(2);
-        quiet >= FIRST_PROOF.max(pairs / 16) && quiet.is_power_of_two()
+        if quiet < FIRST_PROOF.max(pairs / 16) || since_proof < quiet / 2 {
+            return false;
+        }
+        self.counts.transitions_at_proof = done;
+        self.is_over()
     }
 
     /// Whether it can be shown that nothing will ever happen again, by the states now.

@@ -29,6 +29,8 @@ pub(super) struct Counts {
     pub executed: u64,
     /// Cell transitions when the last of them happened; the difference to the number now is what counts, modulo 2^64.
     pub transitions_at_event: u64,
+    /// Transitions when it was last tried to show that nothing will happen any more.
+    pub transitions_at_proof: u64,
     /// Transitions when particles were last put in order.
     pub transitions_at_order: u64,
     /// The deepest overlap at an event that the rounding since the one before explains `[length]`: what an inelastic pair takes along.
@@ -42,6 +44,7 @@ impl Counts {
             by_species: EventCountsBySpecies::new(species),
             executed: 0,
             transitions_at_event: 0,
+            transitions_at_proof: 0,
             transitions_at_order: 0,
             accepted_overlap: 0.0,
         }
@@ -52,6 +55,7 @@ impl Counts {
         let done = self.totals.transition;
         *self = Self {
             transitions_at_event: self.transitions_at_event.wrapping_sub(done),
+            transitions_at_proof: self.transitions_at_proof.wrapping_sub(done),
             transitions_at_order: self.transitions_at_order.wrapping_sub(done),
             accepted_overlap: self.accepted_overlap,
             ..Self::new(species)

@@ -92,6 +92,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             (carried.event_counts, carried.counts, carried.executed);
         self.counts.accepted_overlap = carried.accepted_overlap;
         self.counts.transitions_at_event = self.counts.totals.transition;
+        self.counts.transitions_at_proof = self.counts.totals.transition;
         self.counts.transitions_at_order = self.counts.totals.transition;
         let bodies = &self.state.bodies;
         self.state.images.set(|particle| images[bodies[particle as usize].name as usize]);
