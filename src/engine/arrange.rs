@@ -70,7 +70,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.state.numbers.iter().map(|&number| self.state.bodies[number as usize].position).collect();
             along_curve(&self.state.space, &by_name)
         };
-        self.permute(&Order::of(names.iter().map(|&name| self.state.numbers[name as usize]).collect()));
+        let old = names.iter().map(|&name| self.state.numbers[name as usize]).collect();
+        self.permute(&Order::of(old, self.state.bodies.len()));
     }
 
     /// Asks for large pages under everything large.

@@ -1,26 +1,36 @@
 //! Columns: all that there is one of for each particle, by its number in memory.
 //!
-//! A column is registered once, in [`Engine::for_each_column`]. From there particles are put in another order, and times are counted from another
-//! epoch; nothing else knows which columns there are.
+//! A column is registered once, in [`Engine::for_each_column`]. From there particles are put in another order, left out, taken in and copied, and times
+//! are counted from another epoch; nothing else knows which columns there are.
+
+#[cfg_attr(
+    not(test),
+    allow(dead_code, reason = "for particles that come and go, and for parts of a system: no scene has either yet")
+)]
+mod records;
 
 use super::images::travelled::Travelled;
 use super::neighbours::Neighbours;
+use super::neighbours::cells::NO_PARTICLE;
 use super::pairs::contacts::ContactTimes;
 use super::pairs::states::{CapturedPairs, PairState};
 use super::parts::Engine;
 use super::prediction::Prediction;
+use super::sources::surface::SurfaceRandom;
 use super::state::Body;
+use records::Record;
 
-/// A new order of particles: by new number the old one, and the other way round.
+/// A new order of particles, in which some may be missing: by new number the old one, and the other way round.
 pub(super) struct Order {
     pub old: Vec<u32>,
+    /// [`NO_PARTICLE`] for those that are missing.
     pub new: Vec<u32>,
 }
 
 impl Order {
-    /// The order in which the particle of old number `old[0]` comes first.
-    pub fn of(old: Vec<u32>) -> Self {
-        let mut new = vec![0; old.len()];
+    /// The order in which the particle of old number `old[0]` comes first, of so many until now.
+    pub fn of(old: Vec<u32>, count: usize) -> Self {
+        let mut new = vec![NO_PARTICLE; count];
         for (&old, number) in old.iter().zip(0..) {
             new[old as usize] = number;
         }
@@ -40,6 +50,12 @@ pub(super) trait Column {
 
     /// Counts times from an epoch that is later by `shift`.
     fn shift(&mut self, _shift: f64) {}
+
+    /// Copies the entry of a particle.
+    fn copy(&self, particle: u32, record: &mut Record);
+
+    /// Adds an entry for one more particle.
+    fn push(&mut self, record: &Record);
 }
 
 impl Column for Vec<Body> {
@@ -50,6 +66,14 @@ impl Column for Vec<Body> {
     fn shift(&mut self, shift: f64) {
         self.iter_mut().for_each(|body| body.time -= shift);
     }
+
+    fn copy(&self, particle: u32, record: &mut Record) {
+        record.body = self[particle as usize];
+    }
+
+    fn push(&mut self, record: &Record) {
+        self.push(record.body);
+    }
 }
 
 impl Column for Vec<u16> {
@@ -59,6 +83,14 @@ impl Column for Vec<u16> {
             *self = order.permuted(self);
         }
     }
+
+    fn copy(&self, particle: u32, record: &mut Record) {
+        record.species = self.get(particle as usize).copied();
+    }
+
+    fn push(&mut self, record: &Record) {
+        self.extend(record.species);
+    }
 }
 
 impl Column for Travelled {
@@ -67,6 +99,14 @@ impl Column for Travelled {
             Self::Near(images) => *images = order.permuted(images),
             Self::Far(images) => *images = order.permuted(images),
         }
+    }
+
+    fn copy(&self, particle: u32, record: &mut Record) {
+        record.images = self.of(particle);
+    }
+
+    fn push(&mut self, record: &Record) {
+        self.push(record.images);
     }
 }
 
@@ -82,6 +122,15 @@ impl Column for Vec<Prediction> {
             prediction.transition_time -= shift;
         }
     }
+
+    fn copy(&self, particle: u32, record: &mut Record) {
+        record.prediction = Some(self[particle as usize]);
+    }
+
+    /// The prediction of a record names ids: it is written when all particles have numbers.
+    fn push(&mut self, _: &Record) {
+        self.push(Prediction::NONE);
+    }
 }
 
 impl Column for ContactTimes {
@@ -91,6 +140,28 @@ impl Column for ContactTimes {
 
     fn shift(&mut self, shift: f64) {
         self.last.iter_mut().for_each(|last| *last -= shift);
+    }
+
+    fn copy(&self, particle: u32, record: &mut Record) {
+        record.last_contact = self.last[particle as usize];
+    }
+
+    fn push(&mut self, record: &Record) {
+        self.last.push(record.last_contact);
+    }
+}
+
+impl Column for SurfaceRandom {
+    fn permute(&mut self, order: &Order) {
+        self.contacts = order.permuted(&self.contacts);
+    }
+
+    fn copy(&self, particle: u32, record: &mut Record) {
+        record.surface_contacts = self.contacts[particle as usize];
+    }
+
+    fn push(&mut self, record: &Record) {
+        self.contacts.push(record.surface_contacts);
     }
 }
 
@@ -103,10 +174,24 @@ impl Column for CapturedPairs {
         let mut states = Self::new(order.old.len());
         for (&old, particle) in order.old.iter().zip(0..) {
             for captured in self.of(old) {
-                states.set(particle, PairState { partner: order.new[captured.partner as usize], ..*captured });
+                let partner = order.new[captured.partner as usize];
+                if partner != NO_PARTICLE {
+                    states.set(particle, PairState { partner, ..*captured });
+                }
             }
         }
         *self = states;
+    }
+
+    fn copy(&self, particle: u32, record: &mut Record) {
+        record.captured = (!self.is_empty()).then(|| self.of(particle).to_vec());
+    }
+
+    /// The partners of a record are ids: the pairs are set when all particles have numbers.
+    fn push(&mut self, record: &Record) {
+        if record.captured.is_some() {
+            self.push_empty();
+        }
     }
 }
 
@@ -116,6 +201,14 @@ impl Column for Neighbours {
             Self::Cells(cells) => cells.permute(order),
             Self::Lists(verlet) => verlet.permute(order),
         }
+    }
+
+    fn copy(&self, particle: u32, record: &mut Record) {
+        record.place = Some(self.place(particle));
+    }
+
+    fn push(&mut self, record: &Record) {
+        self.push(&record.body.position, record.place);
     }
 }
 
@@ -131,14 +224,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some(times) = &mut self.pairs.contact_times {
             visit(times);
         }
+        if let Some(random) = &mut self.sources.surface_random {
+            visit(random);
+        }
     }
 
     /// Gives the particles other numbers in memory.
     pub(super) fn permute(&mut self, order: &Order) {
         self.for_each_column(|column| column.permute(order));
-        for number in &mut self.state.numbers {
-            *number = order.new[*number as usize];
-        }
+        self.state.numbers.iter_mut().for_each(|number| *number = order.new[*number as usize]);
+        self.state.numbers.retain(|number| *number != NO_PARTICLE);
     }
 
     /// Counts the times of all particles from an epoch that is later by `shift`.

@@ -149,7 +149,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 () => Due::Limit,
             };
         };
-        if self.schedule.predictions[entry.particle as usize].due_time() != entry.time {
+        if due.entry(entry.particle) != entry {
             return Due::Void;
         }
         if self.hardware.looks_ahead {

@@ -47,7 +47,35 @@ pub enum Neighbours {
     Lists(VerletLists),
 }
 
+/// Where a particle is looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// The number of its cell.
+    Cell(u32),
+    /// The centre of its list.
+    Centre(Vector),
+}
+
 impl Neighbours {
+    /// Where a particle is looked for.
+    #[must_use]
+    pub fn place(&self, particle: u32) -> Place {
+        match self {
+            Self::Cells(cells) => Place::Cell(cells.home(particle)),
+            Self::Lists(verlet) => Place::Centre(verlet.centres[particle as usize]),
+        }
+    }
+
+    /// Adds a particle, to be looked for at a place that is of these neighbours, otherwise at its position. Its list is empty.
+    pub fn push(&mut self, position: &Vector, place: Option<Place>) {
+        match (self, place) {
+            (Self::Cells(cells), Some(Place::Cell(cell))) => cells.push(cell),
+            (Self::Cells(cells), _) => cells.push(cells.grid.cell_at(position)),
+            (Self::Lists(verlet), Some(Place::Centre(centre))) => verlet.push(centre),
+            (Self::Lists(verlet), _) => verlet.push(*position),
+        }
+    }
+
     /// Empty cells, until particles are sorted in.
     #[must_use]
     pub fn none(space: &Space) -> Self {

@@ -123,7 +123,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The number of a particle that the user names.
     #[inline]
     pub(super) fn number(&self, id: ParticleId) -> u32 {
-        self.state.numbers[id.0 as usize]
+        let number = self.state.number(id.0);
+        debug_assert!(number.is_some(), "no particle {}", id.0);
+        number.unwrap_or(0)
     }
 
     /// Writes the state of a pair into the lists of both; static ones keep none.

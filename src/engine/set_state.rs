@@ -150,10 +150,11 @@ impl Simulation {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Gives all particles that move new velocities, by id.
     fn set_velocities(&mut self, velocities: &[Vector]) {
-        for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
-            self.stream(particle, self.clock.now);
-            let body = &self.state.bodies[particle as usize];
-            self.give_velocity(particle, velocities[body.name as usize]);
+        for (particle, velocity) in self.state.numbers.clone().into_iter().zip(velocities) {
+            if !self.is_static(particle) {
+                self.stream(particle, self.clock.now);
+                self.give_velocity(particle, *velocity);
+            }
         }
         self.move_again();
     }
@@ -161,11 +162,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Puts all particles that move elsewhere, by id.
     fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
         let before = self.energy();
-        for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
-            self.stream(particle, self.clock.now);
-            self.state.bodies[particle as usize].position =
-                positions[self.state.bodies[particle as usize].name as usize];
-            self.bring_in(particle);
+        for (particle, position) in self.state.numbers.clone().into_iter().zip(positions) {
+            if !self.is_static(particle) {
+                self.stream(particle, self.clock.now);
+                self.state.bodies[particle as usize].position = *position;
+                self.bring_in(particle);
+            }
         }
         let search = self.neighbours.search();
         self.reorder();

@@ -121,11 +121,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn for_each_now<E>(&self, mut visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
         let (_, periods) = self.displacement();
         let species = self.pairs.rules.rows.species();
-        for (id, particle) in (0..).zip(self.by_id()) {
+        for particle in self.by_id() {
             let (position, velocity) = self.state_at(particle, self.clock.now);
             let image = self.image_numbers(particle, periods);
             let species = species[usize::from(self.row(particle))];
-            visit(ParticleNow { id: ParticleId(id), species, position, velocity, image })?;
+            visit(ParticleNow { id: self.name(particle), species, position, velocity, image })?;
         }
         Ok(())
     }

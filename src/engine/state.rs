@@ -38,7 +38,7 @@ impl Body {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct State {
     pub bodies: Vec<Body>,
-    /// The number of each particle that the user has an id for.
+    /// The number of each particle, in the order of their ids.
     pub numbers: Vec<u32>,
     /// The row of each particle's species; empty if there is only one.
     pub species: Vec<u16>,
@@ -77,6 +77,24 @@ impl State {
 }
 
 impl State {
+    /// The number in memory of an id, if there is such a particle. Ids grow with every particle that is put in, and none is given twice: they are
+    /// those of a scene until one is taken out.
+    #[inline]
+    pub fn number(&self, id: u32) -> Option<u32> {
+        let of = |number: u32| self.bodies[number as usize].name;
+        let number = self.numbers.get(id as usize).copied().filter(|&number| of(number) == id);
+        number.or_else(|| {
+            let at = self.numbers.binary_search_by_key(&id, |&number| of(number)).ok()?;
+            Some(self.numbers[at])
+        })
+    }
+
+    /// Puts the numbers in the order of ids, after particles have come in at the end of memory.
+    pub fn number_anew(&mut self) {
+        self.numbers.extend((0..).take(self.bodies.len()).skip(self.numbers.len()));
+        self.numbers.sort_by_key(|&number| self.bodies[number as usize].name);
+    }
+
     /// Number of particles of each of so many species.
     pub fn population(&self, rows: &Rows, species: usize) -> Vec<usize> {
         let mut population = vec![0; species];

@@ -1,4 +1,4 @@
-//! Order in memory and buckets decide no bit.
+//! Neither order in memory nor buckets decide a bit, and copies of all particles go on as these would have.
 
 use super::Order;
 use crate::Vector;
@@ -14,7 +14,7 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 use std::ops::ControlFlow;
 
-/// Event streams, last states and counts of a run that is put in a random order after every `every` events, with a number of buckets in its queue.
+/// Events, last states and counts of a run that is put in a random order after every `every` events, with a number of buckets in its queue.
 fn run<const FALLING: bool, const TABLE: bool>(
     scene: &Scene,
     every: u64,
@@ -43,13 +43,22 @@ fn run<const FALLING: bool, const TABLE: bool>(
     (events, engine.snapshot(), engine.counts.totals)
 }
 
+/// Puts the particles in a random order: by other numbers in memory, or by taking all out and putting copies in.
 fn shuffle<const FALLING: bool, const TABLE: bool>(engine: &mut Engine<FALLING, TABLE>, random: &mut Random) {
     let mut old: Vec<u32> = engine.particles().collect();
     for last in (1..old.len()).rev() {
         old.swap(last, random.below(last + 1));
     }
-    engine.permute(&Order::of(old));
-    enqueue_all(engine);
+    if random.below(2) == 0 {
+        let copies = engine.copies(&old);
+        engine.remove(&old);
+        assert!(engine.particles().is_empty() && engine.state.numbers.is_empty());
+        engine.insert(&copies);
+    } else {
+        let count = old.len();
+        engine.permute(&Order::of(old, count));
+        enqueue_all(engine);
+    }
 }
 
 fn enqueue_all<const FALLING: bool, const TABLE: bool>(engine: &mut Engine<FALLING, TABLE>) {
@@ -73,7 +82,7 @@ fn is_the_same_in_any_order<const FALLING: bool, const TABLE: bool>(name: &str, 
     }
 }
 
-fn spheres(potential: Potential, packing_fraction: f64, count: u64) -> SceneBuilder {
+pub(super) fn spheres(potential: Potential, packing_fraction: f64, count: u64) -> SceneBuilder {
     SceneBuilder::new("spheres")
         .species("A", 0.7, 1.0)
         .interaction("A", "A", potential, 0.9)
@@ -117,7 +126,7 @@ fn against_static_spheres() -> Scene {
     scene.build().unwrap()
 }
 
-fn mixture() -> SceneBuilder {
+pub(super) fn mixture() -> SceneBuilder {
     let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
     fill.composition = vec![("A".to_owned(), 2.0), ("B".to_owned(), 1.0)];
     let well = |diameter| Potential::square_well(diameter, 1.4, 0.8).unwrap();
@@ -132,7 +141,7 @@ fn mixture() -> SceneBuilder {
 }
 
 #[test]
-fn neither_the_order_in_memory_nor_the_buckets_of_the_queue_decide_a_bit() {
+fn neither_order_in_memory_nor_buckets_nor_copying_decide_a_bit() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     is_the_same_in_any_order::<false, false>("cells", &spheres(hard(), 0.1, 256).build().unwrap());
     is_the_same_in_any_order::<false, false>("lists", &spheres(hard(), 0.45, 256).build().unwrap());

@@ -1,5 +1,6 @@
 //! How many periods each particle has travelled along the axes.
 
+use crate::base::numbers::id;
 use serde::{Deserialize, Serialize};
 
 /// Periods travelled by all particles, by their numbers in memory: three bytes of each, until one has travelled so far that all take twelve.
@@ -52,6 +53,16 @@ impl Travelled {
         }
     }
 
+    /// Adds a particle that has travelled so far.
+    pub fn push(&mut self, images: [i32; 3]) {
+        match self {
+            Self::Near(near) => near.push([0; 3]),
+            Self::Far(far) => far.push([0; 3]),
+        }
+        let particle = id(self.count() - 1);
+        (0..3).filter(|&axis| images[axis] != 0).for_each(|axis| self.add(particle, axis, images[axis]));
+    }
+
     fn count(&self) -> usize {
         match self {
             Self::Near(images) => images.len(),
@@ -91,7 +102,7 @@ mod tests {
         images.add(0, 1, 100_000);
         let far = [[0, 100_000, 0], [128, 0, 0], [0, 0, -128]];
         assert_eq!([0, 1, 2].map(|particle| images.of(particle)), far);
-        images.permute(&Order::of(vec![2, 0, 1]));
+        images.permute(&Order::of(vec![2, 0, 1], 3));
         assert_eq!([0, 1, 2].map(|particle| images.of(particle)), [far[2], far[0], far[1]]);
         images.set(|particle| [i32::MAX, -1, 0].map(|periods| if particle == 1 { periods } else { 0 }));
         images.add(1, 0, 1);

@@ -79,11 +79,20 @@ impl Cells {
             return;
         }
         self.homes = order.permuted(&self.homes);
+        self.next.truncate(self.homes.len());
         self.first.fill(NO_PARTICLE);
         // Backwards, so that each list ends up in ascending order.
         for (particle, home) in self.homes.iter().enumerate().rev() {
             self.next[particle] = std::mem::replace(&mut self.first[*home as usize], id(particle));
         }
+    }
+
+    /// Adds a particle to a cell.
+    pub fn push(&mut self, cell: u32) {
+        let particle = id(self.homes.len());
+        self.homes.push(cell);
+        self.next.push(NO_PARTICLE);
+        self.insert(particle, cell);
     }
 
     fn insert(&mut self, particle: u32, cell: u32) {

@@ -5,6 +5,7 @@
 //! such radii cannot meet, so a list holds the others whose centres are nearer. Every pair is in the lists of both, but for static
 //! particles, which keep none. (Alias: Verlet list.)
 
+use super::cells::NO_PARTICLE;
 use crate::base::numbers::id;
 use crate::engine::columns::Order;
 use crate::engine::hardware::pages::enlarge;
@@ -84,13 +85,19 @@ impl Lists {
         Self { spans: vec![Span::default(); particles], ..Self::default() }
     }
 
+    /// Adds an empty list.
+    pub fn push_empty(&mut self) {
+        self.spans.push(Span::default());
+    }
+
     /// Renumbers the particles, and puts the lists next to each other in their order.
     pub fn permute(&mut self, order: &Order) {
         let old = std::mem::replace(self, Self::new(order.old.len()));
         let mut list = Vec::new();
         for (&before, particle) in order.old.iter().zip(0..) {
             list.clear();
-            list.extend(old.of(before).iter().map(|&other| order.new[other as usize]));
+            let others = old.of(before).iter().map(|&other| order.new[other as usize]);
+            list.extend(others.filter(|other| *other != NO_PARTICLE));
             self.set(particle, &list);
         }
     }

@@ -4,6 +4,7 @@ use super::candidates::Candidates;
 use super::lists::Lists;
 use super::packed::Packed;
 use crate::Vector;
+use crate::base::numbers::id;
 use crate::engine::columns::Order;
 use crate::engine::hardware::pages::enlarge;
 use crate::model::space::{Boundary, Space, minimum_image};
@@ -99,6 +100,13 @@ impl VerletLists {
             let of = |other: u32| species.get(other as usize).copied().unwrap_or(0);
             near.retain(|other| self.is_within_reach(centre, other, [mine, of(other)]));
         }
+    }
+
+    /// Adds a particle with a centre and an empty list.
+    pub fn push(&mut self, centre: Vector) {
+        self.cells.put(id(self.centres.len()), &centre);
+        self.centres.push(centre);
+        self.lists.push_empty();
     }
 
     /// Renumbers the particles.

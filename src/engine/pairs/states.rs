@@ -34,6 +34,12 @@ impl CapturedPairs {
         Self { room: 0, lengths: vec![0; particles], entries: Vec::new() }
     }
 
+    /// Adds an empty list.
+    pub fn push_empty(&mut self) {
+        self.lengths.push(0);
+        self.entries.resize(self.room * self.lengths.len(), PairState::default());
+    }
+
     /// Whether there are no lists, not even empty ones.
     #[must_use]
     pub fn is_empty(&self) -> bool {

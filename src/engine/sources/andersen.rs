@@ -8,7 +8,6 @@ use crate::engine::event::CountedKind;
 use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
 use crate::engine::{Invariant, InvariantBroken};
-use crate::model::ParticleId;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::Boundary;
 use std::ops::ControlFlow;
@@ -79,12 +78,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now = time;
         // By id, so that the order in memory decides nothing. There is one that moves, or there were no bath.
         let particle = loop {
-            let id = bath.random.below(self.state.numbers.len());
-            #[expect(
-                clippy::cast_possible_truncation,
-                reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"
-            )]
-            let particle = self.number(ParticleId(id as u32));
+            let particle = self.state.numbers[bath.random.below(self.state.numbers.len())];
             if !self.is_static(particle) {
                 break particle;
             }

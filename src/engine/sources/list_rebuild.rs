@@ -2,11 +2,13 @@
 
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
+use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::pairs::Pairs;
 use crate::engine::parts::Engine;
 use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
+use crate::engine::state::State;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::physics::detection::inertial;
 use crate::physics::motion::RelativeState;
@@ -113,21 +115,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn move_centre(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         let (to, _) = self.state_at(particle, time);
         let mut scratch = self.take_scratch();
-        let near = &mut scratch.near;
-        let Self { neighbours: Neighbours::Lists(verlet), pairs: Pairs { states, rules, .. }, state, .. } = self else {
+        let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
-        let species = &state.species;
         verlet.cells.lift(particle, &verlet.centres[particle as usize]);
         verlet.centres[particle as usize] = to;
-        let all: &[u16] = if TABLE { species } else { &[] };
-        verlet.find_neighbours_within(&to, mine(all, particle), all, near);
+        Self::find_listed(verlet, pairs, state, particle, &mut scratch.near);
         verlet.cells.put(particle, &to);
-        if TABLE {
-            near.retain(|other| states.get(particle, other).is_none());
-        }
-        let is_static = |other: u32| TABLE && rules.species[usize::from(species[other as usize])].is_static();
-        verlet.lists.renew(particle, near.found(), is_static);
+        verlet.lists.renew(particle, scratch.near.found(), |other| Self::keeps_no_list(pairs, state, other));
         self.scratch = Some(scratch);
         Ok(())
     }
@@ -135,28 +130,51 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Builds the lists of all, once captured pairs are known.
     pub(in crate::engine) fn fill_lists(&mut self) {
         let mut scratch = self.take_scratch();
-        let near = &mut scratch.near;
-        let Self { neighbours: Neighbours::Lists(verlet), pairs: Pairs { states, rules, .. }, state, .. } = self else {
-            return;
-        };
-        let species = &state.species;
-        let all: &[u16] = if TABLE { species } else { &[] };
-        for (particle, centre) in (0..).zip(&verlet.centres) {
-            if TABLE && rules.species[usize::from(species[particle as usize])].is_static() {
-                continue;
+        let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else { return };
+        for particle in (0..).take(verlet.centres.len()) {
+            if !Self::keeps_no_list(pairs, state, particle) {
+                Self::find_listed(verlet, pairs, state, particle, &mut scratch.near);
+                scratch.near.retain(|other| other != particle);
+                verlet.lists.set(particle, scratch.near.found());
             }
-            verlet.find_neighbours_within(centre, mine(all, particle), all, near);
-            near.retain(|other| other != particle && !(TABLE && states.get(particle, other).is_some()));
-            verlet.lists.set(particle, near.found());
         }
         self.scratch = Some(scratch);
     }
-}
 
-/// The species of a particle among those of all, which are not written down if there is only one.
-#[inline]
-fn mine(all: &[u16], particle: u32) -> u16 {
-    if all.is_empty() { 0 } else { all[particle as usize] }
+    /// Builds the list of a particle that has been added, and adds it to those of others.
+    pub(in crate::engine) fn fill_list(&mut self, particle: u32) {
+        let mut scratch = self.take_scratch();
+        let near = &mut scratch.near;
+        let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else { return };
+        Self::find_listed(verlet, pairs, state, particle, near);
+        near.retain(|other| other != particle);
+        let keeps_none = |other| Self::keeps_no_list(pairs, state, other);
+        if keeps_none(particle) {
+            near.retain(|other| !keeps_none(other) && pairs.states.get(other, particle).is_none());
+            near.found().iter().for_each(|&other| verlet.lists.add(other, particle));
+        } else {
+            verlet.lists.renew(particle, near.found(), keeps_none);
+        }
+        self.scratch = Some(scratch);
+    }
+
+    /// Finds the particles of a particle's list, and the particle itself if it is in its cell: those within reach of its centre that are not captured.
+    #[inline]
+    fn find_listed(verlet: &VerletLists, pairs: &Pairs, state: &State, particle: u32, near: &mut Candidates) {
+        let centre = &verlet.centres[particle as usize];
+        let all: &[u16] = if TABLE { &state.species } else { &[] };
+        let species = all.get(particle as usize).copied().unwrap_or(0);
+        verlet.find_neighbours_within(centre, species, all, near);
+        if TABLE {
+            near.retain(|other| pairs.states.get(particle, other).is_none());
+        }
+    }
+
+    /// Whether a particle is static, and keeps no list.
+    #[inline]
+    fn keeps_no_list(pairs: &Pairs, state: &State, particle: u32) -> bool {
+        TABLE && pairs.rules.species[usize::from(state.species[particle as usize])].is_static()
+    }
 }
 
 #[cfg(test)]

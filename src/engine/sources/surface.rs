@@ -24,8 +24,8 @@ const STAGE: usize = 1 << 40;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct SurfaceRandom {
     stream: Random,
-    /// Contacts with thermal surfaces so far, by name.
-    contacts: Vec<u32>,
+    /// Contacts with thermal surfaces so far.
+    pub contacts: Vec<u32>,
 }
 
 impl SurfaceRandom {
@@ -38,8 +38,8 @@ impl SurfaceRandom {
     }
 
     /// Random numbers of the next contact of a particle.
-    fn next(&mut self, name: u32) -> &mut Random {
-        let count = &mut self.contacts[name as usize];
+    fn next(&mut self, particle: u32, name: u32) -> &mut Random {
+        let count = &mut self.contacts[particle as usize];
         self.stream.seek(name, *count);
         *count = count.wrapping_add(1);
         &mut self.stream
@@ -129,7 +129,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(random) = &mut self.sources.surface_random else {
             return Err(self.broken(i, None, Invariant::SurfaceRandom));
         };
-        let random = random.next(body.name);
+        let random = random.next(i, body.name);
         let drawn = random.normal_vector(&self.state.space) * width;
         let speed = width * (2.0 * random.exponential()).sqrt();
         let after = surface.shape.with_normal_speed(&body.position, &drawn, speed);

@@ -1,0 +1,145 @@
+//! Records: everything about one particle, as it is taken out of an engine and put into one.
+
+use crate::Vector;
+use crate::engine::columns::Order;
+use crate::engine::neighbours::Place;
+use crate::engine::neighbours::candidates::Candidates;
+use crate::engine::neighbours::cells::NO_PARTICLE;
+use crate::engine::pairs::states::PairState;
+use crate::engine::parts::Engine;
+use crate::engine::prediction::{Contact, Prediction};
+use crate::engine::state::Body;
+
+/// Everything about one particle. Other particles that it names are ids.
+#[derive(Debug, Clone)]
+pub(in crate::engine) struct Record {
+    pub body: Body,
+    /// The row of the species; none where there is only one.
+    pub species: Option<u16>,
+    /// Periods travelled.
+    pub images: [i32; 3],
+    /// Time of its last contact in the TC model, since the epoch.
+    pub last_contact: f64,
+    /// Contacts with thermal surfaces so far.
+    pub surface_contacts: u32,
+    /// States of its pairs; none where pairs have no states.
+    pub captured: Option<Vec<PairState>>,
+    /// Where neighbours look for it; none to follow from its position.
+    pub place: Option<Place>,
+    /// Its prediction; none to be predicted now.
+    pub prediction: Option<Prediction>,
+}
+
+impl Record {
+    /// A particle of an id at the beginning of its life, at a time since the epoch.
+    pub fn new(id: u32, position: Vector, velocity: Vector, time: f64) -> Self {
+        Self {
+            body: Body { position, velocity, time, events: 0, name: id },
+            species: None,
+            images: [0; 3],
+            last_contact: f64::NEG_INFINITY,
+            surface_contacts: 0,
+            captured: None,
+            place: None,
+            prediction: None,
+        }
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Copies of some particles.
+    pub fn copies(&mut self, particles: &[u32]) -> Vec<Record> {
+        let mut records = Vec::with_capacity(particles.len());
+        for &particle in particles {
+            let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
+            self.for_each_column(|column| column.copy(particle, &mut record));
+            if self.is_static(particle) {
+                // Its partners keep the states of its pairs.
+                let state =
+                    |other| self.pairs.states.get(other, particle).map(|pair| PairState { partner: other, ..pair });
+                record.captured = Some(self.particles().filter(|&other| other != particle).filter_map(state).collect());
+            }
+            let name = |number: u32| self.state.bodies.get(number as usize).map_or(NO_PARTICLE, |body| body.name);
+            record.captured.iter_mut().flatten().for_each(|pair| pair.partner = name(pair.partner));
+            if let Some(prediction) = &mut record.prediction {
+                prediction.partner = name(prediction.partner);
+            }
+            records.push(record);
+        }
+        records
+    }
+
+    /// Takes particles out. Those that were to meet one of them are predicted anew.
+    pub fn remove(&mut self, particles: &[u32]) {
+        let count = self.state.bodies.len();
+        let mut stays = vec![true; count];
+        particles.iter().for_each(|&particle| stays[particle as usize] = false);
+        self.permute(&Order::of(self.particles().filter(|&particle| stays[particle as usize]).collect(), count));
+        self.scratch = None;
+        self.schedule.queue.clear();
+        for particle in self.particles() {
+            let prediction = &self.schedule.predictions[particle as usize];
+            let is_pair = matches!(prediction.contact, Contact::Pair(_)) && prediction.contact_time < f64::INFINITY;
+            if is_pair && prediction.partner == NO_PARTICLE {
+                self.predict_anew(particle, self.clock.now);
+            }
+            self.enqueue(particle);
+        }
+    }
+
+    /// Puts particles in: with ids that none has, where they overlap with none. Pairs with particles that are not there are forgotten.
+    ///
+    /// A copy with its place and prediction goes on with the same bits, if those that it is to meet are there.
+    pub fn insert(&mut self, records: &[Record]) {
+        let first = self.particles().end;
+        for record in records {
+            self.for_each_column(|column| column.push(record));
+        }
+        let added = first..self.particles().end;
+        self.state.number_anew();
+        self.scratch = None;
+        for (particle, record) in added.clone().zip(records) {
+            for pair in record.captured.iter().flatten() {
+                if let Some(partner) = self.state.number(pair.partner) {
+                    self.set_pair_state(particle, partner, pair.state, pair.interaction);
+                }
+            }
+        }
+        for particle in added.clone() {
+            self.fill_list(particle);
+        }
+        for (particle, record) in added.zip(records) {
+            self.predict_inserted(particle, record, first);
+        }
+    }
+
+    /// The prediction of a particle that has just been put in, the first of them as number `first`; a static one is met by the predictions of others.
+    fn predict_inserted(&mut self, particle: u32, record: &Record, first: u32) {
+        if self.is_static(particle) {
+            let mut near = Candidates::default();
+            self.neighbours.find_candidates(particle, &mut near);
+            for &other in near.found().iter().filter(|&&other| other < first) {
+                if !self.is_static(other) {
+                    self.repredict(other, self.clock.now);
+                }
+            }
+            return;
+        }
+        match record.prediction {
+            Some(prediction) => {
+                let is_pair = matches!(prediction.contact, Contact::Pair(_)) && prediction.contact_time < f64::INFINITY;
+                let partner = self.state.number(prediction.partner);
+                if is_pair && partner.is_none() {
+                    return self.repredict(particle, self.clock.now);
+                }
+                let partner = partner.unwrap_or(NO_PARTICLE);
+                self.schedule.predictions[particle as usize] = Prediction { partner, ..prediction };
+                self.enqueue(particle);
+            }
+            None => self.repredict(particle, self.clock.now),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
