@@ -75,18 +75,22 @@ fn system(arguments: &[String]) -> Result<(Scene, f64), Box<dyn Error>> {
 
 fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     let (scene, before) = system(arguments)?;
+    let threads = std::env::var("CAROM_THREADS").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
     let particles = scene.particles().len() as f64;
     let start = Instant::now();
     let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::events(1))?;
+    simulation.set_threads(threads);
     let start = start.elapsed().as_secs_f64();
     #[expect(clippy::cast_possible_truncation, reason = "some thousands of events per particle")]
     let before = (before * particles) as u64;
     simulation.advance(Until::events(before))?;
-    let (first, begin) = (simulation.event_counts().physical(), Instant::now());
+    let chunk = simulation.time() / before as f64 * 1e6;
+    let (first, begin, work) = (simulation.event_counts().physical(), Instant::now(), simulation.domain_work());
     while begin.elapsed() < TIMED {
-        simulation.advance(Until::events(simulation.event_counts().physical() + 50_000))?;
+        simulation.advance(Until::time(simulation.time() + chunk))?;
     }
+    println!("{work:?}\n{:?}", simulation.domain_work());
     let rate = (simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64();
     let memory = peak_memory().map_or("unknown".to_owned(), |bytes| format!("{:.0}", bytes / particles));
     println!(

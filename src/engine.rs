@@ -21,6 +21,7 @@ mod columns;
 mod confinement;
 mod contact;
 mod distances;
+mod domains;
 mod drive;
 mod error;
 pub mod event;
@@ -57,6 +58,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 pub use audit::Overlap;
+pub use domains::DomainWork;
 pub use error::{Arrest, EngineError, Invariant, InvariantBroken, Standstill};
 pub use neighbours::Search;
 pub(crate) use neighbours::cell_list::CellList;
@@ -273,7 +275,13 @@ impl Simulation {
         if until.time < self.time() {
             return Ok(Reason::Time);
         }
-        with_engine!(&mut self.engine, engine => engine.advance(until, &mut observe))
+        let reason = loop {
+            if let Some(reason) = self.advance_unsettled(u64::MAX, until, &mut observe)? {
+                break reason;
+            }
+        };
+        self.settle();
+        Ok(reason)
     }
 
     /// [`Self::advance_for`] without an observer.
@@ -294,7 +302,35 @@ impl Simulation {
         if until.time < self.time() {
             return Ok(Some(Reason::Time));
         }
-        with_engine!(&mut self.engine, engine => engine.advance_for(steps.max(1), until, &mut observe))
+        let reason = self.advance_unsettled(steps, until, &mut observe);
+        self.settle();
+        reason
+    }
+
+    /// Goes on with domains, after which the state is theirs until [`Self::settle`]; counts of events are always there.
+    fn advance_unsettled(
+        &mut self,
+        steps: u64,
+        until: Until,
+        observe: &mut Observe<'_>,
+    ) -> Result<Option<Reason>, EngineError> {
+        with_engine!(&mut self.engine, engine => engine.advance_on_cores(steps.max(1), until, observe))
+    }
+
+    /// Takes over what the domains have.
+    pub(crate) fn settle(&mut self) {
+        with_engine!(&mut self.engine, engine => engine.settle());
+    }
+
+    /// How the work of domains went, on several cores.
+    #[must_use]
+    pub fn domain_work(&self) -> Option<DomainWork> {
+        with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
+    }
+
+    /// Spreads the system over so many cores from now on, with the same bits.
+    pub fn set_threads(&mut self, threads: usize) {
+        with_engine!(&mut self.engine, engine => engine.set_domains(threads, threads));
     }
 
     /// Executes the next event of a pair or a wall and stops at its time, if there is one up to a simulated time; otherwise goes on to

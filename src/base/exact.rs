@@ -65,6 +65,16 @@ impl ExactSum {
         }
     }
 
+    /// Adds a sum.
+    pub fn merge(&mut self, other: &Self) {
+        self.carry();
+        let mut other = *other;
+        other.carry();
+        self.digits.iter_mut().zip(&other.digits).for_each(|(digit, more)| *digit += more);
+        self.infinite += other.infinite;
+        self.carry();
+    }
+
     /// Takes away a sum.
     pub fn subtract(&mut self, other: &Self) {
         self.carry();

@@ -43,9 +43,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             images: ImagePolicy::of(scene),
             distances: Distances::default(),
             sources: Sources::of(scene, rows),
-            counts: Counts::new(if TABLE { rows.species().len() } else { 0 }),
+            counts: Box::new(Counts::new(if TABLE { rows.species().len() } else { 0 })),
             hardware: Hardware { width: Simd::most(), looks_ahead: false },
             broken: None,
+            domains: None,
             scratch: None,
             pairs,
         };

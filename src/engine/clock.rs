@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// Time that advances by less than this part of the queue's span stands still: some thousand times the spacing of the
 /// floats that count it. An epoch sees of the order of ten events per particle, so a working system is far away from it.
-const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
+pub(super) const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// Simulated time, counted from an epoch that moves along with it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -22,6 +22,22 @@ pub(super) struct Clock {
     /// How long the epoch before this one was, or half as long as the one before that, if this is more: predictions are up to three epochs old.
     pub last_reached: f64,
     pub standstill: StandstillWatch,
+}
+
+/// An epoch that has moved.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Moved {
+    /// By how much.
+    pub shift: f64,
+    /// Whether particles have other numbers in memory, or are looked for in another way, from now on.
+    pub is_rearranged: bool,
+}
+
+impl Moved {
+    /// States from before this time, since the new epoch, have been brought forward.
+    pub fn oldest(&self) -> f64 {
+        -2.0 * self.shift
+    }
 }
 
 /// Counts events without time.
@@ -88,14 +104,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Moves the epoch to where the queue has come, or further if nothing happens before; false if nothing ever happens.
+    /// Moves the epoch to where the queue has come, or further if nothing happens before; none if nothing ever happens.
     ///
     /// Times stay small this way, so that the last event of a long run is as accurate as the first. The shift is a
     /// multiple of a power of two, which most times lose without rounding.
-    pub(super) fn move_epoch(&mut self) -> bool {
+    pub(super) fn move_epoch(&mut self) -> Option<Moved> {
         let next = self.schedule.predictions.iter().map(Prediction::due_time).fold(self.sources.next_global, f64::min);
         if next == f64::INFINITY {
-            return false;
+            return None;
         }
         let reached = self.schedule.queue.reached();
         self.clock.last_reached = reached.max(0.5 * self.clock.last_reached);
@@ -108,17 +124,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.epochs += 1;
         // Densities change slowly, but for the start.
         let is_looked_at = self.clock.epochs.is_power_of_two() || self.clock.epochs.is_multiple_of(16);
-        if is_looked_at {
-            self.reorder_if_due();
-        }
-        if !(is_looked_at && self.change_search_if_due()) {
+        let is_reordered = is_looked_at && self.reorder_if_due();
+        let has_other_search = is_looked_at && self.change_search_if_due();
+        if !has_other_search {
             self.refresh(-2.0 * shift);
         }
         self.schedule.queue.restart();
         for particle in self.particles() {
             self.enqueue(particle);
         }
-        true
+        Some(Moved { shift, is_rearranged: is_reordered || has_other_search })
     }
 
     /// Brings forward what nothing has happened to since `oldest`, to the epoch.

@@ -1,13 +1,13 @@
 //! Columns: all that there is one of for each particle, by its number in memory.
 //!
-//! A column is registered once, in [`Engine::for_each_column`]. From there particles are put in another order, left out, taken in and copied, and times
+//! A column is registered once, in the macro `columns`. From there particles are put in another order, left out, taken in and copied, and times
 //! are counted from another epoch; nothing else knows which columns there are.
 
 #[cfg_attr(
     not(test),
     allow(dead_code, reason = "for particles that come and go, and for parts of a system: no scene has either yet")
 )]
-mod records;
+pub(super) mod records;
 
 use super::images::travelled::Travelled;
 use super::neighbours::Neighbours;
@@ -18,6 +18,7 @@ use super::parts::Engine;
 use super::prediction::Prediction;
 use super::sources::surface::SurfaceRandom;
 use super::state::Body;
+use crate::Vector;
 use records::Record;
 
 /// A new order of particles, in which some may be missing: by new number the old one, and the other way round.
@@ -56,6 +57,9 @@ pub(super) trait Column {
 
     /// Adds an entry for one more particle.
     fn push(&mut self, record: &Record);
+
+    /// Writes the entry of a particle.
+    fn set(&mut self, particle: u32, record: &Record);
 }
 
 impl Column for Vec<Body> {
@@ -74,6 +78,10 @@ impl Column for Vec<Body> {
     fn push(&mut self, record: &Record) {
         self.push(record.body);
     }
+
+    fn set(&mut self, particle: u32, record: &Record) {
+        self[particle as usize] = record.body;
+    }
 }
 
 impl Column for Vec<u16> {
@@ -91,6 +99,9 @@ impl Column for Vec<u16> {
     fn push(&mut self, record: &Record) {
         self.extend(record.species);
     }
+
+    /// No particle changes its species.
+    fn set(&mut self, _: u32, _: &Record) {}
 }
 
 impl Column for Travelled {
@@ -107,6 +118,10 @@ impl Column for Travelled {
 
     fn push(&mut self, record: &Record) {
         self.push(record.images);
+    }
+
+    fn set(&mut self, particle: u32, record: &Record) {
+        self.put(particle, record.images);
     }
 }
 
@@ -131,6 +146,12 @@ impl Column for Vec<Prediction> {
     fn push(&mut self, _: &Record) {
         self.push(Prediction::NONE);
     }
+
+    fn set(&mut self, particle: u32, record: &Record) {
+        if let Some(prediction) = record.prediction {
+            self[particle as usize] = prediction;
+        }
+    }
 }
 
 impl Column for ContactTimes {
@@ -149,6 +170,10 @@ impl Column for ContactTimes {
     fn push(&mut self, record: &Record) {
         self.last.push(record.last_contact);
     }
+
+    fn set(&mut self, particle: u32, record: &Record) {
+        self.last[particle as usize] = record.last_contact;
+    }
 }
 
 impl Column for SurfaceRandom {
@@ -162,6 +187,10 @@ impl Column for SurfaceRandom {
 
     fn push(&mut self, record: &Record) {
         self.contacts.push(record.surface_contacts);
+    }
+
+    fn set(&mut self, particle: u32, record: &Record) {
+        self.contacts[particle as usize] = record.surface_contacts;
     }
 }
 
@@ -193,6 +222,12 @@ impl Column for CapturedPairs {
             self.push_empty();
         }
     }
+
+    fn set(&mut self, particle: u32, record: &Record) {
+        if let Some(captured) = &record.captured {
+            self.replace(particle, captured);
+        }
+    }
 }
 
 impl Column for Neighbours {
@@ -210,37 +245,115 @@ impl Column for Neighbours {
     fn push(&mut self, record: &Record) {
         self.push(&record.body.position, record.place);
     }
+
+    /// Lists stay what they are: they follow when all particles are where they belong.
+    fn set(&mut self, particle: u32, record: &Record) {
+        if let Some(place) = record.place {
+            self.relocate(particle, place);
+        }
+    }
+}
+
+/// Runs an expression with every column, to read it or to change it.
+macro_rules! columns {
+    ($engine:expr, $some:ident, $column:ident: $($mutable:ident)? => $body:expr) => {{
+        let $column = &$($mutable)? $engine.state.bodies;
+        $body;
+        let $column = &$($mutable)? $engine.state.species;
+        $body;
+        let $column = &$($mutable)? $engine.state.images;
+        $body;
+        let $column = &$($mutable)? $engine.schedule.predictions;
+        $body;
+        let $column = &$($mutable)? $engine.neighbours;
+        $body;
+        let $column = &$($mutable)? $engine.pairs.states;
+        $body;
+        if let Some($column) = $engine.pairs.contact_times.$some() {
+            $body;
+        }
+        if let Some($column) = $engine.sources.surface_random.$some() {
+            $body;
+        }
+    }};
+}
+
+/// What is done with every column, whatever its type.
+trait Visit {
+    fn column(&mut self, column: &mut impl Column);
+}
+
+struct Permute<'a>(&'a Order);
+
+impl Visit for Permute<'_> {
+    fn column(&mut self, column: &mut impl Column) {
+        column.permute(self.0);
+    }
+}
+
+struct Shift(f64);
+
+impl Visit for Shift {
+    fn column(&mut self, column: &mut impl Column) {
+        column.shift(self.0);
+    }
+}
+
+struct Push<'a>(&'a Record);
+
+impl Visit for Push<'_> {
+    fn column(&mut self, column: &mut impl Column) {
+        column.push(self.0);
+    }
+}
+
+struct Set<'a>(u32, &'a Record);
+
+impl Visit for Set<'_> {
+    #[inline(always)]
+    fn column(&mut self, column: &mut impl Column) {
+        column.set(self.0, self.1);
+    }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Calls `visit` for every column.
-    fn for_each_column(&mut self, mut visit: impl FnMut(&mut dyn Column)) {
-        visit(&mut self.state.bodies);
-        visit(&mut self.state.species);
-        visit(&mut self.state.images);
-        visit(&mut self.schedule.predictions);
-        visit(&mut self.neighbours);
-        visit(&mut self.pairs.states);
-        if let Some(times) = &mut self.pairs.contact_times {
-            visit(times);
-        }
-        if let Some(random) = &mut self.sources.surface_random {
-            visit(random);
-        }
+    /// Visits every column.
+    #[inline(always)]
+    fn for_each_column(&mut self, mut visit: impl Visit) {
+        columns!(self, as_mut, column: mut => visit.column(column));
+    }
+
+    /// A copy of a particle, by numbers in memory.
+    #[inline]
+    pub(super) fn record(&self, particle: u32) -> Record {
+        let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
+        columns!(self, as_ref, column: => column.copy(particle, &mut record));
+        record
+    }
+
+    /// Writes all that a record has of a particle; lists stay what they are.
+    #[inline]
+    pub(super) fn write_record(&mut self, particle: u32, record: &Record) {
+        self.for_each_column(Set(particle, record));
+    }
+
+    /// Adds a particle at the end of memory.
+    pub(super) fn push_record(&mut self, record: &Record) {
+        self.for_each_column(Push(record));
     }
 
     /// Gives the particles other numbers in memory.
     pub(super) fn permute(&mut self, order: &Order) {
-        self.for_each_column(|column| column.permute(order));
+        self.for_each_column(Permute(order));
         self.state.numbers.iter_mut().for_each(|number| *number = order.new[*number as usize]);
         self.state.numbers.retain(|number| *number != NO_PARTICLE);
     }
 
     /// Counts the times of all particles from an epoch that is later by `shift`.
     pub(super) fn shift_columns(&mut self, shift: f64) {
-        self.for_each_column(|column| column.shift(shift));
+        self.for_each_column(Shift(shift));
     }
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -188,26 +188,44 @@ impl EventCounts {
     /// Event counts since earlier ones. The deepest overlap stays that of both.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
         let mut since = *self;
-        for (count, before) in [
-            (&mut since.core, earlier.core),
-            (&mut since.core_static, earlier.core_static),
-            (&mut since.capture, earlier.capture),
-            (&mut since.release, earlier.release),
-            (&mut since.bounce, earlier.bounce),
-            (&mut since.wall, earlier.wall),
-            (&mut since.transition, earlier.transition),
-            (&mut since.turning_point, earlier.turning_point),
-            (&mut since.in_invalid_state, earlier.in_invalid_state),
-            (&mut since.tc_contacts, earlier.tc_contacts),
-            (&mut since.tc_altered, earlier.tc_altered),
-            (&mut since.thermostat, earlier.thermostat),
-        ] {
-            *count -= before;
+        let mut before = *earlier;
+        for (count, before) in since.counts_mut().into_iter().zip(before.counts_mut()) {
+            *count -= *before;
         }
         for (sum, before) in since.sums_mut().into_iter().zip(earlier.sums()) {
             sum.subtract(before);
         }
         since
+    }
+
+    /// Adds those of a part of the system. The deepest overlap is that of both.
+    pub(crate) fn merge(&mut self, part: &Self) {
+        let mut some = *part;
+        for (count, more) in self.counts_mut().into_iter().zip(some.counts_mut()) {
+            *count = count.wrapping_add(*more);
+        }
+        self.deepest_overlap = self.deepest_overlap.max(part.deepest_overlap);
+        for (sum, more) in self.sums_mut().into_iter().zip(part.sums()) {
+            sum.merge(more);
+        }
+    }
+
+    /// All numbers of events.
+    fn counts_mut(&mut self) -> [&mut u64; 12] {
+        [
+            &mut self.core,
+            &mut self.core_static,
+            &mut self.capture,
+            &mut self.release,
+            &mut self.bounce,
+            &mut self.wall,
+            &mut self.transition,
+            &mut self.turning_point,
+            &mut self.in_invalid_state,
+            &mut self.tc_contacts,
+            &mut self.tc_altered,
+            &mut self.thermostat,
+        ]
     }
 
     /// All sums.

@@ -76,7 +76,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 Due::Epoch if until.time == f64::INFINITY && self.is_shown_to_be_over() => {
                     return Ok(Some(Reason::Idle));
                 }
-                Due::Epoch if self.move_epoch() => {
+                Due::Epoch if self.move_epoch().is_some() => {
                     left = left.saturating_sub(self.steps_of_all());
                     stop = self.since_epoch(until.time);
                     continue;
@@ -179,7 +179,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.enqueue(particle);
     }
 
-    fn since_epoch(&self, time: f64) -> f64 {
+    pub(super) fn since_epoch(&self, time: f64) -> f64 {
         (time - self.clock.start) - self.clock.epoch
     }
 }

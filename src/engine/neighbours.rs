@@ -76,6 +76,15 @@ impl Neighbours {
         }
     }
 
+    /// Has a particle looked for at another place. Lists stay what they are.
+    pub fn relocate(&mut self, particle: u32, place: Place) {
+        match (self, place) {
+            (Self::Cells(cells), Place::Cell(cell)) => cells.relocate(particle, cell),
+            (Self::Lists(verlet), Place::Centre(centre)) => verlet.relocate(particle, centre),
+            _ => debug_assert!(false, "a place of another search"),
+        }
+    }
+
     /// Empty cells, until particles are sorted in.
     #[must_use]
     pub fn none(space: &Space) -> Self {

@@ -2,6 +2,7 @@
 
 use super::clock::Clock;
 use super::distances::Distances;
+use super::domains::Domains;
 use super::event::{EventCounts, EventCountsBySpecies};
 use super::images::ImagePolicy;
 use super::neighbours::Neighbours;
@@ -50,6 +51,14 @@ impl Counts {
         }
     }
 
+    /// Adds the events and sums of a part of the system.
+    pub fn merge(&mut self, part: &Self) {
+        self.totals.merge(&part.totals);
+        self.by_species.merge(&part.by_species);
+        self.executed += part.executed;
+        self.accepted_overlap = self.accepted_overlap.max(part.accepted_overlap);
+    }
+
     /// Counts from zero in a run that goes on where another one has ended.
     pub fn restart(&mut self, species: usize) {
         let done = self.totals.transition;
@@ -86,10 +95,14 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub images: ImagePolicy,
     pub distances: Distances,
     pub sources: Sources,
-    pub counts: Counts,
+    /// In a box, so that those of a part of the system can be put aside in one step.
+    pub counts: Box<Counts>,
     pub hardware: Hardware,
     /// The impossible state that it is in, if it is.
     pub broken: Option<InvariantBroken>,
+    /// The domains that it is cut into, if it runs on several cores; part of no state.
+    #[serde(skip)]
+    pub domains: Option<Box<Domains<FALLING, TABLE>>>,
     /// Room that is lent to predictions; part of no state.
     #[serde(skip)]
     pub scratch: Option<Box<Scratch>>,
@@ -153,6 +166,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         }
         Ok(())
+    }
+
+    /// Counts of no events, of as many species.
+    pub(super) fn no_counts(&self) -> Counts {
+        Counts { accepted_overlap: self.counts.accepted_overlap, ..Counts::new(self.counted_species()) }
     }
 
     /// Number of species whose events are counted apart.

@@ -99,6 +99,13 @@ impl Prediction {
         }
     }
 
+    /// Drops the contact with a partner that is not there.
+    pub fn drop_absent(&mut self) {
+        if matches!(self.contact, Contact::Pair(_)) && self.partner == NO_PARTICLE {
+            self.contact_time = f64::INFINITY;
+        }
+    }
+
     /// Makes a contact with a surface the event foreseen.
     #[inline]
     pub fn reach(&mut self, surface: u32, time: f64, name: u32) {

@@ -247,6 +247,48 @@ impl EventQueue {
         end_of_ties
     }
 
+    /// An empty queue of the same epoch for a part of the system, that ends with the epoch's horizon only.
+    pub fn of_part(&self, now: f64) -> Self {
+        let mut queue = Self { target: u64::MAX / CROWDED, ..Self::with_buckets(self.buckets.count(), 1, self.span()) };
+        queue.cursor = queue.bucket(now);
+        queue
+    }
+
+    /// Goes on without entries from a time of the epoch, after so many steps of it.
+    pub fn resume(&mut self, now: f64, steps: u64) {
+        self.clear();
+        (self.cursor, self.steps) = (self.bucket(now), steps);
+    }
+
+    /// Goes back to an earlier time of the epoch, without entries for what was done since.
+    pub fn rewind(&mut self, time: f64, pending: &impl Pending) {
+        self.cursor = self.bucket(time);
+        for entry in std::mem::take(&mut self.front) {
+            self.push(entry, pending);
+        }
+    }
+
+    /// The end of the part of an epoch that a time is in: epochs end early there only.
+    pub fn next_tick(&self, now: f64) -> f64 {
+        let part = self.span() / TICKS as f64;
+        part * (trunc_to_usize(now / part) + 1) as f64
+    }
+
+    /// Whether the epoch ends at a tick, after so many steps of it.
+    pub fn ends_at(&self, tick: f64, steps: u64) -> bool {
+        tick >= self.span() || steps > CROWDED * self.target
+    }
+
+    /// Steps of the epoch so far.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Steps that the length of an epoch is tuned to.
+    pub fn target(&self) -> u64 {
+        self.target
+    }
+
     /// Removes all entries; the epoch goes on.
     pub fn clear(&mut self) {
         self.front.clear();

@@ -2,6 +2,7 @@
 
 use crate::Vector;
 use crate::engine::columns::Order;
+use crate::engine::domains::hash;
 use crate::engine::neighbours::Place;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::cells::NO_PARTICLE;
@@ -46,13 +47,59 @@ impl Record {
     }
 }
 
+impl Record {
+    /// Gives the particles that it names other numbers; what has none is not there.
+    pub fn renumber(&mut self, number: impl Fn(u32) -> Option<u32>) {
+        if let Some(captured) = &mut self.captured {
+            captured.retain_mut(|pair| number(pair.partner).map(|partner| pair.partner = partner).is_some());
+        }
+        if let Some(prediction) = &mut self.prediction {
+            prediction.partner = number(prediction.partner).unwrap_or(NO_PARTICLE);
+            prediction.drop_absent();
+        }
+    }
+
+    /// Hash of all of it but the species; particles that it names have other numbers there.
+    pub fn hash(&self, number: impl Fn(u32) -> u32) -> u64 {
+        let body = self.body.numbers().map(f64::to_bits);
+        let place = match self.place {
+            Some(Place::Cell(cell)) => [u64::from(cell), 0, 0],
+            Some(Place::Centre(centre)) => <[f64; 3]>::from(centre).map(f64::to_bits),
+            None => [0; 3],
+        };
+        let prediction = self.prediction.map_or([0; 4], |prediction| {
+            let (contact, exit) = match prediction.contact {
+                Contact::Pair(side) => (side as u64, prediction.exit),
+                Contact::Surface => (2, prediction.exit),
+            };
+            [
+                prediction.contact_time.to_bits(),
+                prediction.transition_time.to_bits(),
+                u64::from(number(prediction.partner)) << 32 | u64::from(prediction.partner_events),
+                u64::from(prediction.tie_order) << 32
+                    | contact << 16
+                    | u64::from(exit.axis) << 1
+                    | u64::from(exit.is_upper),
+            ]
+        });
+        let images = self.images.map(|image| u64::from(image.cast_unsigned()));
+        // The order of partners is not part of the state.
+        let captured = self.captured.iter().flatten().fold(0_u64, |sum, pair| {
+            let state =
+                u64::from(number(pair.partner)) << 32 | u64::from(pair.state) << 16 | u64::from(pair.interaction);
+            sum.wrapping_add(hash(5, [state]))
+        });
+        let others = [self.last_contact.to_bits(), u64::from(self.surface_contacts), captured];
+        hash(4, body.into_iter().chain(place).chain(prediction).chain(images).chain(others))
+    }
+}
+
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Copies of some particles.
     pub fn copies(&mut self, particles: &[u32]) -> Vec<Record> {
         let mut records = Vec::with_capacity(particles.len());
         for &particle in particles {
-            let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
-            self.for_each_column(|column| column.copy(particle, &mut record));
+            let mut record = self.record(particle);
             if self.is_static(particle) {
                 // Its partners keep the states of its pairs.
                 let state =
@@ -93,7 +140,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub fn insert(&mut self, records: &[Record]) {
         let first = self.particles().end;
         for record in records {
-            self.for_each_column(|column| column.push(record));
+            self.push_record(record);
         }
         let added = first..self.particles().end;
         self.state.number_anew();

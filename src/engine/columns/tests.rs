@@ -82,7 +82,7 @@ fn is_the_same_in_any_order<const FALLING: bool, const TABLE: bool>(name: &str, 
     }
 }
 
-pub(super) fn spheres(potential: Potential, packing_fraction: f64, count: u64) -> SceneBuilder {
+pub(in crate::engine) fn spheres(potential: Potential, packing_fraction: f64, count: u64) -> SceneBuilder {
     SceneBuilder::new("spheres")
         .species("A", 0.7, 1.0)
         .interaction("A", "A", potential, 0.9)
@@ -126,7 +126,7 @@ fn against_static_spheres() -> Scene {
     scene.build().unwrap()
 }
 
-pub(super) fn mixture() -> SceneBuilder {
+pub(in crate::engine) fn mixture() -> SceneBuilder {
     let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
     fill.composition = vec![("A".to_owned(), 2.0), ("B".to_owned(), 1.0)];
     let well = |diameter| Potential::square_well(diameter, 1.4, 0.8).unwrap();

@@ -175,6 +175,20 @@ impl EventCountsBySpecies {
         entries
     }
 
+    /// Adds those of a part of the system.
+    pub(crate) fn merge(&mut self, part: &Self) {
+        match (&mut self.pairs, &part.pairs) {
+            (Pairs::Listed(all), Pairs::Listed(some)) => {
+                all.iter_mut().zip(some).for_each(|(all, some)| more(all, some))
+            }
+            (Pairs::Sparse(all), Pairs::Sparse(some)) => {
+                some.iter().for_each(|(pair, some)| more(all.entry(*pair).or_default(), some));
+            }
+            _ => debug_assert!(false, "of as many species"),
+        }
+        part.singles.iter().for_each(|(species, some)| more(self.singles.entry(*species).or_default(), some));
+    }
+
     /// Event counts since earlier ones.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
@@ -192,6 +206,10 @@ impl EventCountsBySpecies {
         }
         since
     }
+}
+
+fn more<const N: usize>(all: &mut [u64; N], some: &[u64; N]) {
+    all.iter_mut().zip(some).for_each(|(all, some)| *all += some);
 }
 
 fn less<const N: usize>(now: &mut [u64; N], before: &[u64; N]) {

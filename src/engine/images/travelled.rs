@@ -63,6 +63,14 @@ impl Travelled {
         (0..3).filter(|&axis| images[axis] != 0).for_each(|axis| self.add(particle, axis, images[axis]));
     }
 
+    /// Gives a particle other periods travelled.
+    pub fn put(&mut self, particle: u32, images: [i32; 3]) {
+        let before = self.of(particle);
+        (0..3).filter(|&axis| images[axis] != before[axis]).for_each(|axis| {
+            self.add(particle, axis, images[axis].wrapping_sub(before[axis]));
+        });
+    }
+
     fn count(&self) -> usize {
         match self {
             Self::Near(images) => images.len(),

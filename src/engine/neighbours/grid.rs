@@ -244,6 +244,13 @@ impl Grid {
         self.join([index(0), index(1), index(2)])
     }
 
+    /// The index of a cell along an axis.
+    #[inline]
+    #[must_use]
+    pub fn index_along(&self, cell: u32, axis: usize) -> u32 {
+        self.split(cell)[axis]
+    }
+
     #[inline]
     fn join(&self, [x, y, z]: [u32; 3]) -> u32 {
         (z * self.counts[1] + y) * self.counts[0] + x

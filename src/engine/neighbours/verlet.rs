@@ -109,6 +109,15 @@ impl VerletLists {
         self.lists.push_empty();
     }
 
+    /// Moves the centre of a particle; lists stay what they are.
+    pub fn relocate(&mut self, particle: u32, centre: Vector) {
+        let before = std::mem::replace(&mut self.centres[particle as usize], centre);
+        if before != centre {
+            self.cells.lift(particle, &before);
+            self.cells.put(particle, &centre);
+        }
+    }
+
     /// Renumbers the particles.
     pub fn permute(&mut self, order: &Order) {
         self.centres = order.permuted(&self.centres);

@@ -84,6 +84,14 @@ impl CapturedPairs {
         true
     }
 
+    /// Makes `captured` the list of a particle.
+    pub fn replace(&mut self, particle: u32, captured: &[PairState]) {
+        self.lengths[particle as usize] = 0;
+        captured.iter().for_each(|pair| {
+            self.set(particle, *pair);
+        });
+    }
+
     /// Removes a partner from the list of a particle; whether it was there.
     pub fn remove(&mut self, particle: u32, partner: u32) -> bool {
         let length = self.lengths[particle as usize] as usize;
