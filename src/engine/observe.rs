@@ -83,7 +83,7 @@ mod tests {
     use crate::engine::event::EventKind;
     use crate::engine::{Reason, Simulation, Until};
     use crate::model::potential::Potential;
-    use crate::model::run_plan::Thermostat;
+    use crate::model::thermostat::Thermostat;
     use crate::scene::{Amount, Lattice, SceneBuilder};
     use std::ops::ControlFlow;
 
@@ -97,7 +97,7 @@ mod tests {
             .unwrap();
         let mut simulation = Simulation::without_plan(scene);
         let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [true; 3] };
-        simulation.set_thermostat(Some(&bath), 0);
+        simulation.set_thermostat(Some(&bath), 0).unwrap();
         simulation
     }
 
@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn a_stop_at_the_last_event_is_the_observers() {
         let mut simulation = fluid();
-        simulation.set_thermostat(None, 0);
+        simulation.set_thermostat(None, 0).unwrap();
         let until = Until::events(5);
         let mut seen = 0;
         let reason = simulation.advance_with(until, |_| {

@@ -4,12 +4,10 @@ use super::parts::Engine;
 use super::{Chosen, Overlap, Simulation};
 use crate::Vector;
 use crate::engine::pairs::states::CapturedPairs;
+use crate::model::limits::LARGEST;
 use crate::model::space::Boundary;
 use crate::model::{ParticleId, Scene};
 use thiserror::Error;
-
-/// The largest coordinate or component that a scene may have, too.
-const LARGEST: f64 = 1e50;
 
 /// States of captured pairs after particles are put elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -143,7 +143,7 @@ fn driven(count: u64, is_sheared: bool, bath: Option<[bool; 3]>) -> Simulation {
     }
     let mut simulation = Simulation::without_plan(builder.build().unwrap());
     let bath = bath.map(|axes| Thermostat::Andersen { temperature: 1.0, rate: 0.7, axes });
-    simulation.set_thermostat(bath.as_ref(), 0);
+    simulation.set_thermostat(bath.as_ref(), 0).unwrap();
     simulation
 }
 
