@@ -96,4 +96,7 @@ fn an_instrument_of_ones_own_is_in_the_files_of_the_run() {
     let table = std::fs::read_to_string(run.join("measurements/speeds.csv")).unwrap();
     assert!(table.starts_with("v,p_v,p_v_error\n"), "{table}");
     assert_eq!(table.lines().count(), 21);
+    // Where it has its maximum: sqrt(2), within its bin of a quarter or the next one.
+    let most_probable = own_instrument::most_probable(&finished).unwrap();
+    assert!((most_probable - 2.0_f64.sqrt()).abs() < 0.375, "{most_probable}");
 }

@@ -35,7 +35,7 @@ use crate::model::MeasurementPlan;
 pub use instrument::{Instrument, Instruments, Setup};
 pub use quantity::{Curve, Divisor, Measured, Normalisation, Number, Published, Scalar, Series, Variable};
 pub use registry::InstrumentError;
-pub(crate) use registry::Registry;
+pub(crate) use registry::{OwnInstruments, Registry};
 pub use system::{Sample, SystemDescription};
 
 /// Whether anything is asked for of each particle, for the frames of a trajectory.
