@@ -46,7 +46,7 @@ impl Neighbours {
         let positions = frame.particles.iter().map(|particle| wrapped(frame, &particle.position));
         let cells = CellList::new(&frame.space(), frame.displacement, self.longest, (0..).zip(positions));
         let mut counts = vec![0.0; frame.particles.len()];
-        cells.for_each_pair(|a, b, square| {
+        cells.for_each_pair(|a, b, _, square| {
             let [one, other] = [a, b].map(|place| &frame.particles[place as usize]);
             let pair = one.species.0 as usize * self.species + other.species.0 as usize;
             let range = self.ranges.get(pair).copied().unwrap_or(-1.0);
