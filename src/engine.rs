@@ -48,10 +48,9 @@ mod state;
 mod states;
 pub(crate) mod surfaces;
 
-use crate::engine::event::{Event, EventCounts, EventCountsBySpecies, EventKind};
+use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::model::space::Boundary;
 use crate::model::{Limit, ParticleId, Scene};
-use observe::Observe;
 use parts::Engine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -60,7 +59,7 @@ pub use audit::Overlap;
 pub use error::{Arrest, EngineError, Invariant, InvariantBroken, Standstill};
 pub use neighbours::Search;
 pub(crate) use neighbours::cell_list::CellList;
-pub use observe::Flow;
+pub use observe::{EventSequence, Flow, Observe};
 pub use set_state::{PairStates, SetStateError};
 pub use snapshot::{Energy, ParticleNow, Snapshot};
 pub use start::NeedsRun;
@@ -234,7 +233,7 @@ impl Simulation {
     /// Goes on, and shows every event to `observe` as it happens.
     ///
     /// A closure that returns nothing sees them all; one that returns [`ControlFlow`](std::ops::ControlFlow) ends the run with [`Reason::Observer`] after the
-    /// event at which it breaks. To go on from there gives the same bits as a run without a stop.
+    /// event at which it breaks. To go on from there gives the same bits as a run without a stop. [`Self::events`] hands events out one after the other.
     ///
     /// # Errors
     /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
@@ -248,41 +247,15 @@ impl Simulation {
         self.advance_observed(until, Some(&mut |event| observe(event).control()))
     }
 
-    /// Goes on as [`Self::advance_with`] does, but pauses with `None` after a number of steps: an event, a cell transition, a prediction
-    /// anew, whatever takes about as long; at least one is done.
+    /// Goes on as [`Self::advance_with`] does, with an observer if one is given, but pauses with `None` after a number of steps: an event, a cell transition, a
+    /// prediction anew, whatever takes about as long; at least one is done.
     ///
     /// Between two events there can be any number of other steps, so this is for a caller that looks up in between. Where it pauses
     /// changes nothing of what happens.
     ///
     /// # Errors
     /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
-    pub fn advance_for<F: Flow>(
-        &mut self,
-        steps: u64,
-        until: Until,
-        mut observe: impl FnMut(&Event) -> F,
-    ) -> Result<Option<Reason>, EngineError> {
-        self.advance_observed_for(steps, until, Some(&mut |event| observe(event).control()))
-    }
-
-    /// [`Self::advance_with`] without a type parameter.
-    fn advance_observed(&mut self, until: Until, mut observe: Observe<'_>) -> Result<Reason, EngineError> {
-        if self.event_counts().physical() >= until.events {
-            return Ok(Reason::Events);
-        }
-        if until.time < self.time() {
-            return Ok(Reason::Time);
-        }
-        with_engine!(&mut self.engine, engine => engine.advance(until, &mut observe))
-    }
-
-    /// [`Self::advance_for`] without an observer.
-    pub(crate) fn advance_unobserved_for(&mut self, steps: u64, until: Until) -> Result<Option<Reason>, EngineError> {
-        self.advance_observed_for(steps, until, None)
-    }
-
-    /// [`Self::advance_for`] without a type parameter.
-    fn advance_observed_for(
+    pub fn advance_for(
         &mut self,
         steps: u64,
         until: Until,
@@ -297,23 +270,15 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.advance_for(steps.max(1), until, &mut observe))
     }
 
-    /// Executes the next event of a pair or a wall and stops at its time, if there is one up to a simulated time; otherwise goes on to
-    /// that time.
-    ///
-    /// `None` with an infinite limit means that nothing will ever happen again, as [`Reason::Idle`] does. Where that is so but cannot be shown, as of two particles that
-    /// pass each other for ever in a periodic box, an infinite limit is never reached.
-    ///
-    /// # Errors
-    /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
-    pub fn step_before(&mut self, limit: f64) -> Result<Option<Event>, EngineError> {
-        let mut executed = None;
-        let until = Until { time: limit, events: self.event_counts().physical() + 1 };
-        self.advance_with(until, |event| {
-            if event.kind != EventKind::Thermostat {
-                executed = Some(*event);
-            }
-        })?;
-        Ok(executed)
+    /// [`Self::advance_with`] without a type parameter.
+    fn advance_observed(&mut self, until: Until, mut observe: Observe<'_>) -> Result<Reason, EngineError> {
+        if self.event_counts().physical() >= until.events {
+            return Ok(Reason::Events);
+        }
+        if until.time < self.time() {
+            return Ok(Reason::Time);
+        }
+        with_engine!(&mut self.engine, engine => engine.advance(until, &mut observe))
     }
 
     /// Writes where everything is now into `states`, with all the digits of the time that the engine has.

@@ -336,7 +336,7 @@ impl Replica {
     /// Goes on to a time, or pauses where it is told to on the way; says whether it came there.
     pub fn go(&mut self, time: f64, mut pauses: impl FnMut() -> bool) -> Result<bool, EngineError> {
         loop {
-            if self.simulation.advance_unobserved_for(STEPS, Until::time(time))?.is_some() {
+            if self.simulation.advance_for(STEPS, Until::time(time), None)?.is_some() {
                 return Ok(true);
             }
             if pauses() {

@@ -37,12 +37,12 @@ fn means(scene: Scene, bath: Option<&Thermostat>) -> [[f64; 2]; 2] {
     let energies = |simulation: &Simulation| [simulation.energy().kinetic, simulation.energy().pair];
     let (mut now, mut last, mut sums) = (simulation.time(), energies(&simulation), [0.0; 2]);
     let (from, to) = (now, 4.0);
-    simulation
-        .advance_with_state(Until::time(to), |event, simulation| {
-            (0..2).for_each(|k| sums[k] += last[k] * (event.time - now));
-            (now, last) = (event.time, energies(simulation));
-        })
-        .unwrap();
+    let mut events = simulation.events(Until::time(to));
+    while let Some(event) = events.next() {
+        let event = event.unwrap();
+        (0..2).for_each(|k| sums[k] += last[k] * (event.time - now));
+        (now, last) = (event.time, energies(events.simulation()));
+    }
     (0..2).for_each(|k| sums[k] += last[k] * (to - now));
     observer.row(&simulation);
     let mean = |name: &str| observer.estimates().iter().find(|(known, _)| *known == name).unwrap().1.mean;

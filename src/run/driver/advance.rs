@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use super::{Driver, Failed, STEPS};
+use crate::engine::event::Event;
 use crate::engine::{EngineError, Reason, Until};
 use crate::run::Ending;
 use crate::run::state::Aim;
@@ -132,10 +133,10 @@ impl Driver<'_> {
         let mut instruments = instruments.zip(self.system.as_ref());
         let mut recorder = (is_measuring && self.recorder.has_events()).then_some(&mut *self.recorder);
         if instruments.is_none() && recorder.is_none() {
-            return Ok(self.simulation.advance_unobserved_for(self.steps, until));
+            return Ok(self.simulation.advance_for(self.steps, until, None));
         }
         let mut failure = None;
-        let reason = self.simulation.advance_for(self.steps, until, |event| {
+        let mut show = |event: &Event| {
             if let Some((instruments, system)) = &mut instruments {
                 instruments.event(event, system);
             }
@@ -144,7 +145,8 @@ impl Driver<'_> {
             }
             let is_done = instruments.as_ref().is_some_and(|(instruments, _)| instruments.is_done());
             if is_done || failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
+        };
+        let reason = self.simulation.advance_for(self.steps, until, Some(&mut show));
         failure.map_or(Ok(reason), Err)
     }
 
