@@ -59,7 +59,7 @@ pub use audit::Overlap;
 pub use error::{Arrest, EngineError, Invariant, InvariantBroken, Standstill};
 pub use neighbours::Search;
 pub(crate) use neighbours::cell_list::CellList;
-pub use observe::{EventSequence, Flow, Observe};
+pub use observe::{EventSequence, Observe, ObserverResult};
 pub use set_state::{PairStates, SetStateError};
 pub use snapshot::{Energy, ParticleNow, Snapshot};
 pub use start::NeedsRun;
@@ -239,10 +239,10 @@ impl Simulation {
     /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
     #[doc(alias = "callback")]
     #[doc(alias = "observer")]
-    pub fn advance_with<F: Flow>(
+    pub fn advance_with<R: ObserverResult>(
         &mut self,
         until: Until,
-        mut observe: impl FnMut(&Event) -> F,
+        mut observe: impl FnMut(&Event) -> R,
     ) -> Result<Reason, EngineError> {
         self.advance_observed(until, Some(&mut |event| observe(event).control()))
     }

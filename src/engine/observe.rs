@@ -20,19 +20,19 @@ pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> 
 /// Result of an observer: nothing, or a [`ControlFlow`] whose `Break` ends the run after the event.
 #[doc(alias = "callback")]
 #[doc(alias = "stop condition")]
-pub trait Flow: sealed::Sealed {
+pub trait ObserverResult: sealed::Sealed {
     /// Whether the run goes on.
     fn control(self) -> ControlFlow<()>;
 }
 
-impl Flow for () {
+impl ObserverResult for () {
     #[inline]
     fn control(self) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }
 
-impl Flow for ControlFlow<()> {
+impl ObserverResult for ControlFlow<()> {
     #[inline]
     fn control(self) -> ControlFlow<()> {
         self
