@@ -22,7 +22,8 @@ pub fn statistics(events: u64) -> Result<Statistics, Box<dyn Error>> {
         .build()?;
     let mut simulation = Simulation::new(scene)?;
     let mut statistics = Statistics::new();
-    simulation.advance_with(Until::events(events), |event| {
+    for event in simulation.events(Until::events(events)) {
+        let event = event?;
         let name = match event.kind {
             EventKind::Pair(Outcome::Core) => "core",
             EventKind::Pair(Outcome::Capture) => "capture",
@@ -33,7 +34,7 @@ pub fn statistics(events: u64) -> Result<Statistics, Box<dyn Error>> {
         let (count, impulse) = statistics.entry(name).or_default();
         *count += 1;
         *impulse += event.normal_impulse();
-    })?;
+    }
     Ok(statistics)
 }
 

@@ -62,8 +62,19 @@ pub fn measured_in(folder: &Path) -> Result<Finished, Box<dyn Error>> {
     Ok(finished)
 }
 
+/// The speed at which the distribution has its maximum, which the instrument is asked for after the run.
+pub fn most_probable(finished: &Finished) -> Option<f64> {
+    let speeds = finished.instrument::<Speeds>("speeds")?;
+    let densities = speeds.bins.iter().map(|bin| bin.estimate().map_or(0.0, |estimate| estimate.mean));
+    let (bin, _) = densities.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    Some(WIDTH * (bin as f64 + 0.5))
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
-    measured_in(Path::new("runs/speeds"))?;
+    let finished = measured_in(Path::new("runs/speeds"))?;
+    if let Some(speed) = most_probable(&finished) {
+        println!("most particles have speeds of about {speed}");
+    }
     println!("the curve: runs/speeds/measurements/speeds.csv, and on the page of carom report runs/speeds");
     Ok(())
 }

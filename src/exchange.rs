@@ -42,7 +42,7 @@ pub use error::{ExchangeError, ExchangeFolderError, StartError};
 pub use execute::ExchangeRecorder;
 pub use folder::{ExchangeFolder, Opened};
 pub use replicas::{Exchange, ExchangeRow};
-pub use results::{ExchangeResults, Neighbours, Population, TemperatureResult};
+pub use results::{ExchangeResults, NeighbouringTemperatures, Population, TemperatureResult};
 pub use summary::ExchangeSummary;
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 pub mod error;
 pub mod exchange_plan;
 pub mod input_file;
+pub(crate) mod limits;
 pub mod measurement_plan;
 pub mod momentum;
 pub mod output_plan;
@@ -16,6 +17,7 @@ pub mod scene;
 pub mod space;
 pub mod species_pairs;
 pub mod static_surface;
+pub mod thermostat;
 
 pub use error::PotentialError;
 pub use exchange_plan::ExchangePlan;
@@ -25,8 +27,9 @@ pub use momentum::Influence;
 pub use output_plan::{AuditPlan, CountRegion, Format, OutputPlan, Region};
 pub use potential::Potential;
 pub use predecessor::Predecessor;
-pub use run_plan::{Equilibration, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
+pub use run_plan::{Equilibration, Growth, GrowthTarget, Limit, RunPlan, StagePlan};
 pub use scene::{Bond, Interaction, InteractionId, Particle, ParticleId, Scene, SceneParts, Species, SpeciesId};
 pub use space::Space;
 pub use species_pairs::SpeciesPairs;
 pub use static_surface::StaticSurface;
+pub use thermostat::{Thermostat, ThermostatError};

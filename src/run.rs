@@ -29,7 +29,7 @@ pub use state::RunState;
 
 use std::convert::Infallible;
 
-use crate::analysis::instruments::{Measured, Scalar};
+use crate::analysis::instruments::{Instrument, Measured, OwnInstruments, Scalar};
 use crate::analysis::observables::{Equilibrium, Row};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
@@ -243,6 +243,8 @@ pub struct Finished {
     pub audit: Audit,
     /// Why it has no more frames, where that is because of what they take on the disk.
     pub frames_limit: Option<&'static str>,
+    /// Instruments of the user.
+    instruments: OwnInstruments,
 }
 
 impl Finished {
@@ -251,6 +253,58 @@ impl Finished {
     #[must_use]
     pub fn observable(&self, name: &str) -> Option<Estimate> {
         self.observables.iter().find(|(known, _)| *known == name).map(|(_, estimate)| *estimate)
+    }
+
+    /// Instrument of the user as the run has left it, by the name under which [`Run::instrument`] has registered it, and by its type. `None` if no instrument has this name
+    /// and type, or the last measurement has not begun.
+    ///
+    /// ```
+    /// # use carom::analysis::instruments::{Instrument, Measured, Sample, SystemDescription};
+    /// # use carom::engine::event::Event;
+    /// # use carom::model::{Limit, Potential, RunPlan};
+    /// # use carom::run::Run;
+    /// # use carom::scene::{Amount, Lattice, SceneBuilder};
+    /// # use serde::{Deserialize, Serialize};
+    /// #[derive(Clone, Serialize, Deserialize)]
+    /// struct Longest {
+    ///     from: f64,
+    ///     quiet: f64,
+    /// }
+    ///
+    /// impl Instrument for Longest {
+    /// #     fn next_sample(&self) -> f64 { f64::INFINITY }
+    /// #     fn sample(&mut self, _: &Sample<'_>, _: &SystemDescription) {}
+    /// #     fn has_events(&self) -> bool { true }
+    /// #     fn report(&self, _: &SystemDescription, _: &mut Measured) {}
+    ///     fn event(&mut self, event: &Event, _system: &SystemDescription) {
+    ///         self.quiet = self.quiet.max(event.time - self.from);
+    ///         self.from = event.time;
+    ///     }
+    ///     // ...
+    /// }
+    ///
+    /// # let scene = SceneBuilder::new("fluid")
+    /// #     .species("sphere", 1.0, 1.0)
+    /// #     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
+    /// #     .fill(Lattice::FaceCentredCubic, "sphere", 108, Amount::PackingFraction(0.3))
+    /// #     .temperature(1.0)
+    /// #     .run(RunPlan { limit: Limit::events(2_000), ..RunPlan::default() })
+    /// #     .build()?;
+    /// let run = Run::new(scene).instrument("longest", |setup| Longest { from: setup.sample.time, quiet: 0.0 });
+    /// let finished = run.finish()?;
+    /// let longest = finished.instrument::<Longest>("longest").ok_or("it was measured")?;
+    /// assert!(longest.quiet > 0.0 && longest.quiet < finished.measurement.duration);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn instrument<I: Instrument + 'static>(&self, name: &str) -> Option<&I> {
+        self.instruments.get(name)
+    }
+
+    /// Takes the instrument out that [`Self::instrument`] shows; it is not there any more afterwards.
+    #[must_use]
+    pub fn take_instrument<I: Instrument + 'static>(&mut self, name: &str) -> Option<I> {
+        self.instruments.take(name)
     }
 
     /// Whether it came to an end that the scene asks for, or to that of all events, and its audit has nothing to object to.

@@ -121,10 +121,35 @@ fn a_run_that_goes_on_has_the_results_of_one_that_was_never_interrupted() {
         let (mut files, checkpoint) = Folder::resume(&path, None).unwrap();
         let finished = probed(Run::resume(checkpoint), u64::MAX).execute(&mut files, &mut go_on.clone()).unwrap();
         assert_eq!((finished.ending, &finished.measured), (Ending::Time, &whole.measured), "{at:?}");
+        assert_eq!(finished.instrument::<Probe>("probe"), whole.instrument::<Probe>("probe"), "{at:?}");
         files.complete(&finished, "").unwrap();
         let text = std::fs::read_to_string(path.join("measurements.json")).unwrap();
         assert!(text.contains("\"impulses\"") && path.join("measurements/masses.csv").exists());
     }
+}
+
+#[test]
+fn an_instrument_comes_back_with_its_type() {
+    let run = probed(Run::new(scene()), u64::MAX).instrument("other", |_| Other("kept".into()));
+    let mut finished = run.finish().unwrap();
+    let events = finished.measurement.event_counts.physical();
+    assert_eq!(finished.instrument::<Probe>("probe").unwrap().events, events);
+    assert_eq!(finished.instrument::<Other>("other").unwrap().0, "kept");
+    // By name and type.
+    assert!(finished.instrument::<Other>("probe").is_none() && finished.take_instrument::<Other>("probe").is_none());
+    assert!(finished.instrument::<Probe>("nothing").is_none());
+    let probe = finished.take_instrument::<Probe>("probe").unwrap();
+    assert_eq!((probe.events, probe.speed.estimate()), (events, Some(measured_speed(&finished))));
+    assert!(finished.take_instrument::<Probe>("probe").is_none() && finished.instrument::<Other>("other").is_some());
+
+    let folder = tempfile::tempdir().unwrap();
+    let early = interrupted(&folder.path().join("run"), u64::MAX, (Stage::Equilibration, 100));
+    assert!(early.instrument::<Probe>("probe").is_none(), "its measurement has not begun");
+}
+
+fn measured_speed(finished: &Finished) -> Estimate {
+    let speed = finished.measured.number("speed").unwrap();
+    Estimate { mean: speed.mean.unwrap(), standard_error: speed.standard_error }
 }
 
 #[test]

@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use carom::check::validate::{Comparison, Effort, Point, points};
+use carom::check::validate::{Comparison, Effort, StatePoint, points};
 
-fn measure(point: &Point, seed: u64) -> Vec<Comparison> {
+fn measure(point: &StatePoint, seed: u64) -> Vec<Comparison> {
     point.measure(seed, &mut || ControlFlow::Continue(())).unwrap_or_else(|fault| panic!("{}: {fault}", point.name))
 }
 

@@ -101,7 +101,7 @@ impl Simulation {
         py.detach(|| {
             let mut signals = Signals::new();
             loop {
-                let reason = engine.advance_for(signals.steps(), until, |_| ());
+                let reason = engine.advance_for(signals.steps(), until, None);
                 if let Some(reason) = reason.map_err(|error| error::engine(&error))? {
                     return Ok(word(reason));
                 }
@@ -127,12 +127,13 @@ impl Simulation {
             pending.reserve(bytes.saturating_sub(pending.len()).min(1 << 28));
             let mut signals = Signals::new();
             while pending.len() < bytes {
-                let reason = engine.advance_for(signals.steps(), until, |event| {
+                let mut keep = |event: &Event| {
                     if kinds >> event.code() & 1 == 1 {
                         write(event, pending);
                     }
                     if pending.len() < bytes { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-                });
+                };
+                let reason = engine.advance_for(signals.steps(), until, Some(&mut keep));
                 match reason.map_err(|error| error::engine(&error))? {
                     Some(Reason::Observer) | None => signals.look()?,
                     Some(reason) => return Ok(Some(word(reason))),

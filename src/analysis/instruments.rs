@@ -22,6 +22,7 @@ mod free_paths;
 mod free_time;
 mod instrument;
 mod momentum_flow;
+mod near_pairs;
 mod pressure_tensor;
 mod slope;
 mod speeds;
@@ -33,9 +34,10 @@ mod transport;
 use crate::model::MeasurementPlan;
 
 pub use instrument::{Instrument, Instruments, Setup};
+pub use near_pairs::{NearPair, NearPairsError};
 pub use quantity::{Curve, Divisor, Measured, Normalisation, Number, Published, Scalar, Series, Variable};
 pub use registry::InstrumentError;
-pub(crate) use registry::Registry;
+pub(crate) use registry::{OwnInstruments, Registry};
 pub use system::{Sample, SystemDescription};
 
 /// Whether anything is asked for of each particle, for the frames of a trajectory.

@@ -1,6 +1,6 @@
 //! Measured against published and exact results: whole runs at known state points, with a verdict on each quantity.
 //!
-//! [`points`] lists what can be measured; [`Point::measure`] runs one and returns a [`Comparison`] for each of its quantities. A
+//! [`points`] lists what can be measured; [`StatePoint::measure`] runs one and returns a [`Comparison`] for each of its quantities. A
 //! quantity passes if it is off by no more than four of its own standard errors and an [`Allowance`] that is derived, never guessed: the effect of a
 //! finite number of particles, an approximation of the theory, round-off. What is measured is a function of the seed.
 //!
@@ -66,7 +66,7 @@ impl Effort {
 
 /// A state point, or a single motion, with known results.
 #[derive(Debug, Clone)]
-pub struct Point {
+pub struct StatePoint {
     /// Name, such as `hard_spheres/0.30`.
     pub name: String,
     /// Simulated system, in words.
@@ -87,14 +87,14 @@ type Parameters = [&'static [f64]; 3];
 
 /// All state points of an effort, in the order of the table.
 #[must_use]
-pub fn points(effort: Effort) -> Vec<Point> {
+pub fn points(effort: Effort) -> Vec<StatePoint> {
     const ONE: Parameters = [&[0.0]; 3];
     let n = effort.particles();
     let mut points = Vec::new();
     let mut add = |parameters: Parameters, compare: Compare, describe: &dyn Fn(f64) -> Description| {
         for &parameter in parameters[effort as usize] {
             let Description(name, state, quantities) = describe(parameter);
-            points.push(Point { name, state, quantities, effort, parameter, compare });
+            points.push(StatePoint { name, state, quantities, effort, parameter, compare });
         }
     };
     let spheres: Parameters = [&[0.30], &[0.10, 0.30, 0.40, 0.49], &[0.10, 0.20, 0.30, 0.40, 0.45, 0.49]];
@@ -147,7 +147,7 @@ pub fn points(effort: Effort) -> Vec<Point> {
 /// Name, state and quantities of a point.
 struct Description(String, String, &'static [&'static str]);
 
-impl Point {
+impl StatePoint {
     /// Runs the point and compares. `watch` is asked every few hundredths of a second whether to go on.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use carom::base::text::digits;
-use carom::check::validate::{self, Comparison, Effort, Point, Source, StatePointError, Verdict};
+use carom::check::validate::{self, Comparison, Effort, Source, StatePoint, StatePointError, Verdict};
 use clap::Args;
 
 use super::failure::Failure;
@@ -67,7 +67,7 @@ impl Validate {
         verdict(count, bad)
     }
 
-    fn points(&self) -> Result<Vec<Point>, Failure> {
+    fn points(&self) -> Result<Vec<StatePoint>, Failure> {
         let effort = match (self.brief, self.long) {
             (true, _) => Effort::Brief,
             (_, true) => Effort::Long,
@@ -85,8 +85,8 @@ impl Validate {
     }
 }
 
-fn list(points: &[Point]) -> String {
-    let line = |point: &Point| format!("{:<24}{:<36}{}\n", point.name, point.state, point.quantities.join(", "));
+fn list(points: &[StatePoint]) -> String {
+    let line = |point: &StatePoint| format!("{:<24}{:<36}{}\n", point.name, point.state, point.quantities.join(", "));
     points.iter().map(line).collect()
 }
 
@@ -97,7 +97,7 @@ fn head() -> String {
     )
 }
 
-fn row(point: &Point, comparison: &Comparison, notes: &mut Notes) -> String {
+fn row(point: &StatePoint, comparison: &Comparison, notes: &mut Notes) -> String {
     let known = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(|| "unknown".to_owned(), text);
     let error = match comparison.standard_error {
         Some(0.0) => "-".to_owned(),

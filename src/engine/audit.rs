@@ -62,9 +62,10 @@ pub(super) struct Meeting {
     pub velocity: Vector,
     /// How long ago the state of each was last written `[time]`.
     pub flown: [f64; 2],
-    /// Of the discontinuity, and how fast it moves outwards `[length, length / time]`.
+    /// Of the discontinuity `[length]`.
     pub distance: f64,
-    pub surface: f64,
+    /// How fast the discontinuity moves outwards `[length / time]`.
+    pub opening_speed: f64,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -85,14 +86,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Overlaps that an earlier event has left are part of it: an inelastic pair that hardly moves is as deep as it was then.
     #[cold]
     pub(super) fn round_off_of_pair(&self, meeting: &Meeting) -> f64 {
-        let &Meeting { pair: [i, j], ref velocity, flown, distance, surface } = meeting;
+        let &Meeting { pair: [i, j], ref velocity, flown, distance, opening_speed } = meeting;
         let (older, younger) = (flown[0].max(flown[1]), flown[0].min(flown[1]));
         // A prediction is as old as the last event of the two. Where a state was written without an event, at the end of an epoch or
         // through a side that slides, that of its partner holds.
         let is_written = older >= self.clock.now || self.images.slide();
         let since = if is_written { older } else { younger };
         let acceleration = (self.acceleration(i) - self.acceleration(j)).norm();
-        let speed = velocity.norm() + acceleration * since + surface.abs();
+        let speed = velocity.norm() + acceleration * since + opening_speed.abs();
         let clock = self.clock(older);
         let from = distance + (speed * since).min(self.farthest_image());
         let slid = self.images.farthest_slid(clock + older, &self.state.periods);
@@ -234,10 +235,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         found: &mut impl FnMut(Overlap),
     ) {
         if depth > 0.0 {
-            let surface = self.distances.speed_of(distance / self.scale());
+            let opening_speed = self.distances.speed_of(distance / self.scale());
             let flown = pair.map(|particle| self.flown(particle));
             let round_off =
-                self.round_off_of_pair(&Meeting { pair, velocity: apart.velocity, flown, distance, surface });
+                self.round_off_of_pair(&Meeting { pair, velocity: apart.velocity, flown, distance, opening_speed });
             let [particle, partner] = pair.map(|particle| self.name(particle));
             let (depth, round_off) = (depth / distance, round_off / distance);
             found(Overlap { particle, partner: Some(partner), depth, round_off });

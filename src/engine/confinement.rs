@@ -90,7 +90,7 @@ mod tests {
         }
         let mut simulation = Simulation::without_plan(scene.build().unwrap());
         let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [true; 3] };
-        simulation.set_thermostat(Some(&bath), 0);
+        simulation.set_thermostat(Some(&bath), 0).unwrap();
         simulation.advance(Until::events(500)).unwrap();
         simulation
     }

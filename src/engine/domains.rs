@@ -51,11 +51,15 @@ pub struct DomainWork {
     pub serial: u64,
     /// Steps of all particles, and of all domains together, which do those of copies, too.
     pub steps: [u64; 2],
-    /// Wall time in the steps of windows, in their comparison, in the exchange of copies, in gathering all in one engine and in cutting it up.
+    /// Wall time in the steps of windows.
     pub simulating: Duration,
+    /// Wall time in the comparison of domains.
     pub comparing: Duration,
+    /// Wall time in the exchange of copies.
     pub exchanging: Duration,
+    /// Wall time until one engine has all.
     pub gathering: Duration,
+    /// Wall time until domains have what one engine has.
     pub cutting: Duration,
 }
 
@@ -259,6 +263,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         cut.exchange(self.threads);
         self.work.exchanging += begin.elapsed();
         (cut.now, cut.is_settled, cut.is_fresh) = (stop, false, false);
+        whole.clock.now = stop;
         let is_tick = stop == tick.next_down();
         let steps = cut.steps;
         if is_tick && !whole.schedule.queue.ends_at(tick, steps) {

@@ -5,13 +5,30 @@ use super::{Chosen, InvariantBroken, Simulation, Snapshot};
 use crate::Vector;
 use crate::engine::contact::apply::{Change, With};
 use crate::engine::parts::Engine;
-use crate::model::{Growth, Thermostat};
+use crate::model::{Growth, Thermostat, ThermostatError};
 
 impl Simulation {
-    /// Starts a heat bath, or ends it. `stage` tells the random numbers of one stage from those of another.
+    /// Starts a heat bath in place of the one that there is, or ends it with `None`. `stage` tells the random numbers of one stage from those of another.
     ///
-    /// [`Thermostat::Rescaling`] is no bath: the caller scales with [`Self::scale_velocities`] at its times.
-    pub fn set_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) {
+    /// Components along flat axes, along which nothing moves, are left out.
+    ///
+    /// # Errors
+    /// [`ThermostatError`] of what a scene is refused, too: a temperature or rate that is not positive, no axes, flat axes only, no particle that moves.
+    /// [`ThermostatError::Rescaling`] of [`Thermostat::Rescaling`], which is no bath: the caller scales with [`Self::scale_velocities`] at its
+    /// times. The simulation, and the bath that it has, are as they were then.
+    pub fn set_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) -> Result<(), ThermostatError> {
+        if let Some(thermostat) = thermostat {
+            if matches!(thermostat, Thermostat::Rescaling { .. }) {
+                return Err(ThermostatError::Rescaling);
+            }
+            thermostat.settled(&self.scene.space, self.moving(), self.choice.is_falling)?;
+        }
+        self.set_planned_thermostat(thermostat, stage);
+        Ok(())
+    }
+
+    /// Starts the heat bath of a thermostat that has been checked with its scene, or ends the one that there is; the driver of a run scales velocities itself.
+    pub(crate) fn set_planned_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) {
         let bath = thermostat.and_then(|thermostat| match *thermostat {
             Thermostat::Andersen { temperature, rate, axes } => Some(Bath { temperature, rate, axes }),
             Thermostat::Rescaling { .. } => None,
@@ -93,12 +110,14 @@ impl Simulation {
         }
         with_engine!(&mut self.engine, engine => engine.carry(carried, &images));
         self.choice = super::EngineChoice::new(&self.scene);
+        self.set_threads(self.threads);
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Multiplies all velocities, relative to `drift` and to what streams, by a factor.
     pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
+        self.join();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
             self.stream(particle, self.clock.now);
             let body = self.state.bodies[particle as usize];
@@ -126,5 +145,62 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.repredict(particle, self.clock.now);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::Until;
+    use crate::model::Potential;
+    use crate::model::space::{Boundary, Space};
+    use crate::scene::{SceneBuilder, SpeciesDraft};
+
+    /// Two disks, of which one or both are static.
+    fn disks(are_static: [bool; 2]) -> Simulation {
+        let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
+        let mut scene = SceneBuilder::new("disks")
+            .space(Space { lower: Vector::zeros(), size: Vector::new(9.0, 9.0, 0.0), boundary })
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .interaction("A", "B", Potential::hard_sphere(1.0).unwrap(), 1.0);
+        scene.insert_species(SpeciesDraft::new("B").diameter(1.0).fixed());
+        for (is_static, x) in are_static.into_iter().zip([2.0, 6.0]) {
+            let name = if is_static { "B" } else { "A" };
+            scene.insert_particle(name, Vector::new(x, 3.0, 0.0), Vector::zeros());
+        }
+        Simulation::without_plan(scene.build().unwrap())
+    }
+
+    #[test]
+    fn a_thermostat_that_would_do_nothing_is_refused_and_leaves_the_bath_as_it_is() {
+        let bath = |temperature, rate, axes| Thermostat::Andersen { temperature, rate, axes };
+        let good = bath(1.0, 2.0, [true; 3]);
+        let number = |name, value| ThermostatError::Number { name, value };
+        let mut simulation = disks([false, true]);
+        simulation.set_thermostat(Some(&good), 1).unwrap();
+        let mut alone = simulation.clone();
+        for (refused, error) in [
+            (bath(-1.0, 2.0, [true; 3]), number("temperature", -1.0)),
+            (bath(0.0, 2.0, [true; 3]), number("temperature", 0.0)),
+            (bath(f64::INFINITY, 2.0, [true; 3]), number("temperature", f64::INFINITY)),
+            (bath(1.0, -2.0, [true; 3]), number("rate", -2.0)),
+            (bath(1.0, f64::INFINITY, [true; 3]), number("rate", f64::INFINITY)),
+            (bath(1.0, 2.0, [false; 3]), ThermostatError::NoAxis),
+            (bath(1.0, 2.0, [false, false, true]), ThermostatError::FlatAxes),
+            (Thermostat::Rescaling { temperature: 1.0, interval: 1.0 }, ThermostatError::Rescaling),
+        ] {
+            assert_eq!(simulation.set_thermostat(Some(&refused), 2), Err(error), "{refused:?}");
+        }
+        assert!(simulation.set_thermostat(Some(&bath(f64::NAN, 2.0, [true; 3])), 2).is_err());
+        for simulation in [&mut simulation, &mut alone] {
+            simulation.advance(Until::time(20.0)).unwrap();
+        }
+        assert!(alone.event_counts().thermostat > 20);
+        assert_eq!(simulation.snapshot(), alone.snapshot());
+        assert_eq!(disks([true; 2]).set_thermostat(Some(&good), 1), Err(ThermostatError::NothingMoves));
+
+        simulation.set_thermostat(None, 3).unwrap();
+        assert!(!simulation.has_andersen());
     }
 }

@@ -171,12 +171,12 @@ mod tests {
     use super::*;
     use crate::Vector;
     use crate::engine::event::Event;
-    use crate::engine::neighbours::grid::Face;
+    use crate::engine::neighbours::grid::CellFace;
     use crate::engine::parts::Engine;
     use crate::engine::prediction::{Contact, Prediction};
     use crate::engine::{Reason, Until};
     use crate::model::potential::Potential;
-    use crate::model::space::{Boundary, Face as SpaceFace, Space};
+    use crate::model::space::{Boundary, Face, Space};
     use crate::physics::overlap::Side;
     use crate::scene::SceneBuilder;
     use std::ops::ControlFlow;
@@ -197,8 +197,8 @@ mod tests {
 
     /// Square wells in a wide box that has a wall at the lower end of x alone: two come together at t = 1.5, one flies away.
     fn wells<const TABLE: bool>(range: Option<f64>) -> Engine<false, TABLE> {
-        let wall = SpaceFace::Wall { restitution: 1.0 };
-        let x = Boundary::Bounded { lower: wall, upper: SpaceFace::Open };
+        let wall = Face::Wall { restitution: 1.0 };
+        let x = Boundary::Bounded { lower: wall, upper: Face::Open };
         let space = Space { boundary: [x, Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(60.0) };
         let potential =
             range.map_or_else(|| Potential::hard_sphere(1.0), |range| Potential::square_well(1.0, range, 1.0));
@@ -279,7 +279,7 @@ mod tests {
     #[test]
     fn a_cell_transition_out_of_an_open_end_ends_the_run() {
         let (found, shown) = end(wells::<false>(None), 42, |prediction| {
-            (prediction.transition_time, prediction.exit) = (0.5, Face { axis: 0, is_upper: true });
+            (prediction.transition_time, prediction.exit) = (0.5, CellFace { axis: 0, is_upper: true });
         });
         assert_eq!((broken(&found), shown), ((42, None, Invariant::Transition), 0));
     }

@@ -2,13 +2,13 @@
 
 use super::observe::Observe;
 use super::parts::Engine;
-use super::prediction::{Due as DuePredictions, Prediction};
+use super::prediction::{Due, Prediction};
 use super::schedule::{Pending, QueueEntry};
 use super::{EngineError, Reason, Until};
 use std::ops::ControlFlow;
 
 /// Kind of the next entry of the queue, or of what comes before it.
-enum Due {
+enum Next {
     /// The prediction of a particle.
     Particle(QueueEntry),
     /// An entry of the queue that is no longer a particle's prediction.
@@ -25,7 +25,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Puts a particle's pending prediction into the queue.
     #[inline]
     pub(super) fn enqueue(&mut self, particle: u32) {
-        let due = DuePredictions { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
+        let due = Due { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
         let entry = due.entry(particle);
         if entry.time < f64::INFINITY {
             self.schedule.queue.push(entry, &due);
@@ -60,12 +60,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let Some(rest) = left.checked_sub(1) else { return Ok(None) };
             left = rest;
             let entry = match self.next_due(stop) {
-                Due::Particle(entry) => entry,
-                Due::Void => {
+                Next::Particle(entry) => entry,
+                Next::Void => {
                     self.schedule.queue.discard();
                     continue;
                 }
-                Due::GlobalEvent => {
+                Next::GlobalEvent => {
                     let (taken, flow) = self.execute_global(observe)?;
                     if flow.is_break() {
                         return Ok(Some(Reason::Observer));
@@ -73,16 +73,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                     left = left.saturating_sub(taken);
                     continue;
                 }
-                Due::Epoch if until.time == f64::INFINITY && self.is_shown_to_be_over() => {
+                Next::Epoch if until.time == f64::INFINITY && self.is_shown_to_be_over() => {
                     return Ok(Some(Reason::Idle));
                 }
-                Due::Epoch if self.move_epoch().is_some() => {
+                Next::Epoch if self.move_epoch().is_some() => {
                     left = left.saturating_sub(self.steps_of_all());
                     stop = self.since_epoch(until.time);
                     continue;
                 }
-                Due::Epoch if until.time == f64::INFINITY => return Ok(Some(Reason::Idle)),
-                Due::Epoch | Due::Limit => {
+                Next::Epoch if until.time == f64::INFINITY => return Ok(Some(Reason::Idle)),
+                Next::Epoch | Next::Limit => {
                     self.clock.now = stop;
                     return Ok(Some(Reason::Time));
                 }
@@ -138,29 +138,29 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Kind of the next entry, up to a time since the epoch.
     #[inline]
-    fn next_due(&mut self, stop: f64) -> Due {
+    fn next_due(&mut self, stop: f64) -> Next {
         let next_global = self.sources.next_global;
-        let due = DuePredictions { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
+        let due = Due { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
         let Some(entry) = self.schedule.queue.peek(&due) else {
             // The stop is asked last: where someone looks must not decide what comes first, a global event or the next epoch.
             return match () {
-                () if next_global > self.schedule.queue.reached() => Due::Epoch,
-                () if next_global <= stop => Due::GlobalEvent,
-                () => Due::Limit,
+                () if next_global > self.schedule.queue.reached() => Next::Epoch,
+                () if next_global <= stop => Next::GlobalEvent,
+                () => Next::Limit,
             };
         };
         if due.entry(entry.particle) != entry {
-            return Due::Void;
+            return Next::Void;
         }
         if self.hardware.looks_ahead {
             self.prefetch_coming();
         }
         if entry.time <= stop.min(next_global) {
-            Due::Particle(entry)
+            Next::Particle(entry)
         } else if next_global <= stop {
-            Due::GlobalEvent
+            Next::GlobalEvent
         } else {
-            Due::Limit
+            Next::Limit
         }
     }
 

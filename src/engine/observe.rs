@@ -1,11 +1,12 @@
-//! Observers: what is called with each event.
+//! Observers, which are called with each event, and events one after the other.
 
 use super::event::Event;
 use super::{EngineError, Reason, Simulation, Until};
+use std::iter::FusedIterator;
 use std::ops::ControlFlow;
 
-/// A callback of the event loop, if there is one.
-pub(super) type Observe<'a> = Option<&'a mut dyn FnMut(&Event) -> ControlFlow<()>>;
+/// Observer of the event loop, if there is one: called with each event, and the loop ends after the event at which it breaks.
+pub type Observe<'a> = Option<&'a mut dyn FnMut(&Event) -> ControlFlow<()>>;
 
 /// Shows an event to the callback, and puts it together only if there is one.
 #[inline]
@@ -19,19 +20,19 @@ pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> 
 /// Result of an observer: nothing, or a [`ControlFlow`] whose `Break` ends the run after the event.
 #[doc(alias = "callback")]
 #[doc(alias = "stop condition")]
-pub trait Flow: sealed::Sealed {
+pub trait ObserverResult: sealed::Sealed {
     /// Whether the run goes on.
     fn control(self) -> ControlFlow<()>;
 }
 
-impl Flow for () {
+impl ObserverResult for () {
     #[inline]
     fn control(self) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }
 
-impl Flow for ControlFlow<()> {
+impl ObserverResult for ControlFlow<()> {
     #[inline]
     fn control(self) -> ControlFlow<()> {
         self
@@ -39,36 +40,101 @@ impl Flow for ControlFlow<()> {
 }
 
 impl Simulation {
-    /// Goes on, and shows every event to `observe` with the simulation as it is at its time: energies, positions, pair states.
+    /// Events one after the other, up to a time or a number of physical events: those of pairs, surfaces and the heat bath.
     ///
-    /// The result of `observe` is as in [`Self::advance_with`], which is faster where the event itself says enough. Neither changes a bit of
-    /// the trajectory.
+    /// The simulation is at the event that was handed out last: [`EventSequence::simulation`] shows it there, and a loop that is left early leaves it there.
+    /// To go on gives the same bits as without a stop. [`Self::advance_with`] is for loops that see very many events, and does not return for each.
+    ///
+    /// As [`Self::advance`] with an infinite time, it goes on for ever where nothing happens and that cannot be shown.
+    ///
+    /// ```
+    /// use carom::engine::{Simulation, Until};
+    /// use carom::model::Potential;
+    /// use carom::scene::{Amount, Lattice, SceneBuilder};
+    ///
+    /// let scene = SceneBuilder::new("fluid")
+    ///     .species("sphere", 1.0, 1.0)
+    ///     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
+    ///     .fill(Lattice::FaceCentredCubic, "sphere", 108, Amount::PackingFraction(0.3))
+    ///     .temperature(1.0)
+    ///     .build()?;
+    /// let mut simulation = Simulation::new(scene)?;
+    /// let (mut impulses, mut count) = (0.0, 0);
+    /// for event in simulation.events(Until::time(0.5)) {
+    ///     impulses += event?.normal_impulse();
+    ///     count += 1;
+    /// }
+    /// assert_eq!((count, simulation.time()), (simulation.event_counts().core, 0.5));
+    /// assert!(impulses > 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
-    /// [`EngineError`] as [`Self::advance_with`].
-    #[doc(alias = "callback")]
-    #[doc(alias = "observer")]
-    pub fn advance_with_state<F: Flow>(
-        &mut self,
-        until: Until,
-        mut observe: impl FnMut(&Event, &Self) -> F,
-    ) -> Result<Reason, EngineError> {
-        loop {
-            let mut executed = None;
-            let reason = self.advance_with(until, |event| {
-                executed = Some(*event);
-                ControlFlow::Break(())
-            });
-            let Some(event) = executed else { return reason };
-            let flow = observe(&event, self).control();
-            // An arrest comes with the event that shows it.
-            reason?;
-            if flow.is_break() {
-                return Ok(Reason::Observer);
+    /// The last item is an [`EngineError`] where the simulation cannot go on: [`EngineError::Arrest`] if events go on without time, after the event that shows it,
+    /// [`EngineError::InvariantBroken`] in an impossible state.
+    #[doc(alias = "step")]
+    pub fn events(&mut self, until: Until) -> EventSequence<'_> {
+        EventSequence { simulation: self, until, error: None, reason: None, is_over: false }
+    }
+}
+
+/// Events of a simulation, one after the other: [`Simulation::events`].
+#[derive(Debug)]
+#[must_use = "a simulation stands still until it is asked for the next event"]
+pub struct EventSequence<'s> {
+    simulation: &'s mut Simulation,
+    until: Until,
+    /// An arrest comes after the event that shows it.
+    error: Option<EngineError>,
+    reason: Option<Reason>,
+    is_over: bool,
+}
+
+impl EventSequence<'_> {
+    /// The simulation as it is at the event that was handed out last, or where it has ended: energies, positions, pair states.
+    #[must_use]
+    pub fn simulation(&self) -> &Simulation {
+        self.simulation
+    }
+
+    /// Why there are no more events; `None` as long as there may be more, and after an error.
+    #[must_use]
+    pub fn reason(&self) -> Option<Reason> {
+        self.reason
+    }
+}
+
+impl Iterator for EventSequence<'_> {
+    type Item = Result<Event, EngineError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.is_over {
+            return self.error.take().map(Err);
+        }
+        let mut executed = None;
+        let ended = self.simulation.advance_with(self.until, |event| {
+            executed = Some(*event);
+            ControlFlow::Break(())
+        });
+        match (executed, ended) {
+            (Some(event), Ok(_)) => Some(Ok(event)),
+            (Some(event), Err(error)) => {
+                (self.is_over, self.error) = (true, Some(error));
+                Some(Ok(event))
+            }
+            (None, Ok(reason)) => {
+                (self.is_over, self.reason) = (true, Some(reason));
+                None
+            }
+            (None, Err(error)) => {
+                self.is_over = true;
+                Some(Err(error))
             }
         }
     }
 }
+
+impl FusedIterator for EventSequence<'_> {}
 
 mod sealed {
     use std::ops::ControlFlow;
@@ -80,10 +146,12 @@ mod sealed {
 
 #[cfg(test)]
 mod tests {
+    use crate::Vector;
     use crate::engine::event::EventKind;
     use crate::engine::{Reason, Simulation, Until};
     use crate::model::potential::Potential;
-    use crate::model::run_plan::Thermostat;
+    use crate::model::space::{Boundary, Space};
+    use crate::model::thermostat::Thermostat;
     use crate::scene::{Amount, Lattice, SceneBuilder};
     use std::ops::ControlFlow;
 
@@ -97,7 +165,7 @@ mod tests {
             .unwrap();
         let mut simulation = Simulation::without_plan(scene);
         let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [true; 3] };
-        simulation.set_thermostat(Some(&bath), 0);
+        simulation.set_thermostat(Some(&bath), 0).unwrap();
         simulation
     }
 
@@ -138,7 +206,7 @@ mod tests {
     #[test]
     fn a_stop_at_the_last_event_is_the_observers() {
         let mut simulation = fluid();
-        simulation.set_thermostat(None, 0);
+        simulation.set_thermostat(None, 0).unwrap();
         let until = Until::events(5);
         let mut seen = 0;
         let reason = simulation.advance_with(until, |_| {
@@ -151,14 +219,17 @@ mod tests {
     }
 
     #[test]
-    fn an_observer_of_the_state_sees_that_of_the_event_and_changes_nothing() {
+    fn events_come_one_by_one_with_the_simulation_at_their_time_and_change_nothing() {
         let until = Until::events(1_000);
         let (mut plain, mut watched) = (fluid(), fluid());
         let mut expected = Vec::new();
         plain.advance_with(until, |event| expected.push(*event)).unwrap();
-        let mut events = Vec::new();
-        let reason = watched.advance_with_state(until, |event, simulation| {
-            events.push(*event);
+        let mut found = Vec::new();
+        let mut events = watched.events(until);
+        while let Some(event) = events.next() {
+            let event = event.unwrap();
+            found.push(event);
+            let simulation = events.simulation();
             let snapshot = simulation.snapshot();
             assert_eq!(snapshot.time, event.time);
             for (k, id) in [Some(event.particle), event.partner()].into_iter().flatten().enumerate() {
@@ -167,18 +238,47 @@ mod tests {
             }
             assert_eq!(
                 simulation.event_counts().core,
-                events.iter().filter(|it| it.kind != EventKind::Thermostat).count() as u64
+                found.iter().filter(|it| it.kind != EventKind::Thermostat).count() as u64
             );
-        });
-        assert_eq!((reason, events), (Ok(Reason::Events), expected));
+            assert_eq!(events.reason(), None);
+        }
+        assert_eq!((events.reason(), events.next()), (Some(Reason::Events), None));
+        assert!(found.iter().any(|event| event.kind == EventKind::Thermostat));
+        assert_eq!(found, expected);
         assert_eq!(watched.snapshot(), plain.snapshot());
 
+        // Left at an event, and then at a time.
         let mut stopped = fluid();
-        let limit = 0.9 * stopped.energy().kinetic;
-        let reason = stopped.advance_with_state(Until::events(100_000), |_, simulation| {
-            if simulation.energy().kinetic < limit { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        assert_eq!(reason, Ok(Reason::Observer));
-        assert!(stopped.energy().kinetic < limit);
+        let third = stopped.events(until).nth(2).unwrap().unwrap();
+        assert_eq!((third, stopped.time()), (expected[2], expected[2].time));
+        let time = 0.5 * (expected[5].time + expected[6].time);
+        assert_eq!(stopped.events(Until::time(time)).count(), 3);
+        assert_eq!(stopped.time(), time);
+        assert!(stopped.events(Until::time(0.9 * time)).next().is_none(), "that has passed");
+        assert_eq!(stopped.time(), time);
+    }
+
+    #[test]
+    fn an_arrest_comes_after_the_event_that_shows_it_and_ends_the_events() {
+        // A ball that bounces on the floor until it would have to bounce infinitely often.
+        let boundary = [Boundary::OPEN, Boundary::OPEN, Boundary::walls(0.5)];
+        let scene = SceneBuilder::new("bounces")
+            .space(Space { boundary, ..Space::periodic_cube(10.0) })
+            .species("A", 1.0, 1.0)
+            .gravity(Vector::new(0.0, 0.0, -1.0))
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .particle("A", Vector::new(5.0, 5.0, 2.0), Vector::zeros())
+            .build()
+            .unwrap();
+        let mut plain = Simulation::without_plan(scene.clone());
+        let mut shown = 0;
+        let arrest = plain.advance_with(Until::time(100.0), |_| shown += 1).unwrap_err();
+        let mut simulation = Simulation::without_plan(scene);
+        let mut events = simulation.events(Until::time(100.0));
+        let all: Vec<_> = events.by_ref().collect();
+        assert_eq!((all.len(), all.last()), (shown + 1, Some(&Err(arrest))));
+        assert!(shown > 10 && all[..shown].iter().all(Result::is_ok));
+        assert_eq!((events.next(), events.reason()), (None, None));
+        assert_eq!(simulation.snapshot(), plain.snapshot());
     }
 }

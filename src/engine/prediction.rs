@@ -3,7 +3,7 @@
 use super::state::Body;
 use crate::engine::hardware::prefetch::prefetch;
 use crate::engine::neighbours::cells::NO_PARTICLE;
-use crate::engine::neighbours::grid::Face;
+use crate::engine::neighbours::grid::CellFace;
 use crate::engine::schedule::{EventQueue, Pending, QueueEntry};
 use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};
@@ -33,7 +33,7 @@ pub(super) struct Prediction {
     pub tie_order: u32,
     pub contact: Contact,
     /// The face of the cell that it leaves through; of no meaning with lists.
-    pub exit: Face,
+    pub exit: CellFace,
 }
 
 const _: () = assert!(size_of::<Prediction>() == 32);
@@ -46,7 +46,7 @@ impl Prediction {
         partner_events: 0,
         tie_order: 0,
         contact: Contact::Pair(Side::Positive),
-        exit: Face { axis: 0, is_upper: false },
+        exit: CellFace { axis: 0, is_upper: false },
     };
 
     /// Whether it leaves its cell or the skin of its list before it meets anything.

@@ -4,12 +4,10 @@ use super::parts::Engine;
 use super::{Chosen, Overlap, Simulation};
 use crate::Vector;
 use crate::engine::pairs::states::CapturedPairs;
+use crate::model::limits::LARGEST;
 use crate::model::space::Boundary;
 use crate::model::{ParticleId, Scene};
 use thiserror::Error;
-
-/// The largest coordinate or component that a scene may have, too.
-const LARGEST: f64 = 1e50;
 
 /// States of captured pairs after particles are put elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -150,6 +148,7 @@ impl Simulation {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Gives all particles that move new velocities, by id.
     fn set_velocities(&mut self, velocities: &[Vector]) {
+        self.join();
         for (particle, velocity) in self.state.numbers.clone().into_iter().zip(velocities) {
             if !self.is_static(particle) {
                 self.stream(particle, self.clock.now);
@@ -161,6 +160,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Puts all particles that move elsewhere, by id.
     fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
+        self.join();
         let before = self.energy();
         for (particle, position) in self.state.numbers.clone().into_iter().zip(positions) {
             if !self.is_static(particle) {

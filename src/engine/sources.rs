@@ -67,10 +67,11 @@ pub(super) enum Repredict {
 impl Sources {
     /// Sources of a scene at its start; heat baths come with stages of a run.
     pub fn of(scene: &Scene, rows: &Rows) -> Self {
+        let surfaces = surfaces::of(scene);
         Self {
-            surfaces: surfaces::walls(&scene.space, &scene.wall_temperatures),
             confinement: Confinement::of(scene, rows),
-            surface_random: SurfaceRandom::of(scene),
+            surface_random: SurfaceRandom::of(scene, &surfaces),
+            surfaces,
             andersen: None,
             next_global: f64::INFINITY,
         }

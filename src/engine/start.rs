@@ -62,7 +62,7 @@ impl Simulation {
         let stage = scene.first_stream() + plan.stages.len() + 1;
         let mut simulation = Self::without_plan(scene);
         if thermostat.is_some() {
-            simulation.set_thermostat(thermostat.as_ref(), stage);
+            simulation.set_planned_thermostat(thermostat.as_ref(), stage);
         }
         Ok(simulation)
     }
@@ -82,7 +82,9 @@ impl Simulation {
         }
         if let Some(last) = last {
             scene.forget_last_state();
-            return Self { first_diameters: diameters(&scene), scene, scale: 1.0, ..last };
+            let mut simulation = Self { first_diameters: diameters(&scene), scene, scale: 1.0, ..last };
+            simulation.set_threads(1);
+            return simulation;
         }
         let choice = EngineChoice::new(&scene);
         let mut engine = match (choice.is_falling, choice.has_table) {
@@ -96,7 +98,7 @@ impl Simulation {
         }
         with_engine!(&mut engine, engine => engine.begin(&scene, choice.search));
         scene.forget_last_state();
-        Self { first_diameters: diameters(&scene), scene, choice, engine, scale: 1.0 }
+        Self { first_diameters: diameters(&scene), scene, choice, engine, scale: 1.0, threads: 1 }
     }
 
     /// The simulation that a run has ended with, for a scene that changes nothing of its dynamics; events are counted from zero.
@@ -105,7 +107,7 @@ impl Simulation {
         let mut simulation: Self = postcard::from_bytes(state.simulation.as_ref()?).ok()?;
         simulation.enlarge();
         // Its heat bath ends with its last stage.
-        simulation.set_thermostat(None, 0);
+        simulation.set_planned_thermostat(None, 0);
         with_engine!(&mut simulation.engine, engine => engine.counts.restart(engine.counted_species()));
         Some(simulation)
     }

@@ -4,11 +4,12 @@
 //! normal there; the audit, the proof that nothing happens any more and the checks of a start ask it for gaps. Nothing else knows which
 //! shapes there are: a new one is a file beside [`wall`] and [`plane`], and a variant of [`Shape`].
 
-pub(super) mod plane;
+pub(crate) mod plane;
 pub(super) mod wall;
 
 use super::neighbours::grid::Grid;
 use crate::Vector;
+use crate::model::Scene;
 use crate::model::space::{Boundary, Face, Space};
 use crate::physics::detection::never::Doubt;
 use plane::Plane;
@@ -134,8 +135,13 @@ pub(crate) struct Placed {
     pub law: Law,
 }
 
-/// The walls of a box; those with a temperature are thermal.
-pub(crate) fn walls(space: &Space, temperatures: &[[Option<f64>; 2]; 3]) -> Vec<Placed> {
+/// Surfaces of a scene. Whatever asks which there are asks here.
+pub(super) fn of(scene: &Scene) -> Vec<Placed> {
+    of_parts(&scene.space, &scene.wall_temperatures)
+}
+
+/// Surfaces of the parts of a scene: the walls of its box, of which those with a temperature are thermal.
+pub(crate) fn of_parts(space: &Space, temperatures: &[[Option<f64>; 2]; 3]) -> Vec<Placed> {
     let mut walls = Vec::new();
     for (axis, boundary) in (0_u8..).zip(&space.boundary) {
         let Boundary::Bounded { lower, upper } = boundary else { continue };

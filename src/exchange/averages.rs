@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::populations::Populations;
-use super::results::{Neighbours, TemperatureResult};
+use super::results::{NeighbouringTemperatures, TemperatureResult};
 use crate::analysis::observables::Observer;
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
@@ -112,14 +112,15 @@ impl Averages {
     }
 
     /// How often neighbours were swapped.
-    pub fn neighbours(&self, temperatures: &[f64]) -> Vec<Neighbours> {
+    pub fn neighbours(&self, temperatures: &[f64]) -> Vec<NeighbouringTemperatures> {
         let swaps = self.swaps.iter().zip(&self.counts);
-        let neighbours = |(pair, (swaps, [attempts, accepted])): (&[f64], (&BlockAverage, &[u64; 2]))| Neighbours {
-            temperatures: [pair[0], pair[1]],
-            attempts: *attempts,
-            accepted: *accepted,
-            acceptance: swaps.estimate(),
-        };
+        let neighbours =
+            |(pair, (swaps, [attempts, accepted])): (&[f64], (&BlockAverage, &[u64; 2]))| NeighbouringTemperatures {
+                temperatures: [pair[0], pair[1]],
+                attempts: *attempts,
+                accepted: *accepted,
+                acceptance: swaps.estimate(),
+            };
         temperatures.windows(2).zip(swaps).map(neighbours).collect()
     }
 }

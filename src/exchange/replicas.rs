@@ -127,7 +127,7 @@ impl Exchange {
         // A stream for each replica and attempt: at most 1000 of 1e12, far below the 2^61 that there are.
         let attempt = crate::base::numbers::index(self.attempts);
         let stream = self.first_stream + attempt * self.places.len() + replica;
-        self.replicas[replica].simulation.set_thermostat(Some(&bath(&self.plan, place)), stream);
+        self.replicas[replica].simulation.set_planned_thermostat(Some(&bath(&self.plan, place)), stream);
     }
 
     /// Exchange plan of the scene.
@@ -336,7 +336,7 @@ impl Replica {
     /// Goes on to a time, or pauses where it is told to on the way; says whether it came there.
     pub fn go(&mut self, time: f64, mut pauses: impl FnMut() -> bool) -> Result<bool, EngineError> {
         loop {
-            if self.simulation.advance_unobserved_for(STEPS, Until::time(time))?.is_some() {
+            if self.simulation.advance_for(STEPS, Until::time(time), None)?.is_some() {
                 return Ok(true);
             }
             if pauses() {

@@ -34,7 +34,7 @@ pub struct TemperatureResult {
 /// Swaps between two neighbouring temperatures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Neighbours {
+pub struct NeighbouringTemperatures {
     /// The two temperatures `[energy]`.
     pub temperatures: [f64; 2],
     /// Attempts while the exchange was measured,
@@ -58,7 +58,7 @@ pub struct ExchangeResults {
     /// By temperature, in the order of the scene.
     pub temperatures: Vec<TemperatureResult>,
     /// Each temperature with the next one.
-    pub neighbours: Vec<Neighbours>,
+    pub neighbours: Vec<NeighbouringTemperatures>,
     /// Round trips from the highest temperature to the lowest and back, by replica.
     pub round_trips: Vec<u64>,
     /// Faults that the audits of the replicas found, in words; empty for a sound exchange.

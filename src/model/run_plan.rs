@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::thermostat::Thermostat;
+
 /// Name in tables of the equilibration before the last measurement.
 pub(crate) const EQUILIBRATION: &str = "equilibration";
 
@@ -117,29 +119,6 @@ impl StagePlan {
     fn streams(&self) -> usize {
         if self.measured.is_some() { EQUILIBRATION_AND_MEASUREMENT } else { 1 }
     }
-}
-
-/// Thermostat: it controls the temperature.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub enum Thermostat {
-    /// Particles get velocities from the Maxwell distribution, each at random times: H. C. Andersen, J. Chem. Phys. 72, 2384 (1980),
-    /// [doi:10.1063/1.439486](https://doi.org/10.1063/1.439486).
-    Andersen {
-        /// Temperature `[energy]`.
-        temperature: f64,
-        /// How often each particle gets one, in the mean `[1 / time]`.
-        rate: f64,
-        /// The components that are drawn anew.
-        axes: [bool; 3],
-    },
-    /// All velocities are scaled to the temperature at even times.
-    Rescaling {
-        /// Temperature `[energy]`.
-        temperature: f64,
-        /// Between two scalings `[time]`.
-        interval: f64,
-    },
 }
 
 /// Lubachevsky-Stillinger growth of the diameters: B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990),

@@ -97,12 +97,13 @@ impl Run {
     }
 
     /// Measures with an instrument of one's own, which `begin` makes at the start of the measurement; [`Instrument`] shows one.
+    /// [`Finished::instrument`] and [`Finished::take_instrument`] give it back after the run.
     ///
     /// Its state is part of the checkpoints of the run, under this name: where the run goes on from one, it has to be registered again, and
     /// `begin` is called only if the measurement has not begun.
     pub fn instrument<I>(mut self, name: &str, begin: impl FnOnce(&Setup<'_>) -> I + Send + 'static) -> Self
     where
-        I: Instrument + Clone + Serialize + DeserializeOwned + Send + 'static,
+        I: Instrument + Clone + Serialize + DeserializeOwned + Send + Sync + 'static,
     {
         self.registry.add(name, begin);
         self

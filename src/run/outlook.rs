@@ -96,7 +96,7 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
     let until = Until::time(start + duration);
     let mut course = vec![(0.0, 0.0)];
     for _ in 0..STEPS / STEPS_OF_PART {
-        let reason = simulation.advance_unobserved_for(STEPS_OF_PART, until).ok()?;
+        let reason = simulation.advance_for(STEPS_OF_PART, until, None).ok()?;
         let events = simulation.event_counts().physical() as f64;
         if matches!(reason, Some(Reason::Time | Reason::Idle)) {
             return Some(events / duration);

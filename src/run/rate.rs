@@ -34,10 +34,10 @@ fn tried(scene: &Scene, moving: u64) -> Option<f64> {
     let mut simulation = Simulation::without_plan(scene.clone());
     let target = LEAST.max(EACH * moving);
     let mut begin = (simulation.time(), 0);
-    if let Ok(Some(Reason::Events)) = simulation.advance_unobserved_for(STEPS, Until::events(target / 2)) {
+    if let Ok(Some(Reason::Events)) = simulation.advance_for(STEPS, Until::events(target / 2), None) {
         let half = (simulation.time(), target / 2);
         // Where it ends, there is what there is.
-        let _ = simulation.advance_unobserved_for(STEPS, Until::events(target));
+        let _ = simulation.advance_for(STEPS, Until::events(target), None);
         if simulation.event_counts().physical() >= half.1 + FEWEST {
             begin = half;
         }

@@ -71,6 +71,9 @@ pub enum SceneErrorKind {
     /// A particle that reaches through a wall.
     #[error("particle {particle} reaches {depth} through the {side} wall of {axis}")]
     InWall { particle: u32, axis: char, side: &'static str, depth: f64 },
+    /// A particle that reaches through a surface that is no wall of the box.
+    #[error("particle {particle} reaches {depth} through surface {surface}")]
+    InSurface { particle: u32, surface: u32, depth: f64 },
     /// A bond to a particle that does not exist.
     #[error("there is no particle {id}, expected an id below {particles}")]
     NoParticle { id: u32, particles: usize },
@@ -145,7 +148,7 @@ impl SceneErrorKind {
             Self::NoInteraction { first, second } => Some(format!(
                 "add an [[interaction]] with species = [\"{first}\", \"{second}\"], or with potential = \"none\" to let them pass"
             )),
-            Self::Overlap { .. } | Self::InWall { .. } => {
+            Self::Overlap { .. } | Self::InWall { .. } | Self::InSurface { .. } => {
                 Some("move them apart, or let the stable rule resolve it with allow_invalid_start = true".to_owned())
             }
             Self::NoRoom { .. } => Some(

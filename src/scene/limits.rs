@@ -4,13 +4,10 @@ use crate::Vector;
 use crate::base::memory;
 use crate::base::text::shortest;
 use crate::model::Species;
+use crate::model::limits::{LARGEST, is_positive};
 use crate::model::space::{Boundary, Space};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
-
-/// The largest magnitude of any quantity and, inverted, the smallest of those that must be positive: products of four, such
-/// as the discriminants of event detection, stay finite.
-const LARGEST: f64 = 1e50;
 
 /// Memory that a particle takes in a simulation, with its prediction and lists `[bytes]`: measured, at
 /// most, for hard spheres at a packing fraction of 0.5 (250), with instruments, before which a copy looks ahead (530), and from a random start (560).
@@ -77,7 +74,7 @@ pub(crate) fn finite(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
 pub(crate) fn positive(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 0.0 && value.is_finite();
     let expected = instead(is_of_kind, "a positive finite number", "a number from 1e-50 to 1e50");
-    check(value, (1.0 / LARGEST..=LARGEST).contains(&value), expected, at)
+    check(value, is_positive(value), expected, at)
 }
 
 /// A number above zero, where it is given.

@@ -8,6 +8,7 @@ pub(crate) mod plan;
 pub(crate) mod start;
 
 use crate::Vector;
+use crate::engine::surfaces;
 use crate::model::space::{Boundary, Face, Space, displacement_within_period};
 use crate::model::{AuditPlan, CountRegion, Interaction, InteractionId, Scene, Species, SpeciesPairs};
 use crate::prepare::velocity::set_velocities;
@@ -82,7 +83,7 @@ impl SceneBuilder {
         if self.allow_invalid_start {
             return Ok(());
         }
-        start::check_walls(groups, species, space)?;
+        start::check_surfaces(groups, species, &surfaces::of_parts(space, &self.wall_temperatures))?;
         start::check_bonds(groups, space, displacement, interactions)?;
         start::check_overlaps(groups, &interactions.contacts(), space, displacement)
     }

@@ -34,7 +34,7 @@ fn rank(name: &str) -> usize {
 
 /// Quantity measured by the runs of a sweep: by some of them at least.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Quantity {
+pub struct MeasuredQuantity {
     /// Name: that of an observable, or of the number of an instrument.
     pub name: String,
     /// Name for people.
@@ -137,7 +137,7 @@ pub struct StageMeans {
 #[non_exhaustive]
 pub struct Results {
     /// Measured quantities: first those that are looked for most often.
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<MeasuredQuantity>,
     /// Names of the measured stages that some run has, in order, and `measurement`, the last one.
     pub stages: Vec<String>,
     /// By point.
@@ -158,7 +158,7 @@ impl Results {
         for measurement in points.iter_mut().flat_map(|point| &mut point.measurements) {
             measurement.values = order.iter().map(|at| measurement.values.get(*at).copied().flatten()).collect();
         }
-        let quantities: Vec<Quantity> = order.iter().map(|at| quantities[*at].clone()).collect();
+        let quantities: Vec<MeasuredQuantity> = order.iter().map(|at| quantities[*at].clone()).collect();
         let stages = stages(&points);
         let groups = groups(sweep, &points, &stages, quantities.len());
         Self { quantities, stages, points, groups }
@@ -184,7 +184,7 @@ impl Results {
     }
 }
 
-fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<Quantity>) -> PointResult {
+fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<MeasuredQuantity>) -> PointResult {
     let path = folder.of(point);
     let none = |standing| PointResult { standing, measurements: Vec::new() };
     let failure = folder.failure(point);
@@ -217,9 +217,9 @@ pub(super) fn trouble_of(summary: &Summary) -> Option<String> {
 }
 
 /// The measured stages of a run, and its last measurement.
-fn measurements(summary: Summary, measured: &Measurements, quantities: &mut Vec<Quantity>) -> Vec<StageResult> {
+fn measurements(summary: Summary, measured: &Measurements, quantities: &mut Vec<MeasuredQuantity>) -> Vec<StageResult> {
     let dimensions = summary.system.as_ref().map_or(3, |system| system.dimensions);
-    let mut placed = |values: Vec<(Quantity, Value)>| {
+    let mut placed = |values: Vec<(MeasuredQuantity, Value)>| {
         let mut all = Vec::new();
         for (quantity, value) in values {
             let at = quantities.iter().position(|known| known.name == quantity.name).unwrap_or_else(|| {
@@ -274,7 +274,7 @@ fn values_of(
     observables: &BTreeMap<String, Observable>,
     dimensions: usize,
     measured: &Measured,
-) -> Vec<(Quantity, Value)> {
+) -> Vec<(MeasuredQuantity, Value)> {
     // The pressure tensor has the same rate by another name.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
@@ -289,12 +289,12 @@ fn values_of(
     };
     let observables = observables.filter(|(name, ..)| is_new(name)).filter_map(|(name, unit_of, observable)| {
         let quantity =
-            Quantity { name: name.to_owned(), title: name.replace('_', " "), unit: unit(unit_of, dimensions) };
+            MeasuredQuantity { name: name.to_owned(), title: name.replace('_', " "), unit: unit(unit_of, dimensions) };
         Some((quantity, finite(observable.mean, observable.standard_error)?))
     });
     let numbers = measured.numbers.iter().filter_map(|number| {
         let (name, title) = (number.name.clone(), number.title.clone());
-        let quantity = Quantity { name, title, unit: unit(&number.unit, dimensions) };
+        let quantity = MeasuredQuantity { name, title, unit: unit(&number.unit, dimensions) };
         Some((quantity, finite(number.mean?, number.standard_error)?))
     });
     observables.chain(numbers).collect()

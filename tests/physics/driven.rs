@@ -55,7 +55,7 @@ fn a_heat_bath_brings_a_fluid_to_its_temperature() {
 fn andersen_collisions_change_only_the_chosen_axes_of_one_particle() {
     let mut simulation = Simulation::without_plan(fluid("andersen", 108, 0.2).build().unwrap());
     let bath = Thermostat::Andersen { temperature: 4.0, rate: 2.0, axes: [false, true, false] };
-    simulation.set_thermostat(Some(&bath), 0);
+    simulation.set_thermostat(Some(&bath), 0).unwrap();
     let (mut collisions, mut squares) = (0, 0.0);
     simulation
         .advance_with(Until::time(20.0), |event| {
@@ -103,7 +103,7 @@ fn a_heat_bath_leaves_flat_axes_alone() {
         assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.05, "{dimensions}: {temperature:?}");
         // One that is set by hand does the same.
         let mut simulation = finished.simulation;
-        simulation.set_thermostat(Some(&bath), 1);
+        simulation.set_thermostat(Some(&bath), 1).unwrap();
         simulation.advance(Until::time(70.0)).unwrap();
         assert!(simulation.snapshot().velocities.iter().all(|v| (dimensions..3).all(|axis| v[axis] == 0.0)));
     }

@@ -209,6 +209,6 @@ fn a_time_that_has_passed_is_reached_already() {
     let before = simulation.snapshot();
     assert_eq!(simulation.advance(Until::time(1.0)).unwrap(), Reason::Time);
     assert_eq!((simulation.time(), &simulation.snapshot().positions), (3.0, &before.positions));
-    assert!(simulation.step_before(2.0).unwrap().is_none());
+    assert!(simulation.events(Until::time(2.0)).next().is_none());
     assert_eq!(simulation.time(), 3.0);
 }

@@ -86,7 +86,11 @@ fn where_a_simulation_pauses_changes_nothing() {
         let mut whole = Simulation::without_plan(named(name));
         whole.advance(until).unwrap();
         let (mut paused, mut seen, mut pauses) = (Simulation::without_plan(named(name)), 0_u64, 0_u64);
-        while paused.advance_for(7, until, |_| seen += 1).unwrap().is_none() {
+        let mut count = |_: &Event| {
+            seen += 1;
+            ControlFlow::Continue(())
+        };
+        while paused.advance_for(7, until, Some(&mut count)).unwrap().is_none() {
             assert!(paused.event_counts().physical() + paused.event_counts().transition <= 7 * (pauses + 1));
             let _ = (paused.snapshot(), paused.energy());
             pauses += 1;
@@ -143,7 +147,7 @@ fn driven(count: u64, is_sheared: bool, bath: Option<[bool; 3]>) -> Simulation {
     }
     let mut simulation = Simulation::without_plan(builder.build().unwrap());
     let bath = bath.map(|axes| Thermostat::Andersen { temperature: 1.0, rate: 0.7, axes });
-    simulation.set_thermostat(bath.as_ref(), 0);
+    simulation.set_thermostat(bath.as_ref(), 0).unwrap();
     simulation
 }
 

@@ -78,7 +78,7 @@ fn set_on_the_way() -> Bits {
     simulation.advance_with(Until::events(4_000), |event| bits.see(event)).unwrap();
     simulation.set_positions(&positions, PairStates::FromDistances).unwrap();
     let bath = Thermostat::Andersen { temperature: 1.2, rate: 0.5, axes: [true; 3] };
-    simulation.set_thermostat(Some(&bath), 3);
+    simulation.set_thermostat(Some(&bath), 3).unwrap();
     simulation.advance_with(Until::events(7_000), |event| bits.see(event)).unwrap();
     bits.close(&simulation);
     bits

@@ -1,7 +1,7 @@
 //! Static spheres beyond a wall, as of a mesh that sticks out, do not hide the wall.
 
 use carom::Vector;
-use carom::engine::Simulation;
+use carom::engine::{Simulation, Until};
 use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
@@ -31,7 +31,8 @@ fn walls_are_met_in_front_of_static_spheres_beyond_them() {
     for overhang in [0.0, 0.25, 1.0, 15.0, 1000.0] {
         let mut simulation = Simulation::without_plan(over_a_row(overhang));
         for time in [4.5, 13.5, 22.5] {
-            let event = simulation.step_before(100.0).unwrap().expect("a ball between walls meets them for ever");
+            let event = simulation.events(Until::time(100.0)).next().expect("a ball between walls meets them for ever");
+            let event = event.unwrap();
             assert!((event.time - time).abs() < 1e-14 * time, "{overhang}: {} instead of {time}", event.time);
         }
     }

@@ -11,7 +11,7 @@ use std::ops::ControlFlow;
 
 use carom::check::verify::{Certificate, EventRange, Fault, Verifier, verify};
 use carom::engine::event::Event;
-use carom::engine::{Simulation, States};
+use carom::engine::{Simulation, States, Until};
 use carom::model::Scene;
 
 fn prove(scene: Scene, from: u64, events: u64) -> Certificate {
@@ -40,7 +40,7 @@ impl Recording {
         simulation.states(&mut start);
         let mut events = Vec::new();
         while events.len() < count {
-            let Some(event) = simulation.step_before(f64::INFINITY).unwrap() else { break };
+            let Some(event) = simulation.events(Until::events(u64::MAX)).next().transpose().unwrap() else { break };
             let mut states = States::default();
             simulation.states(&mut states);
             events.push((event, states));

@@ -11,7 +11,7 @@ use super::pressure_tensor::PressureTensor;
 use super::profiles::Profile;
 use super::quantity::Measured;
 use super::radial_distribution::RadialDistribution;
-use super::registry::{InstrumentError, Registered, Registry};
+use super::registry::{InstrumentError, OwnInstruments, Registered, Registry};
 use super::speeds::Speeds;
 use super::structure_factor::StructureFactor;
 use super::system::{Sample, SystemDescription};
@@ -163,6 +163,11 @@ impl Instruments {
     /// Goes on with the registered instruments of a checkpoint.
     pub(crate) fn restore(&mut self, registry: &Registry) -> Result<(), InstrumentError> {
         registry.restore(&mut self.registered)
+    }
+
+    /// Instruments of the user, when nothing is measured any more.
+    pub(crate) fn into_own(self) -> OwnInstruments {
+        OwnInstruments::new(self.registered)
     }
 
     fn all(&self) -> impl Iterator<Item = &dyn Instrument> {

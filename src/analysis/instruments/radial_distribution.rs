@@ -143,7 +143,8 @@ impl Instrument for RadialDistribution {
         let mut numbers = vec![0_u64; self.ideal.len()];
         let first_contact = self.pairs.len() * self.bins;
         let scale = self.bins as f64 / self.cutoff;
-        sample.cell_list(&system.space, self.range(), &self.ids).for_each_pair(|a, b, square| {
+        let found = sample.for_each_pair_within(self.range(), &system.space, &self.ids, |near| {
+            let ([a, b], square) = (near.ids, near.square);
             let Some(pair) = class(a).zip(class(b)).and_then(|(a, b)| table[a * count + b]) else { return };
             let distance = square.sqrt();
             let bin = trunc_to_usize(distance * scale);
@@ -154,6 +155,8 @@ impl Instrument for RadialDistribution {
                 numbers[first_contact + pair * CONTACT_BINS + bin] += 1;
             }
         });
+        // Where there is no room for a distance there are no pairs.
+        found.unwrap_or_default();
         self.curve.add_all(numbers.iter().zip(&self.ideal).map(|(&number, ideal)| number as f64 / ideal));
     }
 

@@ -1,5 +1,6 @@
 //! Instruments that a user registers with a run, and their state in its checkpoints.
 
+use std::any::Any;
 use std::fmt;
 
 use serde::de::DeserializeOwned;
@@ -41,19 +42,31 @@ pub enum InstrumentError {
 }
 
 /// An instrument of any type that can be kept in a checkpoint.
-trait Kept: Instrument + Send {
+trait Kept: Instrument + Send + Sync {
     fn copy(&self) -> Box<dyn Kept>;
 
     fn state(&self) -> Result<Vec<u8>, postcard::Error>;
+
+    fn as_any(&self) -> &dyn Any;
+
+    fn into_any(self: Box<Self>) -> Box<dyn Any>;
 }
 
-impl<I: Instrument + Clone + Serialize + Send + 'static> Kept for I {
+impl<I: Instrument + Clone + Serialize + Send + Sync + 'static> Kept for I {
     fn copy(&self) -> Box<dyn Kept> {
         Box::new(self.clone())
     }
 
     fn state(&self) -> Result<Vec<u8>, postcard::Error> {
         postcard::to_stdvec(self)
+    }
+
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+
+    fn into_any(self: Box<Self>) -> Box<dyn Any> {
+        self
     }
 }
 
@@ -84,7 +97,7 @@ impl Registry {
     /// Adds an instrument.
     pub fn add<I>(&mut self, name: &str, begin: impl FnOnce(&Setup<'_>) -> I + Send + 'static)
     where
-        I: Instrument + Clone + Serialize + DeserializeOwned + Send + 'static,
+        I: Instrument + Clone + Serialize + DeserializeOwned + Send + Sync + 'static,
     {
         self.entries.push(Entry {
             name: name.to_owned(),
@@ -145,6 +158,30 @@ impl Registry {
     }
 }
 
+/// Instruments that a user has registered, as a run has left them.
+#[derive(Debug, Default)]
+pub(crate) struct OwnInstruments(Vec<Registered>);
+
+impl OwnInstruments {
+    pub(super) fn new(registered: Vec<Registered>) -> Self {
+        Self(registered)
+    }
+
+    /// Instrument with a name, if it has this type.
+    pub fn get<I: 'static>(&self, name: &str) -> Option<&I> {
+        self.0.iter().find(|one| one.name == name)?.typed()
+    }
+
+    /// Hands out the one with a name, if it has this type.
+    pub fn take<I: 'static>(&mut self, name: &str) -> Option<I> {
+        let place = self.0.iter().position(|one| one.name == name && one.typed::<I>().is_some())?;
+        match self.0.remove(place).content {
+            Content::Live(instrument) => instrument.into_any().downcast().ok().map(|instrument| *instrument),
+            Content::Stored(_) => None,
+        }
+    }
+}
+
 /// An instrument that a user has registered, with its name.
 pub(super) struct Registered {
     name: String,
@@ -168,6 +205,13 @@ impl Registered {
     pub fn get_mut(&mut self) -> Option<&mut dyn Instrument> {
         match &mut self.content {
             Content::Live(instrument) => Some(&mut **instrument),
+            Content::Stored(_) => None,
+        }
+    }
+
+    fn typed<I: 'static>(&self) -> Option<&I> {
+        match &self.content {
+            Content::Live(instrument) => instrument.as_any().downcast_ref(),
             Content::Stored(_) => None,
         }
     }

@@ -30,19 +30,19 @@ fn means(scene: Scene, bath: Option<&Thermostat>) -> [[f64; 2]; 2] {
     observer.set_thermostat(&scene, bath);
     let freedom = observer.applicable().degrees_of_freedom;
     let mut simulation = Simulation::without_plan(scene);
-    simulation.set_thermostat(bath, 0);
+    simulation.set_planned_thermostat(bath, 0);
     simulation.advance(Until::time(0.3)).unwrap();
     observer.row(&simulation);
     let count = simulation.scene().particles.len() as f64;
     let energies = |simulation: &Simulation| [simulation.energy().kinetic, simulation.energy().pair];
     let (mut now, mut last, mut sums) = (simulation.time(), energies(&simulation), [0.0; 2]);
     let (from, to) = (now, 4.0);
-    simulation
-        .advance_with_state(Until::time(to), |event, simulation| {
-            (0..2).for_each(|k| sums[k] += last[k] * (event.time - now));
-            (now, last) = (event.time, energies(simulation));
-        })
-        .unwrap();
+    let mut events = simulation.events(Until::time(to));
+    while let Some(event) = events.next() {
+        let event = event.unwrap();
+        (0..2).for_each(|k| sums[k] += last[k] * (event.time - now));
+        (now, last) = (event.time, energies(events.simulation()));
+    }
     (0..2).for_each(|k| sums[k] += last[k] * (to - now));
     observer.row(&simulation);
     let mean = |name: &str| observer.estimates().iter().find(|(known, _)| *known == name).unwrap().1.mean;
@@ -93,7 +93,7 @@ fn of_temperature(
     let mut observer = Observer::new(scene);
     observer.set_thermostat(scene, bath);
     let mut simulation = Simulation::without_plan(scene.clone());
-    simulation.set_thermostat(bath, 0);
+    simulation.set_planned_thermostat(bath, 0);
     for row in 0..=intervals {
         simulation.advance(Until::time(0.7 * f64::from(row))).unwrap();
         observer.row(&simulation);

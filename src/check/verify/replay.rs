@@ -3,6 +3,7 @@
 use super::certificate::{Certificate, Counts, End};
 use super::verifier::Verifier;
 use super::violation::{Fault, Violation};
+use crate::engine::event::Event;
 use crate::engine::{EngineError, Reason, Simulation, States, Until};
 use crate::model::{Equilibration, Limit, RunPlan, Scene};
 use std::ops::ControlFlow;
@@ -219,7 +220,7 @@ impl Replay {
             let Some(stage) = self.stage() else { return Some(self.ended()) };
             let chunk = self.simulation.event_counts().physical().saturating_add(CHUNK);
             let until = Until { events: stage.events.min(range.from).min(chunk), ..stage };
-            match self.simulation.advance_unobserved_for(STEPS, until) {
+            match self.simulation.advance_for(STEPS, until, None) {
                 Ok(None | Some(Reason::Events | Reason::Observer)) => {}
                 Ok(Some(Reason::Time)) => self.end_stage(),
                 Ok(Some(Reason::Idle)) => return Some(End::Idle),
@@ -291,7 +292,11 @@ impl Replay {
         let until = Until { time: stage.time, events: self.simulation.event_counts().physical().saturating_add(1) };
         let mut event = None;
         let reason = loop {
-            if let Some(reason) = self.simulation.advance_for(STEPS, until, |executed| event = Some(*executed))? {
+            let mut show = |executed: &Event| {
+                event = Some(*executed);
+                ControlFlow::Continue(())
+            };
+            if let Some(reason) = self.simulation.advance_for(STEPS, until, Some(&mut show))? {
                 break reason;
             }
             if watch().is_break() {

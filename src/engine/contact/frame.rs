@@ -21,8 +21,8 @@ pub(in crate::engine) struct Frame {
     pub stretch: f64,
     /// `v_ij`.
     pub velocity: Vector,
-    /// How fast the discontinuity moves outwards.
-    pub surface: f64,
+    /// How fast the discontinuity moves outwards `[length / time]`.
+    pub opening_speed: f64,
     /// Along `line`.
     pub approach: Approach,
 }
@@ -50,7 +50,7 @@ const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// A pair as it is now, both particles streamed to the same time.
     #[inline]
-    pub(in crate::engine) fn frame(&self, i: u32, j: u32, side: Side, surface: f64) -> Frame {
+    pub(in crate::engine) fn frame(&self, i: u32, j: u32, side: Side, opening_speed: f64) -> Frame {
         let (a, b) = (&self.state.bodies[i as usize], &self.state.bodies[j as usize]);
         let (state, _) = self.nearest(a.position - b.position, a.velocity - b.velocity, a.time);
         let RelativeState { position: apart, velocity } = state;
@@ -61,9 +61,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         let reduced_mass = 1.0 / (self.inverse_mass(i) + self.inverse_mass(j));
         let squared = line.norm_squared();
-        let radial = velocity.dot(&line) - opening(surface, squared);
+        let radial = velocity.dot(&line) - opening(opening_speed, squared);
         let approach = Approach { radial, squared, reduced_mass };
-        Frame { i, j, side, apart, line, stretch, velocity, surface, approach }
+        Frame { i, j, side, apart, line, stretch, velocity, opening_speed, approach }
     }
 
     /// Takes note of an overlap or a turning point, of a pair whose states were written so long ago.
@@ -75,12 +75,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let depth = sign * (seen.distance - squared.sqrt());
             self.counts.totals.deepest_overlap = self.counts.totals.deepest_overlap.max(depth / seen.distance);
             if !is_surely_round_off(depth, seen.distance) {
-                let &Frame { i, j, velocity, surface, .. } = pair;
-                let meeting = Meeting { pair: [i, j], velocity, flown, distance: seen.distance, surface };
+                let &Frame { i, j, velocity, opening_speed, .. } = pair;
+                let meeting = Meeting { pair: [i, j], velocity, flown, distance: seen.distance, opening_speed };
                 self.note_overlap(depth, seen.distance, self.round_off_of_pair(&meeting));
             }
         }
-        if (pair.velocity.dot(&pair.apart) - opening(pair.surface, squared)) * sign >= 0.0 {
+        if (pair.velocity.dot(&pair.apart) - opening(pair.opening_speed, squared)) * sign >= 0.0 {
             self.counts.totals.turning_point += 1;
         }
     }
@@ -88,8 +88,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
 /// `r . u` of a discontinuity that moves outwards at the speed `u`.
 #[inline]
-pub(super) fn opening(surface: f64, squared: f64) -> f64 {
-    if surface == 0.0 { 0.0 } else { surface * squared.sqrt() }
+pub(super) fn opening(speed: f64, squared: f64) -> f64 {
+    if speed == 0.0 { 0.0 } else { speed * squared.sqrt() }
 }
 
 /// A direction for two particles at the same point: the one in which they approach.

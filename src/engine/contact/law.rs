@@ -166,8 +166,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// outside of its core stays where it is, but one at the end of its bond must come inside.
     #[inline]
     fn separate(&self, pair: &Frame, velocities: &mut [Vector; 2]) {
-        let &Frame { i, j, side, ref apart, ref line, surface, ref approach, .. } = pair;
-        let opening = opening(surface, apart.norm_squared());
+        let &Frame { i, j, side, ref apart, ref line, opening_speed, ref approach, .. } = pair;
+        let opening = opening(opening_speed, apart.norm_squared());
         let is_closing = |velocities: &[Vector; 2]| {
             let velocity = self.relative_velocity([i, j], velocities);
             match side {

@@ -100,6 +100,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Lets all diameters grow from now on, up to `largest` times those of the scene.
     pub fn grow(&mut self, rate: f64, largest: f64) {
+        self.join();
         let growing = GrowingDiameters { rate, start: self.clock.now, reach: STAGE.min(largest), largest };
         self.distances.growing = Some(growing);
         self.sort_anew();

@@ -11,7 +11,7 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_i32;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
-use crate::engine::neighbours::grid::Face;
+use crate::engine::neighbours::grid::CellFace;
 use crate::engine::parts::Engine;
 use crate::engine::reach::Sliding;
 use crate::engine::sources::Repredict;
@@ -132,12 +132,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Whether a particle comes in displaced when it leaves through a face of its cell.
     #[inline]
-    pub(in crate::engine) fn slides_behind(&self, cells: &Cells, particle: u32, face: Face) -> bool {
+    pub(in crate::engine) fn slides_behind(&self, cells: &Cells, particle: u32, face: CellFace) -> bool {
         self.images.slide() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face)
     }
 
     /// Moves a particle that has left through one of the sides that slide to where its image comes in.
-    pub(in crate::engine) fn slide(&mut self, particle: u32, face: Face, time: f64) -> Result<(), InvariantBroken> {
+    pub(in crate::engine) fn slide(&mut self, particle: u32, face: CellFace, time: f64) -> Result<(), InvariantBroken> {
         let Some(shear) = self.images.sliding else {
             return Err(self.broken(particle, None, Invariant::Transition));
         };

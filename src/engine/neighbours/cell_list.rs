@@ -55,13 +55,13 @@ impl CellList {
         0.5 * space.periods().min()
     }
 
-    /// Calls `visit(id, id, r^2)` once for each pair within the range.
-    pub fn for_each_pair(&self, mut visit: impl FnMut(u32, u32, f64)) {
+    /// Calls `visit(a, b, r_a - r_b, r^2)` once for each pair within the range.
+    pub fn for_each_pair(&self, mut visit: impl FnMut(u32, u32, &Vector, f64)) {
         self.for_each(|index, runs| {
             for &(begin, end) in runs {
                 for other in begin.max(index + 1)..end {
                     if let Some(separation) = self.separation(index, other) {
-                        visit(self.ids[index], self.ids[other], separation.norm_squared());
+                        visit(self.ids[index], self.ids[other], &separation, separation.norm_squared());
                     }
                 }
             }
@@ -193,7 +193,7 @@ mod tests {
                 let expected: Vec<(u32, u32)> = all.filter(is_near).collect();
                 let cells = cell_list(&space, displacement, range, &ids, &points);
                 let mut found = Vec::new();
-                cells.for_each_pair(|a, b, _| found.push((a.min(b), a.max(b))));
+                cells.for_each_pair(|a, b, _, _| found.push((a.min(b), a.max(b))));
                 found.sort_unstable();
                 assert_eq!(found, expected);
                 let mut ends = 0;
@@ -216,11 +216,11 @@ mod tests {
     #[test]
     fn nothing_and_far_away_are_no_trouble() {
         let space = Space { lower: Vector::zeros(), size: Vector::repeat(1.0), boundary: [Boundary::OPEN; 3] };
-        CellList::new(&space, 0.0, 1.0, std::iter::empty()).for_each_pair(|_, _, _| panic!("no particles"));
+        CellList::new(&space, 0.0, 1.0, std::iter::empty()).for_each_pair(|_, _, _, _| panic!("no particles"));
         let points = [Vector::repeat(1e40), Vector::repeat(-1e40), Vector::zeros(), Vector::new(0.5, 0.0, 0.0)];
         let mut found = Vec::new();
         let cells = CellList::new(&space, 0.0, 1.0, (0..).zip(points));
-        cells.for_each_pair(|a, b, square| found.push((a, b, square)));
+        cells.for_each_pair(|a, b, _, square| found.push((a, b, square)));
         assert_eq!(found, [(2, 3, 0.25)]);
     }
 

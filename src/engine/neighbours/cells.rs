@@ -6,7 +6,7 @@
 
 mod search;
 
-use super::grid::{Face, Grid};
+use super::grid::{CellFace, Grid};
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::columns::Order;
@@ -132,7 +132,7 @@ impl Cells {
 
     /// Whether a particle goes round a periodic box when it leaves through a face of its cell.
     #[must_use]
-    pub fn wraps_behind(&self, particle: u32, face: Face) -> bool {
+    pub fn wraps_behind(&self, particle: u32, face: CellFace) -> bool {
         self.grid.behind(self.home(particle), face).is_some_and(|(_, wrap)| wrap != 0)
     }
 
@@ -161,7 +161,7 @@ impl Cells {
 
     /// Moves a particle through a face of its cell; none if there is no cell behind it.
     #[inline]
-    pub fn cross(&mut self, particle: u32, face: Face) -> Option<Transition> {
+    pub fn cross(&mut self, particle: u32, face: CellFace) -> Option<Transition> {
         let (to, wrap) = self.grid.behind(self.home(particle), face)?;
         self.relocate(particle, to);
         Some(Transition { cell: to, wrap })
@@ -230,7 +230,7 @@ mod tests {
                     assert!(new.iter().all(|id| *id == 0 || !before.contains(id)));
                     let after = near(&grid, to);
                     assert!(after.iter().all(|id| before.contains(id) || new.contains(id)));
-                    let back = Face { is_upper: !face.is_upper, ..face };
+                    let back = CellFace { is_upper: !face.is_upper, ..face };
                     assert_eq!(grid.cross(0, back).unwrap().cell, 0);
                 }
             }
@@ -241,9 +241,9 @@ mod tests {
     fn a_transition_through_a_periodic_side_wraps() {
         let (space, positions) = lattice(4);
         let mut grid = Cells::new(&space, 0.9, &positions);
-        let face = Face { axis: 0, is_upper: false };
+        let face = CellFace { axis: 0, is_upper: false };
         assert_eq!(grid.cross(0, face), Some(Transition { cell: 3, wrap: 1 }));
-        assert_eq!(grid.cross(0, Face { axis: 0, is_upper: true }), Some(Transition { cell: 0, wrap: -1 }));
+        assert_eq!(grid.cross(0, CellFace { axis: 0, is_upper: true }), Some(Transition { cell: 0, wrap: -1 }));
     }
 
     #[test]

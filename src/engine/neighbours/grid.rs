@@ -5,20 +5,20 @@
 use super::divisor::Divisor;
 use crate::Vector;
 use crate::base::numbers::trunc_to_u32;
-use crate::model::space::{Boundary, Face as SpaceFace, Space};
+use crate::model::space::{Boundary, Face, Space};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A face through which a particle leaves its cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Face {
+pub struct CellFace {
     /// 0, 1 or 2.
     pub axis: u8,
     /// Whether it is the face with the higher coordinate.
     pub is_upper: bool,
 }
 
-impl Face {
+impl CellFace {
     /// The sign of the direction from the face into the cell.
     #[inline]
     #[must_use]
@@ -60,10 +60,10 @@ impl Grid {
         for position in positions {
             for k in 0..3 {
                 let Boundary::Bounded { lower: low, upper: high } = space.boundary[k] else { continue };
-                if low == SpaceFace::Open {
+                if low == Face::Open {
                     lower[k] = lower[k].min(position[k]);
                 }
-                if high == SpaceFace::Open {
+                if high == Face::Open {
                     upper[k] = upper[k].max(position[k]);
                 }
             }
@@ -109,7 +109,7 @@ impl Grid {
     /// The cell beyond a face, and the periods to add to a coordinate there; none at an end that is not periodic.
     #[inline]
     #[must_use]
-    pub fn behind(&self, cell: u32, face: Face) -> Option<(u32, i32)> {
+    pub fn behind(&self, cell: u32, face: CellFace) -> Option<(u32, i32)> {
         let mut at = self.split(cell);
         let axis = usize::from(face.axis);
         let (index, wrap) = self.beyond(axis, at[axis], face.is_upper)?;
@@ -165,7 +165,7 @@ impl Grid {
 
     /// Calls `visit` for every cell that is near to `cell` and was not near to the cell before a transition through `face`.
     #[inline(always)]
-    pub fn for_each_new(&self, cell: u32, face: Face, mut visit: impl FnMut(u32)) {
+    pub fn for_each_new(&self, cell: u32, face: CellFace, mut visit: impl FnMut(u32)) {
         let at = self.split(cell);
         let axis = usize::from(face.axis);
         let n = self.counts[axis];
@@ -301,12 +301,12 @@ impl Grid {
     ///
     /// Outermost faces of axes that are not periodic are no faces.
     #[inline]
-    pub fn for_each_face(&self, cell: u32, mut visit: impl FnMut(Face, f64)) {
+    pub fn for_each_face(&self, cell: u32, mut visit: impl FnMut(CellFace, f64)) {
         let at = self.split(cell);
         for (axis, index) in at.into_iter().enumerate() {
             let n = self.counts[axis];
             #[expect(clippy::cast_possible_truncation, reason = "one of three axes")]
-            let face = |is_upper| Face { axis: axis as u8, is_upper };
+            let face = |is_upper| CellFace { axis: axis as u8, is_upper };
             if self.is_periodic[axis] || index > 0 {
                 visit(face(false), self.lower[axis] + f64::from(index) * self.side[axis]);
             }
@@ -318,7 +318,7 @@ impl Grid {
 
     /// Calls `visit` for the faces that a particle with a constant velocity flies towards, one per axis at most.
     #[inline]
-    pub fn for_each_face_ahead(&self, cell: u32, velocity: &Vector, mut visit: impl FnMut(Face, f64)) {
+    pub fn for_each_face_ahead(&self, cell: u32, velocity: &Vector, mut visit: impl FnMut(CellFace, f64)) {
         let at = self.split(cell);
         for (axis, index) in at.into_iter().enumerate() {
             let is_upper = velocity[axis] > 0.0;
@@ -326,7 +326,7 @@ impl Grid {
             if velocity[axis] != 0.0 && (self.is_periodic[axis] || index != last) {
                 let line = f64::from(index + u32::from(is_upper));
                 #[expect(clippy::cast_possible_truncation, reason = "one of three axes")]
-                let face = Face { axis: axis as u8, is_upper };
+                let face = CellFace { axis: axis as u8, is_upper };
                 visit(face, self.lower[axis] + line * self.side[axis]);
             }
         }

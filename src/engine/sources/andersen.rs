@@ -101,6 +101,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Starts or ends the heat bath.
     pub(in crate::engine) fn set_bath(&mut self, bath: Option<Bath>, seed: u64, stage: usize) {
+        self.join();
         let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
         let boundary = self.state.space.boundary;
         // Nothing moves along a flat axis.

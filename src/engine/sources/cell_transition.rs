@@ -3,7 +3,7 @@
 use crate::engine::images::Way;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
-use crate::engine::neighbours::grid::{Face, Grid};
+use crate::engine::neighbours::grid::{CellFace, Grid};
 use crate::engine::parts::Engine;
 use crate::engine::predict::{Scratch, Streamed};
 use crate::engine::prediction::Prediction;
@@ -177,7 +177,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn predict_transition(&self, me: &Streamed, grid: &Grid, cell: u32, prediction: &mut Prediction) {
         prediction.transition_time = f64::INFINITY;
         if !FALLING {
-            grid.for_each_face_ahead(cell, &me.velocity, |face: Face, at| {
+            grid.for_each_face_ahead(cell, &me.velocity, |face: CellFace, at| {
                 let axis = usize::from(face.axis);
                 // Rounding may have put it beyond the face already.
                 let time = me.time + ((at - me.position[axis]) / me.velocity[axis]).max(0.0);
@@ -187,7 +187,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             });
             return;
         }
-        grid.for_each_face(cell, |face: Face, at| {
+        grid.for_each_face(cell, |face: CellFace, at| {
             let axis = usize::from(face.axis);
             let inwards = face.inwards();
             let height = inwards * (me.position[axis] - at);

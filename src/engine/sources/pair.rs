@@ -97,8 +97,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let faster = (before[0] - before[1]) - pair.velocity;
             supplied = faster.dot(&((after - before[0]) / self.inverse_mass(pair.i)));
         }
-        if pair.surface != 0.0 {
-            supplied += impulse * pair.surface * pair.approach.squared.sqrt();
+        if pair.opening_speed != 0.0 {
+            supplied += impulse * pair.opening_speed * pair.approach.squared.sqrt();
         }
         supplied
     }

@@ -29,9 +29,10 @@ pub(in crate::engine) struct SurfaceRandom {
 }
 
 impl SurfaceRandom {
-    /// Random numbers of the walls of a scene, if some are thermal.
-    pub fn of(scene: &Scene) -> Option<Self> {
-        scene.has_thermal_walls().then(|| Self {
+    /// Random numbers of the surfaces of a scene, if some are thermal.
+    pub fn of(scene: &Scene, surfaces: &[Placed]) -> Option<Self> {
+        let is_thermal = |surface: &Placed| matches!(surface.law, Law::Thermal { .. });
+        surfaces.iter().any(is_thermal).then(|| Self {
             stream: Random::new(scene.seed, Purpose::Thermostat, STAGE + scene.first_stream()),
             contacts: vec![0; scene.particles.len()],
         })

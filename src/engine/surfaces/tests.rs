@@ -5,6 +5,7 @@ use super::{Law, Placed, Shape, Surface};
 use crate::Vector;
 use crate::engine::event::{Event, EventKind, Other};
 use crate::engine::parts::Engine;
+use crate::engine::sources::surface::SurfaceRandom;
 use crate::engine::{Reason, Until};
 use crate::model::Scene;
 use crate::model::potential::Potential;
@@ -111,11 +112,9 @@ fn planes_in_any_direction_hold_grains_and_reflect_them() {
 
 #[test]
 fn thermal_planes_give_their_temperature() {
-    let mut scene = grains(0.0, 40);
-    // The random numbers are those of a scene with thermal walls.
-    scene.wall_temperatures[0][0] = Some(1.0);
+    let scene = grains(0.0, 40);
     let mut engine = among::<false>(&scene, cage(Law::Thermal { temperature: 1.7 }));
-    engine.sources.surface_random = crate::engine::sources::surface::SurfaceRandom::of(&scene);
+    engine.sources.surface_random = SurfaceRandom::of(&scene, &engine.sources.surfaces);
     let mut squares = [0.0; 2];
     let contacts = run(&mut engine, 30_000, |event, surface| {
         let mass = if event.distance == 0.5 { 0.7 } else { 3.1 };

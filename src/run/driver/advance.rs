@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use super::{Driver, Failed, STEPS};
+use crate::engine::event::Event;
 use crate::engine::{EngineError, Reason, Until};
 use crate::run::Ending;
 use crate::run::state::Aim;
@@ -101,6 +102,9 @@ impl Driver<'_> {
             let nearer = Until { time: until.time.min(pause.time), events: until.events.min(pause.events) };
             let reached = self.steps(nearer)?;
             self.steps = steps_after(self.steps, started.elapsed());
+            if !matches!(reached, Ok(None)) {
+                self.simulation.settle();
+            }
             if self.work() > self.patience {
                 return Ok(Err(Ending::Idle));
             }
@@ -116,9 +120,11 @@ impl Driver<'_> {
                 Err(error) => return Ok(Err(error.into())),
             }
             if !self.is_pilot && self.recorder.is_checkpoint_due() {
+                self.simulation.settle();
                 self.keep()?;
             }
             if self.is_stopped() {
+                self.simulation.settle();
                 return Ok(Err(Ending::Interrupted));
             }
         }
@@ -132,10 +138,10 @@ impl Driver<'_> {
         let mut instruments = instruments.zip(self.system.as_ref());
         let mut recorder = (is_measuring && self.recorder.has_events()).then_some(&mut *self.recorder);
         if instruments.is_none() && recorder.is_none() {
-            return Ok(self.simulation.advance_unobserved_for(self.steps, until));
+            return Ok(self.simulation.advance_unsettled(self.steps, until, None));
         }
         let mut failure = None;
-        let reason = self.simulation.advance_for(self.steps, until, |event| {
+        let mut show = |event: &Event| {
             if let Some((instruments, system)) = &mut instruments {
                 instruments.event(event, system);
             }
@@ -144,7 +150,8 @@ impl Driver<'_> {
             }
             let is_done = instruments.as_ref().is_some_and(|(instruments, _)| instruments.is_done());
             if is_done || failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
+        };
+        let reason = self.simulation.advance_unsettled(self.steps, until, Some(&mut show));
         failure.map_or(Ok(reason), Err)
     }
 

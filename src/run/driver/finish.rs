@@ -42,6 +42,7 @@ impl Driver<'_> {
             measured,
             ..
         } = last;
+        let instruments = self.state.measurement.take().map(|measurement| measurement.instruments.into_own());
         Ok(Finished {
             measurement,
             event_counts_by_species,
@@ -54,6 +55,7 @@ impl Driver<'_> {
             stages: self.state.measured_stages,
             audit: self.state.ledger.close(&self.simulation),
             frames_limit: self.state.frames.reason(),
+            instruments: instruments.unwrap_or_default(),
             simulation: self.simulation,
         })
     }

@@ -24,7 +24,7 @@ impl Driver<'_> {
         let counted = if matches!(stage, Stage::Preparation(_)) { scene.run.thermostat } else { thermostat };
         self.state.observer.set_thermostat(scene, counted.as_ref());
         let stream = scene.first_stream() + stream;
-        self.simulation.set_thermostat(thermostat.as_ref(), stream);
+        self.simulation.set_planned_thermostat(thermostat.as_ref(), stream);
         self.state.next_temperature = f64::INFINITY;
         self.state.next_scaling = match thermostat {
             Some(Thermostat::Rescaling { .. }) => self.simulation.time(),

@@ -3,7 +3,7 @@
 use crate::Vector;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{Boundary, Space};
-use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, SpeciesId, StagePlan, Thermostat};
+use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, SpeciesId, StagePlan, Thermostat, ThermostatError};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -111,21 +111,23 @@ impl SceneBuilder {
 }
 
 fn check_thermostat(thermostat: Option<&Thermostat>, at: &ConfigPath) -> Result<(), SceneError> {
-    match thermostat {
-        Some(Thermostat::Andersen { temperature, rate, axes }) => {
-            positive(*temperature, at.key("temperature"))?;
-            positive(*rate, at.key("rate"))?;
-            if !axes.contains(&true) {
-                return refuse(at.key("axes"), "[]", "at least one axis");
-            }
+    thermostat.map_or(Ok(()), |thermostat| thermostat.check().or_else(|error| refuse_thermostat(error, at)))
+}
+
+/// Refuses a thermostat, at the key that is to be changed.
+fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), SceneError> {
+    match error {
+        ThermostatError::Number { name, value } => positive(value, at.key(name)).map(drop),
+        ThermostatError::NoAxis => refuse(at.key("axes"), "[]", "at least one axis"),
+        ThermostatError::FlatAxes => refuse(at.key("axes"), "only flat ones", "an axis along which particles move"),
+        ThermostatError::NothingMoves => {
+            refuse(at.key("kind"), "\"andersen\" in a scene in which nothing moves", "none, or particles that move")
         }
-        Some(Thermostat::Rescaling { temperature, interval }) => {
-            positive(*temperature, at.key("temperature"))?;
-            positive(*interval, at.key("interval"))?;
+        ThermostatError::NoTemperature | ThermostatError::Rescaling => {
+            let expected = "\"andersen\": to scale velocities takes a temperature, that of two or more particles that move without gravity";
+            refuse(at.key("kind"), "\"rescaling\"", expected)
         }
-        None => {}
     }
-    Ok(())
 }
 
 /// Thermostats that have something to act on; a heat bath leaves flat axes out, along which nothing moves.
@@ -133,26 +135,15 @@ pub(super) fn settle_thermostats(scene: &mut Scene) -> Result<(), SceneError> {
     let is_moving = |species: SpeciesId| !scene.species[species.0 as usize].is_static();
     let moving = scene.particles.iter().filter(|particle| is_moving(particle.species)).count();
     let is_accelerated = scene.accelerations().any(|acceleration| acceleration != Vector::zeros());
-    let boundary = scene.space.boundary;
+    let space = &scene.space;
     let in_stages = scene.run.stages.iter_mut().enumerate();
     let in_stages = in_stages.map(|(index, stage)| (ConfigPath::entry("stage", index), &mut stage.thermostat));
     let all = in_stages.chain([(ConfigPath::root().key("run"), &mut scene.run.thermostat)]);
     for (at, thermostat) in all {
-        let at = at.key("thermostat");
-        match thermostat {
-            Some(Thermostat::Andersen { axes, .. }) => {
-                for axis in 0..3 {
-                    axes[axis] &= boundary[axis] != Boundary::Flat;
-                }
-                if *axes == [false; 3] {
-                    return refuse(at.key("axes"), "only flat ones", "an axis along which particles move");
-                }
-            }
-            Some(Thermostat::Rescaling { .. }) if is_accelerated || moving < 2 => {
-                let expected = "\"andersen\": to scale velocities takes a temperature, that of two or more particles that move without gravity";
-                return refuse(at.key("kind"), "\"rescaling\"", expected);
-            }
-            _ => {}
+        let Some(given) = thermostat else { continue };
+        match given.settled(space, moving, is_accelerated) {
+            Ok(settled) => *given = settled,
+            Err(error) => refuse_thermostat(error, &at.key("thermostat"))?,
         }
     }
     Ok(())

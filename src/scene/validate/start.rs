@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::base::numbers::id;
-use crate::engine::surfaces::{Surface, walls};
+use crate::engine::surfaces::{Placed, Surface};
 use crate::model::Species;
 use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{ParticleId, SpeciesId};
@@ -37,23 +37,26 @@ pub(crate) fn check_ranges(
     Ok(())
 }
 
-/// No moving particle reaches through a wall.
-pub(crate) fn check_walls(groups: &Groups, species: &[Species], space: &Space) -> Result<(), SceneError> {
-    let walls = walls(space, &[[None; 2]; 3]);
+/// No moving particle reaches through a wall or another surface.
+pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &[Placed]) -> Result<(), SceneError> {
     for (index, particle) in groups.particles.iter().enumerate() {
         let species = &species[particle.species.0 as usize];
         if species.is_static() {
             continue;
         }
         let (position, radius) = (&particle.position, 0.5 * species.diameter);
-        for surface in &walls {
+        for surface in surfaces {
             let rounding = ROUNDING * (surface.shape.terms(position) + radius);
             let gap = surface.shape.gap(position, radius);
-            if gap < -rounding
-                && let Some((axis, is_upper)) = surface.shape.side()
-            {
-                let (axis, side) = (AXES[usize::from(axis)], if is_upper { "upper" } else { "lower" });
-                let kind = SceneErrorKind::InWall { particle: id(index), axis, side, depth: -gap };
+            if gap < -rounding {
+                let (particle, depth) = (id(index), -gap);
+                let kind = match surface.shape.side() {
+                    Some((axis, is_upper)) => {
+                        let (axis, side) = (AXES[usize::from(axis)], if is_upper { "upper" } else { "lower" });
+                        SceneErrorKind::InWall { particle, axis, side, depth }
+                    }
+                    None => SceneErrorKind::InSurface { particle, surface: surface.number, depth },
+                };
                 return Err(SceneError::new(groups.path_of(index), kind));
             }
         }
@@ -155,4 +158,39 @@ pub(crate) fn list_bonds(
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+    use crate::engine::surfaces::plane::Plane;
+    use crate::engine::surfaces::{Law, Shape, of_parts};
+    use crate::model::Particle;
+
+    #[test]
+    fn a_particle_in_any_surface_is_refused_with_its_depth() {
+        let species = [Species { name: "A".to_owned(), mass: 1.0, diameter: 1.0, acceleration: Vector::zeros() }];
+        let at = |x: f64| {
+            let particle = |x: f64| Particle {
+                species: SpeciesId(0),
+                position: Vector::new(x, 2.0, 2.0),
+                velocity: Vector::zeros(),
+            };
+            Groups::given(vec![particle(4.0), particle(x)], Vec::new(), Vec::new())
+        };
+        let check = |x: f64, surfaces: &[Placed]| check_surfaces(&at(x), &species, surfaces);
+        let walled = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(5.0) };
+        let walls = of_parts(&walled, &[[None; 2]; 3]);
+        assert!(check(0.5, &walls).is_ok());
+        let refused = check(0.25, &walls).unwrap_err();
+        assert_eq!(refused.kind().to_string(), "particle 1 reaches 0.25 through the lower wall of x");
+
+        let plane = Plane::through(&Vector::new(1.0, 0.0, 0.0), &Vector::x()).unwrap();
+        let plane = Placed { number: 6, shape: Shape::Plane(plane), law: Law::Reflecting { restitution: 1.0 } };
+        assert!(check(1.5, &[plane]).is_ok());
+        let refused = check(1.25, &[plane]).unwrap_err();
+        assert_eq!(refused.kind().to_string(), "particle 1 reaches 0.25 through surface 6");
+        assert!(refused.to_string().contains("particle"), "{refused}");
+    }
 }

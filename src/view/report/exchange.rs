@@ -144,7 +144,7 @@ fn temperatures(summary: &ExchangeSummary) -> String {
 fn swaps(summary: &ExchangeSummary) -> String {
     let results = &summary.results;
     let heads = ["between", "and", "attempts", "swaps", "acceptance"].map(str::to_owned);
-    let row = |it: &crate::exchange::Neighbours| {
+    let row = |it: &crate::exchange::NeighbouringTemperatures| {
         let [one, other] = it.temperatures.map(given);
         vec![one, other, it.attempts.to_string(), it.accepted.to_string(), mean(it.acceptance)]
     };

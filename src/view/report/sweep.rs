@@ -9,7 +9,7 @@ use super::plot::{Curves, Line, LineStyle, Point as Dot, extent};
 use super::results::value;
 use super::{Page, shell};
 use crate::base::text::digits;
-use crate::sweep::{Group, Quantity, Results, StageMeans, Standing, Sweep, SweepFolder};
+use crate::sweep::{Group, MeasuredQuantity, Results, StageMeans, Standing, Sweep, SweepFolder};
 
 /// Values that span a larger ratio have a logarithmic axis.
 const LONG: f64 = 50.0;
@@ -145,7 +145,12 @@ fn constant(results: &Results, at: usize) -> Option<f64> {
     (means().count() > 1 && most - least <= SAME * least.abs().max(most.abs())).then_some(least)
 }
 
-fn quantity_figure(quantity: &Quantity, at: usize, along: &Horizontal, series: &[Series<'_>]) -> Option<String> {
+fn quantity_figure(
+    quantity: &MeasuredQuantity,
+    at: usize,
+    along: &Horizontal,
+    series: &[Series<'_>],
+) -> Option<String> {
     let (mut lines, mut text) = (Vec::new(), String::new());
     for one in series {
         let dot = |(x, means): &(f64, &StageMeans)| {
@@ -170,7 +175,7 @@ fn quantity_figure(quantity: &Quantity, at: usize, along: &Horizontal, series: &
 }
 
 /// Published values of a quantity along the axis, by label: with their source and points, once where several series have the same.
-fn published(quantity: &Quantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
+fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
     let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
     for one in series {
         let mut labels: Vec<(String, String)> = Vec::new();
@@ -209,7 +214,7 @@ fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
 }
 
 /// The mean square of the deviations from what is published over their standard errors, and the number of state points that have both.
-fn chi_square(quantity: &Quantity, at: usize, series: &[Series<'_>], label: &str) -> Option<(f64, usize)> {
+fn chi_square(quantity: &MeasuredQuantity, at: usize, series: &[Series<'_>], label: &str) -> Option<(f64, usize)> {
     let all = series.iter().flat_map(|one| one.points.iter().map(|(_, means)| *means));
     let squares: Vec<f64> = all
         .filter_map(|means| {
@@ -241,7 +246,7 @@ fn means(sweep: &Sweep, results: &Results) -> String {
     let Some(first) = results.groups.first() else { return String::new() };
     let keys = settings(sweep, first).into_iter().map(|(name, _)| name.replace('_', " "));
     let keys = keys.chain(results.has_stages().then(|| "stage".to_owned()));
-    let of = |it: &Quantity| format!("{}{}", symbols(&it.title), brackets(&it.unit));
+    let of = |it: &MeasuredQuantity| format!("{}{}", symbols(&it.title), brackets(&it.unit));
     let heads: Vec<String> = keys.chain(["runs".to_owned()]).chain(results.quantities.iter().map(of)).collect();
     let row = |group: &Group, means: &StageMeans| {
         let settings = settings(sweep, group);

@@ -249,7 +249,7 @@ fn contact_and_rate(potential: Potential) -> ([f64; 2], f64) {
     let density = 500.0 / scene.space().volume();
     let mut simulation = Simulation::without_plan(scene);
     let bath = Thermostat::Andersen { temperature, rate: 0.5, axes: [true; 3] };
-    simulation.set_thermostat(Some(&bath), 0);
+    simulation.set_thermostat(Some(&bath), 0).unwrap();
     simulation.advance(Until::time(20.0)).unwrap();
     let (start, before) = (simulation.snapshot(), *simulation.event_counts());
     let plan = plan::RadialDistribution { cutoff: Some(1.5), bins: Some(50), interval: Some(0.2) };

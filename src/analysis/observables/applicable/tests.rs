@@ -145,7 +145,7 @@ fn the_pressure_of_a_driven_granular_slit_is_that_on_its_walls() {
     let mut observer = crate::analysis::observables::Observer::new(&scene);
     let mut simulation = Simulation::without_plan(scene);
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [false, true, false] };
-    simulation.set_thermostat(Some(&bath), 0);
+    simulation.set_thermostat(Some(&bath), 0).unwrap();
     // sum x m v / V, whose change is all that the two pressures differ by in a finite time.
     let moment = |simulation: &Simulation| {
         let (scene, snapshot) = (simulation.scene(), simulation.snapshot());

@@ -3,7 +3,7 @@
 use super::Cells;
 use crate::engine::hardware::prefetch::prefetch;
 use crate::engine::neighbours::candidates::Candidates;
-use crate::engine::neighbours::grid::Face;
+use crate::engine::neighbours::grid::CellFace;
 
 impl Cells {
     /// Prefetches the cell of a particle.
@@ -44,7 +44,7 @@ impl Cells {
 
     /// Puts every particle that is near to `cell` and was not near to the cell before a transition through `face` into `near`.
     #[inline]
-    pub fn find_new_candidates(&self, cell: u32, face: Face, near: &mut Candidates) {
+    pub fn find_new_candidates(&self, cell: u32, face: CellFace, near: &mut Candidates) {
         let mut heads = near.heads();
         self.grid.for_each_new(cell, face, |new| heads.put(self.first[new as usize]));
         let found = heads.length;
@@ -53,14 +53,14 @@ impl Cells {
 
     /// Prefetches what a transition through a face reads: the heads of its cell and of those that become near.
     #[inline]
-    pub fn prefetch_transition(&self, cell: u32, face: Face) {
+    pub fn prefetch_transition(&self, cell: u32, face: CellFace) {
         prefetch(&self.first, cell as usize);
         self.for_each_new_after(cell, face, |new| prefetch(&self.first, new as usize));
     }
 
     /// Prefetches the first particles in the cells that become near.
     #[inline]
-    pub fn prefetch_new(&self, cell: u32, face: Face, expect: impl Fn(u32)) {
+    pub fn prefetch_new(&self, cell: u32, face: CellFace, expect: impl Fn(u32)) {
         self.for_each_new_after(cell, face, |new| self.prefetch_head(self.first[new as usize], &expect));
     }
 
@@ -79,7 +79,7 @@ impl Cells {
     }
 
     #[inline(always)]
-    fn for_each_new_after(&self, cell: u32, face: Face, visit: impl FnMut(u32)) {
+    fn for_each_new_after(&self, cell: u32, face: CellFace, visit: impl FnMut(u32)) {
         if let Some((to, _)) = self.grid.behind(cell, face)
             && to != cell
         {

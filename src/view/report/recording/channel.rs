@@ -1,7 +1,7 @@
 //! Scalars of the particles, for their colours.
 
 use super::ChannelHead;
-use super::neighbours::Neighbours;
+use super::neighbours::WellNeighbours;
 use crate::Vector;
 use crate::base::numbers::trunc_to_u8;
 use crate::model::Scene;
@@ -20,7 +20,7 @@ enum Quantity {
     /// Coordinate along an axis, and its sign.
     Height(usize, f64),
     /// How many others are within the range of a finite step.
-    Captured(Neighbours),
+    Captured(WellNeighbours),
     /// A scalar of the trajectory, by its name.
     Given(String),
 }
@@ -50,7 +50,7 @@ impl Channels {
             let head = ChannelHead { low, high, ..head("height", "length", false) };
             channels.push((Quantity::Height(up, sign), head, high));
         }
-        if let Some(neighbours) = scene.and_then(|scene| Neighbours::of(scene, frame)) {
+        if let Some(neighbours) = scene.and_then(|scene| WellNeighbours::of(scene, frame)) {
             channels.push((Quantity::Captured(neighbours), head("neighbours within a well", "1", true), 0.0));
         }
         for scalar in frame.scalars.iter().take(MOST_GIVEN) {

@@ -10,7 +10,7 @@ use crate::trajectory::Frame;
 
 /// The ranges within which particles are neighbours.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Neighbours {
+pub(super) struct WellNeighbours {
     /// Species by species, negative for those that have no finite step.
     ranges: Vec<f64>,
     species: usize,
@@ -19,7 +19,7 @@ pub(super) struct Neighbours {
     bonded: HashSet<[u32; 2]>,
 }
 
-impl Neighbours {
+impl WellNeighbours {
     /// The ranges of a scene; `None` if it has no finite steps, or if the species of the frame are not those of the scene.
     pub fn of(scene: &Scene, frame: &Frame) -> Option<Self> {
         let names = || frame.species.iter().map(|species| &species.name);
@@ -46,7 +46,7 @@ impl Neighbours {
         let positions = frame.particles.iter().map(|particle| wrapped(frame, &particle.position));
         let cells = CellList::new(&frame.space(), frame.displacement, self.longest, (0..).zip(positions));
         let mut counts = vec![0.0; frame.particles.len()];
-        cells.for_each_pair(|a, b, square| {
+        cells.for_each_pair(|a, b, _, square| {
             let [one, other] = [a, b].map(|place| &frame.particles[place as usize]);
             let pair = one.species.0 as usize * self.species + other.species.0 as usize;
             let range = self.ranges.get(pair).copied().unwrap_or(-1.0);

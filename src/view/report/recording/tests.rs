@@ -225,7 +225,7 @@ fn neighbours_are_those_of_a_search_over_all_pairs() {
         let other = all.iter().position(|b| near(&all[one], b)).unwrap();
         frame.bonds = vec![[all[other].id, all[one].id]];
         (expected[one], expected[other]) = (expected[one] - 1.0, expected[other] - 1.0);
-        let found = neighbours::Neighbours::of(&scene, &frame).unwrap().count(&frame);
+        let found = neighbours::WellNeighbours::of(&scene, &frame).unwrap().count(&frame);
         assert_eq!(found, expected);
     }
 }

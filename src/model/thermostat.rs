@@ -1,0 +1,97 @@
+//! Thermostats: their settings, and on what they can act.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::limits::is_positive;
+use super::space::{Boundary, Space};
+
+/// Thermostat: it controls the temperature.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Thermostat {
+    /// Particles get velocities from the Maxwell distribution, each at random times: H. C. Andersen, J. Chem. Phys. 72, 2384 (1980),
+    /// [doi:10.1063/1.439486](https://doi.org/10.1063/1.439486).
+    Andersen {
+        /// Temperature `[energy]`.
+        temperature: f64,
+        /// How often each particle gets one, in the mean `[1 / time]`.
+        rate: f64,
+        /// The components that are drawn anew.
+        axes: [bool; 3],
+    },
+    /// All velocities are scaled to the temperature at even times.
+    Rescaling {
+        /// Temperature `[energy]`.
+        temperature: f64,
+        /// Between two scalings `[time]`.
+        interval: f64,
+    },
+}
+
+/// Why a thermostat is none, or has nothing to act on.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ThermostatError {
+    /// One of its numbers is not positive, or too large or small for one.
+    #[error("the {name} of the thermostat is {value}, expected a number from 1e-50 to 1e50")]
+    Number {
+        /// Its name: temperature, rate or interval.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A heat bath draws no component anew.
+    #[error("the heat bath has no axes, expected at least one")]
+    NoAxis,
+    /// A heat bath has axes along which nothing moves only.
+    #[error("the heat bath has flat axes only, expected an axis along which particles move")]
+    FlatAxes,
+    /// A heat bath has no particle to give a velocity to.
+    #[error("the heat bath acts on particles that move, and there are none")]
+    NothingMoves,
+    /// A rescaling has no temperature to scale: particles accelerate, or fewer than two of them move.
+    #[error("to scale velocities takes a temperature, that of two or more particles that move without gravity")]
+    NoTemperature,
+    /// Velocities are scaled by the caller: that is no heat bath of a simulation.
+    #[error(
+        "a simulation has no thermostat that scales velocities: call Simulation::scale_velocities at its times, or use run::Run"
+    )]
+    Rescaling,
+}
+
+impl Thermostat {
+    /// Whether its settings are valid, whatever it acts on.
+    pub(crate) fn check(&self) -> Result<(), ThermostatError> {
+        let number =
+            |name, value| if is_positive(value) { Ok(()) } else { Err(ThermostatError::Number { name, value }) };
+        match *self {
+            Self::Andersen { temperature, rate, axes } => {
+                number("temperature", temperature)?;
+                number("rate", rate)?;
+                if axes.contains(&true) { Ok(()) } else { Err(ThermostatError::NoAxis) }
+            }
+            Self::Rescaling { temperature, interval } => {
+                number("temperature", temperature)?;
+                number("interval", interval)
+            }
+        }
+    }
+
+    /// The thermostat as it acts in a space, on so many particles that move: a heat bath leaves flat axes out, along which nothing moves.
+    pub(crate) fn settled(self, space: &Space, moving: usize, is_accelerated: bool) -> Result<Self, ThermostatError> {
+        self.check()?;
+        match self {
+            Self::Andersen { .. } if moving == 0 => Err(ThermostatError::NothingMoves),
+            Self::Andersen { temperature, rate, axes } => {
+                let axes = std::array::from_fn(|axis| axes[axis] && space.boundary[axis] != Boundary::Flat);
+                if axes == [false; 3] {
+                    return Err(ThermostatError::FlatAxes);
+                }
+                Ok(Self::Andersen { temperature, rate, axes })
+            }
+            Self::Rescaling { .. } if is_accelerated || moving < 2 => Err(ThermostatError::NoTemperature),
+            Self::Rescaling { .. } => Ok(self),
+        }
+    }
+}
