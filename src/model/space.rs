@@ -19,9 +19,10 @@ pub enum Face {
 }
 
 /// Boundary condition along one axis: periodic, bounded or flat.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub enum Boundary {
     /// Periodic boundary: particles that leave on one side enter on the other; pairs use the minimum image.
+    #[default]
     Periodic,
     /// The two sides of the box, each open or a wall.
     Bounded {
@@ -47,7 +48,7 @@ impl Boundary {
 }
 
 /// The simulation box, aligned with the axes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Space {
     /// Lower corner `[length]`.
     pub lower: Vector,

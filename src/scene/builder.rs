@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::Vector;
 use crate::base::numbers::id;
-use crate::model::MeasurementPlan;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{AuditPlan, ExchangePlan, InputFile, OutputPlan, ParticleId, RunPlan, SpeciesId};
+use crate::model::{AuditPlan, ExchangePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, SpeciesId};
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::unvalidated::{
@@ -35,19 +34,11 @@ use crate::scene::unvalidated::{
 #[derive(Debug, Clone, PartialEq)]
 #[must_use = "a builder does nothing until `build`"]
 pub struct SceneBuilder {
-    pub(crate) name: String,
-    pub(crate) seed: u64,
-    pub(crate) start_time: f64,
-    pub(crate) allow_invalid_start: bool,
+    /// What it has of the scene already; the size of the box, species, interactions, bonds and particles follow from what is below.
+    pub(crate) parts: SceneParts,
     /// `None` derives it from the one fill that has a count and a density.
     pub(crate) size: Option<Vector>,
-    pub(crate) lower: Vector,
-    pub(crate) boundary: [Boundary; 3],
-    pub(crate) wall_temperatures: [[Option<f64>; 2]; 3],
     pub(crate) gravity: Vector,
-    pub(crate) shear_rate: Option<f64>,
-    pub(crate) displacement: f64,
-    pub(crate) contact_time: Option<f64>,
     pub(crate) species: Vec<SpeciesDraft>,
     pub(crate) interactions: Vec<InteractionDraft>,
     pub(crate) groups: Vec<LocatedGroup>,
@@ -58,12 +49,6 @@ pub struct SceneBuilder {
     /// The first group whose ids were asked for and are not known.
     pub(crate) unnumbered: Option<ConfigPath>,
     pub(crate) bonds: Vec<UnvalidatedBond>,
-    pub(crate) audit: AuditPlan,
-    pub(crate) run: RunPlan,
-    pub(crate) output: OutputPlan,
-    pub(crate) measure: MeasurementPlan,
-    pub(crate) exchange: Option<ExchangePlan>,
-    pub(crate) inputs: Vec<InputFile>,
     /// The run that it starts from, in place of groups.
     pub(crate) start: Option<UnvalidatedStart>,
     pub(crate) origins: Origins,
@@ -73,18 +58,9 @@ impl SceneBuilder {
     /// An empty scene: no gravity, no TC model, periodic along every axis, seed 1.
     pub fn new(name: &str) -> Self {
         Self {
-            name: name.to_owned(),
-            seed: 1,
-            start_time: 0.0,
-            allow_invalid_start: false,
+            parts: SceneParts { name: name.to_owned(), seed: 1, ..SceneParts::default() },
             size: None,
-            lower: Vector::zeros(),
-            boundary: [Boundary::Periodic; 3],
-            wall_temperatures: [[None; 2]; 3],
             gravity: Vector::zeros(),
-            shear_rate: None,
-            displacement: 0.0,
-            contact_time: None,
             species: Vec::new(),
             interactions: Vec::new(),
             groups: Vec::new(),
@@ -92,46 +68,45 @@ impl SceneBuilder {
             next_id: Some(0),
             unnumbered: None,
             bonds: Vec::new(),
-            audit: AuditPlan::default(),
-            run: RunPlan::default(),
-            output: OutputPlan::default(),
-            measure: MeasurementPlan::default(),
-            exchange: None,
-            inputs: Vec::new(),
             start: None,
             origins: Origins::default(),
         }
     }
 
+    /// The builder of a scene that has its species; interactions, bonds and particles stay parts.
+    pub(crate) fn of_parts(parts: SceneParts) -> Self {
+        let species = parts.species.iter().map(SpeciesDraft::of).collect();
+        Self { size: Some(parts.space.size), species, parts, ..Self::new("") }
+    }
+
     /// The seed of all random numbers.
     pub fn seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
+        self.parts.seed = seed;
         self
     }
 
     /// Simulated time at the start `[time]`.
     pub fn start_time(mut self, time: f64) -> Self {
-        self.start_time = time;
+        self.parts.start_time = time;
         self
     }
 
     /// Leaves overlaps at the start to the stable rule.
     pub fn allow_invalid_start(mut self, allow: bool) -> Self {
-        self.allow_invalid_start = allow;
+        self.parts.allow_invalid_start = allow;
         self
     }
 
     /// The box. Without it, a periodic cube follows from the one fill that has a count and a density.
     pub fn space(mut self, space: Space) -> Self {
         self.size = Some(space.size);
-        self.lower = space.lower;
-        self.boundary = space.boundary;
+        self.parts.space = space;
         self
     }
 
     /// Boundary conditions of a box whose size follows from a fill.
     pub fn boundary(mut self, boundary: [Boundary; 3]) -> Self {
-        self.boundary = boundary;
+        self.parts.space.boundary = boundary;
         self
     }
 
@@ -142,7 +117,7 @@ impl SceneBuilder {
 
     /// Makes the lower and the upper wall of an axis (0, 1, 2) thermal, each with its own temperature `[energy]`; without one, it reflects.
     pub fn wall_temperatures(mut self, axis: usize, temperatures: [Option<f64>; 2]) -> Self {
-        if let Some(walls) = self.wall_temperatures.get_mut(axis) {
+        if let Some(walls) = self.parts.wall_temperatures.get_mut(axis) {
             *walls = temperatures;
         }
         self
@@ -156,25 +131,25 @@ impl SceneBuilder {
 
     /// Shears the box: `v_x = rate (y - y_middle)` streams, and images above and below slide along x `[1 / time]`.
     pub fn shear(mut self, rate: f64) -> Self {
-        self.shear_rate = Some(rate);
+        self.parts.shear_rate = Some(rate);
         self
     }
 
     /// How far the next image up of a sheared box is displaced along x at the start `[length]`.
     pub fn displacement(mut self, displacement: f64) -> Self {
-        self.displacement = displacement;
+        self.parts.displacement = displacement;
         self
     }
 
     /// Switches the TC model on `[time]`.
     pub fn contact_time(mut self, time: f64) -> Self {
-        self.contact_time = Some(time);
+        self.parts.contact_time = Some(time);
         self
     }
 
     /// When the run's audit fails.
     pub fn audit(mut self, audit: AuditPlan) -> Self {
-        self.audit = audit;
+        self.parts.audit = audit;
         self
     }
 
@@ -306,26 +281,26 @@ impl SceneBuilder {
 
     /// How long to run.
     pub fn run(mut self, run: RunPlan) -> Self {
-        self.run = run;
+        self.parts.run = run;
         self
     }
 
     /// Output plan.
     pub fn output(mut self, output: OutputPlan) -> Self {
-        self.output = output;
+        self.parts.output = output;
         self
     }
 
     /// Measurement plan.
     pub fn measure(mut self, plan: MeasurementPlan) -> Self {
-        self.measure = plan;
+        self.parts.measure = plan;
         self
     }
 
     /// Replicas at several temperatures, which are swapped: [`Exchange`](crate::exchange::Exchange) runs them.
     #[doc(alias = "parallel tempering")]
     pub fn exchange(mut self, plan: ExchangePlan) -> Self {
-        self.exchange = Some(plan);
+        self.parts.exchange = Some(plan);
         self
     }
 

@@ -59,20 +59,20 @@ impl SceneBuilder {
     /// Builder in which everything that the scene leaves out is as in the run.
     fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Result<Self, SceneError> {
         let (mut next, run) = (self.clone(), simulation.scene());
-        (next.start_time, next.displacement) = (simulation.time(), simulation.displacement());
+        (next.parts.start_time, next.parts.displacement) = (simulation.time(), simulation.displacement());
         if !start.has_seed {
-            next.seed = run.seed;
+            next.parts.seed = run.seed;
         }
         next.size = next.size.or(Some(run.space.size));
         if !start.has_lower {
-            next.lower = run.space.lower;
+            next.parts.space.lower = run.space.lower;
         }
         if !start.has_space {
-            next.boundary = run.space.boundary;
-            (next.wall_temperatures, next.shear_rate) = (run.wall_temperatures, run.shear_rate);
+            next.parts.space.boundary = run.space.boundary;
+            (next.parts.wall_temperatures, next.parts.shear_rate) = (run.wall_temperatures, run.shear_rate);
         }
         if !start.has_dynamics {
-            next.contact_time = run.contact_time;
+            next.parts.contact_time = run.contact_time;
         }
         let gravity = next.gravity;
         if next.species.is_empty() {
@@ -95,7 +95,7 @@ impl SceneBuilder {
     fn starting_from(&self, last: &LastRun) -> Result<Scene, SceneError> {
         let run = last.simulation.scene();
         self.check_header()?;
-        check_flat_axes(&self.boundary, &run.space)?;
+        check_flat_axes(&self.parts.space.boundary, &run.space)?;
         let mut species = self.checked_species()?;
         let space = self.checked_space(&species)?;
         check_box(&space, &run.space)?;
@@ -124,10 +124,10 @@ impl SceneBuilder {
         self.check_plan(&groups, &species, &space, &interactions)?;
         // No place is worse than in the run otherwise.
         if !is_as_it_was {
-            self.check_places(&groups, &species, &space, self.displacement, &interactions)?;
+            self.check_places(&groups, &species, &space, self.parts.displacement, &interactions)?;
         }
         let finished = interactions.finish();
-        let mut scene = self.assembled(space, species, finished, groups, self.displacement);
+        let mut scene = self.assembled(space, species, finished, groups, self.parts.displacement);
         scene.particles = particles;
         scene.inputs = vec![last.checkpoint.clone()];
         let differences = differences(&scene, run);

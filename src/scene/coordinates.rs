@@ -40,7 +40,7 @@ pub(super) fn add(
         let path = directory.join(&file.path);
         let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
         let text = std::fs::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
-        scene.inputs.push(unchanged(&path, &text, file.checksum.as_deref(), &at)?);
+        scene.parts.inputs.push(unchanged(&path, &text, file.checksum.as_deref(), &at)?);
         let mut start = parse(&text, file.frame).map_err(|(line, problem)| {
             SceneError::new(at.key("path"), SceneErrorKind::Coordinates { path: path.clone(), line, problem })
         })?;
@@ -48,10 +48,10 @@ pub(super) fn add(
             take_box(&start.frame, space, scene)?;
         }
         if start.frame.displacement != 0.0 {
-            scene.displacement = start.frame.displacement;
+            scene.parts.displacement = start.frame.displacement;
         }
         add_bonds(&start, file, &path, &at, scene)?;
-        if let Some(input) = scene.inputs.last_mut() {
+        if let Some(input) = scene.parts.inputs.last_mut() {
             input.unused = std::mem::take(&mut start.beside.unused);
         }
         sizes.push(RadiiAndMasses::of(&start, path, &at, scene.groups.len()));
@@ -70,10 +70,10 @@ pub(super) fn add(
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     scene.size = Some(frame.size);
     if space.lower.is_none() {
-        scene.lower = frame.lower;
+        scene.parts.space.lower = frame.lower;
     }
     for (k, _) in [&space.x, &space.y, &space.z].into_iter().enumerate().filter(|(_, given)| given.is_none()) {
-        scene.boundary[k] = match (frame.is_flat(k), frame.periodic[k]) {
+        scene.parts.space.boundary[k] = match (frame.is_flat(k), frame.periodic[k]) {
             (true, _) => Boundary::Flat,
             (false, true) => Boundary::Periodic,
             (false, false) => {

@@ -96,12 +96,13 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     let mut scene = SceneBuilder::new(file.name.as_deref().unwrap_or(name));
     scene.start = file.start.as_ref().map(|start| start::parse_start(start, &file, directory)).transpose()?;
     let (dynamics, space) = (file.dynamics.unwrap_or_default(), file.space.unwrap_or_default());
-    scene.seed = file.seed.unwrap_or(scene.seed);
-    scene.start_time = file.start_time.unwrap_or(0.0);
-    scene.allow_invalid_start = file.allow_invalid_start;
+    scene.parts.seed = file.seed.unwrap_or(scene.parts.seed);
+    scene.parts.start_time = file.start_time.unwrap_or(0.0);
+    scene.parts.allow_invalid_start = file.allow_invalid_start;
     scene.gravity = vector(dynamics.gravity.unwrap_or_default());
-    scene.contact_time = dynamics.contact_time;
-    scene.audit = AuditPlan { energy: file.audit.energy, momentum: file.audit.momentum, overlap: file.audit.overlap };
+    scene.parts.contact_time = dynamics.contact_time;
+    scene.parts.audit =
+        AuditPlan { energy: file.audit.energy, momentum: file.audit.momentum, overlap: file.audit.overlap };
     space::parse_space(&space, &mut scene)?;
     let mut distributed = Vec::new();
     for (index, species) in file.species.into_iter().enumerate() {
@@ -133,10 +134,10 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
         let at = ConfigPath::entry("bond", index);
         scene.bonds.push(UnvalidatedBond { pair: bond.particles, interaction: bond.interaction, at });
     }
-    scene.run = plan::parse_run(file.run, file.stage)?;
-    scene.measure = plan::parse_measure(file.measure);
-    scene.exchange = file.exchange.map(plan::parse_exchange);
-    scene.output = parse_output(file.output)?;
+    scene.parts.run = plan::parse_run(file.run, file.stage)?;
+    scene.parts.measure = plan::parse_measure(file.measure);
+    scene.parts.exchange = file.exchange.map(plan::parse_exchange);
+    scene.parts.output = parse_output(file.output)?;
     classes::expand(&mut scene, &distributed)?;
     sizes.iter().try_for_each(|sizes| sizes.agree(&scene))?;
     sizes.iter().for_each(|sizes| sizes.set_velocities(&mut scene));

@@ -9,7 +9,7 @@ pub(crate) mod start;
 
 use crate::Vector;
 use crate::model::space::{Boundary, Face, Space, displacement_within_period};
-use crate::model::{AuditPlan, CountRegion, Interaction, InteractionId, Scene, Species, SpeciesPairs};
+use crate::model::{AuditPlan, CountRegion, Interaction, InteractionId, Scene, SceneParts, Species, SpeciesPairs};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -44,8 +44,11 @@ impl SceneBuilder {
         let groups = Groups::place(self, &species, &space, &mut interactions)?;
         interactions.check_complete(&groups.counts(species.len()))?;
         // A flat x has no period, and nothing slides along it.
-        let displacement =
-            if self.displacement == 0.0 { 0.0 } else { displacement_within_period(self.displacement, space.size.x) };
+        let displacement = if self.parts.displacement == 0.0 {
+            0.0
+        } else {
+            displacement_within_period(self.parts.displacement, space.size.x)
+        };
         self.check_plan(&groups, &species, &space, &interactions)?;
         self.check_places(&groups, &species, &space, displacement, &interactions)?;
         let drawn = groups.drawn(self);
@@ -65,8 +68,8 @@ impl SceneBuilder {
     ) -> Result<(), SceneError> {
         affordable_species(groups.counts(species.len()).iter().filter(|count| **count > 0).count())?;
         start::check_ranges(space, species, interactions, groups)?;
-        self.check_drive(space, species, interactions, interactions.longest_range(|_, _| true))?;
-        self.check_measure(space, species)?;
+        self.parts.check_drive(space, species, interactions, interactions.longest_range(|_, _| true))?;
+        self.parts.check_measure(space, species)?;
         self.check_displacement()
     }
 
@@ -79,7 +82,7 @@ impl SceneBuilder {
         displacement: f64,
         interactions: &Interactions<'_>,
     ) -> Result<(), SceneError> {
-        if self.allow_invalid_start {
+        if self.parts.allow_invalid_start {
             return Ok(());
         }
         start::check_walls(groups, species, space)?;
@@ -105,35 +108,23 @@ impl SceneBuilder {
         groups: Groups,
         displacement: f64,
     ) -> Scene {
-        Scene {
-            name: self.name.clone(),
-            seed: self.seed,
-            start_time: self.start_time,
+        Scene::of_parts(SceneParts {
             species,
             interactions,
             table,
             bonds: groups.bonds.into_iter().map(|(bond, _)| bond).collect(),
             particles: groups.particles,
             static_surfaces: groups.static_surfaces,
-            wall_temperatures: space.of_walls(self.wall_temperatures),
+            wall_temperatures: space.of_walls(self.parts.wall_temperatures),
             space,
-            shear_rate: self.shear_rate,
             displacement,
-            contact_time: self.contact_time,
-            allow_invalid_start: self.allow_invalid_start,
-            audit: self.audit,
-            run: self.run.clone(),
-            output: self.output.clone(),
-            measure: self.measure.clone(),
-            exchange: self.exchange.clone(),
-            inputs: self.inputs.clone(),
-            predecessor: None,
-        }
+            ..self.parts.clone()
+        })
     }
 
     /// Names besides those of the scene, the species and the regions.
     fn check_names(&self) -> Result<(), SceneError> {
-        for (index, stage) in self.run.stages.iter().enumerate() {
+        for (index, stage) in self.parts.run.stages.iter().enumerate() {
             names::words(&stage.name, &ConfigPath::entry("stage", index).key("name"))?;
         }
         for placed in &self.groups {
@@ -145,10 +136,12 @@ impl SceneBuilder {
     }
 
     pub(super) fn check_displacement(&self) -> Result<(), SceneError> {
-        finite(self.displacement, ConfigPath::root().key("space").key("shear_rate"))?;
-        if self.displacement != 0.0 && self.shear_rate.is_none() {
-            let why =
-                format!("images of this start are displaced by {} along x, as in a sheared box", self.displacement);
+        finite(self.parts.displacement, ConfigPath::root().key("space").key("shear_rate"))?;
+        if self.parts.displacement != 0.0 && self.parts.shear_rate.is_none() {
+            let why = format!(
+                "images of this start are displaced by {} along x, as in a sheared box",
+                self.parts.displacement
+            );
             return Err(missing(&ConfigPath::root().key("space"), "shear_rate", why));
         }
         Ok(())
@@ -156,24 +149,24 @@ impl SceneBuilder {
 
     pub(super) fn check_header(&self) -> Result<(), SceneError> {
         let is_good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        if self.name.is_empty() || self.name.len() > 100 || !self.name.chars().all(is_good) {
+        if self.parts.name.is_empty() || self.parts.name.len() > 100 || !self.parts.name.chars().all(is_good) {
             let expected = "up to 100 letters, digits, - and _: it becomes a folder";
-            return refuse(ConfigPath::root().key("name"), format!("{:?}", self.name), expected);
+            return refuse(ConfigPath::root().key("name"), format!("{:?}", self.parts.name), expected);
         }
-        finite(self.start_time, ConfigPath::root().key("start_time"))?;
-        positive_if_given(self.contact_time, ConfigPath::root().key("dynamics").key("contact_time"))?;
+        finite(self.parts.start_time, ConfigPath::root().key("start_time"))?;
+        positive_if_given(self.parts.contact_time, ConfigPath::root().key("dynamics").key("contact_time"))?;
         let audit = ConfigPath::root().key("audit");
-        let AuditPlan { energy, momentum, overlap } = self.audit;
+        let AuditPlan { energy, momentum, overlap } = self.parts.audit;
         for (limit, key) in [(energy, "energy"), (momentum, "momentum"), (overlap, "overlap")] {
             positive_if_given(limit, audit.key(key))?;
         }
         self.check_names()?;
-        self.check_run()?;
+        self.parts.check_run()?;
         let output = ConfigPath::root().key("output");
-        positive_if_given(self.output.thermo_interval, output.key("thermo_interval"))?;
-        positive_if_given(self.output.frame_interval, output.key("frame_interval"))?;
-        check_regions(&self.output.regions)?;
-        self.check_exchange()
+        positive_if_given(self.parts.output.thermo_interval, output.key("thermo_interval"))?;
+        positive_if_given(self.parts.output.frame_interval, output.key("frame_interval"))?;
+        check_regions(&self.parts.output.regions)?;
+        self.parts.check_exchange()
     }
 
     /// The species, with no acceleration yet.
@@ -225,9 +218,9 @@ impl SceneBuilder {
 
     pub(super) fn checked_space(&self, species: &[Species]) -> Result<Space, SceneError> {
         let at = ConfigPath::root().key("space");
-        finite_vector(&self.lower, &at.key("lower"))?;
-        for (k, boundary) in self.boundary.iter().enumerate() {
-            for temperature in self.wall_temperatures[k].into_iter().flatten() {
+        finite_vector(&self.parts.space.lower, &at.key("lower"))?;
+        for (k, boundary) in self.parts.space.boundary.iter().enumerate() {
+            for temperature in self.parts.wall_temperatures[k].into_iter().flatten() {
                 positive(temperature, at.key(["x", "y", "z"][k]).key("temperature"))?;
             }
             if let Boundary::Bounded { lower, upper } = boundary {
@@ -238,23 +231,23 @@ impl SceneBuilder {
                 }
             }
         }
-        let unsized_space = Space { lower: self.lower, size: Vector::zeros(), boundary: self.boundary };
+        let unsized_space = &self.parts.space;
         if unsized_space.dimensions() == 0 {
             return refuse(at, "flat along every axis", "an axis along which particles can move");
         }
         let size = match self.size {
             Some(size) => size,
-            None => self.derived_size(species, &unsized_space)?,
+            None => self.derived_size(species, unsized_space)?,
         };
         for k in 0..3 {
             let at = at.key("size").index(k);
-            if self.boundary[k] != Boundary::Flat {
+            if self.parts.space.boundary[k] != Boundary::Flat {
                 positive(size[k], at)?;
             } else if size[k] != 0.0 {
                 return refuse(at, size[k], format!("0 because {} is flat", AXES[k]));
             }
         }
-        Ok(Space { size, ..unsized_space })
+        Ok(Space { size, ..*unsized_space })
     }
 }
 

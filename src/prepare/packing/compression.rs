@@ -10,8 +10,8 @@ use crate::engine::{Simulation, Until};
 use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
 use crate::model::{
-    AuditPlan, Growth, GrowthTarget, Interaction, InteractionId, MeasurementPlan, OutputPlan, Particle, Potential,
-    Region, RunPlan, Scene, SceneParts, Species, SpeciesId, SpeciesPairs,
+    Growth, GrowthTarget, Interaction, InteractionId, Particle, Potential, Region, Scene, SceneParts, Species,
+    SpeciesId, SpeciesPairs,
 };
 use crate::prepare::packing::insertion::insert;
 use crate::prepare::packing::occupancy::{Contacts, Occupancy};
@@ -164,26 +164,12 @@ impl Compression<'_> {
         Ok(Scene::of_parts(SceneParts {
             name: "growth".to_owned(),
             seed: self.fill.seed,
-            start_time: 0.0,
             space: self.fill.space.clone(),
             species,
             interactions,
             table,
-            bonds: Vec::new(),
             particles,
-            static_surfaces: Vec::new(),
-            wall_temperatures: [[None; 2]; 3],
-            shear_rate: None,
-            displacement: 0.0,
-            contact_time: None,
-            allow_invalid_start: false,
-            audit: AuditPlan::default(),
-            run: RunPlan::default(),
-            output: OutputPlan::default(),
-            measure: MeasurementPlan::default(),
-            exchange: None,
-            inputs: Vec::new(),
-            predecessor: None,
+            ..SceneParts::default()
         }))
     }
 

@@ -122,10 +122,10 @@ impl<'a> Placing<'a> {
         let (Group::Fill(fill), at) = (&placed.group, &placed.at) else { return Ok(Vec::new()) };
         let filling = Filling::new(fill, self.species, self.contacts, self.space, at)?;
         let mut kinds = filling.kinds();
-        Random::new(self.scene.seed, Purpose::Composition, index).shuffle(&mut kinds);
+        Random::new(self.scene.parts.seed, Purpose::Composition, index).shuffle(&mut kinds);
         let positions = match (fill.arrangement, occupancy) {
             (Arrangement::Lattice(lattice), _) => {
-                let contacts = (!self.scene.allow_invalid_start).then_some(self.contacts);
+                let contacts = (!self.scene.parts.allow_invalid_start).then_some(self.contacts);
                 filling.on_lattice(lattice, self.space, self.species, contacts, at)?
             }
             (Arrangement::Random, Some(occupancy)) => {
@@ -137,7 +137,7 @@ impl<'a> Placing<'a> {
                     region: filling.region,
                     as_many_as_fit: fill.as_many_as_fit,
                     has_box: self.scene.groups.len() == 1 && fill.region.is_none(),
-                    seed: self.scene.seed,
+                    seed: self.scene.parts.seed,
                     group: index,
                 };
                 random.positions(occupancy).map_err(|error| SceneError::new(at.clone(), error))?
@@ -230,7 +230,7 @@ impl<'a> Placing<'a> {
         at: &ConfigPath,
     ) -> Result<Vec<Vector>, SceneError> {
         let Some(occupancy) = occupancy else { return Ok(Vec::new()) };
-        let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
+        let mut random = Random::new(self.scene.parts.seed, Purpose::Placement, index);
         chain::grow_all(links, chain.count, self.space, occupancy, &mut random)
             .map_err(|no_room| SceneError::new(at.clone(), no_room))
     }

@@ -3,13 +3,13 @@
 use crate::base::text::shortest;
 use crate::model::exchange_plan::{MOST_ATTEMPTS, MOST_TEMPERATURES};
 use crate::model::space::{AXES, Boundary, Face};
-use crate::model::{ExchangePlan, Format, MeasurementPlan, Scene};
+use crate::model::{ExchangePlan, Format, MeasurementPlan, Scene, SceneParts};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::limits::{affordable, positive};
 
-impl SceneBuilder {
+impl SceneParts {
     /// The plan of an exchange, and what it leaves no room for.
     pub(super) fn check_exchange(&self) -> Result<(), SceneError> {
         let Some(plan) = &self.exchange else { return Ok(()) };
@@ -99,7 +99,9 @@ impl SceneBuilder {
         }
         Ok(())
     }
+}
 
+impl SceneBuilder {
     /// Whether the system of the scene has an equilibrium at each temperature.
     pub(in crate::scene) fn check_equilibrium(&self, scene: &Scene) -> Result<(), SceneError> {
         let Some(plan) = &scene.exchange else { return Ok(()) };

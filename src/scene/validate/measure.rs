@@ -4,15 +4,14 @@ use crate::model::measurement_plan::{
     DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Profile,
 };
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{MeasurementPlan, Species};
-use crate::scene::builder::SceneBuilder;
+use crate::model::{MeasurementPlan, SceneParts, Species};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::interactions::species_named;
 use crate::scene::limits::{finite, finite_vector, positive_if_given};
 use crate::scene::names::Taken;
 
-impl SceneBuilder {
+impl SceneParts {
     /// Intervals, bins, names and species of what is to be measured.
     pub(in crate::scene) fn check_measure(&self, space: &Space, species: &[Species]) -> Result<(), SceneError> {
         let at = ConfigPath::root().key("measure");

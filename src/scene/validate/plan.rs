@@ -3,8 +3,7 @@
 use crate::Vector;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{Boundary, Space};
-use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, SpeciesId, StagePlan, Thermostat};
-use crate::scene::builder::SceneBuilder;
+use crate::model::{Growth, GrowthTarget, Limit, Scene, SceneParts, Species, SpeciesId, StagePlan, Thermostat};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::interactions::Interactions;
@@ -24,7 +23,7 @@ fn is_file_name(name: &str) -> bool {
     !name.starts_with('.') && !name.ends_with('.') && name.len() <= 50 && name.chars().all(is_good)
 }
 
-impl SceneBuilder {
+impl SceneParts {
     /// Limits, thermostats and growth.
     pub(super) fn check_run(&self) -> Result<(), SceneError> {
         let at = ConfigPath::root().key("run");
