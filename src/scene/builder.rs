@@ -54,6 +54,19 @@ pub struct SceneBuilder {
     pub(crate) origins: Origins,
 }
 
+/// Declares methods that set one value.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $method:ident($value:ident: $type:ty) => $($field:ident).+;)*) => {
+        $(
+            $(#[$doc])*
+            pub fn $method(mut self, $value: $type) -> Self {
+                self.$($field).+ = $value.into();
+                self
+            }
+        )*
+    };
+}
+
 impl SceneBuilder {
     /// An empty scene: no gravity, no TC model, periodic along every axis, seed 1.
     pub fn new(name: &str) -> Self {
@@ -79,34 +92,40 @@ impl SceneBuilder {
         Self { size: Some(parts.space.size), species, parts, ..Self::new("") }
     }
 
-    /// The seed of all random numbers.
-    pub fn seed(mut self, seed: u64) -> Self {
-        self.parts.seed = seed;
-        self
-    }
-
-    /// Simulated time at the start `[time]`.
-    pub fn start_time(mut self, time: f64) -> Self {
-        self.parts.start_time = time;
-        self
-    }
-
-    /// Leaves overlaps at the start to the stable rule.
-    pub fn allow_invalid_start(mut self, allow: bool) -> Self {
-        self.parts.allow_invalid_start = allow;
-        self
+    setters! {
+        /// The seed of all random numbers.
+        seed(seed: u64) => parts.seed;
+        /// Simulated time at the start `[time]`.
+        start_time(time: f64) => parts.start_time;
+        /// Leaves overlaps at the start to the stable rule.
+        allow_invalid_start(allow: bool) => parts.allow_invalid_start;
+        /// Boundary conditions of a box whose size follows from a fill.
+        boundary(boundary: [Boundary; 3]) => parts.space.boundary;
+        /// The acceleration of every species that moves and has none of its own `[length / time^2]`.
+        gravity(gravity: Vector) => gravity;
+        /// Shears the box: `v_x = rate (y - y_middle)` streams, and images above and below slide along x `[1 / time]`.
+        shear(rate: f64) => parts.shear_rate;
+        /// How far the next image up of a sheared box is displaced along x at the start `[length]`.
+        displacement(displacement: f64) => parts.displacement;
+        /// Switches the TC model on `[time]`.
+        contact_time(time: f64) => parts.contact_time;
+        /// When the run's audit fails.
+        audit(audit: AuditPlan) => parts.audit;
+        /// How long to run.
+        run(run: RunPlan) => parts.run;
+        /// Output plan.
+        output(output: OutputPlan) => parts.output;
+        /// Measurement plan.
+        measure(plan: MeasurementPlan) => parts.measure;
+        /// Replicas at several temperatures, which are swapped: [`Exchange`](crate::exchange::Exchange) runs them.
+        #[doc(alias = "parallel tempering")]
+        exchange(plan: ExchangePlan) => parts.exchange;
     }
 
     /// The box. Without it, a periodic cube follows from the one fill that has a count and a density.
     pub fn space(mut self, space: Space) -> Self {
         self.size = Some(space.size);
         self.parts.space = space;
-        self
-    }
-
-    /// Boundary conditions of a box whose size follows from a fill.
-    pub fn boundary(mut self, boundary: [Boundary; 3]) -> Self {
-        self.parts.space.boundary = boundary;
         self
     }
 
@@ -120,36 +139,6 @@ impl SceneBuilder {
         if let Some(walls) = self.parts.wall_temperatures.get_mut(axis) {
             *walls = temperatures;
         }
-        self
-    }
-
-    /// The acceleration of every species that moves and has none of its own `[length / time^2]`.
-    pub fn gravity(mut self, gravity: Vector) -> Self {
-        self.gravity = gravity;
-        self
-    }
-
-    /// Shears the box: `v_x = rate (y - y_middle)` streams, and images above and below slide along x `[1 / time]`.
-    pub fn shear(mut self, rate: f64) -> Self {
-        self.parts.shear_rate = Some(rate);
-        self
-    }
-
-    /// How far the next image up of a sheared box is displaced along x at the start `[length]`.
-    pub fn displacement(mut self, displacement: f64) -> Self {
-        self.parts.displacement = displacement;
-        self
-    }
-
-    /// Switches the TC model on `[time]`.
-    pub fn contact_time(mut self, time: f64) -> Self {
-        self.parts.contact_time = Some(time);
-        self
-    }
-
-    /// When the run's audit fails.
-    pub fn audit(mut self, audit: AuditPlan) -> Self {
-        self.parts.audit = audit;
         self
     }
 
@@ -223,13 +212,7 @@ impl SceneBuilder {
 
     /// Maxwell velocities for the fills and chains added so far that have neither a temperature nor a speed yet `[energy]`.
     pub fn temperature(mut self, temperature: f64) -> Self {
-        for LocatedGroup { group, .. } in &mut self.groups {
-            match group {
-                Group::Fill(Fill { temperature: t @ None, speed: None, .. })
-                | Group::Chain(Chain { temperature: t @ None, speed: None, .. }) => *t = Some(temperature),
-                _ => {}
-            }
-        }
+        self.at_rest().for_each(|start| *start.0 = Some(temperature));
         self
     }
 
@@ -239,14 +222,17 @@ impl SceneBuilder {
     /// Directions come in pairs of opposite ones, three at 120 degrees where a species has an odd number, so that each speed is exactly this
     /// one and the momentum is zero; on a line, the last of an odd number keeps its momentum.
     pub fn speed(mut self, speed: f64) -> Self {
-        for LocatedGroup { group, .. } in &mut self.groups {
-            match group {
-                Group::Fill(Fill { temperature: None, speed: v @ None, .. })
-                | Group::Chain(Chain { temperature: None, speed: v @ None, .. }) => *v = Some(speed),
-                _ => {}
-            }
-        }
+        self.at_rest().for_each(|start| *start.1 = Some(speed));
         self
+    }
+
+    /// Temperature and speed of each fill and chain that has neither yet.
+    fn at_rest(&mut self) -> impl Iterator<Item = (&mut Option<f64>, &mut Option<f64>)> {
+        self.groups.iter_mut().filter_map(|placed| match &mut placed.group {
+            Group::Fill(Fill { temperature: t @ None, speed: v @ None, .. })
+            | Group::Chain(Chain { temperature: t @ None, speed: v @ None, .. }) => Some((t, v)),
+            _ => None,
+        })
     }
 
     /// Bonded chains.
@@ -277,31 +263,6 @@ impl SceneBuilder {
     pub fn insert_bond(&mut self, pair: [ParticleId; 2], interaction: &str) {
         let at = ConfigPath::entry("bond", self.bonds.len());
         self.bonds.push(UnvalidatedBond { pair: pair.map(|id| id.0), interaction: interaction.to_owned(), at });
-    }
-
-    /// How long to run.
-    pub fn run(mut self, run: RunPlan) -> Self {
-        self.parts.run = run;
-        self
-    }
-
-    /// Output plan.
-    pub fn output(mut self, output: OutputPlan) -> Self {
-        self.parts.output = output;
-        self
-    }
-
-    /// Measurement plan.
-    pub fn measure(mut self, plan: MeasurementPlan) -> Self {
-        self.parts.measure = plan;
-        self
-    }
-
-    /// Replicas at several temperatures, which are swapped: [`Exchange`](crate::exchange::Exchange) runs them.
-    #[doc(alias = "parallel tempering")]
-    pub fn exchange(mut self, plan: ExchangePlan) -> Self {
-        self.parts.exchange = Some(plan);
-        self
     }
 
     /// Adds particles that start together, an entry of a table of a scene file. Says which id the first of them has, if that is known.
