@@ -10,6 +10,7 @@ mod start;
 use std::path::Path;
 
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use toml::Table;
 
 use crate::Vector;
@@ -28,11 +29,12 @@ use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
 /// Kinds of an entry, and the keys that each of them takes.
 type Kinds = [(&'static str, &'static [&'static str])];
 
-/// The keys of an entry that depend on its kind, and which of them are given.
+/// The keys of an entry that depend on its kind, with the values of those that are given.
 pub(super) struct Keys<'k> {
     pub at: &'k ConfigPath,
     pub context: String,
-    given: Vec<&'static str>,
+    all: Vec<&'static str>,
+    values: Table,
 }
 
 impl<'k> Keys<'k> {
@@ -49,17 +51,16 @@ impl<'k> Keys<'k> {
             return Err(SceneError::new(at.key(what), kind));
         };
         // A table has those that are given; what was read from TOML can be written as such.
-        let table = Table::try_from(entry).unwrap_or_default();
-        let all = kinds.iter().flat_map(|(_, keys)| *keys).copied();
-        let given = all.filter(|key| table.contains_key(*key)).collect();
-        let keys = Self { at, context: format!("{what} = \"{word}\""), given };
+        let values = Table::try_from(entry).unwrap_or_default();
+        let all = kinds.iter().flat_map(|(_, keys)| *keys).copied().collect();
+        let keys = Self { at, context: format!("{what} = \"{word}\""), all, values };
         keys.allow(known)?;
         Ok((word, keys))
     }
 
     /// Refuses every given key that is not among those of the kind.
     pub fn allow(&self, known: &[&'static str]) -> Result<(), SceneError> {
-        match self.given.iter().copied().find(|key| !known.contains(key)) {
+        match self.all.iter().copied().find(|key| self.has(key) && !known.contains(key)) {
             None => Ok(()),
             Some(key) => {
                 let (context, known) = (self.context.clone(), known.to_vec());
@@ -68,9 +69,25 @@ impl<'k> Keys<'k> {
         }
     }
 
-    /// The value of a key that the kind needs.
-    pub fn need<T>(&self, value: Option<T>, key: &'static str) -> Result<T, SceneError> {
+    /// Whether a key is given.
+    pub fn has(&self, key: &str) -> bool {
+        self.values.contains_key(key)
+    }
+
+    /// The value of a key that the kind needs, of the type that it has in the entry.
+    pub fn need<T: DeserializeOwned>(&self, key: &'static str) -> Result<T, SceneError> {
+        let value = self.values.get(key).and_then(|value| value.clone().try_into().ok());
         value.ok_or_else(|| missing(self.at, key, format!("{} needs it", self.context)))
+    }
+
+    /// The vector of a key that the kind needs.
+    pub fn vector(&self, key: &'static str) -> Result<Vector, SceneError> {
+        self.need(key).map(vector)
+    }
+
+    /// The radii of the two ends of a cone, or of a cylinder.
+    pub fn radii_of_ends(&self, word: &str) -> Result<[f64; 2], SceneError> {
+        if word == "cone" { self.need("radii") } else { Ok([self.need("radius")?; 2]) }
     }
 }
 
