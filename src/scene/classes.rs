@@ -6,6 +6,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::limits::positive;
 use crate::scene::unvalidated::{Fill, Group, InteractionDraft, Listed, LocatedGroup, Model, SpeciesDraft};
+use crate::scene::validate::measure;
 
 /// Species of one scene, where some have a distribution: their pairs, 32,896, have to be countable in 16 bits.
 const MOST_SPECIES: usize = 256;
@@ -51,12 +52,9 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
             return Err(refused(distributed, what, &at.key("species")));
         }
     }
-    let profiles = scene.parts.measure.profiles.iter().map(|it| &it.species).enumerate().map(|it| ("profile", it));
-    let flows = scene.parts.measure.flows.iter().map(|it| &it.species).enumerate().map(|it| ("flow", it));
-    for (kind, (index, name)) in profiles.chain(flows) {
-        if let Some(distributed) = name.as_ref().and_then(|name| named(distributed, name)) {
-            let at = ConfigPath::root().key("measure").key(kind).index(index).key("species");
-            return Err(refused(distributed, "one species is measured", &at));
+    for measured in measure::named(&scene.parts.measure) {
+        if let Some(distributed) = measured.species.and_then(|name| named(distributed, name)) {
+            return Err(refused(distributed, "one species is measured", &measured.at.key("species")));
         }
     }
     Ok(())

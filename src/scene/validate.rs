@@ -2,7 +2,7 @@
 
 mod exchange;
 pub(crate) mod instruments;
-mod measure;
+pub(crate) mod measure;
 mod parts;
 pub(crate) mod plan;
 pub(crate) mod start;
