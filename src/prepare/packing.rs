@@ -65,7 +65,7 @@ impl RandomFill<'_> {
     pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, PackingError> {
         if self.as_many_as_fit {
             let mut random = Random::new(self.seed, Purpose::Placement, self.group);
-            let positions = insert_while_there_is_room(self.sizes(), &self.region, self.space, occupancy, &mut random);
+            let positions = insert_while_there_is_room(self.sizes(), &self.region, occupancy, &mut random);
             return match positions.len() {
                 0 => Err(NoRoom::after(0, self.kinds.len()).into()),
                 _ => Ok(positions),
@@ -78,7 +78,7 @@ impl RandomFill<'_> {
             return dense.positions();
         }
         let mut random = Random::new(self.seed, Purpose::Placement, self.group);
-        match (insert(self.sizes(), &self.region, self.space, occupancy, &mut random), dense) {
+        match (insert(self.sizes(), &self.region, occupancy, &mut random), dense) {
             (Ok(positions), _) => Ok(positions),
             (Err(_), Some(dense)) => dense.positions(),
             (Err(no_room), None) => Err(no_room.into()),

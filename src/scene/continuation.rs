@@ -21,6 +21,7 @@ use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::motion;
 use crate::scene::unvalidated::{SpeciesDraft, UnvalidatedStart};
+use crate::scene::validate::start::Configuration;
 
 /// A run that has ended, and the checksum of that state.
 pub(crate) struct LastRun {
@@ -109,8 +110,12 @@ impl SceneBuilder {
         let Left { particles, images } = left(&last.simulation, &species, &space)?;
         let bonds = if inherits { run.bonds.clone() } else { bonds(run, &particles, &mut interactions)? };
         let wrapped = particles.iter().map(|it| Particle { position: space.wrapped(it.position), ..*it }).collect();
-        let located = bonds.iter().map(|bond| (*bond, at_start())).collect();
-        let groups = Groups::of_run(wrapped, located, surfaces(run, &particles, &species)?, at_start());
+        let groups = Groups {
+            particles: wrapped,
+            bonds: bonds.iter().map(|bond| (*bond, at_start())).collect(),
+            static_surfaces: surfaces(run, &particles, &species)?,
+            starts: vec![(0, at_start())],
+        };
         // Pairs that are captured across a side that opens are far apart, and pairs across one that becomes periodic may be near.
         let is_kept = if has_same_periods(&space, &run.space) {
             kept(run, &species, &interactions, &bonds)
@@ -121,13 +126,13 @@ impl SceneBuilder {
             interactions.check_complete(&groups.counts(species.len()))?;
         }
         let is_as_it_was = is_kept.iter().all(|kept| *kept) && has_same_walls(run, &species, &space);
-        self.check_plan(&groups, &species, &space, &interactions)?;
+        let start = Configuration { groups, interactions, space, displacement: self.parts.displacement };
+        self.check_plan(&start)?;
         // No place is worse than in the run otherwise.
         if !is_as_it_was {
-            self.check_places(&groups, &species, &space, self.parts.displacement, &interactions)?;
+            self.check_places(&start)?;
         }
-        let finished = interactions.finish();
-        let mut scene = self.assembled(space, species, finished, groups, self.parts.displacement);
+        let mut scene = self.assembled(start);
         scene.particles = particles;
         scene.inputs = vec![last.checkpoint.clone()];
         let differences = differences(&scene, run);

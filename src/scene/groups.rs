@@ -2,7 +2,8 @@
 
 mod placing;
 
-use self::placing::{Order, Placing};
+use self::placing::Order;
+pub(crate) use self::placing::Placing;
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::StaticSurface;
@@ -22,8 +23,8 @@ pub(crate) struct Groups {
     pub particles: Vec<Particle>,
     pub bonds: Vec<(Bond, ConfigPath)>,
     pub static_surfaces: Vec<StaticSurface>,
-    /// Config path of each group, and the id of its first particle.
-    starts: Vec<(usize, ConfigPath)>,
+    /// Config path of each group, and the id of its first particle; empty where particles stand for themselves.
+    pub starts: Vec<(usize, ConfigPath)>,
 }
 
 impl Groups {
@@ -95,27 +96,8 @@ impl Groups {
         if groups.particles.is_empty() {
             return Err(missing(&ConfigPath::root(), "particle", "give [[particle]], [[file]], [[chain]] or [[fill]]"));
         }
-        start::list_bonds(&mut groups, placing.species, &scene.bonds, interactions)?;
+        start::list_bonds(&mut groups, &scene.bonds, interactions)?;
         Ok(groups)
-    }
-
-    /// Particles that have their places, bonds and meshes already.
-    pub(crate) fn given(
-        particles: Vec<Particle>,
-        bonds: Vec<(Bond, ConfigPath)>,
-        static_surfaces: Vec<StaticSurface>,
-    ) -> Self {
-        Self { particles, bonds, static_surfaces, starts: Vec::new() }
-    }
-
-    /// Particles, bonds and meshes of another run.
-    pub(crate) fn of_run(
-        particles: Vec<Particle>,
-        bonds: Vec<(Bond, ConfigPath)>,
-        static_surfaces: Vec<StaticSurface>,
-        at: ConfigPath,
-    ) -> Self {
-        Self { starts: vec![(0, at)], ..Self::given(particles, bonds, static_surfaces) }
     }
 
     /// Number of particles of each species.

@@ -23,7 +23,7 @@ pub(crate) const MOST_KINDS: usize = 1 << 16;
 /// The interactions in use. One draft makes several if it stands for pairs of different diameters.
 pub(crate) struct Interactions<'a> {
     drafts: &'a [InteractionDraft],
-    species: &'a [Species],
+    pub species: &'a [Species],
     list: Vec<Interaction>,
     made: HashMap<(usize, u64), Option<InteractionId>>,
     /// For each two species, whether and how they interact; the outer `None` if nothing says.

@@ -9,7 +9,7 @@ pub(crate) mod start;
 
 use crate::Vector;
 use crate::model::space::{Boundary, Face, Space, displacement_within_period};
-use crate::model::{AuditPlan, CountRegion, Interaction, InteractionId, Scene, SceneParts, Species, SpeciesPairs};
+use crate::model::{AuditPlan, CountRegion, Scene, SceneParts, Species};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -21,6 +21,7 @@ use crate::scene::limits::{
 };
 use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{Group, SurfaceFill};
+use crate::scene::validate::start::Configuration;
 
 impl SceneBuilder {
     /// Checks the parts and places the particles.
@@ -49,45 +50,33 @@ impl SceneBuilder {
         } else {
             displacement_within_period(self.parts.displacement, space.size.x)
         };
-        self.check_plan(&groups, &species, &space, &interactions)?;
-        self.check_places(&groups, &species, &space, displacement, &interactions)?;
-        let drawn = groups.drawn(self);
-        let finished = interactions.finish();
-        let mut scene = self.assembled(space, species, finished, groups, displacement);
+        let start = Configuration { groups, interactions, space, displacement };
+        self.check_plan(&start)?;
+        self.check_places(&start)?;
+        let drawn = start.groups.drawn(self);
+        let mut scene = self.assembled(start);
         set_velocities(&drawn, &mut scene);
         self.settled(scene)
     }
 
     /// Whether the box and the plan of the scene fit its particles and their interactions.
-    pub(super) fn check_plan(
-        &self,
-        groups: &Groups,
-        species: &[Species],
-        space: &Space,
-        interactions: &Interactions<'_>,
-    ) -> Result<(), SceneError> {
-        affordable_species(groups.counts(species.len()).iter().filter(|count| **count > 0).count())?;
-        start::check_ranges(space, species, interactions, groups)?;
-        self.parts.check_drive(space, species, interactions, interactions.longest_range(|_, _| true))?;
-        self.parts.check_measure(space, species)?;
+    pub(super) fn check_plan(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
+        let species = start.interactions.species;
+        affordable_species(start.groups.counts(species.len()).iter().filter(|count| **count > 0).count())?;
+        start::check_ranges(start)?;
+        self.parts.check_drive(&start.space, &start.interactions)?;
+        self.parts.check_measure(&start.space, species)?;
         self.check_displacement()
     }
 
     /// Whether the places of particles are valid, if they have to be.
-    pub(super) fn check_places(
-        &self,
-        groups: &Groups,
-        species: &[Species],
-        space: &Space,
-        displacement: f64,
-        interactions: &Interactions<'_>,
-    ) -> Result<(), SceneError> {
+    pub(super) fn check_places(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
         if self.parts.allow_invalid_start {
             return Ok(());
         }
-        start::check_walls(groups, species, space)?;
-        start::check_bonds(groups, space, displacement, interactions)?;
-        start::check_overlaps(groups, &interactions.contacts(), space, displacement)
+        start::check_walls(start)?;
+        start::check_bonds(start)?;
+        start::check_overlaps(start)
     }
 
     /// The scene with thermostats that have something to act on, unless its plan does not fit all that is in it.
@@ -100,14 +89,10 @@ impl SceneBuilder {
     }
 
     /// The scene of parts that have been checked.
-    pub(super) fn assembled(
-        &self,
-        space: Space,
-        species: Vec<Species>,
-        (interactions, table): (Vec<Interaction>, SpeciesPairs<InteractionId>),
-        groups: Groups,
-        displacement: f64,
-    ) -> Scene {
+    pub(super) fn assembled(&self, start: Configuration<'_>) -> Scene {
+        let Configuration { groups, interactions, space, displacement } = start;
+        let species = interactions.species.to_vec();
+        let (interactions, table) = interactions.finish();
         Scene::of_parts(SceneParts {
             species,
             interactions,

@@ -139,7 +139,7 @@ impl Compression<'_> {
             let mut occupancy = Occupancy::new(self.fill.space, &contacts, self.fill.kinds.len());
             // In a periodic box the radius does not matter.
             let sizes = self.fill.kinds.iter().map(|kind| (0.0, kind.0));
-            match insert(sizes, &region, self.fill.space, &mut occupancy, &mut random) {
+            match insert(sizes, &region, &mut occupancy, &mut random) {
                 Ok(positions) => return Ok((self.scene(&positions, &contacts, &mut random)?, factor)),
                 Err(no_room) => tried = Some(no_room.into()),
             }

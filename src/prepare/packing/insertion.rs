@@ -34,12 +34,11 @@ pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Ran
 pub(crate) fn insert(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,
-    space: &Space,
     occupancy: &mut Occupancy<'_>,
     random: &mut Random,
 ) -> Result<Vec<Vector>, NoRoom> {
     let count = sizes.len();
-    let positions = insert_while_there_is_room(sizes, region, space, occupancy, random);
+    let positions = insert_while_there_is_room(sizes, region, occupancy, random);
     if positions.len() < count { Err(NoRoom::after(positions.len(), count)) } else { Ok(positions) }
 }
 
@@ -47,14 +46,13 @@ pub(crate) fn insert(
 pub(crate) fn insert_while_there_is_room(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,
-    space: &Space,
     occupancy: &mut Occupancy<'_>,
     random: &mut Random,
 ) -> Vec<Vector> {
     let mut positions = Vec::with_capacity(sizes.len());
     for (radius, species) in sizes {
         let free = (0..ATTEMPTS)
-            .map(|_| region.draw(space, radius, random))
+            .map(|_| region.draw(occupancy.space, radius, random))
             .find(|position| occupancy.overlap(position, species, |_| true).is_none());
         let Some(position) = free else { break };
         occupancy.take(position, species);

@@ -37,13 +37,13 @@ impl Order {
 }
 
 /// The state of the placement of all groups.
-pub(super) struct Placing<'a> {
-    pub(super) scene: &'a SceneBuilder,
-    pub(super) species: &'a [Species],
-    pub(super) space: &'a Space,
-    pub(super) contacts: &'a Contacts,
+pub(crate) struct Placing<'a> {
+    pub scene: &'a SceneBuilder,
+    pub species: &'a [Species],
+    pub space: &'a Space,
+    pub contacts: &'a Contacts,
     /// Of the static surfaces, by group.
-    pub(super) layouts: Vec<(usize, Layout)>,
+    pub layouts: Vec<(usize, Layout)>,
 }
 
 impl<'a> Placing<'a> {
@@ -53,7 +53,7 @@ impl<'a> Placing<'a> {
         for LocatedGroup { at, group } in &self.scene.groups {
             let count = match group {
                 Group::Listed(listed) => listed.len() as u64,
-                Group::Fill(fill) => Filling::count(fill, self.species, self.contacts, self.space, at)?,
+                Group::Fill(fill) => Filling::count(fill, self, at)?,
                 Group::Chain(chain) => chain.length.saturating_mul(chain.count),
                 Group::Surface(_) => 0,
             };
@@ -68,9 +68,7 @@ impl<'a> Placing<'a> {
         let random = self.scene.groups.iter().filter(|placed| Order::of(placed) == Order::Random);
         let to_come: u64 = random
             .map(|placed| match &placed.group {
-                Group::Fill(fill) => {
-                    Filling::count(fill, self.species, self.contacts, self.space, &placed.at).unwrap_or(0)
-                }
+                Group::Fill(fill) => Filling::count(fill, self, &placed.at).unwrap_or(0),
                 Group::Chain(chain) => chain.length.saturating_mul(chain.count),
                 _ => 0,
             })
@@ -120,14 +118,11 @@ impl<'a> Placing<'a> {
         occupancy: Option<&mut Occupancy<'_>>,
     ) -> Result<Vec<Particle>, SceneError> {
         let (Group::Fill(fill), at) = (&placed.group, &placed.at) else { return Ok(Vec::new()) };
-        let filling = Filling::new(fill, self.species, self.contacts, self.space, at)?;
+        let filling = Filling::new(fill, self, at)?;
         let mut kinds = filling.kinds();
         Random::new(self.scene.parts.seed, Purpose::Composition, index).shuffle(&mut kinds);
         let positions = match (fill.arrangement, occupancy) {
-            (Arrangement::Lattice(lattice), _) => {
-                let contacts = (!self.scene.parts.allow_invalid_start).then_some(self.contacts);
-                filling.on_lattice(lattice, self.space, self.species, contacts, at)?
-            }
+            (Arrangement::Lattice(lattice), _) => filling.on_lattice(lattice, self, at)?,
             (Arrangement::Random, Some(occupancy)) => {
                 let random = RandomFill {
                     kinds: &kinds,
@@ -231,7 +226,7 @@ impl<'a> Placing<'a> {
     ) -> Result<Vec<Vector>, SceneError> {
         let Some(occupancy) = occupancy else { return Ok(Vec::new()) };
         let mut random = Random::new(self.scene.parts.seed, Purpose::Placement, index);
-        chain::grow_all(links, chain.count, self.space, occupancy, &mut random)
+        chain::grow_all(links, chain.count, occupancy, &mut random)
             .map_err(|no_room| SceneError::new(at.clone(), no_room))
     }
 

@@ -12,6 +12,7 @@ use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{affordable, motion, on_flat_axes};
 use crate::scene::validate::plan;
+use crate::scene::validate::start::Configuration;
 
 impl Scene {
     /// Checks parts, such as those of another scene that were changed, and makes a scene of them.
@@ -46,19 +47,18 @@ impl Scene {
         builder.set_accelerations(&mut species, &space)?;
         let parts = &mut builder.parts;
         let interactions = Interactions::given(take(&mut parts.interactions), &parts.table, &species)?;
-        let (mut particles, surfaces) = (take(&mut parts.particles), take(&mut parts.static_surfaces));
+        let (mut particles, static_surfaces) = (take(&mut parts.particles), take(&mut parts.static_surfaces));
         check_particles(&mut particles, &species, &space)?;
         let bonds = take(&mut parts.bonds).into_iter().enumerate();
         let bonds: Vec<_> =
             bonds.map(|(index, bond)| (bond, ConfigPath::entry("bond", index).key("particles"))).collect();
-        check_bonds(&bonds, &particles, &species, &interactions)?;
-        check_surfaces(&surfaces, &particles, &species)?;
-        let (groups, displacement) = (Groups::given(particles, bonds, surfaces), builder.parts.displacement);
-        builder.check_plan(&groups, &species, &space, &interactions)?;
-        builder.check_places(&groups, &species, &space, displacement, &interactions)?;
-        let finished = interactions.finish();
-        let scene = builder.assembled(space, species, finished, groups, displacement);
-        builder.settled(scene)
+        check_bonds(&bonds, &particles, &interactions)?;
+        check_surfaces(&static_surfaces, &particles, &species)?;
+        let groups = Groups { particles, bonds, static_surfaces, starts: Vec::new() };
+        let start = Configuration { groups, interactions, space, displacement: builder.parts.displacement };
+        builder.check_plan(&start)?;
+        builder.check_places(&start)?;
+        builder.settled(builder.assembled(start))
     }
 
     /// Scene with another limit of the measurement.
@@ -101,7 +101,6 @@ fn check_particles(particles: &mut [Particle], species: &[Species], space: &Spac
 fn check_bonds(
     bonds: &[(Bond, ConfigPath)],
     particles: &[Particle],
-    species: &[Species],
     interactions: &Interactions<'_>,
 ) -> Result<(), SceneError> {
     let mut seen = HashSet::new();
@@ -111,7 +110,7 @@ fn check_bonds(
             let kind = SceneErrorKind::NoParticle { id: id.0, particles: particles.len() };
             return Err(SceneError::new(at.clone(), kind));
         }
-        let is_static = |id: &ParticleId| species[particles[id.0 as usize].species.0 as usize].is_static();
+        let is_static = |id: &ParticleId| interactions.species[particles[id.0 as usize].species.0 as usize].is_static();
         if a >= b || bond.pair.iter().all(is_static) {
             let expected = "two different particles, the lower id first, of which one moves";
             return refuse(at.clone(), format!("[{}, {}]", a.0, b.0), expected);

@@ -80,10 +80,9 @@ impl SceneParts {
     pub(in crate::scene) fn check_drive(
         &self,
         space: &Space,
-        species: &[Species],
         interactions: &Interactions<'_>,
-        longest: f64,
     ) -> Result<(), SceneError> {
+        let (species, longest) = (interactions.species, interactions.longest_range(|_, _| true));
         let is_falling = species.iter().any(|species| species.acceleration.amax() > 0.0);
         let has_static = species.iter().any(Species::is_static);
         let is_alone = space.is_fully_periodic() && !is_falling && !has_static;
