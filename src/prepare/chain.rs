@@ -5,7 +5,7 @@ use crate::base::numbers::index;
 use crate::model::Region;
 use crate::model::random::Random;
 use crate::model::space::{Boundary, Space, minimum_image};
-use crate::prepare::packing::NoRoom;
+use crate::prepare::NoPlace;
 use crate::prepare::packing::insertion::draw;
 use crate::prepare::packing::occupancy::Occupancy;
 
@@ -34,18 +34,18 @@ pub(crate) struct Links {
 /// Grows `count` chains, one after the other.
 ///
 /// # Errors
-/// [`NoRoom`] if one finds no place.
+/// [`NoPlace::NoRoom`] if one finds no place.
 pub(crate) fn grow_all(
     links: &Links,
     count: u64,
     occupancy: &mut Occupancy<'_>,
     random: &mut Random,
-) -> Result<Vec<Vector>, NoRoom> {
+) -> Result<Vec<Vector>, NoPlace> {
     let beads = links.length * index(count);
     let mut positions = Vec::with_capacity(beads);
     for _ in 0..count {
         let Some(chain) = grow(links, occupancy, random) else {
-            return Err(NoRoom { placed: positions.len(), count: beads, attempts: CHAIN_ATTEMPTS });
+            return Err(NoPlace::NoRoom { placed: positions.len(), count: beads, attempts: CHAIN_ATTEMPTS });
         };
         positions.extend(chain);
     }
@@ -104,7 +104,7 @@ mod tests {
     use crate::prepare::packing::occupancy::Contacts;
 
     /// Chains of ten in a periodic cube.
-    fn chains(count: u64, length: f64) -> Result<Vec<Vector>, NoRoom> {
+    fn chains(count: u64, length: f64) -> Result<Vec<Vector>, NoPlace> {
         let space = Space::periodic_cube(length);
         let mut contacts = Contacts::new(1);
         contacts.set(0, 0, 1.0);
@@ -126,6 +126,7 @@ mod tests {
             }
         }
         let error = chains(8, 4.0).unwrap_err();
-        assert!(error.placed < 80 && error.placed.is_multiple_of(10) && error.count == 80, "{error}");
+        let NoPlace::NoRoom { placed, count, .. } = error else { panic!("{error:?}") };
+        assert!(placed < 80 && placed.is_multiple_of(10) && count == 80, "{placed} of {count}");
     }
 }

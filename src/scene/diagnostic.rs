@@ -11,8 +11,7 @@ use thiserror::Error;
 
 use crate::base::text::printable;
 use crate::model::error::PotentialError;
-use crate::prepare::lattice::TooTight;
-use crate::prepare::packing::{NoRoom, PackingError};
+use crate::prepare::NoPlace;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::limits::AXES;
 
@@ -176,27 +175,16 @@ impl SceneErrorKind {
     }
 }
 
-impl From<TooTight> for SceneErrorKind {
-    fn from(TooTight { count, spacing, contact }: TooTight) -> Self {
-        Self::LatticeTooTight { count, spacing, contact }
-    }
-}
-
-impl From<NoRoom> for SceneErrorKind {
-    fn from(NoRoom { placed, count, attempts }: NoRoom) -> Self {
-        Self::NoRoom { placed, count, attempts }
-    }
-}
-
-impl From<PackingError> for SceneErrorKind {
-    fn from(error: PackingError) -> Self {
+impl From<NoPlace> for SceneErrorKind {
+    fn from(error: NoPlace) -> Self {
         match error {
-            PackingError::NoRoom(no_room) => no_room.into(),
-            PackingError::Jammed { wanted, reached } => Self::Jammed { wanted, reached },
-            PackingError::SmallBox { axis, size, range } => {
+            NoPlace::TooTight { count, spacing, contact } => Self::LatticeTooTight { count, spacing, contact },
+            NoPlace::NoRoom { placed, count, attempts } => Self::NoRoom { placed, count, attempts },
+            NoPlace::Jammed { wanted, reached } => Self::Jammed { wanted, reached },
+            NoPlace::SmallBox { axis, size, range } => {
                 Self::SmallBox { axis: AXES[axis], size, range, needed: 2.0 * range }
             }
-            PackingError::Potential(error) => Self::Potential(error),
+            NoPlace::Potential(error) => Self::Potential(error),
         }
     }
 }

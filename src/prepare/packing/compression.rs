@@ -13,9 +13,10 @@ use crate::model::{
     Growth, GrowthTarget, Interaction, InteractionId, Particle, Potential, Region, Scene, SceneParts, Species,
     SpeciesId, SpeciesPairs,
 };
+use crate::prepare::NoPlace;
+use crate::prepare::packing::RandomFill;
 use crate::prepare::packing::insertion::insert;
 use crate::prepare::packing::occupancy::{Contacts, Occupancy};
-use crate::prepare::packing::{PackingError, RandomFill};
 use crate::prepare::region::FillRegion;
 use crate::prepare::velocity::maxwell;
 
@@ -90,8 +91,8 @@ impl Compression<'_> {
     /// Places where no two cores overlap.
     ///
     /// # Errors
-    /// [`PackingError::Jammed`] where spheres of this size find none, [`PackingError::SmallBox`] where a pair would meet twice.
-    pub(crate) fn positions(&self) -> Result<Vec<Vector>, PackingError> {
+    /// [`NoPlace::Jammed`] where spheres of this size find none, [`NoPlace::SmallBox`] where a pair would meet twice.
+    pub(crate) fn positions(&self) -> Result<Vec<Vector>, NoPlace> {
         self.check_room()?;
         let is_equal = self.fill.kinds.iter().all(|kind| Some(kind) == self.fill.kinds.first());
         let fraction = self.core_fraction();
@@ -112,22 +113,22 @@ impl Compression<'_> {
         Err(self.jammed(self.packing_fraction * densest.min(1.0)))
     }
 
-    fn jammed(&self, reached: f64) -> PackingError {
-        PackingError::Jammed { wanted: self.packing_fraction, reached }
+    fn jammed(&self, reached: f64) -> NoPlace {
+        NoPlace::Jammed { wanted: self.packing_fraction, reached }
     }
 
     /// Refuses a periodic axis on which a pair would meet twice.
-    fn check_room(&self) -> Result<(), PackingError> {
+    fn check_room(&self) -> Result<(), NoPlace> {
         let range = self.fill.contacts.largest();
         let periods = self.fill.space.periods();
         match (0..3).find(|&k| periods[k] < 2.0 * range) {
             None => Ok(()),
-            Some(axis) => Err(PackingError::SmallBox { axis, size: periods[axis], range }),
+            Some(axis) => Err(NoPlace::SmallBox { axis, size: periods[axis], range }),
         }
     }
 
     /// A scene of hard spheres that are smaller by a factor, with a temperature of 1.
-    fn loose(&self) -> Result<(Scene, f64), PackingError> {
+    fn loose(&self) -> Result<(Scene, f64), NoPlace> {
         let mut random = Random::new(self.fill.seed, Purpose::Growth, self.fill.group);
         let region = FillRegion::Box(Region { lower: self.fill.space.lower, upper: self.fill.space.upper() });
         let share = self.of_dimensions(LOOSE) / self.core_fraction();
@@ -141,7 +142,7 @@ impl Compression<'_> {
             let sizes = self.fill.kinds.iter().map(|kind| (0.0, kind.0));
             match insert(sizes, &region, &mut occupancy, &mut random) {
                 Ok(positions) => return Ok((self.scene(&positions, &contacts, &mut random)?, factor)),
-                Err(no_room) => tried = Some(no_room.into()),
+                Err(no_room) => tried = Some(no_room),
             }
         }
         Err(tried.unwrap_or_else(|| self.jammed(0.0)))
@@ -149,7 +150,7 @@ impl Compression<'_> {
 
     /// Hard spheres at these positions, with velocities of a temperature of 1. It needs no checks: they were inserted without overlaps, and
     /// there is room on each axis.
-    fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, PackingError> {
+    fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, NoPlace> {
         let mut used = self.fill.kinds.to_vec();
         used.sort_unstable();
         used.dedup();
@@ -229,7 +230,7 @@ struct HardSpheres {
 
 impl HardSpheres {
     /// Hard spheres of the species `used`, which are numbered anew.
-    fn new(used: &[SpeciesId], contacts: &Contacts) -> Result<Self, PackingError> {
+    fn new(used: &[SpeciesId], contacts: &Contacts) -> Result<Self, NoPlace> {
         let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
         let mut spheres = Self { species: Vec::new(), interactions: Vec::new(), table: SpeciesPairs::new(used.len()) };
         for (number, &kind) in used.iter().enumerate() {
@@ -241,7 +242,7 @@ impl HardSpheres {
                 let contact = contact(kind, partner);
                 if contact > 0.0 {
                     spheres.table.set(other, number, InteractionId(id(spheres.interactions.len())));
-                    let potential = Potential::hard_sphere(contact)?;
+                    let potential = Potential::hard_sphere(contact).map_err(NoPlace::Potential)?;
                     spheres.interactions.push(Interaction { potential, restitution: 1.0, name: None });
                 }
             }

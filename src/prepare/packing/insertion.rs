@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::model::Region;
 use crate::model::random::Random;
 use crate::model::space::{Boundary, Space};
-use crate::prepare::packing::NoRoom;
+use crate::prepare::NoPlace;
 use crate::prepare::packing::occupancy::Occupancy;
 use crate::prepare::region::FillRegion;
 
@@ -30,16 +30,16 @@ pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Ran
 /// Places particles one by one where they overlap nothing, in the order given: radius and species of each.
 ///
 /// # Errors
-/// [`NoRoom`] if one finds no place.
+/// [`NoPlace::NoRoom`] if one finds no place.
 pub(crate) fn insert(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,
     occupancy: &mut Occupancy<'_>,
     random: &mut Random,
-) -> Result<Vec<Vector>, NoRoom> {
+) -> Result<Vec<Vector>, NoPlace> {
     let count = sizes.len();
     let positions = insert_while_there_is_room(sizes, region, occupancy, random);
-    if positions.len() < count { Err(NoRoom::after(positions.len(), count)) } else { Ok(positions) }
+    if positions.len() < count { Err(no_room(positions.len(), count)) } else { Ok(positions) }
 }
 
 /// Places particles one by one as [`insert`] does, up to the first one that finds no place.
@@ -61,9 +61,7 @@ pub(crate) fn insert_while_there_is_room(
     positions
 }
 
-impl NoRoom {
-    /// After so many of all.
-    pub(crate) fn after(placed: usize, count: usize) -> Self {
-        Self { placed, count, attempts: ATTEMPTS }
-    }
+/// No room after so many of all.
+pub(crate) fn no_room(placed: usize, count: usize) -> NoPlace {
+    NoPlace::NoRoom { placed, count, attempts: ATTEMPTS }
 }
