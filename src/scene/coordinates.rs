@@ -9,7 +9,7 @@ use crate::model::input_file::is_checksum;
 use crate::model::space::{AXES, Boundary};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
 use crate::scene::file::{CoordinatesFile, SpaceFile};
 use crate::scene::unvalidated::{Group, Listed, UnvalidatedBond};
 use crate::trajectory::Frame;
@@ -105,10 +105,7 @@ fn add_bonds(
     let known: Vec<&str> = scene.interactions.iter().filter_map(|draft| draft.name.as_deref()).collect();
     let names: Vec<&str> = match &file.bond {
         Some(name) if known.contains(&name.as_str()) => vec![name],
-        Some(name) => {
-            let kind = SceneErrorKind::unknown_word("interaction", name, known);
-            return Err(SceneError::new(at.key("bond"), kind));
-        }
+        Some(name) => return Err(unknown(&at.key("bond"), "interaction", name, known)),
         None if frame.bond_kinds.is_empty() => {
             return wrong(
                 "`bonds` do not say which interaction holds them: name one of the scene with `bond` in [[file]]".into(),

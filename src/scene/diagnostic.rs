@@ -125,12 +125,6 @@ impl SceneErrorKind {
         Self::Value { value: value.to_string(), expected: expected.into() }
     }
 
-    /// A word that is not one of `known`, with the nearest of them.
-    pub(crate) fn unknown_word<'a>(what: &'static str, word: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
-        let known: Vec<String> = known.into_iter().map(str::to_owned).collect();
-        Self::UnknownWord { what, word: word.to_owned(), nearest: nearest(word, &known), known }
-    }
-
     /// Help: the likely cure, where there is one.
     fn help(&self) -> Option<String> {
         match self {
@@ -201,6 +195,18 @@ pub(crate) fn refuse<T>(
 /// Error of a table without a key that it needs.
 pub(crate) fn missing(at: &ConfigPath, key: &'static str, why: impl Into<String>) -> SceneError {
     SceneError::new(at.clone(), SceneErrorKind::Missing { key, why: why.into() })
+}
+
+/// Error of a word that is not one of `known`, with the nearest of them.
+pub(crate) fn unknown<'a>(
+    at: &ConfigPath,
+    what: &'static str,
+    word: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> SceneError {
+    let known: Vec<String> = known.into_iter().map(str::to_owned).collect();
+    let kind = SceneErrorKind::UnknownWord { what, word: word.to_owned(), nearest: nearest(word, &known), known };
+    SceneError::new(at.clone(), kind)
 }
 
 /// `a`, `b` or `c`.

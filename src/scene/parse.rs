@@ -22,8 +22,9 @@ use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
 use crate::scene::file::{CountFile, DiameterFile, OutputFile, SceneFile, SpeciesFile};
+use crate::scene::schema::words;
 use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
 
 /// Kinds of an entry, and the keys that each of them takes.
@@ -47,8 +48,7 @@ impl<'k> Keys<'k> {
         entry: &impl Serialize,
     ) -> Result<(&'static str, Self), SceneError> {
         let Some(&(word, known)) = kinds.iter().find(|(known, _)| *known == word) else {
-            let kind = SceneErrorKind::unknown_word(what, word, kinds.iter().map(|(known, _)| *known));
-            return Err(SceneError::new(at.key(what), kind));
+            return Err(unknown(&at.key(what), what, word, words(kinds)));
         };
         // A table has those that are given; what was read from TOML can be written as such.
         let values = Table::try_from(entry).unwrap_or_default();
@@ -98,10 +98,8 @@ fn variant<'t, T>(
     word: &str,
     at: &ConfigPath,
 ) -> Result<&'t T, SceneError> {
-    table.iter().find(|(known, _)| *known == word).map(|(_, variant)| variant).ok_or_else(|| {
-        let known = table.iter().map(|(known, _)| *known);
-        SceneError::new(at.clone(), SceneErrorKind::unknown_word(what, word, known))
-    })
+    let found = table.iter().find(|(known, _)| *known == word).map(|(_, variant)| variant);
+    found.ok_or_else(|| unknown(at, what, word, words(table)))
 }
 
 fn vector(components: [f64; 3]) -> Vector {
@@ -163,10 +161,9 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
 
 fn parse_output(output: OutputFile) -> Result<OutputPlan, SceneError> {
     let format = |(index, word): (usize, &String)| {
-        Format::ALL.into_iter().find(|format| format.name() == word).ok_or_else(|| {
-            let kind = SceneErrorKind::unknown_word("format", word, Format::ALL.map(Format::name));
-            SceneError::new(ConfigPath::root().key("output").key("formats").index(index), kind)
-        })
+        let at = ConfigPath::root().key("output").key("formats").index(index);
+        let found = Format::ALL.into_iter().find(|format| format.name() == word);
+        found.ok_or_else(|| unknown(&at, "format", word, Format::ALL.map(Format::name)))
     };
     let region = |count: CountFile| CountRegion {
         name: count.name,

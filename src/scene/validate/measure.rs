@@ -6,7 +6,7 @@ use crate::model::measurement_plan::{
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{MeasurementPlan, SceneParts, Species};
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
+use crate::scene::diagnostic::{SceneError, refuse, unknown};
 use crate::scene::interactions::species_named;
 use crate::scene::limits::{finite, finite_vector, positive_if_given};
 use crate::scene::names::Taken;
@@ -65,15 +65,12 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
         let at = at.key("flow").index(index);
         let axis = AXES.iter().position(|word| *word == flow.axis);
         if axis.is_none() {
-            return Err(SceneError::new(at.key("axis"), SceneErrorKind::unknown_word("axis", &flow.axis, AXES)));
+            return Err(unknown(&at.key("axis"), "axis", &flow.axis, AXES));
         }
         finite(flow.at, at.key("at"))?;
         check_box(flow.lower, flow.upper, space, &at)?;
         if let Some(word) = flow.direction.as_ref().filter(|word| !DIRECTIONS.contains(&word.as_str())) {
-            return Err(SceneError::new(
-                at.key("direction"),
-                SceneErrorKind::unknown_word("direction", word, DIRECTIONS),
-            ));
+            return Err(unknown(&at.key("direction"), "direction", word, DIRECTIONS));
         }
         if let Some([from, to]) = flow.window
             && !(from >= 0.0 && from < to && to.is_finite())
