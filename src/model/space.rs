@@ -40,6 +40,15 @@ impl Boundary {
     /// Both sides open.
     pub const OPEN: Self = Self::Bounded { lower: Face::Open, upper: Face::Open };
 
+    /// Restitution of the lower and the upper side; `None` where there is no wall.
+    pub(crate) fn restitutions(&self) -> [Option<f64>; 2] {
+        let of = |face: &Face| if let Face::Wall { restitution } = face { Some(*restitution) } else { None };
+        match self {
+            Self::Bounded { lower, upper } => [of(lower), of(upper)],
+            Self::Periodic | Self::Flat => [None; 2],
+        }
+    }
+
     /// Both sides walls of the same restitution.
     #[must_use]
     pub const fn walls(restitution: f64) -> Self {
@@ -87,10 +96,7 @@ impl Space {
     /// Whether the lower and the upper side across an axis are walls.
     #[must_use]
     pub fn walled_sides(&self, axis: usize) -> [bool; 2] {
-        match &self.boundary[axis] {
-            Boundary::Periodic | Boundary::Flat => [false; 2],
-            Boundary::Bounded { lower, upper } => [lower, upper].map(|face| matches!(face, Face::Wall { .. })),
-        }
+        self.boundary[axis].restitutions().map(|wall| wall.is_some())
     }
 
     /// Of values for the lower and the upper side of each axis, those of sides that are walls.

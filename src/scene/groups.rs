@@ -15,7 +15,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing};
 use crate::scene::interactions::{Interactions, species_named};
 use crate::scene::limits::{affordable, motion, on_flat_axes};
-use crate::scene::unvalidated::{Chain, Fill, Group, Listed, LocatedGroup, SurfaceFill};
+use crate::scene::unvalidated::{Group, Listed, LocatedGroup, SurfaceFill};
 use crate::scene::validate::start;
 
 /// All particles, and which group each came from.
@@ -115,15 +115,13 @@ impl Groups {
         let ids = self.starts.iter().zip(ends).map(|((first, _), end)| *first..end);
         ids.zip(&scene.groups)
             .enumerate()
-            .filter_map(|(group, (ids, placed))| match &placed.group {
-                Group::Fill(Fill { temperature, speed, velocity, .. }) => {
-                    Some(Drawn { ids, group, temperature: *temperature, speed: *speed, velocity: *velocity })
-                }
-                Group::Chain(Chain { temperature, speed, .. }) => {
-                    let velocity = Vector::zeros();
-                    Some(Drawn { ids, group, temperature: *temperature, speed: *speed, velocity })
-                }
-                Group::Listed(_) | Group::Surface(_) => None,
+            .filter_map(|(group, (ids, placed))| {
+                let (temperature, speed, velocity) = match &placed.group {
+                    Group::Fill(fill) => (fill.temperature, fill.speed, fill.velocity),
+                    Group::Chain(chain) => (chain.temperature, chain.speed, Vector::zeros()),
+                    Group::Listed(_) | Group::Surface(_) => return None,
+                };
+                Some(Drawn { ids, group, temperature, speed, velocity })
             })
             .collect()
     }

@@ -8,7 +8,7 @@ pub(crate) mod plan;
 pub(crate) mod start;
 
 use crate::Vector;
-use crate::model::space::{Boundary, Face, Space, displacement_within_period};
+use crate::model::space::{Boundary, Space, displacement_within_period};
 use crate::model::{AuditPlan, CountRegion, Scene, SceneParts, Species};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
@@ -208,12 +208,8 @@ impl SceneBuilder {
             for temperature in self.parts.wall_temperatures[k].into_iter().flatten() {
                 positive(temperature, at.key(["x", "y", "z"][k]).key("temperature"))?;
             }
-            if let Boundary::Bounded { lower, upper } = boundary {
-                for face in [lower, upper] {
-                    if let Face::Wall { restitution: value } = face {
-                        restitution(*value, at.key(["x", "y", "z"][k]).key("restitution"))?;
-                    }
-                }
+            for value in boundary.restitutions().into_iter().flatten() {
+                restitution(value, at.key(["x", "y", "z"][k]).key("restitution"))?;
             }
         }
         let unsized_space = &self.parts.space;

@@ -50,29 +50,31 @@ impl<'a> Placing<'a> {
     /// Refuses more particles than the memory is meant for, before the first is made.
     pub(super) fn check_amounts(&self) -> Result<(), SceneError> {
         let mut total = 0_u64;
-        for LocatedGroup { at, group } in &self.scene.groups {
-            let count = match group {
-                Group::Listed(listed) => listed.len() as u64,
-                Group::Fill(fill) => Filling::count(fill, self, at)?,
-                Group::Chain(chain) => chain.length.saturating_mul(chain.count),
-                Group::Surface(_) => 0,
-            };
-            total = total.saturating_add(count);
-            affordable(total, at)?;
+        for placed in &self.scene.groups {
+            total = total.saturating_add(self.count(placed)?);
+            affordable(total, &placed.at)?;
         }
         Ok(())
+    }
+
+    /// Number of particles of a group; that of a static surface is not known yet.
+    fn count(&self, LocatedGroup { at, group }: &LocatedGroup) -> Result<u64, SceneError> {
+        match group {
+            Group::Listed(listed) => Ok(listed.len() as u64),
+            Group::Fill(fill) => Filling::count(fill, self, at),
+            Group::Chain(chain) => Ok(chain.length.saturating_mul(chain.count)),
+            Group::Surface(_) => Ok(0),
+        }
+    }
+
+    fn at_rest(&self, species: SpeciesId, position: Vector) -> Particle {
+        Particle { species, position: self.space.wrapped(position), velocity: Vector::zeros() }
     }
 
     pub(super) fn occupied(&self, parts: &[Vec<Particle>]) -> Occupancy<'a> {
         let filled: usize = parts.iter().map(Vec::len).sum();
         let random = self.scene.groups.iter().filter(|placed| Order::of(placed) == Order::Random);
-        let to_come: u64 = random
-            .map(|placed| match &placed.group {
-                Group::Fill(fill) => Filling::count(fill, self, &placed.at).unwrap_or(0),
-                Group::Chain(chain) => chain.length.saturating_mul(chain.count),
-                _ => 0,
-            })
-            .sum();
+        let to_come: u64 = random.map(|placed| self.count(placed).unwrap_or(0)).sum();
         let mut occupancy = Occupancy::new(self.space, self.contacts, filled + numbers::index(to_come));
         for particle in parts.iter().flatten() {
             occupancy.take(particle.position, particle.species.0);
@@ -104,8 +106,7 @@ impl<'a> Placing<'a> {
         for point in &layout.points {
             finite_vector(point, at)?;
             on_flat_axes(point, &self.space.lower, self.space, at)?;
-            let position = self.space.wrapped(*point);
-            particles.push(Particle { species, position, velocity: Vector::zeros() });
+            particles.push(self.at_rest(species, *point));
         }
         self.layouts.push((index, layout));
         Ok(particles)
@@ -144,12 +145,7 @@ impl<'a> Placing<'a> {
         }
         on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
         self.check_speeds(fill.temperature, fill.speed, filling.species(), at)?;
-        let at_rest = |(position, species)| Particle {
-            species,
-            position: self.space.wrapped(position),
-            velocity: Vector::zeros(),
-        };
-        Ok(positions.into_iter().zip(kinds).map(at_rest).collect())
+        Ok(positions.into_iter().zip(kinds).map(|(position, species)| self.at_rest(species, position)).collect())
     }
 
     pub(super) fn chains(
@@ -193,9 +189,7 @@ impl<'a> Placing<'a> {
             }
         };
         self.check_speeds(chain.temperature, chain.speed, [species], at)?;
-        let at_rest =
-            |position| Particle { species, position: self.space.wrapped(position), velocity: Vector::zeros() };
-        Ok(positions.into_iter().map(at_rest).collect())
+        Ok(positions.into_iter().map(|position| self.at_rest(species, position)).collect())
     }
 
     fn straight(
