@@ -154,24 +154,16 @@ impl Compression<'_> {
         let mut used = self.fill.kinds.to_vec();
         used.sort_unstable();
         used.dedup();
-        let HardSpheres { species, interactions, table } = HardSpheres::new(&used, contacts)?;
+        let spheres = hard_spheres(&used, contacts)?;
         let particle = |(kind, position): (&SpeciesId, &Vector)| Particle {
             species: SpeciesId(id(used.partition_point(|other| other < kind))),
             position: *position,
             velocity: Vector::zeros(),
         };
         let mut particles: Vec<Particle> = self.fill.kinds.iter().zip(positions).map(particle).collect();
-        maxwell(&mut particles, &species, self.fill.space, 1.0, random);
-        Ok(Scene::of_parts(SceneParts {
-            name: "growth".to_owned(),
-            seed: self.fill.seed,
-            space: self.fill.space.clone(),
-            species,
-            interactions,
-            table,
-            particles,
-            ..SceneParts::default()
-        }))
+        maxwell(&mut particles, &spheres.species, self.fill.space, 1.0, random);
+        let (name, seed, space) = ("growth".to_owned(), self.fill.seed, self.fill.space.clone());
+        Ok(Scene::of_parts(SceneParts { name, seed, space, particles, ..spheres }))
     }
 
     /// Lets the spheres of a scene grow to full size. Otherwise, the part of the fraction at which they jam.
@@ -221,32 +213,24 @@ impl Compression<'_> {
     }
 }
 
-/// Species of hard spheres of mass 1, and their interactions; two without a contact pass through each other.
-struct HardSpheres {
-    species: Vec<Species>,
-    interactions: Vec<Interaction>,
-    table: SpeciesPairs<InteractionId>,
-}
-
-impl HardSpheres {
-    /// Hard spheres of the species `used`, which are numbered anew.
-    fn new(used: &[SpeciesId], contacts: &Contacts) -> Result<Self, NoPlace> {
-        let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
-        let mut spheres = Self { species: Vec::new(), interactions: Vec::new(), table: SpeciesPairs::new(used.len()) };
-        for (number, &kind) in used.iter().enumerate() {
-            let reach = used.iter().map(|&other| contact(kind, other)).fold(0.0, f64::max);
-            let diameter = if reach > 0.0 { reach } else { contacts.largest() };
-            let name = kind.0.to_string();
-            spheres.species.push(Species { name, mass: 1.0, diameter, acceleration: Vector::zeros() });
-            for (other, &partner) in used[..=number].iter().enumerate() {
-                let contact = contact(kind, partner);
-                if contact > 0.0 {
-                    spheres.table.set(other, number, InteractionId(id(spheres.interactions.len())));
-                    let potential = Potential::hard_sphere(contact).map_err(NoPlace::Potential)?;
-                    spheres.interactions.push(Interaction { potential, restitution: 1.0, name: None });
-                }
+/// Parts of a scene of hard spheres of mass 1: the species `used`, which are numbered anew, and their interactions; two without a contact pass
+/// through each other.
+fn hard_spheres(used: &[SpeciesId], contacts: &Contacts) -> Result<SceneParts, NoPlace> {
+    let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
+    let mut spheres = SceneParts { table: SpeciesPairs::new(used.len()), ..SceneParts::default() };
+    for (number, &kind) in used.iter().enumerate() {
+        let reach = used.iter().map(|&other| contact(kind, other)).fold(0.0, f64::max);
+        let diameter = if reach > 0.0 { reach } else { contacts.largest() };
+        let name = kind.0.to_string();
+        spheres.species.push(Species { name, mass: 1.0, diameter, acceleration: Vector::zeros() });
+        for (other, &partner) in used[..=number].iter().enumerate() {
+            let contact = contact(kind, partner);
+            if contact > 0.0 {
+                spheres.table.set(other, number, InteractionId(id(spheres.interactions.len())));
+                let potential = Potential::hard_sphere(contact).map_err(NoPlace::Potential)?;
+                spheres.interactions.push(Interaction { potential, restitution: 1.0, name: None });
             }
         }
-        Ok(spheres)
     }
+    Ok(spheres)
 }
