@@ -5,7 +5,7 @@ pub(crate) mod insertion;
 pub(crate) mod occupancy;
 
 use self::compression::Compression;
-use self::insertion::{insert, insert_while_there_is_room, no_room};
+use self::insertion::{insert, no_room};
 use self::occupancy::{Contacts, Occupancy};
 use crate::Vector;
 use crate::model::random::{Purpose, Random};
@@ -38,25 +38,19 @@ impl RandomFill<'_> {
     /// # Errors
     /// [`NoPlace`] if there is no room for them, or not for a single one of as many as fit.
     pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, NoPlace> {
-        if self.as_many_as_fit {
-            let mut random = Random::new(self.seed, Purpose::Placement, self.group);
-            let positions = insert_while_there_is_room(self.sizes(), &self.region, occupancy, &mut random);
-            return match positions.len() {
-                0 => Err(no_room(0, self.kinds.len())),
-                _ => Ok(positions),
-            };
-        }
-        let dense = self.compression();
+        let dense = if self.as_many_as_fit { None } else { self.compression() };
         if let Some(dense) = &dense
             && dense.is_too_dense_to_insert()
         {
             return dense.positions();
         }
         let mut random = Random::new(self.seed, Purpose::Placement, self.group);
-        match (insert(self.sizes(), &self.region, occupancy, &mut random), dense) {
-            (Ok(positions), _) => Ok(positions),
-            (Err(_), Some(dense)) => dense.positions(),
-            (Err(no_room), None) => Err(no_room),
+        let positions = insert(self.sizes(), &self.region, occupancy, &mut random);
+        let (placed, count) = (positions.len(), self.kinds.len());
+        match dense {
+            _ if placed == count || (self.as_many_as_fit && placed > 0) => Ok(positions),
+            Some(dense) => dense.positions(),
+            None => Err(no_room(placed, count)),
         }
     }
 

@@ -15,7 +15,7 @@ use crate::model::{
 };
 use crate::prepare::NoPlace;
 use crate::prepare::packing::RandomFill;
-use crate::prepare::packing::insertion::insert;
+use crate::prepare::packing::insertion::{insert, no_room};
 use crate::prepare::packing::occupancy::{Contacts, Occupancy};
 use crate::prepare::region::FillRegion;
 use crate::prepare::velocity::maxwell;
@@ -140,10 +140,11 @@ impl Compression<'_> {
             let mut occupancy = Occupancy::new(self.fill.space, &contacts, self.fill.kinds.len());
             // In a periodic box the radius does not matter.
             let sizes = self.fill.kinds.iter().map(|kind| (0.0, kind.0));
-            match insert(sizes, &region, &mut occupancy, &mut random) {
-                Ok(positions) => return Ok((self.scene(&positions, &contacts, &mut random)?, factor)),
-                Err(no_room) => tried = Some(no_room),
+            let positions = insert(sizes, &region, &mut occupancy, &mut random);
+            if positions.len() == self.fill.kinds.len() {
+                return Ok((self.scene(&positions, &contacts, &mut random)?, factor));
             }
+            tried = Some(no_room(positions.len(), self.fill.kinds.len()));
         }
         Err(tried.unwrap_or_else(|| self.jammed(0.0)))
     }

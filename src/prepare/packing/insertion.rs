@@ -27,23 +27,8 @@ pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Ran
     })
 }
 
-/// Places particles one by one where they overlap nothing, in the order given: radius and species of each.
-///
-/// # Errors
-/// [`NoPlace::NoRoom`] if one finds no place.
+/// Places particles one by one where they overlap nothing, in the order given, up to the first one that finds no place: radius and species of each.
 pub(crate) fn insert(
-    sizes: impl ExactSizeIterator<Item = (f64, u32)>,
-    region: &FillRegion,
-    occupancy: &mut Occupancy<'_>,
-    random: &mut Random,
-) -> Result<Vec<Vector>, NoPlace> {
-    let count = sizes.len();
-    let positions = insert_while_there_is_room(sizes, region, occupancy, random);
-    if positions.len() < count { Err(no_room(positions.len(), count)) } else { Ok(positions) }
-}
-
-/// Places particles one by one as [`insert`] does, up to the first one that finds no place.
-pub(crate) fn insert_while_there_is_room(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,
     occupancy: &mut Occupancy<'_>,
