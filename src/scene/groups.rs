@@ -2,8 +2,8 @@
 
 mod placing;
 
-use self::placing::Order;
 pub(crate) use self::placing::Placing;
+use self::placing::is_random;
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::StaticSurface;
@@ -41,10 +41,10 @@ impl Groups {
         let mut parts: Vec<Vec<Particle>> = vec![Vec::new(); scene.groups.len()];
         placing.check_amounts()?;
         let mut total = 0;
-        for order in [Order::Given, Order::Random] {
+        for at_random in [false, true] {
             let mut occupancy = None;
-            for (index, placed) in scene.groups.iter().enumerate().filter(|(_, placed)| Order::of(placed) == order) {
-                if order == Order::Random && occupancy.is_none() {
+            for (index, placed) in scene.groups.iter().enumerate().filter(|(_, it)| is_random(it) == at_random) {
+                if at_random && occupancy.is_none() {
                     occupancy = Some(placing.occupied(&parts));
                 }
                 parts[index] = match &placed.group {

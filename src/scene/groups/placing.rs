@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::base::numbers::{self, trunc_to_u64};
 use crate::model::random::{Purpose, Random};
 use crate::model::space::Space;
-use crate::model::{Particle, Species, SpeciesId};
+use crate::model::{Particle, Potential, Species, SpeciesId};
 use crate::prepare::chain::{self, Links};
 use crate::prepare::packing::RandomFill;
 use crate::prepare::packing::occupancy::{Contacts, Occupancy};
@@ -19,20 +19,12 @@ use crate::scene::limits::{
 };
 use crate::scene::unvalidated::{Arrangement, Chain, Group, LocatedGroup, SurfaceFill};
 
-/// Order of placement: groups at given positions first, random ones around them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Order {
-    Given,
-    Random,
-}
-
-impl Order {
-    pub(super) fn of(placed: &LocatedGroup) -> Self {
-        match &placed.group {
-            Group::Fill(fill) if fill.arrangement == Arrangement::Random => Self::Random,
-            Group::Chain(chain) if chain.straight.is_none() => Self::Random,
-            _ => Self::Given,
-        }
+/// Whether a group finds its places at random: around the groups at given positions, which come first.
+pub(super) fn is_random(placed: &LocatedGroup) -> bool {
+    match &placed.group {
+        Group::Fill(fill) => fill.arrangement == Arrangement::Random,
+        Group::Chain(chain) => chain.straight.is_none(),
+        Group::Listed(_) | Group::Surface(_) => false,
     }
 }
 
@@ -73,7 +65,7 @@ impl<'a> Placing<'a> {
 
     pub(super) fn occupied(&self, parts: &[Vec<Particle>]) -> Occupancy<'a> {
         let filled: usize = parts.iter().map(Vec::len).sum();
-        let random = self.scene.groups.iter().filter(|placed| Order::of(placed) == Order::Random);
+        let random = self.scene.groups.iter().filter(|placed| is_random(placed));
         let to_come: u64 = random.map(|placed| self.count(placed).unwrap_or(0)).sum();
         let mut occupancy = Occupancy::new(self.space, self.contacts, filled + numbers::index(to_come));
         for particle in parts.iter().flatten() {
@@ -163,21 +155,10 @@ impl<'a> Placing<'a> {
             }
         }
         let bond = interactions.bond(&chain.bond, species, species, &at.key("bond"))?;
-        let potential = &interactions.get(bond).potential;
-        let spacing = match (chain.spacing, potential.is_bond()) {
-            (Some(spacing), _) => positive(spacing, at.key("spacing"))?,
-            (None, true) => 0.5 * (potential.range() + potential.core().unwrap_or(0.0)),
-            (None, false) => {
-                return Err(missing(
-                    at,
-                    "spacing",
-                    "this interaction lets its pair part, so there is no middle to start in",
-                ));
-            }
-        };
+        let spacing = spacing(chain, &interactions.get(bond).potential, at)?;
         let positions = match (chain.straight, occupancy) {
             (Some((start, direction)), _) => self.straight(chain, &start, &direction, spacing, at)?,
-            (None, occupancy) => {
+            (None, Some(occupancy)) => {
                 let links = Links {
                     length: numbers::index(chain.length),
                     spacing,
@@ -185,8 +166,11 @@ impl<'a> Placing<'a> {
                     species: species.0,
                     contact: self.contacts.get(species.0 as usize, species.0 as usize),
                 };
-                self.grown(index, chain, &links, occupancy, at)?
+                let mut random = Random::new(self.scene.parts.seed, Purpose::Placement, index);
+                let grown = chain::grow_all(&links, chain.count, occupancy, &mut random);
+                grown.map_err(|no_room| SceneError::new(at.clone(), no_room))?
             }
+            (None, None) => Vec::new(),
         };
         self.check_speeds(chain.temperature, chain.speed, [species], at)?;
         Ok(positions.into_iter().map(|position| self.at_rest(species, position)).collect())
@@ -210,20 +194,6 @@ impl<'a> Placing<'a> {
         Ok(chain::straight(start, direction, chain.length, spacing))
     }
 
-    fn grown(
-        &self,
-        index: usize,
-        chain: &Chain,
-        links: &Links,
-        occupancy: Option<&mut Occupancy<'_>>,
-        at: &ConfigPath,
-    ) -> Result<Vec<Vector>, SceneError> {
-        let Some(occupancy) = occupancy else { return Ok(Vec::new()) };
-        let mut random = Random::new(self.scene.parts.seed, Purpose::Placement, index);
-        chain::grow_all(links, chain.count, occupancy, &mut random)
-            .map_err(|no_room| SceneError::new(at.clone(), no_room))
-    }
-
     /// Velocities are drawn from a temperature or have one speed, not both, and what is static has no speed.
     fn check_speeds(
         &self,
@@ -244,5 +214,15 @@ impl<'a> Placing<'a> {
             Some(_) if speed > 0.0 => refuse(at.key("speed"), speed, "none: a static species stays"),
             _ => Ok(()),
         }
+    }
+}
+
+/// Distance of neighbours in a chain `[length]`: the middle of what their bond allows, unless it is given.
+fn spacing(chain: &Chain, bond: &Potential, at: &ConfigPath) -> Result<f64, SceneError> {
+    let why = "this interaction lets its pair part, so there is no middle to start in";
+    match chain.spacing {
+        Some(spacing) => positive(spacing, at.key("spacing")),
+        None if bond.is_bond() => Ok(0.5 * (bond.range() + bond.core().unwrap_or(0.0))),
+        None => Err(missing(at, "spacing", why)),
     }
 }
