@@ -1,7 +1,7 @@
 //! External influences on the total momentum.
 
 use crate::Vector;
-use crate::model::space::{Boundary, Face};
+use crate::model::space::Boundary;
 use crate::model::{InteractionId, Scene, Species, Thermostat};
 
 /// An external influence that changes the total momentum of the moving particles.
@@ -31,11 +31,7 @@ impl Scene {
 
     /// Influences in a stage with another thermostat.
     fn influences_with(&self, thermostat: Option<&Thermostat>) -> Vec<(Influence, [bool; 3])> {
-        let wall = |face: &Face| if let Face::Wall { restitution } = face { Some(*restitution) } else { None };
-        let walls = |k: usize| match &self.space.boundary[k] {
-            Boundary::Bounded { lower, upper } => [wall(lower), wall(upper)],
-            Boundary::Periodic | Boundary::Flat => [None; 2],
-        };
+        let walls = |k: usize| self.space.boundary[k].restitutions();
         let is_walled: [bool; 3] = std::array::from_fn(|k| walls(k) != [None; 2]);
         let is_altered = |k: usize| self.contact_time.is_some() && walls(k).into_iter().flatten().any(|e| e < 1.0);
         let is_slid: [bool; 3] =
@@ -110,11 +106,7 @@ impl Scene {
 
     /// Whether a contact that is possible loses energy.
     fn loses_energy(&self) -> bool {
-        let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);
-        let loses_at_walls = self.space.boundary.iter().any(|boundary| match boundary {
-            Boundary::Bounded { lower, upper } => is_soft(lower) || is_soft(upper),
-            Boundary::Periodic | Boundary::Flat => false,
-        });
+        let loses_at_walls = self.space.boundary.iter().flat_map(Boundary::restitutions).flatten().any(|e| e < 1.0);
         let mut is_there = vec![false; self.species.len()];
         self.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
         let moves = |species: usize| is_there[species] && !self.species[species].is_static();

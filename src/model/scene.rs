@@ -103,7 +103,7 @@ macro_rules! scene {
         }
 
         /// The parts of a scene, to be changed: [`Scene::into_parts`] takes a scene apart, [`Scene::new`] checks what became of it.
-        #[derive(Debug, Clone, PartialEq)]
+        #[derive(Debug, Clone, PartialEq, Default)]
         #[non_exhaustive]
         pub struct SceneParts {
             $($(#[$doc])* pub $field: $type,)*

@@ -19,9 +19,10 @@ pub enum Face {
 }
 
 /// Boundary condition along one axis: periodic, bounded or flat.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub enum Boundary {
     /// Periodic boundary: particles that leave on one side enter on the other; pairs use the minimum image.
+    #[default]
     Periodic,
     /// The two sides of the box, each open or a wall.
     Bounded {
@@ -39,6 +40,15 @@ impl Boundary {
     /// Both sides open.
     pub const OPEN: Self = Self::Bounded { lower: Face::Open, upper: Face::Open };
 
+    /// Restitution of the lower and the upper side; `None` where there is no wall.
+    pub(crate) fn restitutions(&self) -> [Option<f64>; 2] {
+        let of = |face: &Face| if let Face::Wall { restitution } = face { Some(*restitution) } else { None };
+        match self {
+            Self::Bounded { lower, upper } => [of(lower), of(upper)],
+            Self::Periodic | Self::Flat => [None; 2],
+        }
+    }
+
     /// Both sides walls of the same restitution.
     #[must_use]
     pub const fn walls(restitution: f64) -> Self {
@@ -47,7 +57,7 @@ impl Boundary {
 }
 
 /// The simulation box, aligned with the axes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Space {
     /// Lower corner `[length]`.
     pub lower: Vector,
@@ -86,10 +96,7 @@ impl Space {
     /// Whether the lower and the upper side across an axis are walls.
     #[must_use]
     pub fn walled_sides(&self, axis: usize) -> [bool; 2] {
-        match &self.boundary[axis] {
-            Boundary::Periodic | Boundary::Flat => [false; 2],
-            Boundary::Bounded { lower, upper } => [lower, upper].map(|face| matches!(face, Face::Wall { .. })),
-        }
+        self.boundary[axis].restitutions().map(|wall| wall.is_some())
     }
 
     /// Of values for the lower and the upper side of each axis, those of sides that are walls.

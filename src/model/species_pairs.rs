@@ -25,6 +25,12 @@ enum Values<T> {
     Some(BTreeMap<(u32, u32), T>),
 }
 
+impl<T: Copy> Default for SpeciesPairs<T> {
+    fn default() -> Self {
+        Self::new(0)
+    }
+}
+
 impl<T: Copy> SpeciesPairs<T> {
     /// No value for any two of so many species.
     #[must_use]

@@ -5,7 +5,7 @@ use crate::base::numbers::index;
 use crate::model::Region;
 use crate::model::random::Random;
 use crate::model::space::{Boundary, Space, minimum_image};
-use crate::prepare::packing::NoRoom;
+use crate::prepare::NoPlace;
 use crate::prepare::packing::insertion::draw;
 use crate::prepare::packing::occupancy::Occupancy;
 
@@ -34,19 +34,18 @@ pub(crate) struct Links {
 /// Grows `count` chains, one after the other.
 ///
 /// # Errors
-/// [`NoRoom`] if one finds no place.
+/// [`NoPlace::NoRoom`] if one finds no place.
 pub(crate) fn grow_all(
     links: &Links,
     count: u64,
-    space: &Space,
     occupancy: &mut Occupancy<'_>,
     random: &mut Random,
-) -> Result<Vec<Vector>, NoRoom> {
+) -> Result<Vec<Vector>, NoPlace> {
     let beads = links.length * index(count);
     let mut positions = Vec::with_capacity(beads);
     for _ in 0..count {
-        let Some(chain) = grow(links, space, occupancy, random) else {
-            return Err(NoRoom { placed: positions.len(), count: beads, attempts: CHAIN_ATTEMPTS });
+        let Some(chain) = grow(links, occupancy, random) else {
+            return Err(NoPlace::NoRoom { placed: positions.len(), count: beads, attempts: CHAIN_ATTEMPTS });
         };
         positions.extend(chain);
     }
@@ -54,28 +53,23 @@ pub(crate) fn grow_all(
 }
 
 /// Grows one chain from a random place, bead by bead in random directions, where it overlaps nothing.
-fn grow(links: &Links, space: &Space, occupancy: &mut Occupancy<'_>, random: &mut Random) -> Option<Vec<Vector>> {
-    let region = Region { lower: space.lower, upper: space.upper() };
-    let chain = (0..CHAIN_ATTEMPTS).find_map(|_| try_to_grow(links, &region, space, occupancy, random))?;
+fn grow(links: &Links, occupancy: &mut Occupancy<'_>, random: &mut Random) -> Option<Vec<Vector>> {
+    let chain = (0..CHAIN_ATTEMPTS).find_map(|_| try_to_grow(links, occupancy, random))?;
     for position in &chain {
         occupancy.take(*position, links.species);
     }
     Some(chain)
 }
 
-fn try_to_grow(
-    links: &Links,
-    region: &Region,
-    space: &Space,
-    occupancy: &Occupancy<'_>,
-    random: &mut Random,
-) -> Option<Vec<Vector>> {
+fn try_to_grow(links: &Links, occupancy: &Occupancy<'_>, random: &mut Random) -> Option<Vec<Vector>> {
+    let space = occupancy.space;
+    let region = Region { lower: space.lower, upper: space.upper() };
     let mut chain: Vec<Vector> = Vec::with_capacity(links.length);
     for _ in 0..links.length {
         let tries = if chain.is_empty() { 1 } else { DIRECTIONS };
         let next = (0..tries).find_map(|_| {
             let position = match chain.last() {
-                None => draw(region, space, links.radius, random),
+                None => draw(&region, space, links.radius, random),
                 Some(last) => space.wrapped(last + random.direction(space) * links.spacing),
             };
             let is_free = is_inside(&position, links.radius, space)
@@ -110,13 +104,13 @@ mod tests {
     use crate::prepare::packing::occupancy::Contacts;
 
     /// Chains of ten in a periodic cube.
-    fn chains(count: u64, length: f64) -> Result<Vec<Vector>, NoRoom> {
+    fn chains(count: u64, length: f64) -> Result<Vec<Vector>, NoPlace> {
         let space = Space::periodic_cube(length);
         let mut contacts = Contacts::new(1);
         contacts.set(0, 0, 1.0);
         let links = Links { length: 10, spacing: 1.1, radius: 0.5, species: 0, contact: 1.0 };
         let mut random = Random::new(2, Purpose::Placement, 0);
-        grow_all(&links, count, &space, &mut Occupancy::new(&space, &contacts, 100), &mut random)
+        grow_all(&links, count, &mut Occupancy::new(&space, &contacts, 100), &mut random)
     }
 
     #[test]
@@ -132,6 +126,7 @@ mod tests {
             }
         }
         let error = chains(8, 4.0).unwrap_err();
-        assert!(error.placed < 80 && error.placed.is_multiple_of(10) && error.count == 80, "{error}");
+        let NoPlace::NoRoom { placed, count, .. } = error else { panic!("{error:?}") };
+        assert!(placed < 80 && placed.is_multiple_of(10) && count == 80, "{placed} of {count}");
     }
 }

@@ -2,12 +2,11 @@
 
 mod inside;
 
-use thiserror::Error;
-
 use crate::Vector;
 use crate::base::numbers::trunc_to_usize;
 use crate::model::Region;
 use crate::model::space::{Boundary, Space};
+use crate::prepare::NoPlace;
 
 pub(crate) use inside::{sites_around, sites_inside};
 
@@ -76,15 +75,6 @@ impl Lattice {
     }
 }
 
-/// The sites of a lattice are closer than the particles on them may be.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("{count} sites are {spacing} apart where {contact} is needed")]
-pub(crate) struct TooTight {
-    pub count: usize,
-    pub spacing: f64,
-    pub contact: f64,
-}
-
 /// Particles for which a lattice has sites.
 pub(crate) struct Sites {
     /// Number of particles.
@@ -98,14 +88,14 @@ pub(crate) struct Sites {
 /// The sites of a lattice that is stretched over a region.
 ///
 /// # Errors
-/// [`TooTight`] where they are closer than contact.
-pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sites) -> Result<Vec<Vector>, TooTight> {
+/// [`NoPlace::TooTight`] where they are closer than contact.
+pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sites) -> Result<Vec<Vector>, NoPlace> {
     let Sites { count, diameter, contact } = sites;
     let fit = Fit::new(lattice, space, region, diameter, count);
     match contact {
         // Sites at exactly the contact distance, but for rounding, are not too close.
         Some(contact) if fit.spacing < contact * (1.0 - 1e-12) => {
-            Err(TooTight { count, spacing: fit.spacing, contact })
+            Err(NoPlace::TooTight { count, spacing: fit.spacing, contact })
         }
         _ => Ok(fit.sites()),
     }
@@ -344,6 +334,6 @@ mod tests {
             sites(Lattice::SimpleCubic, &cube, &region, Sites { count: 216, diameter: 1.0, contact: Some(contact) })
         };
         assert_eq!(simple(1.0).map(|sites| sites.len()), Ok(216));
-        assert_eq!(simple(1.0 + 1e-9), Err(TooTight { count: 216, spacing: 1.0, contact: 1.0 + 1e-9 }));
+        assert_eq!(simple(1.0 + 1e-9), Err(NoPlace::TooTight { count: 216, spacing: 1.0, contact: 1.0 + 1e-9 }));
     }
 }

@@ -4,40 +4,15 @@ pub(crate) mod compression;
 pub(crate) mod insertion;
 pub(crate) mod occupancy;
 
-use thiserror::Error;
-
 use self::compression::Compression;
-use self::insertion::{insert, insert_while_there_is_room};
+use self::insertion::{insert, no_room};
 use self::occupancy::{Contacts, Occupancy};
 use crate::Vector;
 use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
-use crate::model::{PotentialError, Space, Species, SpeciesId};
+use crate::model::{Space, Species, SpeciesId};
+use crate::prepare::NoPlace;
 use crate::prepare::region::FillRegion;
-
-/// Random insertion found no place for one more.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("no room after {placed} of {count} in {attempts} attempts")]
-pub(crate) struct NoRoom {
-    pub placed: usize,
-    pub count: usize,
-    pub attempts: usize,
-}
-
-/// A random packing that was not made.
-#[derive(Debug, PartialEq, Error)]
-pub(crate) enum PackingError {
-    #[error(transparent)]
-    NoRoom(#[from] NoRoom),
-    /// Growing spheres jam before they have their size.
-    #[error("jammed at a packing fraction of {reached}, not {wanted}")]
-    Jammed { wanted: f64, reached: f64 },
-    /// A periodic axis on which a pair would meet twice.
-    #[error("axis {axis} is {size} long, less than twice the longest contact {range}")]
-    SmallBox { axis: usize, size: f64, range: f64 },
-    #[error(transparent)]
-    Potential(#[from] PotentialError),
-}
 
 /// Particles to be placed at random.
 pub(crate) struct RandomFill<'a> {
@@ -61,27 +36,21 @@ impl RandomFill<'_> {
     /// than kinds.
     ///
     /// # Errors
-    /// [`PackingError`] if there is no room for them, or not for a single one of as many as fit.
-    pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, PackingError> {
-        if self.as_many_as_fit {
-            let mut random = Random::new(self.seed, Purpose::Placement, self.group);
-            let positions = insert_while_there_is_room(self.sizes(), &self.region, self.space, occupancy, &mut random);
-            return match positions.len() {
-                0 => Err(NoRoom::after(0, self.kinds.len()).into()),
-                _ => Ok(positions),
-            };
-        }
-        let dense = self.compression();
+    /// [`NoPlace`] if there is no room for them, or not for a single one of as many as fit.
+    pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, NoPlace> {
+        let dense = if self.as_many_as_fit { None } else { self.compression() };
         if let Some(dense) = &dense
             && dense.is_too_dense_to_insert()
         {
             return dense.positions();
         }
         let mut random = Random::new(self.seed, Purpose::Placement, self.group);
-        match (insert(self.sizes(), &self.region, self.space, occupancy, &mut random), dense) {
-            (Ok(positions), _) => Ok(positions),
-            (Err(_), Some(dense)) => dense.positions(),
-            (Err(no_room), None) => Err(no_room.into()),
+        let positions = insert(self.sizes(), &self.region, occupancy, &mut random);
+        let (placed, count) = (positions.len(), self.kinds.len());
+        match dense {
+            _ if placed == count || (self.as_many_as_fit && placed > 0) => Ok(positions),
+            Some(dense) => dense.positions(),
+            None => Err(no_room(placed, count)),
         }
     }
 
@@ -112,7 +81,7 @@ mod tests {
     use crate::prepare::packing::occupancy::first_overlap;
 
     /// Spheres of diameter 1 at random in a periodic cube that they fill to a packing fraction.
-    fn fill(count: usize, packing_fraction: f64, has_box: bool) -> Result<Vec<Vector>, PackingError> {
+    fn fill(count: usize, packing_fraction: f64, has_box: bool) -> Result<Vec<Vector>, NoPlace> {
         let species = [Species { name: "A".to_owned(), mass: 1.0, diameter: 1.0, acceleration: Vector::zeros() }];
         let kinds = vec![SpeciesId(0); count];
         let space = Space::periodic_cube(libm::cbrt(count as f64 * own_volume(1.0, 3) / packing_fraction));
@@ -143,12 +112,12 @@ mod tests {
         assert!(fill(60, 0.2, false).is_ok());
         assert!(fill(60, 0.5, true).is_ok());
         let error = fill(60, 0.5, false).unwrap_err();
-        assert!(matches!(error, PackingError::NoRoom(NoRoom { placed: 30..60, count: 60, .. })), "{error}");
+        assert!(matches!(error, NoPlace::NoRoom { placed: 30..60, count: 60, .. }), "{error:?}");
     }
 
     #[test]
     fn a_packing_that_cannot_be_says_why() {
-        assert!(matches!(fill(60, 0.7, true), Err(PackingError::Jammed { reached: 0.6..0.7, .. })));
-        assert!(matches!(fill(3, 0.5, true), Err(PackingError::SmallBox { axis: 0, range: 1.0, .. })));
+        assert!(matches!(fill(60, 0.7, true), Err(NoPlace::Jammed { reached: 0.6..0.7, .. })));
+        assert!(matches!(fill(3, 0.5, true), Err(NoPlace::SmallBox { axis: 0, range: 1.0, .. })));
     }
 }

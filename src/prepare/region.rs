@@ -38,12 +38,6 @@ pub enum FillRegion {
     },
 }
 
-impl From<Region> for FillRegion {
-    fn from(region: Region) -> Self {
-        Self::Box(region)
-    }
-}
-
 /// Volume of a ball in 0 to 3 dimensions.
 fn ball(radius: f64, dimensions: usize) -> f64 {
     match dimensions {

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::Vector;
 use crate::base::numbers::id;
-use crate::model::MeasurementPlan;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{AuditPlan, ExchangePlan, InputFile, OutputPlan, ParticleId, RunPlan, SpeciesId};
+use crate::model::{AuditPlan, ExchangePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, SpeciesId};
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::unvalidated::{
@@ -35,19 +34,11 @@ use crate::scene::unvalidated::{
 #[derive(Debug, Clone, PartialEq)]
 #[must_use = "a builder does nothing until `build`"]
 pub struct SceneBuilder {
-    pub(crate) name: String,
-    pub(crate) seed: u64,
-    pub(crate) start_time: f64,
-    pub(crate) allow_invalid_start: bool,
+    /// What it has of the scene already; the size of the box, species, interactions, bonds and particles follow from what is below.
+    pub(crate) parts: SceneParts,
     /// `None` derives it from the one fill that has a count and a density.
     pub(crate) size: Option<Vector>,
-    pub(crate) lower: Vector,
-    pub(crate) boundary: [Boundary; 3],
-    pub(crate) wall_temperatures: [[Option<f64>; 2]; 3],
     pub(crate) gravity: Vector,
-    pub(crate) shear_rate: Option<f64>,
-    pub(crate) displacement: f64,
-    pub(crate) contact_time: Option<f64>,
     pub(crate) species: Vec<SpeciesDraft>,
     pub(crate) interactions: Vec<InteractionDraft>,
     pub(crate) groups: Vec<LocatedGroup>,
@@ -58,33 +49,31 @@ pub struct SceneBuilder {
     /// The first group whose ids were asked for and are not known.
     pub(crate) unnumbered: Option<ConfigPath>,
     pub(crate) bonds: Vec<UnvalidatedBond>,
-    pub(crate) audit: AuditPlan,
-    pub(crate) run: RunPlan,
-    pub(crate) output: OutputPlan,
-    pub(crate) measure: MeasurementPlan,
-    pub(crate) exchange: Option<ExchangePlan>,
-    pub(crate) inputs: Vec<InputFile>,
     /// The run that it starts from, in place of groups.
     pub(crate) start: Option<UnvalidatedStart>,
     pub(crate) origins: Origins,
+}
+
+/// Declares methods that set one value.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $method:ident($value:ident: $type:ty) => $($field:ident).+;)*) => {
+        $(
+            $(#[$doc])*
+            pub fn $method(mut self, $value: $type) -> Self {
+                self.$($field).+ = $value.into();
+                self
+            }
+        )*
+    };
 }
 
 impl SceneBuilder {
     /// An empty scene: no gravity, no TC model, periodic along every axis, seed 1.
     pub fn new(name: &str) -> Self {
         Self {
-            name: name.to_owned(),
-            seed: 1,
-            start_time: 0.0,
-            allow_invalid_start: false,
+            parts: SceneParts { name: name.to_owned(), seed: 1, ..SceneParts::default() },
             size: None,
-            lower: Vector::zeros(),
-            boundary: [Boundary::Periodic; 3],
-            wall_temperatures: [[None; 2]; 3],
             gravity: Vector::zeros(),
-            shear_rate: None,
-            displacement: 0.0,
-            contact_time: None,
             species: Vec::new(),
             interactions: Vec::new(),
             groups: Vec::new(),
@@ -92,46 +81,51 @@ impl SceneBuilder {
             next_id: Some(0),
             unnumbered: None,
             bonds: Vec::new(),
-            audit: AuditPlan::default(),
-            run: RunPlan::default(),
-            output: OutputPlan::default(),
-            measure: MeasurementPlan::default(),
-            exchange: None,
-            inputs: Vec::new(),
             start: None,
             origins: Origins::default(),
         }
     }
 
-    /// The seed of all random numbers.
-    pub fn seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
+    /// The builder of a scene that has its species; interactions, bonds and particles stay parts.
+    pub(crate) fn of_parts(parts: SceneParts) -> Self {
+        let species = parts.species.iter().map(SpeciesDraft::of).collect();
+        Self { size: Some(parts.space.size), species, parts, ..Self::new("") }
     }
 
-    /// Simulated time at the start `[time]`.
-    pub fn start_time(mut self, time: f64) -> Self {
-        self.start_time = time;
-        self
-    }
-
-    /// Leaves overlaps at the start to the stable rule.
-    pub fn allow_invalid_start(mut self, allow: bool) -> Self {
-        self.allow_invalid_start = allow;
-        self
+    setters! {
+        /// The seed of all random numbers.
+        seed(seed: u64) => parts.seed;
+        /// Simulated time at the start `[time]`.
+        start_time(time: f64) => parts.start_time;
+        /// Leaves overlaps at the start to the stable rule.
+        allow_invalid_start(allow: bool) => parts.allow_invalid_start;
+        /// Boundary conditions of a box whose size follows from a fill.
+        boundary(boundary: [Boundary; 3]) => parts.space.boundary;
+        /// The acceleration of every species that moves and has none of its own `[length / time^2]`.
+        gravity(gravity: Vector) => gravity;
+        /// Shears the box: `v_x = rate (y - y_middle)` streams, and images above and below slide along x `[1 / time]`.
+        shear(rate: f64) => parts.shear_rate;
+        /// How far the next image up of a sheared box is displaced along x at the start `[length]`.
+        displacement(displacement: f64) => parts.displacement;
+        /// Switches the TC model on `[time]`.
+        contact_time(time: f64) => parts.contact_time;
+        /// When the run's audit fails.
+        audit(audit: AuditPlan) => parts.audit;
+        /// How long to run.
+        run(run: RunPlan) => parts.run;
+        /// Output plan.
+        output(output: OutputPlan) => parts.output;
+        /// Measurement plan.
+        measure(plan: MeasurementPlan) => parts.measure;
+        /// Replicas at several temperatures, which are swapped: [`Exchange`](crate::exchange::Exchange) runs them.
+        #[doc(alias = "parallel tempering")]
+        exchange(plan: ExchangePlan) => parts.exchange;
     }
 
     /// The box. Without it, a periodic cube follows from the one fill that has a count and a density.
     pub fn space(mut self, space: Space) -> Self {
         self.size = Some(space.size);
-        self.lower = space.lower;
-        self.boundary = space.boundary;
-        self
-    }
-
-    /// Boundary conditions of a box whose size follows from a fill.
-    pub fn boundary(mut self, boundary: [Boundary; 3]) -> Self {
-        self.boundary = boundary;
+        self.parts.space = space;
         self
     }
 
@@ -142,39 +136,9 @@ impl SceneBuilder {
 
     /// Makes the lower and the upper wall of an axis (0, 1, 2) thermal, each with its own temperature `[energy]`; without one, it reflects.
     pub fn wall_temperatures(mut self, axis: usize, temperatures: [Option<f64>; 2]) -> Self {
-        if let Some(walls) = self.wall_temperatures.get_mut(axis) {
+        if let Some(walls) = self.parts.wall_temperatures.get_mut(axis) {
             *walls = temperatures;
         }
-        self
-    }
-
-    /// The acceleration of every species that moves and has none of its own `[length / time^2]`.
-    pub fn gravity(mut self, gravity: Vector) -> Self {
-        self.gravity = gravity;
-        self
-    }
-
-    /// Shears the box: `v_x = rate (y - y_middle)` streams, and images above and below slide along x `[1 / time]`.
-    pub fn shear(mut self, rate: f64) -> Self {
-        self.shear_rate = Some(rate);
-        self
-    }
-
-    /// How far the next image up of a sheared box is displaced along x at the start `[length]`.
-    pub fn displacement(mut self, displacement: f64) -> Self {
-        self.displacement = displacement;
-        self
-    }
-
-    /// Switches the TC model on `[time]`.
-    pub fn contact_time(mut self, time: f64) -> Self {
-        self.contact_time = Some(time);
-        self
-    }
-
-    /// When the run's audit fails.
-    pub fn audit(mut self, audit: AuditPlan) -> Self {
-        self.audit = audit;
         self
     }
 
@@ -248,13 +212,7 @@ impl SceneBuilder {
 
     /// Maxwell velocities for the fills and chains added so far that have neither a temperature nor a speed yet `[energy]`.
     pub fn temperature(mut self, temperature: f64) -> Self {
-        for LocatedGroup { group, .. } in &mut self.groups {
-            match group {
-                Group::Fill(Fill { temperature: t @ None, speed: None, .. })
-                | Group::Chain(Chain { temperature: t @ None, speed: None, .. }) => *t = Some(temperature),
-                _ => {}
-            }
-        }
+        self.at_rest().for_each(|start| *start.0 = Some(temperature));
         self
     }
 
@@ -264,14 +222,17 @@ impl SceneBuilder {
     /// Directions come in pairs of opposite ones, three at 120 degrees where a species has an odd number, so that each speed is exactly this
     /// one and the momentum is zero; on a line, the last of an odd number keeps its momentum.
     pub fn speed(mut self, speed: f64) -> Self {
-        for LocatedGroup { group, .. } in &mut self.groups {
-            match group {
-                Group::Fill(Fill { temperature: None, speed: v @ None, .. })
-                | Group::Chain(Chain { temperature: None, speed: v @ None, .. }) => *v = Some(speed),
-                _ => {}
-            }
-        }
+        self.at_rest().for_each(|start| *start.1 = Some(speed));
         self
+    }
+
+    /// Temperature and speed of each fill and chain that has neither yet.
+    fn at_rest(&mut self) -> impl Iterator<Item = (&mut Option<f64>, &mut Option<f64>)> {
+        self.groups.iter_mut().filter_map(|placed| match &mut placed.group {
+            Group::Fill(Fill { temperature: t @ None, speed: v @ None, .. })
+            | Group::Chain(Chain { temperature: t @ None, speed: v @ None, .. }) => Some((t, v)),
+            _ => None,
+        })
     }
 
     /// Bonded chains.
@@ -302,31 +263,6 @@ impl SceneBuilder {
     pub fn insert_bond(&mut self, pair: [ParticleId; 2], interaction: &str) {
         let at = ConfigPath::entry("bond", self.bonds.len());
         self.bonds.push(UnvalidatedBond { pair: pair.map(|id| id.0), interaction: interaction.to_owned(), at });
-    }
-
-    /// How long to run.
-    pub fn run(mut self, run: RunPlan) -> Self {
-        self.run = run;
-        self
-    }
-
-    /// Output plan.
-    pub fn output(mut self, output: OutputPlan) -> Self {
-        self.output = output;
-        self
-    }
-
-    /// Measurement plan.
-    pub fn measure(mut self, plan: MeasurementPlan) -> Self {
-        self.measure = plan;
-        self
-    }
-
-    /// Replicas at several temperatures, which are swapped: [`Exchange`](crate::exchange::Exchange) runs them.
-    #[doc(alias = "parallel tempering")]
-    pub fn exchange(mut self, plan: ExchangePlan) -> Self {
-        self.exchange = Some(plan);
-        self
     }
 
     /// Adds particles that start together, an entry of a table of a scene file. Says which id the first of them has, if that is known.

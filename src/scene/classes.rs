@@ -6,6 +6,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::limits::positive;
 use crate::scene::unvalidated::{Fill, Group, InteractionDraft, Listed, LocatedGroup, Model, SpeciesDraft};
+use crate::scene::validate::measure;
 
 /// Species of one scene, where some have a distribution: their pairs, 32,896, have to be countable in 16 bits.
 const MOST_SPECIES: usize = 256;
@@ -51,12 +52,9 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
             return Err(refused(distributed, what, &at.key("species")));
         }
     }
-    let profiles = scene.measure.profiles.iter().map(|it| &it.species).enumerate().map(|it| ("profile", it));
-    let flows = scene.measure.flows.iter().map(|it| &it.species).enumerate().map(|it| ("flow", it));
-    for (kind, (index, name)) in profiles.chain(flows) {
-        if let Some(distributed) = name.as_ref().and_then(|name| named(distributed, name)) {
-            let at = ConfigPath::root().key("measure").key(kind).index(index).key("species");
-            return Err(refused(distributed, "one species is measured", &at));
+    for measured in measure::named(&scene.parts.measure) {
+        if let Some(distributed) = measured.species.and_then(|name| named(distributed, name)) {
+            return Err(refused(distributed, "one species is measured", &measured.at.key("species")));
         }
     }
     Ok(())
@@ -93,9 +91,7 @@ fn refused(distributed: &Distributed, what: &str, at: &ConfigPath) -> SceneError
 
 /// The given mass is that of the mean diameter.
 fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
-    let unsized_space =
-        crate::model::space::Space { lower: scene.lower, size: crate::Vector::zeros(), boundary: scene.boundary };
-    let dimensions = unsized_space.dimensions();
+    let dimensions = scene.parts.space.dimensions();
     let mut species = Vec::new();
     for (index, draft) in std::mem::take(&mut scene.species).into_iter().enumerate() {
         let at = ConfigPath::entry("species", index);

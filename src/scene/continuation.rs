@@ -21,6 +21,7 @@ use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::motion;
 use crate::scene::unvalidated::{SpeciesDraft, UnvalidatedStart};
+use crate::scene::validate::start::Configuration;
 
 /// A run that has ended, and the checksum of that state.
 pub(crate) struct LastRun {
@@ -59,20 +60,20 @@ impl SceneBuilder {
     /// Builder in which everything that the scene leaves out is as in the run.
     fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Result<Self, SceneError> {
         let (mut next, run) = (self.clone(), simulation.scene());
-        (next.start_time, next.displacement) = (simulation.time(), simulation.displacement());
+        (next.parts.start_time, next.parts.displacement) = (simulation.time(), simulation.displacement());
         if !start.has_seed {
-            next.seed = run.seed;
+            next.parts.seed = run.seed;
         }
         next.size = next.size.or(Some(run.space.size));
         if !start.has_lower {
-            next.lower = run.space.lower;
+            next.parts.space.lower = run.space.lower;
         }
         if !start.has_space {
-            next.boundary = run.space.boundary;
-            (next.wall_temperatures, next.shear_rate) = (run.wall_temperatures, run.shear_rate);
+            next.parts.space.boundary = run.space.boundary;
+            (next.parts.wall_temperatures, next.parts.shear_rate) = (run.wall_temperatures, run.shear_rate);
         }
         if !start.has_dynamics {
-            next.contact_time = run.contact_time;
+            next.parts.contact_time = run.contact_time;
         }
         let gravity = next.gravity;
         if next.species.is_empty() {
@@ -95,7 +96,7 @@ impl SceneBuilder {
     fn starting_from(&self, last: &LastRun) -> Result<Scene, SceneError> {
         let run = last.simulation.scene();
         self.check_header()?;
-        check_flat_axes(&self.boundary, &run.space)?;
+        check_flat_axes(&self.parts.space.boundary, &run.space)?;
         let mut species = self.checked_species()?;
         let space = self.checked_space(&species)?;
         check_box(&space, &run.space)?;
@@ -109,8 +110,12 @@ impl SceneBuilder {
         let Left { particles, images } = left(&last.simulation, &species, &space)?;
         let bonds = if inherits { run.bonds.clone() } else { bonds(run, &particles, &mut interactions)? };
         let wrapped = particles.iter().map(|it| Particle { position: space.wrapped(it.position), ..*it }).collect();
-        let located = bonds.iter().map(|bond| (*bond, at_start())).collect();
-        let groups = Groups::of_run(wrapped, located, surfaces(run, &particles, &species)?, at_start());
+        let groups = Groups {
+            particles: wrapped,
+            bonds: bonds.iter().map(|bond| (*bond, at_start())).collect(),
+            static_surfaces: surfaces(run, &particles, &species)?,
+            starts: vec![(0, at_start())],
+        };
         // Pairs that are captured across a side that opens are far apart, and pairs across one that becomes periodic may be near.
         let is_kept = if has_same_periods(&space, &run.space) {
             kept(run, &species, &interactions, &bonds)
@@ -121,13 +126,13 @@ impl SceneBuilder {
             interactions.check_complete(&groups.counts(species.len()))?;
         }
         let is_as_it_was = is_kept.iter().all(|kept| *kept) && has_same_walls(run, &species, &space);
-        self.check_plan(&groups, &species, &space, &interactions)?;
+        let start = Configuration { groups, interactions, space, displacement: self.parts.displacement };
+        self.check_plan(&start)?;
         // No place is worse than in the run otherwise.
         if !is_as_it_was {
-            self.check_places(&groups, &species, &space, self.displacement, &interactions)?;
+            self.check_places(&start)?;
         }
-        let finished = interactions.finish();
-        let mut scene = self.assembled(space, species, finished, groups, self.displacement);
+        let mut scene = self.assembled(start);
         scene.particles = particles;
         scene.inputs = vec![last.checkpoint.clone()];
         let differences = differences(&scene, run);

@@ -9,7 +9,7 @@ use crate::model::input_file::is_checksum;
 use crate::model::space::{AXES, Boundary};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
 use crate::scene::file::{CoordinatesFile, SpaceFile};
 use crate::scene::unvalidated::{Group, Listed, UnvalidatedBond};
 use crate::trajectory::Frame;
@@ -40,7 +40,7 @@ pub(super) fn add(
         let path = directory.join(&file.path);
         let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
         let text = std::fs::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
-        scene.inputs.push(unchanged(&path, &text, file.checksum.as_deref(), &at)?);
+        scene.parts.inputs.push(unchanged(&path, &text, file.checksum.as_deref(), &at)?);
         let mut start = parse(&text, file.frame).map_err(|(line, problem)| {
             SceneError::new(at.key("path"), SceneErrorKind::Coordinates { path: path.clone(), line, problem })
         })?;
@@ -48,10 +48,10 @@ pub(super) fn add(
             take_box(&start.frame, space, scene)?;
         }
         if start.frame.displacement != 0.0 {
-            scene.displacement = start.frame.displacement;
+            scene.parts.displacement = start.frame.displacement;
         }
         add_bonds(&start, file, &path, &at, scene)?;
-        if let Some(input) = scene.inputs.last_mut() {
+        if let Some(input) = scene.parts.inputs.last_mut() {
             input.unused = std::mem::take(&mut start.beside.unused);
         }
         sizes.push(RadiiAndMasses::of(&start, path, &at, scene.groups.len()));
@@ -70,10 +70,10 @@ pub(super) fn add(
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     scene.size = Some(frame.size);
     if space.lower.is_none() {
-        scene.lower = frame.lower;
+        scene.parts.space.lower = frame.lower;
     }
     for (k, _) in [&space.x, &space.y, &space.z].into_iter().enumerate().filter(|(_, given)| given.is_none()) {
-        scene.boundary[k] = match (frame.is_flat(k), frame.periodic[k]) {
+        scene.parts.space.boundary[k] = match (frame.is_flat(k), frame.periodic[k]) {
             (true, _) => Boundary::Flat,
             (false, true) => Boundary::Periodic,
             (false, false) => {
@@ -105,10 +105,7 @@ fn add_bonds(
     let known: Vec<&str> = scene.interactions.iter().filter_map(|draft| draft.name.as_deref()).collect();
     let names: Vec<&str> = match &file.bond {
         Some(name) if known.contains(&name.as_str()) => vec![name],
-        Some(name) => {
-            let kind = SceneErrorKind::unknown_word("interaction", name, known);
-            return Err(SceneError::new(at.key("bond"), kind));
-        }
+        Some(name) => return Err(unknown(&at.key("bond"), "interaction", name, known)),
         None if frame.bond_kinds.is_empty() => {
             return wrong(
                 "`bonds` do not say which interaction holds them: name one of the scene with `bond` in [[file]]".into(),

@@ -11,8 +11,7 @@ use thiserror::Error;
 
 use crate::base::text::printable;
 use crate::model::error::PotentialError;
-use crate::prepare::lattice::TooTight;
-use crate::prepare::packing::{NoRoom, PackingError};
+use crate::prepare::NoPlace;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::limits::AXES;
 
@@ -129,12 +128,6 @@ impl SceneErrorKind {
         Self::Value { value: value.to_string(), expected: expected.into() }
     }
 
-    /// A word that is not one of `known`, with the nearest of them.
-    pub(crate) fn unknown_word<'a>(what: &'static str, word: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
-        let known: Vec<String> = known.into_iter().map(str::to_owned).collect();
-        Self::UnknownWord { what, word: word.to_owned(), nearest: nearest(word, &known), known }
-    }
-
     /// Help: the likely cure, where there is one.
     fn help(&self) -> Option<String> {
         match self {
@@ -179,27 +172,16 @@ impl SceneErrorKind {
     }
 }
 
-impl From<TooTight> for SceneErrorKind {
-    fn from(TooTight { count, spacing, contact }: TooTight) -> Self {
-        Self::LatticeTooTight { count, spacing, contact }
-    }
-}
-
-impl From<NoRoom> for SceneErrorKind {
-    fn from(NoRoom { placed, count, attempts }: NoRoom) -> Self {
-        Self::NoRoom { placed, count, attempts }
-    }
-}
-
-impl From<PackingError> for SceneErrorKind {
-    fn from(error: PackingError) -> Self {
+impl From<NoPlace> for SceneErrorKind {
+    fn from(error: NoPlace) -> Self {
         match error {
-            PackingError::NoRoom(no_room) => no_room.into(),
-            PackingError::Jammed { wanted, reached } => Self::Jammed { wanted, reached },
-            PackingError::SmallBox { axis, size, range } => {
+            NoPlace::TooTight { count, spacing, contact } => Self::LatticeTooTight { count, spacing, contact },
+            NoPlace::NoRoom { placed, count, attempts } => Self::NoRoom { placed, count, attempts },
+            NoPlace::Jammed { wanted, reached } => Self::Jammed { wanted, reached },
+            NoPlace::SmallBox { axis, size, range } => {
                 Self::SmallBox { axis: AXES[axis], size, range, needed: 2.0 * range }
             }
-            PackingError::Potential(error) => Self::Potential(error),
+            NoPlace::Potential(error) => Self::Potential(error),
         }
     }
 }
@@ -216,6 +198,18 @@ pub(crate) fn refuse<T>(
 /// Error of a table without a key that it needs.
 pub(crate) fn missing(at: &ConfigPath, key: &'static str, why: impl Into<String>) -> SceneError {
     SceneError::new(at.clone(), SceneErrorKind::Missing { key, why: why.into() })
+}
+
+/// Error of a word that is not one of `known`, with the nearest of them.
+pub(crate) fn unknown<'a>(
+    at: &ConfigPath,
+    what: &'static str,
+    word: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> SceneError {
+    let known: Vec<String> = known.into_iter().map(str::to_owned).collect();
+    let kind = SceneErrorKind::UnknownWord { what, word: word.to_owned(), nearest: nearest(word, &known), known };
+    SceneError::new(at.clone(), kind)
 }
 
 /// `a`, `b` or `c`.
@@ -318,11 +312,7 @@ impl fmt::Display for SceneError {
     }
 }
 
-impl std::error::Error for SceneError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        None
-    }
-}
+impl std::error::Error for SceneError {}
 
 impl Diagnostic for SceneError {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {

@@ -7,11 +7,11 @@ use crate::model::space::Space;
 use crate::model::{Species, SpeciesId};
 use crate::prepare::composition::{edges, largest_packing_fraction, mean_volume, realised, whole_numbers};
 use crate::prepare::lattice::{self, Sites};
-use crate::prepare::packing::occupancy::Contacts;
 use crate::prepare::region::FillRegion;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
+use crate::scene::groups::Placing;
 use crate::scene::interactions::species_named;
 use crate::scene::limits::{affordable, positive};
 use crate::scene::region::region;
@@ -31,17 +31,11 @@ pub(crate) struct Filling {
 }
 
 impl Filling {
-    pub(crate) fn new(
-        fill: &Fill,
-        species: &[Species],
-        contacts: &Contacts,
-        space: &Space,
-        at: &ConfigPath,
-    ) -> Result<Self, SceneError> {
-        let count = index(Self::count(fill, species, contacts, space, at)?);
-        let shares = shares(fill, species, at)?;
-        let filling = Self { shares: whole_numbers(&shares, count), region: region(fill, space, at)? };
-        let largest = filling.largest(species);
+    pub(crate) fn new(fill: &Fill, placing: &Placing<'_>, at: &ConfigPath) -> Result<Self, SceneError> {
+        let count = index(Self::count(fill, placing, at)?);
+        let shares = shares(fill, placing.species, at)?;
+        let filling = Self { shares: whole_numbers(&shares, count), region: region(fill, placing.space, at)? };
+        let largest = filling.largest(placing.species);
         if !filling.region.has_room(0.5 * largest) {
             let kind = SceneErrorKind::RegionTooSmall { diameter: largest };
             return Err(SceneError::new(at.key("region"), kind));
@@ -50,13 +44,8 @@ impl Filling {
     }
 
     /// Number of particles; the most that there can be where as many as fit are asked for.
-    pub(crate) fn count(
-        fill: &Fill,
-        species: &[Species],
-        contacts: &Contacts,
-        space: &Space,
-        at: &ConfigPath,
-    ) -> Result<u64, SceneError> {
+    pub(crate) fn count(fill: &Fill, placing: &Placing<'_>, at: &ConfigPath) -> Result<u64, SceneError> {
+        let (species, space) = (placing.species, placing.space);
         if fill.as_many_as_fit && fill.arrangement != Arrangement::Random {
             return refuse(
                 at.key("as_many_as_fit"),
@@ -81,9 +70,7 @@ impl Filling {
                 }
                 trunc_to_u64(count)
             }
-            (None, None) if fill.as_many_as_fit => {
-                most_that_fit(region.volume(space), &shares, species, contacts, space, at)?
-            }
+            (None, None) if fill.as_many_as_fit => most_that_fit(region.volume(space), &shares, placing, at)?,
             (None, None) => {
                 return Err(missing(at, "count", "or number_density or packing_fraction"));
             }
@@ -102,15 +89,14 @@ impl Filling {
         self.shares.iter().filter(|(_, count)| *count > 0).map(|(species, _)| *species)
     }
 
-    /// The sites of a lattice; with `contacts`, they have to be far enough apart for every species.
+    /// The sites of a lattice; they have to be far enough apart for every species, unless overlaps are allowed.
     pub(crate) fn on_lattice(
         &self,
         lattice: Lattice,
-        space: &Space,
-        species: &[Species],
-        contacts: Option<&Contacts>,
+        placing: &Placing<'_>,
         at: &ConfigPath,
     ) -> Result<Vec<Vector>, SceneError> {
+        let space = placing.space;
         if lattice.dimensions() != space.dimensions() {
             let expected = match space.dimensions() {
                 3 => "`sc`, `bcc`, `fcc`, `hcp` or `random` because no axis is flat",
@@ -121,13 +107,13 @@ impl Filling {
             return refuse(at.key("arrangement"), value, expected);
         }
         let count = self.shares.iter().map(|(_, count)| count).sum();
-        let contact = contacts.map(|contacts| self.longest_contact(contacts, species.len()));
+        let contact = (!placing.scene.parts.allow_invalid_start).then(|| self.longest_contact(placing));
         let around = lattice::sites_around(&self.region, space, count);
         if around > MOST_SITES.max(count as f64 * 10.0) {
             let value = format!("a lattice in a region that fills {:.0e} of the box around it", count as f64 / around);
             return refuse(at.key("arrangement"), value, "`random`");
         }
-        let sites = Sites { count, diameter: self.largest(species), contact };
+        let sites = Sites { count, diameter: self.largest(placing.species), contact };
         match &self.region {
             FillRegion::Box(region) => lattice::sites(lattice, space, region, sites),
             region => lattice::sites_inside(lattice, space, region, sites),
@@ -141,10 +127,10 @@ impl Filling {
     }
 
     /// The longest contact distance of two species of the fill `[length]`.
-    fn longest_contact(&self, contacts: &Contacts, species: usize) -> f64 {
-        let mut is_here = vec![false; species];
+    fn longest_contact(&self, placing: &Placing<'_>) -> f64 {
+        let mut is_here = vec![false; placing.species.len()];
         self.species().for_each(|kind| is_here[kind.0 as usize] = true);
-        let here = contacts.iter().filter(|([a, b], _)| is_here[*a] && is_here[*b]);
+        let here = placing.contacts.iter().filter(|([a, b], _)| is_here[*a] && is_here[*b]);
         here.map(|(_, contact)| contact).fold(0.0, f64::max)
     }
 }
@@ -172,18 +158,16 @@ fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(Spec
 fn most_that_fit(
     room: f64,
     shares: &[(SpeciesId, f64)],
-    species: &[Species],
-    contacts: &Contacts,
-    space: &Space,
+    placing: &Placing<'_>,
     at: &ConfigPath,
 ) -> Result<u64, SceneError> {
     let here = || shares.iter().map(|(id, _)| *id);
-    let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
-    let own = |id: SpeciesId| contact(id, id).min(species[id.0 as usize].diameter);
+    let contact = |a: SpeciesId, b: SpeciesId| placing.contacts.get(a.0 as usize, b.0 as usize);
+    let own = |id: SpeciesId| contact(id, id).min(placing.species[id.0 as usize].diameter);
     let is_additive = here().all(|a| here().all(|b| 0.5 * (own(a) + own(b)) <= contact(a, b) * (1.0 + ROUNDING)));
     let least = here().flat_map(|a| here().map(move |b| contact(a, b).min(own(a)))).fold(f64::INFINITY, f64::min);
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
-    let volume = |diameter: f64| own_volume(diameter, space.dimensions());
+    let volume = |diameter: f64| own_volume(diameter, placing.space.dimensions());
     let mean: f64 =
         shares.iter().map(|(id, share)| share / total * volume(if is_additive { own(*id) } else { least })).sum();
     if mean <= 0.0 {

@@ -2,7 +2,8 @@
 
 mod placing;
 
-use self::placing::{Order, Placing};
+pub(crate) use self::placing::Placing;
+use self::placing::is_random;
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::StaticSurface;
@@ -14,7 +15,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing};
 use crate::scene::interactions::{Interactions, species_named};
 use crate::scene::limits::{affordable, motion, on_flat_axes};
-use crate::scene::unvalidated::{Chain, Fill, Group, Listed, LocatedGroup, SurfaceFill};
+use crate::scene::unvalidated::{Group, Listed, LocatedGroup, SurfaceFill};
 use crate::scene::validate::start;
 
 /// All particles, and which group each came from.
@@ -22,8 +23,8 @@ pub(crate) struct Groups {
     pub particles: Vec<Particle>,
     pub bonds: Vec<(Bond, ConfigPath)>,
     pub static_surfaces: Vec<StaticSurface>,
-    /// Config path of each group, and the id of its first particle.
-    starts: Vec<(usize, ConfigPath)>,
+    /// Config path of each group, and the id of its first particle; empty where particles stand for themselves.
+    pub starts: Vec<(usize, ConfigPath)>,
 }
 
 impl Groups {
@@ -40,10 +41,10 @@ impl Groups {
         let mut parts: Vec<Vec<Particle>> = vec![Vec::new(); scene.groups.len()];
         placing.check_amounts()?;
         let mut total = 0;
-        for order in [Order::Given, Order::Random] {
+        for at_random in [false, true] {
             let mut occupancy = None;
-            for (index, placed) in scene.groups.iter().enumerate().filter(|(_, placed)| Order::of(placed) == order) {
-                if order == Order::Random && occupancy.is_none() {
+            for (index, placed) in scene.groups.iter().enumerate().filter(|(_, it)| is_random(it) == at_random) {
+                if at_random && occupancy.is_none() {
                     occupancy = Some(placing.occupied(&parts));
                 }
                 parts[index] = match &placed.group {
@@ -95,27 +96,8 @@ impl Groups {
         if groups.particles.is_empty() {
             return Err(missing(&ConfigPath::root(), "particle", "give [[particle]], [[file]], [[chain]] or [[fill]]"));
         }
-        start::list_bonds(&mut groups, placing.species, &scene.bonds, interactions)?;
+        start::list_bonds(&mut groups, &scene.bonds, interactions)?;
         Ok(groups)
-    }
-
-    /// Particles that have their places, bonds and meshes already.
-    pub(crate) fn given(
-        particles: Vec<Particle>,
-        bonds: Vec<(Bond, ConfigPath)>,
-        static_surfaces: Vec<StaticSurface>,
-    ) -> Self {
-        Self { particles, bonds, static_surfaces, starts: Vec::new() }
-    }
-
-    /// Particles, bonds and meshes of another run.
-    pub(crate) fn of_run(
-        particles: Vec<Particle>,
-        bonds: Vec<(Bond, ConfigPath)>,
-        static_surfaces: Vec<StaticSurface>,
-        at: ConfigPath,
-    ) -> Self {
-        Self { starts: vec![(0, at)], ..Self::given(particles, bonds, static_surfaces) }
     }
 
     /// Number of particles of each species.
@@ -133,15 +115,13 @@ impl Groups {
         let ids = self.starts.iter().zip(ends).map(|((first, _), end)| *first..end);
         ids.zip(&scene.groups)
             .enumerate()
-            .filter_map(|(group, (ids, placed))| match &placed.group {
-                Group::Fill(Fill { temperature, speed, velocity, .. }) => {
-                    Some(Drawn { ids, group, temperature: *temperature, speed: *speed, velocity: *velocity })
-                }
-                Group::Chain(Chain { temperature, speed, .. }) => {
-                    let velocity = Vector::zeros();
-                    Some(Drawn { ids, group, temperature: *temperature, speed: *speed, velocity })
-                }
-                Group::Listed(_) | Group::Surface(_) => None,
+            .filter_map(|(group, (ids, placed))| {
+                let (temperature, speed, velocity) = match &placed.group {
+                    Group::Fill(fill) => (fill.temperature, fill.speed, fill.velocity),
+                    Group::Chain(chain) => (chain.temperature, chain.speed, Vector::zeros()),
+                    Group::Listed(_) | Group::Surface(_) => return None,
+                };
+                Some(Drawn { ids, group, temperature, speed, velocity })
             })
             .collect()
     }

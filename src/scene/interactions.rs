@@ -8,7 +8,7 @@ use crate::model::species_pairs::SpeciesPairs;
 use crate::model::{Interaction, InteractionId, Species, SpeciesId};
 use crate::prepare::packing::occupancy::Contacts;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse, unknown};
 use crate::scene::limits::{above_one, finite, positive, positive_if_given, restitution};
 use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{InteractionDraft, Model};
@@ -23,7 +23,7 @@ pub(crate) const MOST_KINDS: usize = 1 << 16;
 /// The interactions in use. One draft makes several if it stands for pairs of different diameters.
 pub(crate) struct Interactions<'a> {
     drafts: &'a [InteractionDraft],
-    species: &'a [Species],
+    pub species: &'a [Species],
     list: Vec<Interaction>,
     made: HashMap<(usize, u64), Option<InteractionId>>,
     /// For each two species, whether and how they interact; the outer `None` if nothing says.
@@ -143,7 +143,7 @@ impl<'a> Interactions<'a> {
     ) -> Result<InteractionId, SceneError> {
         let Some(index) = self.drafts.iter().position(|draft| draft.name.as_deref() == Some(name)) else {
             let known = self.drafts.iter().filter_map(|draft| draft.name.as_deref());
-            return Err(SceneError::new(at.clone(), SceneErrorKind::unknown_word("interaction", name, known)));
+            return Err(unknown(at, "interaction", name, known));
         };
         self.make(index, a.0 as usize, b.0 as usize)?.ok_or_else(|| {
             let expected = "an interaction with a potential";
@@ -211,10 +211,9 @@ impl<'a> Interactions<'a> {
 
 /// The species of this name.
 pub(crate) fn species_named(species: &[Species], name: &str, at: &ConfigPath) -> Result<SpeciesId, SceneError> {
-    species.iter().position(|candidate| candidate.name == name).map(|index| SpeciesId(id(index))).ok_or_else(|| {
-        let known = species.iter().map(|candidate| candidate.name.as_str());
-        SceneError::new(at.clone(), SceneErrorKind::unknown_word("species", name, known))
-    })
+    let found = species.iter().position(|candidate| candidate.name == name);
+    let known = || species.iter().map(|candidate| candidate.name.as_str());
+    found.map(|index| SpeciesId(id(index))).ok_or_else(|| unknown(at, "species", name, known()))
 }
 
 fn check(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), SceneError> {

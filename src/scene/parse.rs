@@ -10,6 +10,7 @@ mod start;
 use std::path::Path;
 
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use toml::Table;
 
 use crate::Vector;
@@ -21,18 +22,20 @@ use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
 use crate::scene::file::{CountFile, DiameterFile, OutputFile, SceneFile, SpeciesFile};
+use crate::scene::schema::words;
 use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
 
 /// Kinds of an entry, and the keys that each of them takes.
 type Kinds = [(&'static str, &'static [&'static str])];
 
-/// The keys of an entry that depend on its kind, and which of them are given.
+/// The keys of an entry that depend on its kind, with the values of those that are given.
 pub(super) struct Keys<'k> {
     pub at: &'k ConfigPath,
     pub context: String,
-    given: Vec<&'static str>,
+    all: Vec<&'static str>,
+    values: Table,
 }
 
 impl<'k> Keys<'k> {
@@ -45,21 +48,19 @@ impl<'k> Keys<'k> {
         entry: &impl Serialize,
     ) -> Result<(&'static str, Self), SceneError> {
         let Some(&(word, known)) = kinds.iter().find(|(known, _)| *known == word) else {
-            let kind = SceneErrorKind::unknown_word(what, word, kinds.iter().map(|(known, _)| *known));
-            return Err(SceneError::new(at.key(what), kind));
+            return Err(unknown(&at.key(what), what, word, words(kinds)));
         };
         // A table has those that are given; what was read from TOML can be written as such.
-        let table = Table::try_from(entry).unwrap_or_default();
-        let all = kinds.iter().flat_map(|(_, keys)| *keys).copied();
-        let given = all.filter(|key| table.contains_key(*key)).collect();
-        let keys = Self { at, context: format!("{what} = \"{word}\""), given };
+        let values = Table::try_from(entry).unwrap_or_default();
+        let all = kinds.iter().flat_map(|(_, keys)| *keys).copied().collect();
+        let keys = Self { at, context: format!("{what} = \"{word}\""), all, values };
         keys.allow(known)?;
         Ok((word, keys))
     }
 
     /// Refuses every given key that is not among those of the kind.
     pub fn allow(&self, known: &[&'static str]) -> Result<(), SceneError> {
-        match self.given.iter().copied().find(|key| !known.contains(key)) {
+        match self.all.iter().copied().find(|key| self.has(key) && !known.contains(key)) {
             None => Ok(()),
             Some(key) => {
                 let (context, known) = (self.context.clone(), known.to_vec());
@@ -68,9 +69,25 @@ impl<'k> Keys<'k> {
         }
     }
 
-    /// The value of a key that the kind needs.
-    pub fn need<T>(&self, value: Option<T>, key: &'static str) -> Result<T, SceneError> {
+    /// Whether a key is given.
+    pub fn has(&self, key: &str) -> bool {
+        self.values.contains_key(key)
+    }
+
+    /// The value of a key that the kind needs, of the type that it has in the entry.
+    pub fn need<T: DeserializeOwned>(&self, key: &'static str) -> Result<T, SceneError> {
+        let value = self.values.get(key).and_then(|value| value.clone().try_into().ok());
         value.ok_or_else(|| missing(self.at, key, format!("{} needs it", self.context)))
+    }
+
+    /// The vector of a key that the kind needs.
+    pub fn vector(&self, key: &'static str) -> Result<Vector, SceneError> {
+        self.need(key).map(vector)
+    }
+
+    /// The radii of the two ends of a cone, or of a cylinder.
+    pub fn radii_of_ends(&self, word: &str) -> Result<[f64; 2], SceneError> {
+        if word == "cone" { self.need("radii") } else { Ok([self.need("radius")?; 2]) }
     }
 }
 
@@ -81,10 +98,8 @@ fn variant<'t, T>(
     word: &str,
     at: &ConfigPath,
 ) -> Result<&'t T, SceneError> {
-    table.iter().find(|(known, _)| *known == word).map(|(_, variant)| variant).ok_or_else(|| {
-        let known = table.iter().map(|(known, _)| *known);
-        SceneError::new(at.clone(), SceneErrorKind::unknown_word(what, word, known))
-    })
+    let found = table.iter().find(|(known, _)| *known == word).map(|(_, variant)| variant);
+    found.ok_or_else(|| unknown(at, what, word, words(table)))
 }
 
 fn vector(components: [f64; 3]) -> Vector {
@@ -96,12 +111,13 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     let mut scene = SceneBuilder::new(file.name.as_deref().unwrap_or(name));
     scene.start = file.start.as_ref().map(|start| start::parse_start(start, &file, directory)).transpose()?;
     let (dynamics, space) = (file.dynamics.unwrap_or_default(), file.space.unwrap_or_default());
-    scene.seed = file.seed.unwrap_or(scene.seed);
-    scene.start_time = file.start_time.unwrap_or(0.0);
-    scene.allow_invalid_start = file.allow_invalid_start;
+    scene.parts.seed = file.seed.unwrap_or(scene.parts.seed);
+    scene.parts.start_time = file.start_time.unwrap_or(0.0);
+    scene.parts.allow_invalid_start = file.allow_invalid_start;
     scene.gravity = vector(dynamics.gravity.unwrap_or_default());
-    scene.contact_time = dynamics.contact_time;
-    scene.audit = AuditPlan { energy: file.audit.energy, momentum: file.audit.momentum, overlap: file.audit.overlap };
+    scene.parts.contact_time = dynamics.contact_time;
+    scene.parts.audit =
+        AuditPlan { energy: file.audit.energy, momentum: file.audit.momentum, overlap: file.audit.overlap };
     space::parse_space(&space, &mut scene)?;
     let mut distributed = Vec::new();
     for (index, species) in file.species.into_iter().enumerate() {
@@ -133,10 +149,10 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
         let at = ConfigPath::entry("bond", index);
         scene.bonds.push(UnvalidatedBond { pair: bond.particles, interaction: bond.interaction, at });
     }
-    scene.run = plan::parse_run(file.run, file.stage)?;
-    scene.measure = plan::parse_measure(file.measure);
-    scene.exchange = file.exchange.map(plan::parse_exchange);
-    scene.output = parse_output(file.output)?;
+    scene.parts.run = plan::parse_run(file.run, file.stage)?;
+    scene.parts.measure = plan::parse_measure(file.measure);
+    scene.parts.exchange = file.exchange.map(plan::parse_exchange);
+    scene.parts.output = parse_output(file.output)?;
     classes::expand(&mut scene, &distributed)?;
     sizes.iter().try_for_each(|sizes| sizes.agree(&scene))?;
     sizes.iter().for_each(|sizes| sizes.set_velocities(&mut scene));
@@ -145,10 +161,9 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
 
 fn parse_output(output: OutputFile) -> Result<OutputPlan, SceneError> {
     let format = |(index, word): (usize, &String)| {
-        Format::ALL.into_iter().find(|format| format.name() == word).ok_or_else(|| {
-            let kind = SceneErrorKind::unknown_word("format", word, Format::ALL.map(Format::name));
-            SceneError::new(ConfigPath::root().key("output").key("formats").index(index), kind)
-        })
+        let at = ConfigPath::root().key("output").key("formats").index(index);
+        let found = Format::ALL.into_iter().find(|format| format.name() == word);
+        found.ok_or_else(|| unknown(&at, "format", word, Format::ALL.map(Format::name)))
     };
     let region = |count: CountFile| CountRegion {
         name: count.name,

@@ -82,23 +82,20 @@ impl Fill {
 
     /// With a number of particles.
     #[must_use]
-    pub fn count(mut self, count: u64) -> Self {
-        self.count = Some(count);
-        self
+    pub fn count(self, count: u64) -> Self {
+        Self { count: Some(count), ..self }
     }
 
     /// With a density.
     #[must_use]
-    pub fn amount(mut self, amount: Amount) -> Self {
-        self.amount = Some(amount);
-        self
+    pub fn amount(self, amount: Amount) -> Self {
+        Self { amount: Some(amount), ..self }
     }
 
     /// With as many as find a place at random, but not more than a number or a density says, if one is given.
     #[must_use]
-    pub fn as_many_as_fit(mut self) -> Self {
-        self.as_many_as_fit = true;
-        self
+    pub fn as_many_as_fit(self) -> Self {
+        Self { as_many_as_fit: true, ..self }
     }
 
     /// Inside of a box.
@@ -109,9 +106,8 @@ impl Fill {
 
     /// Inside of a region: a box, a cylinder, a cone or a sphere.
     #[must_use]
-    pub fn inside(mut self, region: FillRegion) -> Self {
-        self.region = Some(region);
-        self
+    pub fn inside(self, region: FillRegion) -> Self {
+        Self { region: Some(region), ..self }
     }
 }
 

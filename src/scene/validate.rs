@@ -2,15 +2,15 @@
 
 mod exchange;
 pub(crate) mod instruments;
-mod measure;
+pub(crate) mod measure;
 mod parts;
 pub(crate) mod plan;
 pub(crate) mod start;
 
 use crate::Vector;
 use crate::engine::surfaces;
-use crate::model::space::{Boundary, Face, Space, displacement_within_period};
-use crate::model::{AuditPlan, CountRegion, Interaction, InteractionId, Scene, Species, SpeciesPairs};
+use crate::model::space::{Boundary, Space, displacement_within_period};
+use crate::model::{AuditPlan, CountRegion, Scene, SceneParts, Species};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -22,6 +22,7 @@ use crate::scene::limits::{
 };
 use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{Group, SurfaceFill};
+use crate::scene::validate::start::Configuration;
 
 impl SceneBuilder {
     /// Checks the parts and places the particles.
@@ -45,47 +46,39 @@ impl SceneBuilder {
         let groups = Groups::place(self, &species, &space, &mut interactions)?;
         interactions.check_complete(&groups.counts(species.len()))?;
         // A flat x has no period, and nothing slides along it.
-        let displacement =
-            if self.displacement == 0.0 { 0.0 } else { displacement_within_period(self.displacement, space.size.x) };
-        self.check_plan(&groups, &species, &space, &interactions)?;
-        self.check_places(&groups, &species, &space, displacement, &interactions)?;
-        let drawn = groups.drawn(self);
-        let finished = interactions.finish();
-        let mut scene = self.assembled(space, species, finished, groups, displacement);
+        let displacement = if self.parts.displacement == 0.0 {
+            0.0
+        } else {
+            displacement_within_period(self.parts.displacement, space.size.x)
+        };
+        let start = Configuration { groups, interactions, space, displacement };
+        self.check_plan(&start)?;
+        self.check_places(&start)?;
+        let drawn = start.groups.drawn(self);
+        let mut scene = self.assembled(start);
         set_velocities(&drawn, &mut scene);
         self.settled(scene)
     }
 
     /// Whether the box and the plan of the scene fit its particles and their interactions.
-    pub(super) fn check_plan(
-        &self,
-        groups: &Groups,
-        species: &[Species],
-        space: &Space,
-        interactions: &Interactions<'_>,
-    ) -> Result<(), SceneError> {
-        affordable_species(groups.counts(species.len()).iter().filter(|count| **count > 0).count())?;
-        start::check_ranges(space, species, interactions, groups)?;
-        self.check_drive(space, species, interactions, interactions.longest_range(|_, _| true))?;
-        self.check_measure(space, species)?;
+    pub(super) fn check_plan(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
+        let species = start.interactions.species;
+        affordable_species(start.groups.counts(species.len()).iter().filter(|count| **count > 0).count())?;
+        start::check_ranges(start)?;
+        self.parts.check_drive(&start.space, &start.interactions)?;
+        self.parts.check_measure(&start.space, species)?;
         self.check_displacement()
     }
 
     /// Whether the places of particles are valid, if they have to be.
-    pub(super) fn check_places(
-        &self,
-        groups: &Groups,
-        species: &[Species],
-        space: &Space,
-        displacement: f64,
-        interactions: &Interactions<'_>,
-    ) -> Result<(), SceneError> {
-        if self.allow_invalid_start {
+    pub(super) fn check_places(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
+        if self.parts.allow_invalid_start {
             return Ok(());
         }
-        start::check_surfaces(groups, species, &surfaces::of_parts(space, &self.wall_temperatures))?;
-        start::check_bonds(groups, space, displacement, interactions)?;
-        start::check_overlaps(groups, &interactions.contacts(), space, displacement)
+        let surfaces = surfaces::of_parts(&start.space, &self.parts.wall_temperatures);
+        start::check_surfaces(&start.groups, start.interactions.species, &surfaces)?;
+        start::check_bonds(start)?;
+        start::check_overlaps(start)
     }
 
     /// The scene with thermostats that have something to act on, unless its plan does not fit all that is in it.
@@ -98,43 +91,27 @@ impl SceneBuilder {
     }
 
     /// The scene of parts that have been checked.
-    pub(super) fn assembled(
-        &self,
-        space: Space,
-        species: Vec<Species>,
-        (interactions, table): (Vec<Interaction>, SpeciesPairs<InteractionId>),
-        groups: Groups,
-        displacement: f64,
-    ) -> Scene {
-        Scene {
-            name: self.name.clone(),
-            seed: self.seed,
-            start_time: self.start_time,
+    pub(super) fn assembled(&self, start: Configuration<'_>) -> Scene {
+        let Configuration { groups, interactions, space, displacement } = start;
+        let species = interactions.species.to_vec();
+        let (interactions, table) = interactions.finish();
+        Scene::of_parts(SceneParts {
             species,
             interactions,
             table,
             bonds: groups.bonds.into_iter().map(|(bond, _)| bond).collect(),
             particles: groups.particles,
             static_surfaces: groups.static_surfaces,
-            wall_temperatures: space.of_walls(self.wall_temperatures),
+            wall_temperatures: space.of_walls(self.parts.wall_temperatures),
             space,
-            shear_rate: self.shear_rate,
             displacement,
-            contact_time: self.contact_time,
-            allow_invalid_start: self.allow_invalid_start,
-            audit: self.audit,
-            run: self.run.clone(),
-            output: self.output.clone(),
-            measure: self.measure.clone(),
-            exchange: self.exchange.clone(),
-            inputs: self.inputs.clone(),
-            predecessor: None,
-        }
+            ..self.parts.clone()
+        })
     }
 
     /// Names besides those of the scene, the species and the regions.
     fn check_names(&self) -> Result<(), SceneError> {
-        for (index, stage) in self.run.stages.iter().enumerate() {
+        for (index, stage) in self.parts.run.stages.iter().enumerate() {
             names::words(&stage.name, &ConfigPath::entry("stage", index).key("name"))?;
         }
         for placed in &self.groups {
@@ -146,10 +123,12 @@ impl SceneBuilder {
     }
 
     pub(super) fn check_displacement(&self) -> Result<(), SceneError> {
-        finite(self.displacement, ConfigPath::root().key("space").key("shear_rate"))?;
-        if self.displacement != 0.0 && self.shear_rate.is_none() {
-            let why =
-                format!("images of this start are displaced by {} along x, as in a sheared box", self.displacement);
+        finite(self.parts.displacement, ConfigPath::root().key("space").key("shear_rate"))?;
+        if self.parts.displacement != 0.0 && self.parts.shear_rate.is_none() {
+            let why = format!(
+                "images of this start are displaced by {} along x, as in a sheared box",
+                self.parts.displacement
+            );
             return Err(missing(&ConfigPath::root().key("space"), "shear_rate", why));
         }
         Ok(())
@@ -157,24 +136,24 @@ impl SceneBuilder {
 
     pub(super) fn check_header(&self) -> Result<(), SceneError> {
         let is_good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        if self.name.is_empty() || self.name.len() > 100 || !self.name.chars().all(is_good) {
+        if self.parts.name.is_empty() || self.parts.name.len() > 100 || !self.parts.name.chars().all(is_good) {
             let expected = "up to 100 letters, digits, - and _: it becomes a folder";
-            return refuse(ConfigPath::root().key("name"), format!("{:?}", self.name), expected);
+            return refuse(ConfigPath::root().key("name"), format!("{:?}", self.parts.name), expected);
         }
-        finite(self.start_time, ConfigPath::root().key("start_time"))?;
-        positive_if_given(self.contact_time, ConfigPath::root().key("dynamics").key("contact_time"))?;
+        finite(self.parts.start_time, ConfigPath::root().key("start_time"))?;
+        positive_if_given(self.parts.contact_time, ConfigPath::root().key("dynamics").key("contact_time"))?;
         let audit = ConfigPath::root().key("audit");
-        let AuditPlan { energy, momentum, overlap } = self.audit;
+        let AuditPlan { energy, momentum, overlap } = self.parts.audit;
         for (limit, key) in [(energy, "energy"), (momentum, "momentum"), (overlap, "overlap")] {
             positive_if_given(limit, audit.key(key))?;
         }
         self.check_names()?;
-        self.check_run()?;
+        self.parts.check_run()?;
         let output = ConfigPath::root().key("output");
-        positive_if_given(self.output.thermo_interval, output.key("thermo_interval"))?;
-        positive_if_given(self.output.frame_interval, output.key("frame_interval"))?;
-        check_regions(&self.output.regions)?;
-        self.check_exchange()
+        positive_if_given(self.parts.output.thermo_interval, output.key("thermo_interval"))?;
+        positive_if_given(self.parts.output.frame_interval, output.key("frame_interval"))?;
+        check_regions(&self.parts.output.regions)?;
+        self.parts.check_exchange()
     }
 
     /// The species, with no acceleration yet.
@@ -226,36 +205,32 @@ impl SceneBuilder {
 
     pub(super) fn checked_space(&self, species: &[Species]) -> Result<Space, SceneError> {
         let at = ConfigPath::root().key("space");
-        finite_vector(&self.lower, &at.key("lower"))?;
-        for (k, boundary) in self.boundary.iter().enumerate() {
-            for temperature in self.wall_temperatures[k].into_iter().flatten() {
+        finite_vector(&self.parts.space.lower, &at.key("lower"))?;
+        for (k, boundary) in self.parts.space.boundary.iter().enumerate() {
+            for temperature in self.parts.wall_temperatures[k].into_iter().flatten() {
                 positive(temperature, at.key(["x", "y", "z"][k]).key("temperature"))?;
             }
-            if let Boundary::Bounded { lower, upper } = boundary {
-                for face in [lower, upper] {
-                    if let Face::Wall { restitution: value } = face {
-                        restitution(*value, at.key(["x", "y", "z"][k]).key("restitution"))?;
-                    }
-                }
+            for value in boundary.restitutions().into_iter().flatten() {
+                restitution(value, at.key(["x", "y", "z"][k]).key("restitution"))?;
             }
         }
-        let unsized_space = Space { lower: self.lower, size: Vector::zeros(), boundary: self.boundary };
+        let unsized_space = &self.parts.space;
         if unsized_space.dimensions() == 0 {
             return refuse(at, "flat along every axis", "an axis along which particles can move");
         }
         let size = match self.size {
             Some(size) => size,
-            None => self.derived_size(species, &unsized_space)?,
+            None => self.derived_size(species, unsized_space)?,
         };
         for k in 0..3 {
             let at = at.key("size").index(k);
-            if self.boundary[k] != Boundary::Flat {
+            if self.parts.space.boundary[k] != Boundary::Flat {
                 positive(size[k], at)?;
             } else if size[k] != 0.0 {
                 return refuse(at, size[k], format!("0 because {} is flat", AXES[k]));
             }
         }
-        Ok(Space { size, ..unsized_space })
+        Ok(Space { size, ..*unsized_space })
     }
 }
 

@@ -1,9 +1,10 @@
 //! Lattices in a region that is no box: those of their sites that are inside.
 
-use super::{Fit, Lattice, Sites, TooTight};
+use super::{Fit, Lattice, Sites};
 use crate::Vector;
 use crate::base::numbers::trunc_to_usize;
 use crate::model::space::Space;
+use crate::prepare::NoPlace;
 use crate::prepare::region::FillRegion;
 
 /// By how much the number of sites in the box around a region grows from one attempt to the next.
@@ -20,13 +21,13 @@ pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> 
 /// The sites of a lattice over the box around a region that are inside of it, each with its particle. The widest lattice with enough of them.
 ///
 /// # Errors
-/// [`TooTight`] where enough of them are closer than contact.
+/// [`NoPlace::TooTight`] where enough of them are closer than contact.
 pub(crate) fn sites_inside(
     lattice: Lattice,
     space: &Space,
     region: &FillRegion,
     sites: Sites,
-) -> Result<Vec<Vector>, TooTight> {
+) -> Result<Vec<Vector>, NoPlace> {
     let Sites { count, diameter, contact } = sites;
     let bounds = region.bounds(space);
     let wanted = sites_around(region, space, count);
@@ -36,7 +37,7 @@ pub(crate) fn sites_inside(
         let mut fit = Fit::new(lattice, space, &bounds, diameter, trunc_to_usize(total.ceil()));
         let is_tight = contact.is_some_and(|contact| fit.spacing < contact * (1.0 - 1e-12));
         if is_tight || total > most {
-            return Err(TooTight { count, spacing: fit.spacing, contact: contact.unwrap_or(0.0) });
+            return Err(NoPlace::TooTight { count, spacing: fit.spacing, contact: contact.unwrap_or(0.0) });
         }
         fit.count = fit.all();
         let inside: Vec<Vector> = fit.sites().into_iter().filter(|site| region.holds(site, 0.5 * diameter)).collect();
@@ -87,7 +88,7 @@ mod tests {
             assert_eq!(sites.len(), count);
             assert!(sites.iter().all(|site| region.holds(site, 0.5)), "{region:?}");
             assert!(count == 1 || least_distance(&sites, &cube) >= 1.0 - 1e-12, "{region:?}");
-            assert!(count == 1 || matches!(fill(Some(2.0)), Err(TooTight { .. })), "{region:?}");
+            assert!(count == 1 || matches!(fill(Some(2.0)), Err(NoPlace::TooTight { .. })), "{region:?}");
         }
         // What fills half of the sphere leaves no holes: neighbours are 0.86 of the mean spacing apart, or farther.
         let sphere = FillRegion::Sphere { centre: Vector::repeat(10.0), radius: 5.0 };

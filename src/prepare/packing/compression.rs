@@ -10,12 +10,13 @@ use crate::engine::{Simulation, Until};
 use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
 use crate::model::{
-    AuditPlan, Growth, GrowthTarget, Interaction, InteractionId, MeasurementPlan, OutputPlan, Particle, Potential,
-    Region, RunPlan, Scene, SceneParts, Species, SpeciesId, SpeciesPairs,
+    Growth, GrowthTarget, Interaction, InteractionId, Particle, Potential, Region, Scene, SceneParts, Species,
+    SpeciesId, SpeciesPairs,
 };
-use crate::prepare::packing::insertion::insert;
+use crate::prepare::NoPlace;
+use crate::prepare::packing::RandomFill;
+use crate::prepare::packing::insertion::{insert, no_room};
 use crate::prepare::packing::occupancy::{Contacts, Occupancy};
-use crate::prepare::packing::{PackingError, RandomFill};
 use crate::prepare::region::FillRegion;
 use crate::prepare::velocity::maxwell;
 
@@ -90,8 +91,8 @@ impl Compression<'_> {
     /// Places where no two cores overlap.
     ///
     /// # Errors
-    /// [`PackingError::Jammed`] where spheres of this size find none, [`PackingError::SmallBox`] where a pair would meet twice.
-    pub(crate) fn positions(&self) -> Result<Vec<Vector>, PackingError> {
+    /// [`NoPlace::Jammed`] where spheres of this size find none, [`NoPlace::SmallBox`] where a pair would meet twice.
+    pub(crate) fn positions(&self) -> Result<Vec<Vector>, NoPlace> {
         self.check_room()?;
         let is_equal = self.fill.kinds.iter().all(|kind| Some(kind) == self.fill.kinds.first());
         let fraction = self.core_fraction();
@@ -112,22 +113,22 @@ impl Compression<'_> {
         Err(self.jammed(self.packing_fraction * densest.min(1.0)))
     }
 
-    fn jammed(&self, reached: f64) -> PackingError {
-        PackingError::Jammed { wanted: self.packing_fraction, reached }
+    fn jammed(&self, reached: f64) -> NoPlace {
+        NoPlace::Jammed { wanted: self.packing_fraction, reached }
     }
 
     /// Refuses a periodic axis on which a pair would meet twice.
-    fn check_room(&self) -> Result<(), PackingError> {
+    fn check_room(&self) -> Result<(), NoPlace> {
         let range = self.fill.contacts.largest();
         let periods = self.fill.space.periods();
         match (0..3).find(|&k| periods[k] < 2.0 * range) {
             None => Ok(()),
-            Some(axis) => Err(PackingError::SmallBox { axis, size: periods[axis], range }),
+            Some(axis) => Err(NoPlace::SmallBox { axis, size: periods[axis], range }),
         }
     }
 
     /// A scene of hard spheres that are smaller by a factor, with a temperature of 1.
-    fn loose(&self) -> Result<(Scene, f64), PackingError> {
+    fn loose(&self) -> Result<(Scene, f64), NoPlace> {
         let mut random = Random::new(self.fill.seed, Purpose::Growth, self.fill.group);
         let region = FillRegion::Box(Region { lower: self.fill.space.lower, upper: self.fill.space.upper() });
         let share = self.of_dimensions(LOOSE) / self.core_fraction();
@@ -139,52 +140,31 @@ impl Compression<'_> {
             let mut occupancy = Occupancy::new(self.fill.space, &contacts, self.fill.kinds.len());
             // In a periodic box the radius does not matter.
             let sizes = self.fill.kinds.iter().map(|kind| (0.0, kind.0));
-            match insert(sizes, &region, self.fill.space, &mut occupancy, &mut random) {
-                Ok(positions) => return Ok((self.scene(&positions, &contacts, &mut random)?, factor)),
-                Err(no_room) => tried = Some(no_room.into()),
+            let positions = insert(sizes, &region, &mut occupancy, &mut random);
+            if positions.len() == self.fill.kinds.len() {
+                return Ok((self.scene(&positions, &contacts, &mut random)?, factor));
             }
+            tried = Some(no_room(positions.len(), self.fill.kinds.len()));
         }
         Err(tried.unwrap_or_else(|| self.jammed(0.0)))
     }
 
     /// Hard spheres at these positions, with velocities of a temperature of 1. It needs no checks: they were inserted without overlaps, and
     /// there is room on each axis.
-    fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, PackingError> {
+    fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, NoPlace> {
         let mut used = self.fill.kinds.to_vec();
         used.sort_unstable();
         used.dedup();
-        let HardSpheres { species, interactions, table } = HardSpheres::new(&used, contacts)?;
+        let spheres = hard_spheres(&used, contacts)?;
         let particle = |(kind, position): (&SpeciesId, &Vector)| Particle {
             species: SpeciesId(id(used.partition_point(|other| other < kind))),
             position: *position,
             velocity: Vector::zeros(),
         };
         let mut particles: Vec<Particle> = self.fill.kinds.iter().zip(positions).map(particle).collect();
-        maxwell(&mut particles, &species, self.fill.space, 1.0, random);
-        Ok(Scene::of_parts(SceneParts {
-            name: "growth".to_owned(),
-            seed: self.fill.seed,
-            start_time: 0.0,
-            space: self.fill.space.clone(),
-            species,
-            interactions,
-            table,
-            bonds: Vec::new(),
-            particles,
-            static_surfaces: Vec::new(),
-            wall_temperatures: [[None; 2]; 3],
-            shear_rate: None,
-            displacement: 0.0,
-            contact_time: None,
-            allow_invalid_start: false,
-            audit: AuditPlan::default(),
-            run: RunPlan::default(),
-            output: OutputPlan::default(),
-            measure: MeasurementPlan::default(),
-            exchange: None,
-            inputs: Vec::new(),
-            predecessor: None,
-        }))
+        maxwell(&mut particles, &spheres.species, self.fill.space, 1.0, random);
+        let (name, seed, space) = ("growth".to_owned(), self.fill.seed, self.fill.space.clone());
+        Ok(Scene::of_parts(SceneParts { name, seed, space, particles, ..spheres }))
     }
 
     /// Lets the spheres of a scene grow to full size. Otherwise, the part of the fraction at which they jam.
@@ -234,32 +214,24 @@ impl Compression<'_> {
     }
 }
 
-/// Species of hard spheres of mass 1, and their interactions; two without a contact pass through each other.
-struct HardSpheres {
-    species: Vec<Species>,
-    interactions: Vec<Interaction>,
-    table: SpeciesPairs<InteractionId>,
-}
-
-impl HardSpheres {
-    /// Hard spheres of the species `used`, which are numbered anew.
-    fn new(used: &[SpeciesId], contacts: &Contacts) -> Result<Self, PackingError> {
-        let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
-        let mut spheres = Self { species: Vec::new(), interactions: Vec::new(), table: SpeciesPairs::new(used.len()) };
-        for (number, &kind) in used.iter().enumerate() {
-            let reach = used.iter().map(|&other| contact(kind, other)).fold(0.0, f64::max);
-            let diameter = if reach > 0.0 { reach } else { contacts.largest() };
-            let name = kind.0.to_string();
-            spheres.species.push(Species { name, mass: 1.0, diameter, acceleration: Vector::zeros() });
-            for (other, &partner) in used[..=number].iter().enumerate() {
-                let contact = contact(kind, partner);
-                if contact > 0.0 {
-                    spheres.table.set(other, number, InteractionId(id(spheres.interactions.len())));
-                    let potential = Potential::hard_sphere(contact)?;
-                    spheres.interactions.push(Interaction { potential, restitution: 1.0, name: None });
-                }
+/// Parts of a scene of hard spheres of mass 1: the species `used`, which are numbered anew, and their interactions; two without a contact pass
+/// through each other.
+fn hard_spheres(used: &[SpeciesId], contacts: &Contacts) -> Result<SceneParts, NoPlace> {
+    let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
+    let mut spheres = SceneParts { table: SpeciesPairs::new(used.len()), ..SceneParts::default() };
+    for (number, &kind) in used.iter().enumerate() {
+        let reach = used.iter().map(|&other| contact(kind, other)).fold(0.0, f64::max);
+        let diameter = if reach > 0.0 { reach } else { contacts.largest() };
+        let name = kind.0.to_string();
+        spheres.species.push(Species { name, mass: 1.0, diameter, acceleration: Vector::zeros() });
+        for (other, &partner) in used[..=number].iter().enumerate() {
+            let contact = contact(kind, partner);
+            if contact > 0.0 {
+                spheres.table.set(other, number, InteractionId(id(spheres.interactions.len())));
+                let potential = Potential::hard_sphere(contact).map_err(NoPlace::Potential)?;
+                spheres.interactions.push(Interaction { potential, restitution: 1.0, name: None });
             }
         }
-        Ok(spheres)
     }
+    Ok(spheres)
 }

@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::model::Region;
 use crate::model::random::Random;
 use crate::model::space::{Boundary, Space};
-use crate::prepare::packing::NoRoom;
+use crate::prepare::NoPlace;
 use crate::prepare::packing::occupancy::Occupancy;
 use crate::prepare::region::FillRegion;
 
@@ -27,34 +27,17 @@ pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Ran
     })
 }
 
-/// Places particles one by one where they overlap nothing, in the order given: radius and species of each.
-///
-/// # Errors
-/// [`NoRoom`] if one finds no place.
+/// Places particles one by one where they overlap nothing, in the order given, up to the first one that finds no place: radius and species of each.
 pub(crate) fn insert(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,
-    space: &Space,
-    occupancy: &mut Occupancy<'_>,
-    random: &mut Random,
-) -> Result<Vec<Vector>, NoRoom> {
-    let count = sizes.len();
-    let positions = insert_while_there_is_room(sizes, region, space, occupancy, random);
-    if positions.len() < count { Err(NoRoom::after(positions.len(), count)) } else { Ok(positions) }
-}
-
-/// Places particles one by one as [`insert`] does, up to the first one that finds no place.
-pub(crate) fn insert_while_there_is_room(
-    sizes: impl ExactSizeIterator<Item = (f64, u32)>,
-    region: &FillRegion,
-    space: &Space,
     occupancy: &mut Occupancy<'_>,
     random: &mut Random,
 ) -> Vec<Vector> {
     let mut positions = Vec::with_capacity(sizes.len());
     for (radius, species) in sizes {
         let free = (0..ATTEMPTS)
-            .map(|_| region.draw(space, radius, random))
+            .map(|_| region.draw(occupancy.space, radius, random))
             .find(|position| occupancy.overlap(position, species, |_| true).is_none());
         let Some(position) = free else { break };
         occupancy.take(position, species);
@@ -63,9 +46,7 @@ pub(crate) fn insert_while_there_is_room(
     positions
 }
 
-impl NoRoom {
-    /// After so many of all.
-    pub(crate) fn after(placed: usize, count: usize) -> Self {
-        Self { placed, count, attempts: ATTEMPTS }
-    }
+/// No room after so many of all.
+pub(crate) fn no_room(placed: usize, count: usize) -> NoPlace {
+    NoPlace::NoRoom { placed, count, attempts: ATTEMPTS }
 }

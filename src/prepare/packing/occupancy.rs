@@ -30,6 +30,7 @@ const FIRST: usize = 64;
 ///
 /// Cells are a hash table of linked lists: the memory follows the number of particles, however far apart they are.
 pub(crate) struct Occupancy<'a> {
+    pub space: &'a Space,
     contacts: &'a Contacts,
     /// The grid of each species, coarsest first; none for those that touch nothing.
     grid_of: Vec<Option<usize>>,
@@ -81,6 +82,7 @@ impl<'a> Occupancy<'a> {
             Grid::new(space, cell, ranges, capacity)
         });
         Self {
+            space,
             contacts,
             grids: grids.collect(),
             grid_of,

@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::base::numbers::{self, trunc_to_u64};
 use crate::model::random::{Purpose, Random};
 use crate::model::space::Space;
-use crate::model::{Particle, Species, SpeciesId};
+use crate::model::{Particle, Potential, Species, SpeciesId};
 use crate::prepare::chain::{self, Links};
 use crate::prepare::packing::RandomFill;
 use crate::prepare::packing::occupancy::{Contacts, Occupancy};
@@ -19,62 +19,54 @@ use crate::scene::limits::{
 };
 use crate::scene::unvalidated::{Arrangement, Chain, Group, LocatedGroup, SurfaceFill};
 
-/// Order of placement: groups at given positions first, random ones around them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Order {
-    Given,
-    Random,
-}
-
-impl Order {
-    pub(super) fn of(placed: &LocatedGroup) -> Self {
-        match &placed.group {
-            Group::Fill(fill) if fill.arrangement == Arrangement::Random => Self::Random,
-            Group::Chain(chain) if chain.straight.is_none() => Self::Random,
-            _ => Self::Given,
-        }
+/// Whether a group finds its places at random: around the groups at given positions, which come first.
+pub(super) fn is_random(placed: &LocatedGroup) -> bool {
+    match &placed.group {
+        Group::Fill(fill) => fill.arrangement == Arrangement::Random,
+        Group::Chain(chain) => chain.straight.is_none(),
+        Group::Listed(_) | Group::Surface(_) => false,
     }
 }
 
 /// The state of the placement of all groups.
-pub(super) struct Placing<'a> {
-    pub(super) scene: &'a SceneBuilder,
-    pub(super) species: &'a [Species],
-    pub(super) space: &'a Space,
-    pub(super) contacts: &'a Contacts,
+pub(crate) struct Placing<'a> {
+    pub scene: &'a SceneBuilder,
+    pub species: &'a [Species],
+    pub space: &'a Space,
+    pub contacts: &'a Contacts,
     /// Of the static surfaces, by group.
-    pub(super) layouts: Vec<(usize, Layout)>,
+    pub layouts: Vec<(usize, Layout)>,
 }
 
 impl<'a> Placing<'a> {
     /// Refuses more particles than the memory is meant for, before the first is made.
     pub(super) fn check_amounts(&self) -> Result<(), SceneError> {
         let mut total = 0_u64;
-        for LocatedGroup { at, group } in &self.scene.groups {
-            let count = match group {
-                Group::Listed(listed) => listed.len() as u64,
-                Group::Fill(fill) => Filling::count(fill, self.species, self.contacts, self.space, at)?,
-                Group::Chain(chain) => chain.length.saturating_mul(chain.count),
-                Group::Surface(_) => 0,
-            };
-            total = total.saturating_add(count);
-            affordable(total, at)?;
+        for placed in &self.scene.groups {
+            total = total.saturating_add(self.count(placed)?);
+            affordable(total, &placed.at)?;
         }
         Ok(())
     }
 
+    /// Number of particles of a group; that of a static surface is not known yet.
+    fn count(&self, LocatedGroup { at, group }: &LocatedGroup) -> Result<u64, SceneError> {
+        match group {
+            Group::Listed(listed) => Ok(listed.len() as u64),
+            Group::Fill(fill) => Filling::count(fill, self, at),
+            Group::Chain(chain) => Ok(chain.length.saturating_mul(chain.count)),
+            Group::Surface(_) => Ok(0),
+        }
+    }
+
+    fn at_rest(&self, species: SpeciesId, position: Vector) -> Particle {
+        Particle { species, position: self.space.wrapped(position), velocity: Vector::zeros() }
+    }
+
     pub(super) fn occupied(&self, parts: &[Vec<Particle>]) -> Occupancy<'a> {
         let filled: usize = parts.iter().map(Vec::len).sum();
-        let random = self.scene.groups.iter().filter(|placed| Order::of(placed) == Order::Random);
-        let to_come: u64 = random
-            .map(|placed| match &placed.group {
-                Group::Fill(fill) => {
-                    Filling::count(fill, self.species, self.contacts, self.space, &placed.at).unwrap_or(0)
-                }
-                Group::Chain(chain) => chain.length.saturating_mul(chain.count),
-                _ => 0,
-            })
-            .sum();
+        let random = self.scene.groups.iter().filter(|placed| is_random(placed));
+        let to_come: u64 = random.map(|placed| self.count(placed).unwrap_or(0)).sum();
         let mut occupancy = Occupancy::new(self.space, self.contacts, filled + numbers::index(to_come));
         for particle in parts.iter().flatten() {
             occupancy.take(particle.position, particle.species.0);
@@ -106,8 +98,7 @@ impl<'a> Placing<'a> {
         for point in &layout.points {
             finite_vector(point, at)?;
             on_flat_axes(point, &self.space.lower, self.space, at)?;
-            let position = self.space.wrapped(*point);
-            particles.push(Particle { species, position, velocity: Vector::zeros() });
+            particles.push(self.at_rest(species, *point));
         }
         self.layouts.push((index, layout));
         Ok(particles)
@@ -120,14 +111,11 @@ impl<'a> Placing<'a> {
         occupancy: Option<&mut Occupancy<'_>>,
     ) -> Result<Vec<Particle>, SceneError> {
         let (Group::Fill(fill), at) = (&placed.group, &placed.at) else { return Ok(Vec::new()) };
-        let filling = Filling::new(fill, self.species, self.contacts, self.space, at)?;
+        let filling = Filling::new(fill, self, at)?;
         let mut kinds = filling.kinds();
-        Random::new(self.scene.seed, Purpose::Composition, index).shuffle(&mut kinds);
+        Random::new(self.scene.parts.seed, Purpose::Composition, index).shuffle(&mut kinds);
         let positions = match (fill.arrangement, occupancy) {
-            (Arrangement::Lattice(lattice), _) => {
-                let contacts = (!self.scene.allow_invalid_start).then_some(self.contacts);
-                filling.on_lattice(lattice, self.space, self.species, contacts, at)?
-            }
+            (Arrangement::Lattice(lattice), _) => filling.on_lattice(lattice, self, at)?,
             (Arrangement::Random, Some(occupancy)) => {
                 let random = RandomFill {
                     kinds: &kinds,
@@ -137,7 +125,7 @@ impl<'a> Placing<'a> {
                     region: filling.region,
                     as_many_as_fit: fill.as_many_as_fit,
                     has_box: self.scene.groups.len() == 1 && fill.region.is_none(),
-                    seed: self.scene.seed,
+                    seed: self.scene.parts.seed,
                     group: index,
                 };
                 random.positions(occupancy).map_err(|error| SceneError::new(at.clone(), error))?
@@ -149,12 +137,7 @@ impl<'a> Placing<'a> {
         }
         on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
         self.check_speeds(fill.temperature, fill.speed, filling.species(), at)?;
-        let at_rest = |(position, species)| Particle {
-            species,
-            position: self.space.wrapped(position),
-            velocity: Vector::zeros(),
-        };
-        Ok(positions.into_iter().zip(kinds).map(at_rest).collect())
+        Ok(positions.into_iter().zip(kinds).map(|(position, species)| self.at_rest(species, position)).collect())
     }
 
     pub(super) fn chains(
@@ -172,21 +155,10 @@ impl<'a> Placing<'a> {
             }
         }
         let bond = interactions.bond(&chain.bond, species, species, &at.key("bond"))?;
-        let potential = &interactions.get(bond).potential;
-        let spacing = match (chain.spacing, potential.is_bond()) {
-            (Some(spacing), _) => positive(spacing, at.key("spacing"))?,
-            (None, true) => 0.5 * (potential.range() + potential.core().unwrap_or(0.0)),
-            (None, false) => {
-                return Err(missing(
-                    at,
-                    "spacing",
-                    "this interaction lets its pair part, so there is no middle to start in",
-                ));
-            }
-        };
+        let spacing = spacing(chain, &interactions.get(bond).potential, at)?;
         let positions = match (chain.straight, occupancy) {
             (Some((start, direction)), _) => self.straight(chain, &start, &direction, spacing, at)?,
-            (None, occupancy) => {
+            (None, Some(occupancy)) => {
                 let links = Links {
                     length: numbers::index(chain.length),
                     spacing,
@@ -194,13 +166,14 @@ impl<'a> Placing<'a> {
                     species: species.0,
                     contact: self.contacts.get(species.0 as usize, species.0 as usize),
                 };
-                self.grown(index, chain, &links, occupancy, at)?
+                let mut random = Random::new(self.scene.parts.seed, Purpose::Placement, index);
+                let grown = chain::grow_all(&links, chain.count, occupancy, &mut random);
+                grown.map_err(|no_room| SceneError::new(at.clone(), no_room))?
             }
+            (None, None) => Vec::new(),
         };
         self.check_speeds(chain.temperature, chain.speed, [species], at)?;
-        let at_rest =
-            |position| Particle { species, position: self.space.wrapped(position), velocity: Vector::zeros() };
-        Ok(positions.into_iter().map(at_rest).collect())
+        Ok(positions.into_iter().map(|position| self.at_rest(species, position)).collect())
     }
 
     fn straight(
@@ -219,20 +192,6 @@ impl<'a> Placing<'a> {
             return refuse(at.key("count"), chain.count, expected);
         }
         Ok(chain::straight(start, direction, chain.length, spacing))
-    }
-
-    fn grown(
-        &self,
-        index: usize,
-        chain: &Chain,
-        links: &Links,
-        occupancy: Option<&mut Occupancy<'_>>,
-        at: &ConfigPath,
-    ) -> Result<Vec<Vector>, SceneError> {
-        let Some(occupancy) = occupancy else { return Ok(Vec::new()) };
-        let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
-        chain::grow_all(links, chain.count, self.space, occupancy, &mut random)
-            .map_err(|no_room| SceneError::new(at.clone(), no_room))
     }
 
     /// Velocities are drawn from a temperature or have one speed, not both, and what is static has no speed.
@@ -255,5 +214,15 @@ impl<'a> Placing<'a> {
             Some(_) if speed > 0.0 => refuse(at.key("speed"), speed, "none: a static species stays"),
             _ => Ok(()),
         }
+    }
+}
+
+/// Distance of neighbours in a chain `[length]`: the middle of what their bond allows, unless it is given.
+fn spacing(chain: &Chain, bond: &Potential, at: &ConfigPath) -> Result<f64, SceneError> {
+    let why = "this interaction lets its pair part, so there is no middle to start in";
+    match chain.spacing {
+        Some(spacing) => positive(spacing, at.key("spacing")),
+        None if bond.is_bond() => Ok(0.5 * (bond.range() + bond.core().unwrap_or(0.0))),
+        None => Err(missing(at, "spacing", why)),
     }
 }

@@ -24,24 +24,24 @@ pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
 pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
     let (word, keys) = Keys::of_kind(&DISTRIBUTIONS, "distribution", &file.distribution, at, &file)?;
     if word == "list" {
-        return listed(keys.need(file.diameters, "diameters")?, file.shares, at);
+        return listed(keys.need("diameters")?, file.shares, at);
     }
     let classes = file.classes.unwrap_or(DEFAULT_CLASSES);
     if !(1..=MOST_CLASSES as u64).contains(&classes) {
         let expected = format!("a number of classes from 1 to {MOST_CLASSES}: each is a species");
         return refuse(at.key("classes"), classes, expected);
     }
-    let given = |value: Option<f64>, key| positive(keys.need(value, key)?, at.key(key));
+    let given = |key| positive(keys.need(key)?, at.key(key));
     let diameters = match word {
         "uniform" => {
-            let (lower, upper) = (given(file.lower, "lower")?, given(file.upper, "upper")?);
+            let (lower, upper) = (given("lower")?, given("upper")?);
             if upper <= lower {
                 return refuse(at.key("upper"), upper, format!("more than the lower end, {lower}"));
             }
             uniform(lower, upper, classes)
         }
-        "gaussian" => gaussian(given(file.mean, "mean")?, given(file.deviation, "deviation")?, classes),
-        _ => lognormal(given(file.mean, "mean")?, given(file.deviation, "deviation")?, classes),
+        "gaussian" => gaussian(given("mean")?, given("deviation")?, classes),
+        _ => lognormal(given("mean")?, given("deviation")?, classes),
     };
     let share = 1.0 / classes as f64;
     // What is too wide for the numbers of a computer is too wide for a simulation.

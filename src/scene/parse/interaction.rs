@@ -26,25 +26,19 @@ pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Resul
     }
     let model = match word {
         "hard-sphere" => Model::HardSphere,
-        "square-well" => Model::SquareWell {
-            lambda: keys.need(file.lambda, "lambda")?,
-            well_depth: keys.need(file.well_depth, "well_depth")?,
-        },
-        "square-shoulder" => Model::SquareShoulder {
-            lambda: keys.need(file.lambda, "lambda")?,
-            height: keys.need(file.height, "height")?,
-        },
-        "penetrable" => Model::Penetrable { height: keys.need(file.height, "height")? },
+        "square-well" => Model::SquareWell { lambda: keys.need("lambda")?, well_depth: keys.need("well_depth")? },
+        "square-shoulder" => Model::SquareShoulder { lambda: keys.need("lambda")?, height: keys.need("height")? },
+        "penetrable" => Model::Penetrable { height: keys.need("height")? },
         "bond" => parse_bond(&file, &keys)?,
         "stepped" => {
-            let (radii, energies) = (keys.need(file.radii, "radii")?, keys.need(file.energies, "energies")?);
+            let (radii, energies) = (keys.need("radii")?, keys.need("energies")?);
             Model::Exact(Potential::new(radii, energies).map_err(|error| SceneError::new(stepped(at, &error), error))?)
         }
         "stepped-lennard-jones" => Model::SteppedLennardJones {
-            well_depth: keys.need(file.well_depth, "well_depth")?,
-            cutoff: keys.need(file.cutoff, "cutoff")?,
-            steps: usize::try_from(keys.need(file.steps, "steps")?).unwrap_or(usize::MAX),
-            core_energy: keys.need(file.core_energy, "core_energy")?,
+            well_depth: keys.need("well_depth")?,
+            cutoff: keys.need("cutoff")?,
+            steps: keys.need("steps")?,
+            core_energy: keys.need("core_energy")?,
         },
         _ => Model::None,
     };
@@ -73,9 +67,6 @@ fn parse_bond(file: &InteractionFile, keys: &Keys<'_>) -> Result<Model, SceneErr
     if file.diameter.is_some() {
         return Err(missing(keys.at, "lambda", "a bond with a diameter reaches to lambda times the diameter"));
     }
-    let shortest = keys.need(file.shortest, "shortest")?;
-    let longest = keys.need(file.longest, "longest")?;
-    let potential =
-        Potential::bond(shortest, longest).map_err(|error| SceneError::new(keys.at.key("longest"), error))?;
-    Ok(Model::Exact(potential))
+    let bond = Potential::bond(keys.need("shortest")?, keys.need("longest")?);
+    bond.map(Model::Exact).map_err(|error| SceneError::new(keys.at.key("longest"), error))
 }

@@ -65,7 +65,7 @@ pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Res
         count: file.count,
         amount,
         as_many_as_fit: file.as_many_as_fit,
-        region: file.region.map(|region| parse_region(region, &at.key("region"))).transpose()?,
+        region: file.region.map(|region| parse_region(&region, &at.key("region"))).transpose()?,
         temperature: file.temperature,
         speed: file.speed,
         velocity: vector(file.velocity.unwrap_or_default()),
@@ -80,34 +80,18 @@ pub(crate) const REGIONS: [(&str, &[&str]); 4] = [
     ("sphere", &["centre", "radius"]),
 ];
 
-fn parse_region(file: RegionFile, at: &ConfigPath) -> Result<FillRegion, SceneError> {
-    let (word, keys) = Keys::of_kind(&REGIONS, "shape", file.shape.as_deref().unwrap_or("box"), at, &file)?;
+fn parse_region(file: &RegionFile, at: &ConfigPath) -> Result<FillRegion, SceneError> {
+    let (word, keys) = Keys::of_kind(&REGIONS, "shape", file.shape.as_deref().unwrap_or("box"), at, file)?;
     Ok(match word {
-        "box" => FillRegion::Box(Region {
-            lower: vector(keys.need(file.lower, "lower")?),
-            upper: vector(keys.need(file.upper, "upper")?),
-        }),
-        "sphere" => FillRegion::Sphere {
-            centre: vector(keys.need(file.centre, "centre")?),
-            radius: keys.need(file.radius, "radius")?,
-        },
+        "box" => FillRegion::Box(Region { lower: keys.vector("lower")?, upper: keys.vector("upper")? }),
+        "sphere" => FillRegion::Sphere { centre: keys.vector("centre")?, radius: keys.need("radius")? },
         _ => FillRegion::Cone {
-            base: vector(keys.need(file.base, "base")?),
-            axis: vector(keys.need(file.axis, "axis")?),
-            radii: radii_of_ends(word, &keys, file.radii, file.radius)?,
-            length: keys.need(file.length, "length")?,
+            base: keys.vector("base")?,
+            axis: keys.vector("axis")?,
+            radii: keys.radii_of_ends(word)?,
+            length: keys.need("length")?,
         },
     })
-}
-
-/// The radii of the two ends of a cone, or of a cylinder.
-fn radii_of_ends(
-    word: &str,
-    keys: &Keys<'_>,
-    radii: Option<[f64; 2]>,
-    radius: Option<f64>,
-) -> Result<[f64; 2], SceneError> {
-    if word == "cone" { keys.need(radii, "radii") } else { Ok([keys.need(radius, "radius")?; 2]) }
 }
 
 /// The surfaces, and the keys that each one takes.
@@ -125,39 +109,23 @@ pub(crate) const SURFACES: [(&str, &[&str]); 9] = [
 
 pub(super) fn parse_surface(file: MeshFile, at: &ConfigPath) -> Result<SurfaceFill, SceneError> {
     let (word, keys) = Keys::of_kind(&SURFACES, "surface", &file.surface, at, &file)?;
+    let open = || parse_sides(file.open.as_deref().unwrap_or_default(), at);
     let shape = match word {
-        "plane" => Surface::Plane {
-            corner: vector(keys.need(file.corner, "corner")?),
-            edges: [vector(keys.need(file.edge_1, "edge_1")?), vector(keys.need(file.edge_2, "edge_2")?)],
-        },
-        "box" => Surface::Box {
-            lower: vector(keys.need(file.lower, "lower")?),
-            upper: vector(keys.need(file.upper, "upper")?),
-            open: parse_sides(&file.open.unwrap_or_default(), at)?,
-        },
-        "cylinder" | "cone" => Surface::Cone {
-            base: vector(keys.need(file.base, "base")?),
-            axis: vector(keys.need(file.axis, "axis")?),
-            radii: radii_of_ends(word, &keys, file.radii, file.radius)?,
-            length: keys.need(file.length, "length")?,
-        },
-        "sphere" => Surface::Sphere {
-            centre: vector(keys.need(file.centre, "centre")?),
-            radius: keys.need(file.radius, "radius")?,
-        },
-        "line" => {
-            Surface::Line { ends: [vector(keys.need(file.start, "start")?), vector(keys.need(file.end, "end")?)] }
+        "plane" => {
+            Surface::Plane { corner: keys.vector("corner")?, edges: [keys.vector("edge_1")?, keys.vector("edge_2")?] }
         }
-        "ring" => Surface::Ring {
-            centre: vector(keys.need(file.centre, "centre")?),
-            radius: keys.need(file.radius, "radius")?,
+        "box" => Surface::Box { lower: keys.vector("lower")?, upper: keys.vector("upper")?, open: open()? },
+        "cylinder" | "cone" => Surface::Cone {
+            base: keys.vector("base")?,
+            axis: keys.vector("axis")?,
+            radii: keys.radii_of_ends(word)?,
+            length: keys.need("length")?,
         },
-        "rectangle" => Surface::Rectangle {
-            lower: vector(keys.need(file.lower, "lower")?),
-            upper: vector(keys.need(file.upper, "upper")?),
-            open: parse_sides(&file.open.unwrap_or_default(), at)?,
-        },
-        _ => Surface::Points(keys.need(file.points, "points")?.into_iter().map(vector).collect()),
+        "sphere" => Surface::Sphere { centre: keys.vector("centre")?, radius: keys.need("radius")? },
+        "line" => Surface::Line { ends: [keys.vector("start")?, keys.vector("end")?] },
+        "ring" => Surface::Ring { centre: keys.vector("centre")?, radius: keys.need("radius")? },
+        "rectangle" => Surface::Rectangle { lower: keys.vector("lower")?, upper: keys.vector("upper")?, open: open()? },
+        _ => Surface::Points(keys.need::<Vec<[f64; 3]>>("points")?.into_iter().map(vector).collect()),
     };
     Ok(SurfaceFill { name: file.name, species: file.species, shape, spacing: file.spacing })
 }

@@ -5,7 +5,7 @@ use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
 use crate::model::{Equilibration, ExchangePlan, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
+use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
 use crate::scene::file::{ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile};
 
 /// How long to run, and what to do first.
@@ -34,10 +34,7 @@ pub(crate) const AUTOMATIC: [&str; 1] = ["auto"];
 
 fn parse_equilibration(word: Option<&str>, limit: Limit, at: &ConfigPath) -> Result<Equilibration, SceneError> {
     match word.filter(|word| !AUTOMATIC.contains(word)) {
-        Some(word) => {
-            let kind = SceneErrorKind::unknown_word("equilibration", word, AUTOMATIC);
-            Err(SceneError::new(at.key("equilibration"), kind))
-        }
+        Some(word) => Err(unknown(&at.key("equilibration"), "equilibration", word, AUTOMATIC)),
         None => Ok(Equilibration { limit, until_stationary: word.is_some() }),
     }
 }
@@ -104,7 +101,7 @@ fn parse_axes(words: &[String], at: &ConfigPath) -> Result<[bool; 3], SceneError
     let mut axes = [false; 3];
     for (index, word) in words.iter().enumerate() {
         let Some(axis) = AXES.iter().position(|known| known == word) else {
-            return Err(SceneError::new(at.index(index), SceneErrorKind::unknown_word("axis", word, AXES)));
+            return Err(unknown(&at.index(index), "axis", word, AXES));
         };
         axes[axis] = true;
     }

@@ -21,17 +21,17 @@ pub(crate) const SIDES: [(&str, Face); 2] = [("open", Face::Open), ("wall", Face
 
 pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     scene.size = space.size.map(vector);
-    scene.lower = vector(space.lower.unwrap_or_default());
-    scene.shear_rate = space.shear_rate;
+    scene.parts.space.lower = vector(space.lower.unwrap_or_default());
+    scene.parts.shear_rate = space.shear_rate;
     for (k, (name, axis)) in [("x", &space.x), ("y", &space.y), ("z", &space.z)].into_iter().enumerate() {
         let at = ConfigPath::root().key("space").key(name);
-        scene.boundary[k] = match axis {
+        scene.parts.space.boundary[k] = match axis {
             None => Boundary::Periodic,
             Some(AxisFile::Word(word)) => *variant(&BOUNDARIES, "boundary", word, &at)?,
             Some(AxisFile::Sides(sides)) => {
                 let (lower, upper) = (parse_side(sides, "lower", &at)?, parse_side(sides, "upper", &at)?);
                 check_common(sides, &at)?;
-                scene.wall_temperatures[k] = [lower.1, upper.1];
+                scene.parts.wall_temperatures[k] = [lower.1, upper.1];
                 Boundary::Bounded { lower: lower.0, upper: upper.0 }
             }
         };

@@ -3,13 +3,14 @@
 use crate::base::text::shortest;
 use crate::model::exchange_plan::{MOST_ATTEMPTS, MOST_TEMPERATURES};
 use crate::model::space::{AXES, Boundary, Face};
-use crate::model::{ExchangePlan, Format, MeasurementPlan, Scene};
+use crate::model::{ExchangePlan, Format, MeasurementPlan, Scene, SceneParts};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::limits::{affordable, positive};
+use crate::scene::validate::measure::asked;
 
-impl SceneBuilder {
+impl SceneParts {
     /// The plan of an exchange, and what it leaves no room for.
     pub(super) fn check_exchange(&self) -> Result<(), SceneError> {
         let Some(plan) = &self.exchange else { return Ok(()) };
@@ -99,7 +100,9 @@ impl SceneBuilder {
         }
         Ok(())
     }
+}
 
+impl SceneBuilder {
     /// Whether the system of the scene has an equilibrium at each temperature.
     pub(in crate::scene) fn check_equilibrium(&self, scene: &Scene) -> Result<(), SceneError> {
         let Some(plan) = &scene.exchange else { return Ok(()) };
@@ -164,20 +167,9 @@ fn check_temperatures(temperatures: &[f64]) -> Result<(), SceneError> {
 
 /// The first instrument that is asked for.
 fn instrument(plan: &MeasurementPlan) -> Option<&'static str> {
-    let given = [
-        (plan.pressure_tensor.is_some(), "pressure_tensor"),
-        (plan.radial_distribution.is_some(), "radial_distribution"),
-        (plan.structure_factor.is_some(), "structure_factor"),
-        (plan.diffusion.is_some(), "diffusion"),
-        (plan.transport.is_some(), "transport"),
-        (plan.free_paths.is_some(), "free_paths"),
-        (plan.speeds.is_some(), "speeds"),
-        (plan.chains.is_some(), "chains"),
-        (plan.bond_order.is_some(), "bond_order"),
-        (!plan.profiles.is_empty(), "profile"),
-        (!plan.flows.is_empty(), "flow"),
-    ];
-    given.into_iter().find_map(|(is_given, key)| is_given.then_some(key))
+    let others = [("profile", plan.profiles.is_empty()), ("flow", plan.flows.is_empty())];
+    let others = others.into_iter().filter(|(_, is_empty)| !is_empty).map(|(key, _)| key);
+    asked(plan).map(|(key, ..)| key).chain(others).next()
 }
 
 /// Whether an axis keeps particles where a temperature decides what they do.

@@ -4,15 +4,14 @@ use crate::model::measurement_plan::{
     DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Profile,
 };
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{MeasurementPlan, Species};
-use crate::scene::builder::SceneBuilder;
+use crate::model::{MeasurementPlan, SceneParts, Species};
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
+use crate::scene::diagnostic::{SceneError, refuse, unknown};
 use crate::scene::interactions::species_named;
 use crate::scene::limits::{finite, finite_vector, positive_if_given};
 use crate::scene::names::Taken;
 
-impl SceneBuilder {
+impl SceneParts {
     /// Intervals, bins, names and species of what is to be measured.
     pub(in crate::scene) fn check_measure(&self, space: &Space, species: &[Species]) -> Result<(), SceneError> {
         let at = ConfigPath::root().key("measure");
@@ -29,11 +28,7 @@ impl SceneBuilder {
         }
         check_speeds(&self.measure, species, &at.key("speeds"))?;
         let mut names = Taken::default();
-        let profiles =
-            self.measure.profiles.iter().enumerate().map(|(index, it)| ("profile", index, &it.name, &it.species));
-        let flows = self.measure.flows.iter().enumerate().map(|(index, it)| ("flow", index, &it.name, &it.species));
-        for (kind, index, name, of) in profiles.chain(flows) {
-            let at = at.key(kind).index(index);
+        for Named { at, name, species: of, .. } in named(&self.measure) {
             let is_good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || name.len() > 50 || !name.chars().all(is_good) {
                 return refuse(
@@ -70,15 +65,12 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
         let at = at.key("flow").index(index);
         let axis = AXES.iter().position(|word| *word == flow.axis);
         if axis.is_none() {
-            return Err(SceneError::new(at.key("axis"), SceneErrorKind::unknown_word("axis", &flow.axis, AXES)));
+            return Err(unknown(&at.key("axis"), "axis", &flow.axis, AXES));
         }
         finite(flow.at, at.key("at"))?;
         check_box(flow.lower, flow.upper, space, &at)?;
         if let Some(word) = flow.direction.as_ref().filter(|word| !DIRECTIONS.contains(&word.as_str())) {
-            return Err(SceneError::new(
-                at.key("direction"),
-                SceneErrorKind::unknown_word("direction", word, DIRECTIONS),
-            ));
+            return Err(unknown(&at.key("direction"), "direction", word, DIRECTIONS));
         }
         if let Some([from, to]) = flow.window
             && !(from >= 0.0 && from < to && to.is_finite())
@@ -169,53 +161,62 @@ fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError
     Ok(())
 }
 
+/// An instrument that is asked for: its key, its numbers that have to be positive by their keys, and its number of bins.
+type Asked = (&'static str, Vec<(&'static str, Option<f64>)>, Option<u64>);
+
+/// The instruments that are asked for, but for profiles and flows.
+pub(super) fn asked(plan: &MeasurementPlan) -> impl Iterator<Item = Asked> {
+    let instruments = [
+        plan.pressure_tensor.as_ref().map(|it| ("pressure_tensor", vec![("interval", it.interval)], None)),
+        plan.radial_distribution
+            .as_ref()
+            .map(|it| ("radial_distribution", vec![("interval", it.interval), ("cutoff", it.cutoff)], it.bins)),
+        plan.structure_factor
+            .as_ref()
+            .map(|it| ("structure_factor", vec![("interval", it.interval), ("largest", it.largest)], None)),
+        plan.diffusion.as_ref().map(|it| ("diffusion", vec![("interval", it.interval), ("span", it.span)], None)),
+        plan.transport.as_ref().map(|it| ("transport", vec![("interval", it.interval), ("span", it.span)], None)),
+        plan.free_paths.as_ref().map(|it| ("free_paths", Vec::new(), it.bins)),
+        plan.speeds.as_ref().map(|it| {
+            ("speeds", vec![("window", it.window), ("largest", it.largest), ("interval", it.interval)], it.bins)
+        }),
+        plan.chains.as_ref().map(|it| ("chains", vec![("interval", it.interval)], it.bins)),
+        plan.bond_order
+            .as_ref()
+            .map(|it| ("bond_order", vec![("interval", it.interval), ("cutoff", it.cutoff)], it.bins)),
+    ];
+    instruments.into_iter().flatten()
+}
+
 fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError> {
-    let mut positives: Vec<(Option<f64>, ConfigPath)> = Vec::new();
-    let mut bins: Vec<(Option<u64>, ConfigPath)> = Vec::new();
-    let mut note = |kind: &'static str, numbers: &[(&'static str, Option<f64>)], count: Option<u64>| {
-        positives.extend(numbers.iter().map(|(key, value)| (*value, at.key(kind).key(*key))));
-        bins.push((count, at.key(kind).key("bins")));
-    };
-    if let Some(it) = &plan.pressure_tensor {
-        note("pressure_tensor", &[("interval", it.interval)], None);
+    for (kind, numbers, _) in asked(plan) {
+        numbers.into_iter().try_for_each(|(key, value)| positive_if_given(value, at.key(kind).key(key)))?;
     }
-    if let Some(it) = &plan.radial_distribution {
-        note("radial_distribution", &[("interval", it.interval), ("cutoff", it.cutoff)], it.bins);
-    }
-    if let Some(it) = &plan.structure_factor {
-        note("structure_factor", &[("interval", it.interval), ("largest", it.largest)], None);
-    }
-    if let Some(it) = &plan.diffusion {
-        note("diffusion", &[("interval", it.interval), ("span", it.span)], None);
-    }
-    if let Some(it) = &plan.transport {
-        note("transport", &[("interval", it.interval), ("span", it.span)], None);
-    }
-    if let Some(it) = &plan.free_paths {
-        note("free_paths", &[], it.bins);
-    }
-    if let Some(it) = &plan.speeds {
-        note("speeds", &[("window", it.window), ("largest", it.largest), ("interval", it.interval)], it.bins);
-    }
-    if let Some(it) = &plan.chains {
-        note("chains", &[("interval", it.interval)], it.bins);
-    }
-    if let Some(it) = &plan.bond_order {
-        note("bond_order", &[("interval", it.interval), ("cutoff", it.cutoff)], it.bins);
-    }
-    for (value, at) in positives {
-        positive_if_given(value, at)?;
-    }
-    for (count, at) in bins {
+    for (kind, _, count) in asked(plan) {
         if let Some(count) = count.filter(|count| !(1..=MOST_BINS).contains(count)) {
-            return refuse(at, count, format!("1 to {MOST_BINS}"));
+            return refuse(at.key(kind).key("bins"), count, format!("1 to {MOST_BINS}"));
         }
     }
     check_spans(plan, at)?;
-    let intervals = plan.profiles.iter().map(|it| ("profile", it.interval)).enumerate();
-    let flows = plan.flows.iter().map(|it| ("flow", it.interval)).enumerate();
-    for (index, (kind, interval)) in intervals.chain(flows) {
-        positive_if_given(interval, at.key(kind).index(index).key("interval"))?;
-    }
-    Ok(())
+    named(plan).try_for_each(|it| positive_if_given(it.interval, it.at.key("interval")))
+}
+
+/// A profile or a flow: where it stands in the scene, and what both have.
+pub(in crate::scene) struct Named<'p> {
+    pub at: ConfigPath,
+    pub name: &'p str,
+    pub species: Option<&'p String>,
+    interval: Option<f64>,
+}
+
+/// The profiles, then the flows.
+pub(in crate::scene) fn named<'p>(plan: &'p MeasurementPlan) -> impl Iterator<Item = Named<'p>> {
+    let it = |kind: &'static str, index, name, species: &'p Option<String>, interval| {
+        let at = ConfigPath::root().key("measure").key(kind).index(index);
+        Named { at, name, species: species.as_ref(), interval }
+    };
+    let profiles = plan.profiles.iter().enumerate();
+    let profiles = profiles.map(move |(index, of)| it("profile", index, &of.name, &of.species, of.interval));
+    let flows = plan.flows.iter().enumerate();
+    profiles.chain(flows.map(move |(index, of)| it("flow", index, &of.name, &of.species, of.interval)))
 }

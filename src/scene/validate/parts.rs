@@ -1,17 +1,18 @@
 //! A scene from its parts, with the same checks as one from a file.
 
 use std::collections::HashSet;
+use std::mem::take;
 
 use crate::Vector;
-use crate::model::{Bond, Limit, Particle, ParticleId, Scene, SceneParts, Species, StaticSurface};
+use crate::model::{Bond, Limit, Particle, ParticleId, Scene, SceneParts, Space, Species, StaticSurface};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{affordable, motion, on_flat_axes};
-use crate::scene::unvalidated::SpeciesDraft;
 use crate::scene::validate::plan;
+use crate::scene::validate::start::Configuration;
 
 impl Scene {
     /// Checks parts, such as those of another scene that were changed, and makes a scene of them.
@@ -38,31 +39,26 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] with the first mistake, as of a scene from a file.
     pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
-        let mut scene = Self::of_parts(parts);
         // Particles that may have been changed are a start of their own.
-        scene.predecessor = None;
-        let builder = header(&scene);
+        let mut builder = SceneBuilder::of_parts(SceneParts { predecessor: None, ..parts });
         builder.check_header()?;
         let mut species = builder.checked_species()?;
         let space = builder.checked_space(&species)?;
-        scene.wall_temperatures = space.of_walls(scene.wall_temperatures);
         builder.set_accelerations(&mut species, &space)?;
-        let interactions = Interactions::given(std::mem::take(&mut scene.interactions), &scene.table, &species)?;
-        check_particles(&mut scene)?;
-        let bonds = std::mem::take(&mut scene.bonds).into_iter().enumerate();
+        let parts = &mut builder.parts;
+        let interactions = Interactions::given(take(&mut parts.interactions), &parts.table, &species)?;
+        let (mut particles, static_surfaces) = (take(&mut parts.particles), take(&mut parts.static_surfaces));
+        check_particles(&mut particles, &species, &space)?;
+        let bonds = take(&mut parts.bonds).into_iter().enumerate();
         let bonds: Vec<_> =
             bonds.map(|(index, bond)| (bond, ConfigPath::entry("bond", index).key("particles"))).collect();
-        check_bonds(&bonds, &scene.particles, &species, &interactions)?;
-        check_surfaces(&scene.static_surfaces, &scene.particles, &species)?;
-        let groups =
-            Groups::given(std::mem::take(&mut scene.particles), bonds, std::mem::take(&mut scene.static_surfaces));
-        builder.check_plan(&groups, &species, &space, &interactions)?;
-        builder.check_places(&groups, &species, &space, scene.displacement, &interactions)?;
-        scene.interactions = interactions.finish().0;
-        scene.particles = groups.particles;
-        scene.bonds = groups.bonds.into_iter().map(|(bond, _)| bond).collect();
-        scene.static_surfaces = groups.static_surfaces;
-        builder.settled(scene)
+        check_bonds(&bonds, &particles, &interactions)?;
+        check_surfaces(&static_surfaces, &particles, &species)?;
+        let groups = Groups { particles, bonds, static_surfaces, starts: Vec::new() };
+        let start = Configuration { groups, interactions, space, displacement: builder.parts.displacement };
+        builder.check_plan(&start)?;
+        builder.check_places(&start)?;
+        builder.settled(builder.assembled(start))
     }
 
     /// Scene with another limit of the measurement.
@@ -70,49 +66,26 @@ impl Scene {
     /// # Errors
     /// [`SceneErrorKind::Value`] for a time that is not positive, or no events; of replica exchange also for one that is no whole number of its
     /// intervals, and for a number of events.
-    pub fn with_limit(mut self, limit: Limit) -> Result<Self, SceneError> {
+    pub fn with_limit(self, limit: Limit) -> Result<Self, SceneError> {
         let at = ConfigPath::root().key("run");
         plan::check_limit(limit, at.key("until_time"), at.key("until_events"))?;
-        self.run.limit = limit;
-        header(&self).check_exchange()?;
-        Ok(self)
-    }
-}
-
-/// A builder with all of a scene but its interactions and its particles.
-fn header(scene: &Scene) -> SceneBuilder {
-    SceneBuilder {
-        seed: scene.seed,
-        start_time: scene.start_time,
-        allow_invalid_start: scene.allow_invalid_start,
-        size: Some(scene.space.size),
-        lower: scene.space.lower,
-        boundary: scene.space.boundary,
-        wall_temperatures: scene.wall_temperatures,
-        shear_rate: scene.shear_rate,
-        displacement: scene.displacement,
-        contact_time: scene.contact_time,
-        species: scene.species.iter().map(SpeciesDraft::of).collect(),
-        audit: scene.audit,
-        run: scene.run.clone(),
-        output: scene.output.clone(),
-        measure: scene.measure.clone(),
-        exchange: scene.exchange.clone(),
-        ..SceneBuilder::new(&scene.name)
+        let mut parts = self.into_parts();
+        parts.run.limit = limit;
+        parts.check_exchange()?;
+        Ok(Self::of_parts(parts))
     }
 }
 
 /// Particles of species that exist, at places and with velocities that these can have; wraps them into the box.
-fn check_particles(scene: &mut Scene) -> Result<(), SceneError> {
+fn check_particles(particles: &mut [Particle], species: &[Species], space: &Space) -> Result<(), SceneError> {
     let at = ConfigPath::root().key("particle");
-    if scene.particles.is_empty() {
+    if particles.is_empty() {
         return Err(missing(&ConfigPath::root(), "particle", "a scene needs at least one particle"));
     }
-    affordable(scene.particles.len() as u64, &at)?;
-    let space = &scene.space;
-    for (index, particle) in scene.particles.iter_mut().enumerate() {
-        let Some(species) = scene.species.get(particle.species.0 as usize) else {
-            let expected = format!("below {}, the number of species", scene.species.len());
+    affordable(particles.len() as u64, &at)?;
+    for (index, particle) in particles.iter_mut().enumerate() {
+        let Some(species) = species.get(particle.species.0 as usize) else {
+            let expected = format!("below {}, the number of species", species.len());
             return refuse(at.index(index).key("species"), particle.species.0, expected);
         };
         on_flat_axes(&particle.position, &space.lower, space, &at.index(index).key("position"))?;
@@ -128,7 +101,6 @@ fn check_particles(scene: &mut Scene) -> Result<(), SceneError> {
 fn check_bonds(
     bonds: &[(Bond, ConfigPath)],
     particles: &[Particle],
-    species: &[Species],
     interactions: &Interactions<'_>,
 ) -> Result<(), SceneError> {
     let mut seen = HashSet::new();
@@ -138,7 +110,7 @@ fn check_bonds(
             let kind = SceneErrorKind::NoParticle { id: id.0, particles: particles.len() };
             return Err(SceneError::new(at.clone(), kind));
         }
-        let is_static = |id: &ParticleId| species[particles[id.0 as usize].species.0 as usize].is_static();
+        let is_static = |id: &ParticleId| interactions.species[particles[id.0 as usize].species.0 as usize].is_static();
         if a >= b || bond.pair.iter().all(is_static) {
             let expected = "two different particles, the lower id first, of which one moves";
             return refuse(at.clone(), format!("[{}, {}]", a.0, b.0), expected);

@@ -3,8 +3,7 @@
 use crate::Vector;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{Boundary, Space};
-use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, SpeciesId, StagePlan, Thermostat, ThermostatError};
-use crate::scene::builder::SceneBuilder;
+use crate::model::{Growth, GrowthTarget, Limit, Scene, SceneParts, Species, SpeciesId, StagePlan, Thermostat, ThermostatError};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::interactions::Interactions;
@@ -24,7 +23,7 @@ fn is_file_name(name: &str) -> bool {
     !name.starts_with('.') && !name.ends_with('.') && name.len() <= 50 && name.chars().all(is_good)
 }
 
-impl SceneBuilder {
+impl SceneParts {
     /// Limits, thermostats and growth.
     pub(super) fn check_run(&self) -> Result<(), SceneError> {
         let at = ConfigPath::root().key("run");
@@ -81,10 +80,9 @@ impl SceneBuilder {
     pub(in crate::scene) fn check_drive(
         &self,
         space: &Space,
-        species: &[Species],
         interactions: &Interactions<'_>,
-        longest: f64,
     ) -> Result<(), SceneError> {
+        let (species, longest) = (interactions.species, interactions.longest_range(|_, _| true));
         let is_falling = species.iter().any(|species| species.acceleration.amax() > 0.0);
         let has_static = species.iter().any(Species::is_static);
         let is_alone = space.is_fully_periodic() && !is_falling && !has_static;

@@ -1,30 +1,36 @@
 //! Validates the initial configuration: no overlaps, nothing beyond a wall, every bond within its range.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use crate::base::numbers::id;
 use crate::engine::surfaces::{Placed, Surface};
 use crate::model::Species;
 use crate::model::space::{Boundary, Space, nearest_image};
-use crate::model::{ParticleId, SpeciesId};
-use crate::prepare::packing::occupancy::{Contacts, first_overlap};
+use crate::model::{Bond, ParticleId, SpeciesId};
+use crate::prepare::packing::occupancy::first_overlap;
 use crate::scene::config_path::{ConfigPath, PathStep};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
+use crate::scene::unvalidated::UnvalidatedBond;
 
 /// A wall or the end of a bond may be passed by the rounding of the coordinates that put the particle there.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
+/// Initial configuration: particles and bonds in their box, with the interactions that they have.
+pub(crate) struct Configuration<'a> {
+    pub groups: Groups,
+    pub interactions: Interactions<'a>,
+    pub space: Space,
+    /// Of the next image up along y, along x; 0 unless the box is sheared `[length]`.
+    pub displacement: f64,
+}
+
 /// A pair must never meet an image of its partner: periodic axes are at least two ranges long.
-pub(crate) fn check_ranges(
-    space: &Space,
-    species: &[Species],
-    interactions: &Interactions<'_>,
-    groups: &Groups,
-) -> Result<(), SceneError> {
-    let counts = groups.counts(species.len());
+pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> {
+    let Configuration { groups, interactions, space, .. } = start;
+    let counts = groups.counts(interactions.species.len());
     let range = interactions.longest_range(|a, b| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 });
     let bonded = groups.bonds.iter().map(|(bond, _)| interactions.get(bond.interaction).potential.range());
     let range = bonded.fold(range, f64::max);
@@ -65,17 +71,13 @@ pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &[P
 }
 
 /// Every bonded pair starts where its bond allows.
-pub(crate) fn check_bonds(
-    groups: &Groups,
-    space: &Space,
-    displacement: f64,
-    interactions: &Interactions<'_>,
-) -> Result<(), SceneError> {
+pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
+    let Configuration { groups, interactions, space, displacement } = start;
     let periods = space.periods();
     let side = space.farthest_side();
     for (bond, at) in &groups.bonds {
         let [first, second] = bond.pair.map(|id| groups.particles[id.0 as usize].position);
-        let distance = nearest_image(first - second, &periods, displacement).norm();
+        let distance = nearest_image(first - second, &periods, *displacement).norm();
         let potential = &interactions.get(bond.interaction).potential;
         let rounding = ROUNDING * (first.amax() + second.amax() + 2.0 * side + potential.range());
         if potential.violation_at(distance) * potential.range() > rounding {
@@ -94,15 +96,11 @@ pub(crate) fn check_bonds(
 }
 
 /// No two particles are inside of each other's core, but for bonded pairs, which have a core of their own.
-pub(crate) fn check_overlaps(
-    groups: &Groups,
-    contacts: &Contacts,
-    space: &Space,
-    displacement: f64,
-) -> Result<(), SceneError> {
+pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError> {
+    let Configuration { groups, interactions, space, displacement } = start;
     let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();
     let is_bonded = |a: u32, b: u32| bonded.contains(&[ParticleId(a), ParticleId(b)]);
-    match first_overlap(&groups.particles, contacts, space, displacement, is_bonded) {
+    match first_overlap(&groups.particles, &interactions.contacts(), space, *displacement, is_bonded) {
         None => Ok(()),
         Some((second, overlapping)) => {
             let kind = SceneErrorKind::Overlap {
@@ -119,8 +117,7 @@ pub(crate) fn check_overlaps(
 /// Adds the bonds that a scene lists, after those of its chains, and checks that each names a pair that can move.
 pub(crate) fn list_bonds(
     groups: &mut Groups,
-    species: &[Species],
-    drafts: &[crate::scene::unvalidated::UnvalidatedBond],
+    drafts: &[UnvalidatedBond],
     interactions: &mut Interactions<'_>,
 ) -> Result<(), SceneError> {
     for draft in drafts {
@@ -132,10 +129,8 @@ pub(crate) fn list_bonds(
         for (k, &id) in draft.pair.iter().enumerate() {
             if id as usize >= particles {
                 let kind = SceneErrorKind::NoParticle { id, particles };
-                return Err(SceneError::new(
-                    if is_listed { key_at("particles").index(k) } else { key_at("particles") },
-                    kind,
-                ));
+                let at = key_at("particles");
+                return Err(SceneError::new(if is_listed { at.index(k) } else { at }, kind));
             }
         }
         let [a, b] = draft.pair;
@@ -143,16 +138,16 @@ pub(crate) fn list_bonds(
             return refuse(key_at("particles"), format!("[{a}, {b}]"), "two different particles");
         }
         let kinds: [SpeciesId; 2] = draft.pair.map(|id| groups.particles[id as usize].species);
-        if kinds.iter().all(|kind| species[kind.0 as usize].is_static()) {
+        if kinds.iter().all(|kind| interactions.species[kind.0 as usize].is_static()) {
             return refuse(key_at("particles"), "static", "at least one particle that moves");
         }
         let interaction = interactions.bond(&draft.interaction, kinds[0], kinds[1], &key_at("interaction"))?;
         let pair = [ParticleId(a.min(b)), ParticleId(a.max(b))];
-        groups.bonds.push((crate::model::Bond { pair, interaction }, key_at("particles")));
+        groups.bonds.push((Bond { pair, interaction }, key_at("particles")));
     }
-    let mut seen = HashMap::new();
+    let mut seen = HashSet::new();
     for (bond, at) in &groups.bonds {
-        if seen.insert(bond.pair, ()).is_some() {
+        if !seen.insert(bond.pair) {
             let kind = SceneErrorKind::BondedTwice { first: bond.pair[0].0, second: bond.pair[1].0 };
             return Err(SceneError::new(at.clone(), kind));
         }
@@ -177,7 +172,8 @@ mod tests {
                 position: Vector::new(x, 2.0, 2.0),
                 velocity: Vector::zeros(),
             };
-            Groups::given(vec![particle(4.0), particle(x)], Vec::new(), Vec::new())
+            let particles = vec![particle(4.0), particle(x)];
+            Groups { particles, bonds: Vec::new(), static_surfaces: Vec::new(), starts: Vec::new() }
         };
         let check = |x: f64, surfaces: &[Placed]| check_surfaces(&at(x), &species, surfaces);
         let walled = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(5.0) };
