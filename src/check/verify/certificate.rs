@@ -18,12 +18,6 @@ pub struct Margins {
     pub flight: f64,
 }
 
-impl Margins {
-    pub(super) fn note_outcome(&mut self, by: f64, bound: f64) {
-        note(&mut self.outcome, by, bound);
-    }
-}
-
 /// Keeps the largest ratio.
 pub(super) fn note(worst: &mut f64, by: f64, bound: f64) {
     if bound > 0.0 {

@@ -27,7 +27,7 @@ impl Verifier {
             if !(jump <= bound && self.world.is_in_box(&after.positions[at])) {
                 return Err(Fault::Jumped { particle: ParticleId(i), by: jump, bound });
             }
-            note(&mut self.margins.flight, jump, bound);
+            note(&mut self.proof.margins.flight, jump, bound);
             let falls = self.world.accelerations[at] != Vector::zeros();
             let bound = if falls { flight.velocity() } else { 0.0 };
             if !(change <= bound || takes_part(i)) {

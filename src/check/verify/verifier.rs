@@ -3,7 +3,7 @@
 use super::approach::Boundary;
 use super::barrier::ContactMemory;
 use super::bounds::is_without_digits;
-use super::certificate::{Counts, Margins, note};
+use super::certificate::{Certificate, note};
 use super::contact::Contact;
 use super::pace::{Pace, round_the_box};
 use super::pairs::Pairs;
@@ -37,10 +37,8 @@ pub struct Verifier {
     overdue: Vec<Due>,
     pub(super) pace: Pace,
     pub(super) start_time: f64,
-    pub(super) counts: Counts,
-    pub(super) margins: Margins,
-    pub(super) largest_gap: f64,
-    pub(super) deepest_overlap: f64,
+    /// What has been proven so far.
+    pub(super) proof: Certificate,
 }
 
 impl Verifier {
@@ -87,10 +85,7 @@ impl Verifier {
             last_event: vec![Elapsed::default(); states.positions.len()],
             overdue: Vec::new(),
             start_time: scene.start_time,
-            counts: Counts::default(),
-            margins: Margins::default(),
-            largest_gap: 0.0,
-            deepest_overlap: 0.0,
+            proof: Certificate::blank(1, scene.start_time),
             world,
         })
     }
@@ -190,8 +185,8 @@ impl Verifier {
         let left = self.window.length - self.window.time(&latest);
         let end = Elapsed { since_epoch: latest.since_epoch + left, ..latest };
         self.stream(end.after(&self.states.elapsed).max(0.0), end);
-        self.counts.asked += self.window.asked;
-        self.counts.windows += 1;
+        self.proof.counts.asked += self.window.asked;
+        self.proof.counts.windows += 1;
         self.pace.learn(&self.window, &self.world);
         let length = self.pace.length(&self.world, &self.before, elapsed.after(&end));
         // What is overdue is found again.
@@ -238,11 +233,11 @@ impl Verifier {
             {
                 return Err(Fault::WithoutDigits { contact, by: deeper, distance });
             }
-            note(&mut self.margins.overlap, deeper, bound);
+            note(&mut self.proof.margins.overlap, deeper, bound);
             if executed == Some(contact) {
                 continue;
             }
-            self.counts.ties += u64::from(number >= known && executed.is_some());
+            self.proof.counts.ties += u64::from(number >= known && executed.is_some());
             self.wait(due, time);
         }
         Ok(())
