@@ -47,10 +47,7 @@ impl Verifier {
     /// # Errors
     /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::TooFast`] if they are too fast for any number.
     pub fn new(scene: &Scene, states: &States) -> Result<Self, Fault> {
-        check_count(scene.particles.len(), states)?;
-        let world = World::new(scene);
-        let pairs = Pairs::from_distances(&world, states);
-        Self::with_pairs(scene, world, pairs, states, None)
+        Self::begin(scene, states, None, |world| Ok(Pairs::from_distances(world, states)))
     }
 
     /// From states within a run, with the pairs that are not in state 0 then.
@@ -58,19 +55,18 @@ impl Verifier {
     /// # Errors
     /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::Unknown`] if a pair has no such state.
     pub fn resume(scene: &Scene, states: &States, captured: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
-        check_count(scene.particles.len(), states)?;
-        let world = World::new(scene);
-        let pairs = Pairs::listed(&world, states, captured)?;
-        Self::with_pairs(scene, world, pairs, states, Some(states.elapsed))
+        Self::begin(scene, states, Some(states.elapsed), |world| Pairs::listed(world, states, captured))
     }
 
-    fn with_pairs(
+    fn begin(
         scene: &Scene,
-        world: World,
-        pairs: Pairs,
         states: &States,
         unseen_before: Option<Elapsed>,
+        pairs: impl FnOnce(&World) -> Result<Pairs, Fault>,
     ) -> Result<Self, Fault> {
+        check_count(scene.particles.len(), states)?;
+        let world = World::new(scene);
+        let pairs = pairs(&world)?;
         let count = states.positions.len();
         let pace = Pace::new(&world, states);
         let window = Window::open(&world, &pairs, states, pace.length(&world, states, 0.0))?;
@@ -78,7 +74,7 @@ impl Verifier {
             window,
             pace,
             pairs,
-            contacts: world.contact_time.map(|time| ContactMemory::new(time, count, unseen_before)),
+            contacts: scene.contact_time.map(|time| ContactMemory::new(time, count, unseen_before)),
             states: states.clone(),
             before: states.clone(),
             // Where the last event is not known, no later than the start.
