@@ -289,7 +289,7 @@ impl Replay<'_> {
         if let Some(event) = event {
             return verifier.witness_watched(&event, states, &mut watch).map_err(|fault| self.violated(fault));
         }
-        verifier.witness_quiet_watched(states, &mut watch).map_err(|fault| self.violated(fault))?;
+        verifier.witness_quiet(states, &mut watch).map_err(|fault| self.violated(fault))?;
         self.end_stage();
         if reason == Reason::Idle { Err(self.idle(verifier)) } else { Ok(()) }
     }

@@ -133,20 +133,12 @@ impl Verifier {
         self.window.ask_changed(&self.world, &self.pairs, &self.states, &changed)
     }
 
-    /// Proves that nothing was due up to a time at which no event was executed, and that the flights led there.
+    /// Proves that nothing was due up to a time at which no event was executed, and that the flights led there, unless `watch`, which is asked
+    /// now and then, breaks.
     ///
     /// # Errors
     /// The first [`Fault`].
-    pub fn witness_quiet(&mut self, now: &States) -> Result<(), Fault> {
-        self.witness_quiet_watched(now, &mut || ControlFlow::Continue(()))
-    }
-
-    /// Proves a time without events as [`Self::witness_quiet`] does, unless `watch`, which is asked now and then, breaks.
-    pub(super) fn witness_quiet_watched(
-        &mut self,
-        now: &States,
-        watch: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<(), Fault> {
+    pub fn witness_quiet(&mut self, now: &States, watch: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
         self.pass_to(&now.elapsed, None, watch)?;
         self.check_flights_of(now, |_| false)
