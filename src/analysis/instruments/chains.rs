@@ -74,11 +74,6 @@ impl Chains {
         }
     }
 
-    /// The group of a component.
-    fn group_of(&self, component: &Component) -> Option<usize> {
-        self.groups.iter().position(|group| group.holds(component))
-    }
-
     fn sample_bonds(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         let [shortest, longest] = self.bond_lengths;
         let periods = system.space.periods();
@@ -103,7 +98,9 @@ impl Chains {
         let mut sizes = vec![0.0; self.sizes.len()];
         let mut ends = vec![0.0; self.ends.len()];
         for component in components {
-            let Some(index) = self.group_of(component) else { continue };
+            let kind = (component.is_linear, component.ids.len());
+            let is_its = |group: &Group| (group.is_linear, group.particles as usize) == kind;
+            let Some(index) = self.groups.iter().position(is_its) else { continue };
             let group = &self.groups[index];
             let each = 1.0 / f64::from(group.components);
             let path = unwrapped(component, sample, system);
@@ -143,12 +140,6 @@ impl Instrument for Chains {
             self.report_sizes(measured);
             self.report_ends(measured);
         }
-    }
-}
-
-impl Group {
-    fn holds(&self, component: &Component) -> bool {
-        self.is_linear == component.is_linear && self.particles as usize == component.ids.len()
     }
 }
 
