@@ -261,7 +261,7 @@ fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f
 /// Shell just outside of the distance at which the cores of two species touch.
 fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Shell> {
     match (&first.species[..], &second.species[..]) {
-        (&[a], &[b]) => system.cores.get(a, b).map(|core| Shell::new(core, system.step_outside_core(a, b))),
+        (&[a], &[b]) => system.cores.get(a, b).map(|core| Shell::new(core, system.steps_outside_cores.get(a, b))),
         _ => None,
     }
 }

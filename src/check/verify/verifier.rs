@@ -115,7 +115,7 @@ impl Verifier {
                 return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
             }
         }
-        self.check_flights(&contact, after)?;
+        self.check_flights(after, |i| contact.particles().any(|particle| particle == i))?;
         self.states.clone_from(after);
         let mut changed = Vec::new();
         for particle in contact.particles() {
@@ -141,7 +141,7 @@ impl Verifier {
     pub fn witness_quiet(&mut self, now: &States, watch: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
         self.pass_to(&now.elapsed, None, watch)?;
-        self.check_flights_of(now, |_| false)
+        self.check_flights(now, |_| false)
     }
 
     /// Goes on to a time, and proves that everything due before it has taken place.
@@ -236,7 +236,8 @@ impl Verifier {
         if due.approach.closing(time) > 0.0 {
             self.overdue.push(due);
         } else {
-            self.window.ask_again(&due, time);
+            // From the time in the window at which it has turned.
+            self.window.ask(due.claim, due.approach.streamed(time));
         }
     }
 

@@ -146,11 +146,6 @@ impl Window {
         due
     }
 
-    /// Asks for the next event after a time in the window, of what was due before.
-    pub fn ask_again(&mut self, due: &Due, time: f64) {
-        self.ask(due.claim, due.approach.streamed(time));
-    }
-
     /// Whether the flights that something was asked for are the present ones.
     pub fn is_valid(&self, due: &Due) -> bool {
         self.versions_of(&due.claim.contact) == due.versions
@@ -216,7 +211,8 @@ impl Window {
         }
     }
 
-    fn ask(&mut self, claim: Claim, approach: Approach) {
+    /// Asks for the next event of a flight.
+    pub fn ask(&mut self, claim: Claim, approach: Approach) {
         self.asked += 1;
         if let Some(time) = approach.next_event().filter(|time| *time <= self.length) {
             self.due.push(Due { time, claim, approach, versions: self.versions_of(&claim.contact) });
