@@ -135,7 +135,7 @@ impl Recipe {
         fill.composition = vec![("A".into(), 0.6), ("B".into(), 0.4)];
         fill.temperature = Some(1.0);
         let region = carom::model::Region { lower: at(0.1, 0.1, 2.6), upper: at(7.9, 7.9, 7.9) };
-        fill.region = Some(region.into());
+        fill.region = Some(carom::scene::FillRegion::Box(region));
         builder.add_fill(fill).build().ok()
     }
 }

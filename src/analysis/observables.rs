@@ -73,8 +73,9 @@ pub const OBSERVABLES: [(&str, &str); 17] = [
     ("heat_flux_through_upper_z_wall", HEAT_FLUX),
 ];
 
-/// Where they are among these: the pressure, and those of the lower x wall.
+/// Where they are among these: the pressure, the collision rate, and those of the lower x wall.
 const PRESSURE: usize = 1;
+const COLLISION_RATE: usize = 3;
 const FIRST_WALL: usize = 5;
 const FIRST_HEAT: usize = 11;
 
@@ -115,15 +116,11 @@ pub struct Observer {
     averages: Vec<BlockAverage>,
 }
 
+/// What was integrated and counted up to a row.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Reading {
-    time: f64,
+    piece: Piece,
     event_counts: EventCounts,
-    /// Integrals since the measurement began `[energy time]`.
-    temperature: Option<f64>,
-    pair_energy: f64,
-    /// By axis `[energy time / length^D]`.
-    confined: [f64; 3],
 }
 
 /// The last sample of temperature and energy, and the integrals up to it.
@@ -166,38 +163,28 @@ impl Observer {
     pub fn row(&mut self, simulation: &Simulation) -> Row {
         let energy = simulation.energy();
         let temperature = self.integrate(simulation, &energy);
-        let reading = self.read(simulation);
-        let interval = self.before.and_then(|before| self.interval(&before, &reading));
-        if let Some(interval) = &interval {
-            self.averages.resize(OBSERVABLES.len(), BlockAverage::new(interval.duration));
-            let is_homogeneous = self.applicable.is_homogeneous;
-            let values = [
-                interval.temperature,
-                interval.pressure,
-                // Over that of the temperature it is the compressibility factor.
-                interval.pressure.filter(|_| is_homogeneous).map(|pressure| pressure / self.applicable.number_density),
-                interval.collision_rate,
-                interval.potential_energy,
-            ];
-            let values =
-                values.into_iter().chain(interval.on_walls.into_iter().chain(interval.through_walls).flatten());
+        let event_counts = *simulation.event_counts();
+        let reading = self.piece.map(|piece| Reading { piece, event_counts });
+        let interval = self.before.zip(reading).and_then(|(before, reading)| self.interval(&before, &reading));
+        if let Some((duration, values)) = &interval {
+            self.averages.resize(OBSERVABLES.len(), BlockAverage::new(*duration));
             for (average, value) in self.averages.iter_mut().zip(values) {
-                average.add(value.unwrap_or(f64::NAN), interval.duration);
+                average.add(value.unwrap_or(f64::NAN), *duration);
             }
         }
-        self.before = Some(reading);
+        self.before = reading;
+        let mean = |observable: usize| interval.as_ref().and_then(|(_, values)| values[observable]);
         let (height, counts) = self.applicable.positions(simulation);
         Row {
-            time: reading.time,
-            events: reading.event_counts.physical(),
+            time: simulation.time(),
+            events: event_counts.physical(),
             temperature,
             kinetic: energy.kinetic,
             potential: energy.potential,
-            supplied: reading.event_counts.supplied.total(),
-            ledger: energy.kinetic + energy.potential + reading.event_counts.dissipated.total()
-                - reading.event_counts.supplied.total(),
-            pressure: interval.and_then(|interval| interval.pressure),
-            collision_rate: interval.and_then(|interval| interval.collision_rate),
+            supplied: event_counts.supplied.total(),
+            ledger: energy.kinetic + energy.potential + event_counts.dissipated.total() - event_counts.supplied.total(),
+            pressure: mean(PRESSURE),
+            collision_rate: mean(COLLISION_RATE),
             height,
             counts,
         }
@@ -206,10 +193,10 @@ impl Observer {
     /// The means over all intervals so far, by name; absent if they mean nothing for the scene. What does not change at all has the error 0.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
-        let estimate = |name: &str, average: &BlockAverage| {
+        let estimate = |at: usize, name: &str, average: &BlockAverage| {
             let estimate = match name {
                 COMPRESSIBILITY => average.ratio(self.averages.first()?),
-                _ => self.of_wall(name, average).or_else(|| average.estimate()),
+                _ => self.of_wall(at, average).or_else(|| average.estimate()),
             }?;
             Some(if self.stationarity_of(name, average) == Stationarity::Constant {
                 Estimate { standard_error: Some(0.0), ..estimate }
@@ -217,25 +204,22 @@ impl Observer {
                 estimate
             })
         };
-        let estimates = OBSERVABLES.iter().zip(&self.averages);
-        estimates.filter_map(|((name, _), average)| Some((*name, estimate(name, average)?))).collect()
+        let estimates = OBSERVABLES.iter().zip(&self.averages).enumerate();
+        estimates.filter_map(|(at, ((name, _), average))| Some((*name, estimate(at, name, average)?))).collect()
     }
 
     /// The estimate for a wall from what both walls have in common, where that is known by a conservation law.
     ///
     /// The force on a wall is the virial and the rate of two moments of bounded size, `sum m v_x` and `sum x m v_x`. Heat that comes in at one wall and does not go out at the other is in the energy. A
     /// mean over a time `t` has of these the difference between both ends, by `t`, and the error is not that of values that fluctuate independently.
-    fn of_wall(&self, name: &str, average: &BlockAverage) -> Option<Estimate> {
-        let walls = |axis: usize, first: usize| {
-            [0, 1].map(|side| (OBSERVABLES[first + 2 * axis + side].0, first + 2 * axis + side))
-        };
-        let is_of = |axis: usize, first: usize| walls(axis, first).iter().any(|(known, _)| *known == name);
+    fn of_wall(&self, at: usize, average: &BlockAverage) -> Option<Estimate> {
+        let is_of = |axis: usize, first: usize| (first + 2 * axis..first + 2 * axis + 2).contains(&at);
         if self.applicable.balanced_axis.is_some_and(|axis| is_of(axis, FIRST_WALL)) {
             return average.estimate_beside(self.averages.get(PRESSURE)?);
         }
-        let axis = self.applicable.heated_axis.filter(|axis| is_of(*axis, FIRST_HEAT))?;
-        let [(_, lower), (_, upper)] = walls(axis, FIRST_HEAT);
-        let other = self.averages.get(if OBSERVABLES[lower].0 == name { upper } else { lower })?;
+        self.applicable.heated_axis.filter(|axis| is_of(*axis, FIRST_HEAT))?;
+        // The other wall of the axis.
+        let other = self.averages.get(FIRST_HEAT + ((at - FIRST_HEAT) ^ 1))?;
         average.estimate_beside(&average.with(other, |own, other| 0.5 * (own - other))?)
     }
 
@@ -326,56 +310,38 @@ impl Observer {
         temperature
     }
 
-    fn read(&self, simulation: &Simulation) -> Reading {
-        let (has_temperature, [heat, pair]) =
-            self.piece.map_or((false, [0.0; 2]), |piece| (piece.temperature.is_some(), piece.integrals));
-        Reading {
-            time: simulation.time(),
-            event_counts: *simulation.event_counts(),
-            temperature: has_temperature.then_some(heat),
-            pair_energy: pair,
-            confined: self.piece.map_or([0.0; 3], |piece| piece.confined),
-        }
-    }
-
-    fn interval(&self, from: &Reading, to: &Reading) -> Option<Interval> {
-        let duration = to.time - from.time;
+    /// The time between two rows and the means over it, in the order of [`OBSERVABLES`]; `None` where one means nothing.
+    fn interval(&self, from: &Reading, to: &Reading) -> Option<(f64, Vec<Option<f64>>)> {
+        let duration = to.piece.time - from.piece.time;
         if duration <= 0.0 {
             return None;
         }
-        let applicable = &self.applicable;
-        let moving = applicable.moving as f64;
-        let temperature = from.temperature.zip(to.temperature).map(|(a, b)| (b - a) / duration);
         let counted = to.event_counts.since(&from.event_counts);
+        let (applicable, from, to) = (&self.applicable, &from.piece, &to.piece);
+        let moving = applicable.moving as f64;
+        let [heat, pair] = [0, 1].map(|k| to.integrals[k] - from.integrals[k]);
+        let temperature = from.temperature.and(to.temperature).map(|_| heat / duration);
         let confined = std::array::from_fn(|axis| to.confined[axis] - from.confined[axis]);
-        Some(Interval {
-            duration,
+        let pressure =
+            temperature.and_then(|temperature| applicable.pressure(&counted, duration, temperature, &confined));
+        let of_all = [
             temperature,
-            pressure: temperature
-                .and_then(|temperature| applicable.pressure(&counted, duration, temperature, &confined)),
-            collision_rate: applicable.has_core.then(|| counted.core_contacts() as f64 / (moving * duration)),
-            potential_energy: applicable.has_wells.then(|| (to.pair_energy - from.pair_energy) / (duration * moving)),
-            on_walls: std::array::from_fn(|axis| {
-                [0, 1].map(|side| applicable.pressure_on_wall(&counted, duration, axis, side))
-            }),
-            through_walls: std::array::from_fn(|axis| {
-                [0, 1].map(|side| applicable.heat_flux_through_wall(&counted, duration, axis, side))
-            }),
-        })
+            pressure,
+            // Over that of the temperature it is the compressibility factor.
+            pressure.filter(|_| applicable.is_homogeneous).map(|pressure| pressure / applicable.number_density),
+            applicable.has_core.then(|| counted.core_contacts() as f64 / (moving * duration)),
+            applicable.has_wells.then(|| pair / (duration * moving)),
+        ];
+        let walls = || (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]);
+        // From the momentum that each has given, and from the energy that it has supplied.
+        let pressures = walls().map(|(axis, side)| {
+            applicable.pressed_walls[axis][side].then(|| counted.wall_push[axis][side].total() / duration)
+        });
+        let fluxes = walls().map(|(axis, side)| {
+            applicable.heat_areas[axis][side].map(|area| counted.wall_heat[axis][side].total() / (area * duration))
+        });
+        Some((duration, of_all.into_iter().chain(pressures).chain(fluxes).collect()))
     }
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Interval {
-    duration: f64,
-    temperature: Option<f64>,
-    pressure: Option<f64>,
-    collision_rate: Option<f64>,
-    potential_energy: Option<f64>,
-    /// Pressures on the walls, by axis, lower and upper.
-    on_walls: [[Option<f64>; 2]; 3],
-    /// Heat fluxes through the walls, by axis, lower and upper.
-    through_walls: [[Option<f64>; 2]; 3],
 }
 
 /// The direction against gravity: that of the mean acceleration, reversed.

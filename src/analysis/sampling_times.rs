@@ -48,6 +48,15 @@ impl SamplingTimes {
         if self.left == 0 { f64::INFINITY } else { self.start + self.index * self.interval }
     }
 
+    /// Whether it is time; if so, goes on to the first time after `time`.
+    pub(crate) fn is_due(&mut self, time: f64) -> bool {
+        let is_due = time >= self.next();
+        if is_due {
+            self.pass(time);
+        }
+        is_due
+    }
+
     /// Goes on to the first time after `time`.
     pub fn pass(&mut self, time: f64) {
         self.pass_early(time, 0.0);

@@ -147,9 +147,8 @@ impl BlockAverage {
             return None;
         }
         let ratio = a / b;
-        let is_together = self.weight == other.weight && self.bins.len() == other.bins.len();
-        let residues = || self.bins.iter().zip(&other.bins).map(|(a, b)| a - ratio * b).collect::<Vec<_>>();
-        let error = is_together.then(|| error_of(&residues(), 0.0, a)).flatten();
+        let residues = self.with(other, |a, b| a - ratio * b);
+        let error = residues.and_then(|residues| error_of(&residues.bins, 0.0, a));
         Some(Estimate { mean: ratio, standard_error: error.map(|error| error / b.abs()) })
     }
 
@@ -158,27 +157,15 @@ impl BlockAverage {
     #[must_use]
     pub fn variance(&self, squares: &Self) -> Option<Estimate> {
         let (mean, square) = (self.mean()?, squares.mean()?);
-        let is_together = self.weight == squares.weight && self.bins.len() == squares.bins.len();
-        let residues =
-            || self.bins.iter().zip(&squares.bins).map(|(x, square)| square - 2.0 * mean * x).collect::<Vec<_>>();
-        let standard_error = is_together.then(|| error_of(&residues(), square - 2.0 * mean * mean, square)).flatten();
+        let residues = self.with(squares, |x, square| square - 2.0 * mean * x);
+        let standard_error = residues.and_then(|residues| error_of(&residues.bins, square - 2.0 * mean * mean, square));
         Some(Estimate { mean: (square - mean * mean).max(0.0), standard_error })
     }
 
     /// Whether the series is stationary.
     #[must_use]
     pub fn stationarity(&self) -> Stationarity {
-        self.unless_open_differs(stationarity(&self.bins))
-    }
-
-    /// A series is not constant if what is not yet a whole bin is different.
-    fn unless_open_differs(&self, verdict: Stationarity) -> Stationarity {
-        let mean = self.mean().unwrap_or(0.0);
-        if verdict == Stationarity::Constant && differs_from_constant(&self.bins, mean, mean) {
-            Stationarity::Unknown
-        } else {
-            verdict
-        }
+        verdict_on(&self.bins, self.mean().unwrap_or(0.0))
     }
 
     /// Whether all that was added is the same but for rounding, as far as the bins tell.
@@ -200,10 +187,7 @@ impl BlockAverage {
     pub fn stationarity_of_ratio(&self, other: &Self) -> Stationarity {
         let ratios: Vec<f64> = self.bins.iter().zip(&other.bins).map(|(a, b)| a / b).collect();
         let ratio = self.mean().zip(other.mean()).map_or(f64::NAN, |(a, b)| a / b);
-        match stationarity(&ratios) {
-            Stationarity::Constant if differs_from_constant(&ratios, ratio, ratio) => Stationarity::Unknown,
-            verdict => verdict,
-        }
+        verdict_on(&ratios, ratio)
     }
 
     /// Adds the values of another series of the same times to those of this one.
@@ -230,6 +214,14 @@ impl BlockAverage {
         }
         self.bins = halved(&self.bins);
         self.bin_weight *= 2.0;
+    }
+}
+
+/// Whether the series of some bins is stationary. It is not constant if what is not yet a whole bin is different, and so the mean.
+fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
+    match stationarity(bins) {
+        Stationarity::Constant if differs_from_constant(bins, mean, mean) => Stationarity::Unknown,
+        verdict => verdict,
     }
 }
 

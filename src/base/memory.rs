@@ -15,7 +15,7 @@ pub(crate) fn total() -> u64 {
 #[cfg(target_os = "linux")]
 mod system {
     use std::fs;
-    use std::path::{Path, PathBuf};
+    use std::path::Path;
 
     /// All that bounds the memory, where it is known.
     pub fn limits() -> [Option<u64>; 3] {
@@ -50,17 +50,10 @@ mod system {
             _ if controllers.split(',').any(|it| it == "memory") => (root.join("memory"), "memory.limit_in_bytes"),
             _ => return None,
         };
-        let mut folder: PathBuf = root.join(path.trim_start_matches('/'));
-        let mut least: Option<u64> = None;
-        while folder.starts_with(&root) {
-            // No limit is the word `max`, or a number beyond any memory.
-            let found = fs::read_to_string(folder.join(file)).ok().and_then(|text| text.trim().parse().ok());
-            least = [least, found].into_iter().flatten().min();
-            if !folder.pop() {
-                break;
-            }
-        }
-        least
+        let folder = root.join(path.trim_start_matches('/'));
+        let folders = folder.ancestors().take_while(|folder| folder.starts_with(&root));
+        // No limit is the word `max`, or a number beyond any memory.
+        folders.filter_map(|folder| fs::read_to_string(folder.join(file)).ok()?.trim().parse().ok()).min()
     }
 }
 

@@ -134,8 +134,7 @@ impl Reference {
     fn first_state(&self, potential: &Potential, i: u32, j: u32) -> usize {
         let (apart, [i, j]) = (self.nearest_image(i, j), [i as usize, j as usize]);
         let (distance, radial) = (apart.norm(), apart.dot(&(self.velocities[i] - self.velocities[j])));
-        let periods = (0..3).filter(|&k| self.is_periodic(k)).map(|k| self.scene.space.size[k]);
-        let largest = periods.fold(self.positions[i].amax().max(self.positions[j].amax()), f64::max);
+        let largest = self.periods().fold(self.positions[i].amax().max(self.positions[j].amax()), f64::max);
         let is_at = |radius: f64| (distance - radius).abs() <= 32.0 * f64::EPSILON * largest;
         let is_inside = |radius: &f64| if is_at(*radius) && radial != 0.0 { radial < 0.0 } else { distance < *radius };
         let states = potential.accessible_states();
@@ -203,6 +202,10 @@ impl Reference {
         self.scene.space.boundary[axis] == Boundary::Periodic
     }
 
+    fn periods(&self) -> impl Iterator<Item = f64> {
+        (0..3).filter(|&k| self.is_periodic(k)).map(|k| self.scene.space.size[k])
+    }
+
     /// Moves every particle to `time` (paper, equation 1).
     fn stream(&mut self, time: f64) {
         let dt = time - self.time;
@@ -264,10 +267,7 @@ impl Reference {
 
     /// For how long a pair moves by less than half a period.
     fn horizon(&self, velocity: &Vector, acceleration: &Vector) -> f64 {
-        let shortest = (0..3)
-            .filter(|&k| self.is_periodic(k))
-            .map(|k| 0.5 * self.scene.space.size[k])
-            .fold(f64::INFINITY, f64::min);
+        let shortest = self.periods().map(|period| 0.5 * period).fold(f64::INFINITY, f64::min);
         let (v, a) = (velocity.norm(), acceleration.norm());
         if shortest == f64::INFINITY || (v == 0.0 && a == 0.0) {
             return f64::INFINITY;

@@ -47,20 +47,12 @@ pub enum Effort {
 impl Effort {
     /// Particles of a fluid: `4 n^3`, for a lattice of cubic cells.
     fn particles(self) -> u64 {
-        match self {
-            Self::Brief => 500,
-            Self::Usual => 1372,
-            Self::Long => 4000,
-        }
+        [500, 1372, 4000][self as usize]
     }
 
     /// Measured physical events of a fluid.
     fn events(self) -> u64 {
-        match self {
-            Self::Brief => 200_000,
-            Self::Usual => 3_000_000,
-            Self::Long => 30_000_000,
-        }
+        [200_000, 3_000_000, 30_000_000][self as usize]
     }
 }
 

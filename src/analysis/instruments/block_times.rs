@@ -1,7 +1,7 @@
 //! Ends of the equal blocks of time that a measurement is divided into.
 
+use super::instrument::Setup;
 use crate::analysis::sampling_times::SamplingTimes;
-use serde::{Deserialize, Serialize};
 
 /// Part of an interval by which a sample may come early and still be the one that was asked for: times are rounded.
 pub(super) const EARLY: f64 = 1e-6;
@@ -31,39 +31,21 @@ pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
     found.filter(|found| found.is_finite()).map_or(interval, |found| found * scaling)
 }
 
-/// End times of equal blocks, whose length the plan gives or the run chooses.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct BlockTimes(SamplingTimes);
-
-impl BlockTimes {
-    /// At a given interval, or some `aim` samples in a duration.
-    pub fn new(start: f64, given: Option<f64>, duration: f64, aim: u32) -> Self {
-        Self(match given {
-            Some(interval) => SamplingTimes::given(start, feasible(interval, duration)),
-            None => SamplingTimes::expecting(start, duration, aim, 0.0),
-        })
-    }
-
-    /// Between two samples now `[time]`.
-    pub fn interval(&self) -> f64 {
-        self.0.interval()
-    }
-
-    /// The next time.
-    pub fn next(&self) -> f64 {
-        self.0.next()
-    }
-
-    /// Goes on to the first time after `time`.
-    pub fn pass(&mut self, time: f64) {
-        self.0.pass_early(time, EARLY);
+/// End times of equal blocks: at the interval of the plan, or some `aim` in the expected duration.
+pub(super) fn block_times(setup: &Setup<'_>, given: Option<f64>, aim: u32) -> SamplingTimes {
+    let (start, duration) = (setup.sample.time, setup.duration);
+    match given {
+        Some(interval) => SamplingTimes::given(start, feasible(interval, duration)),
+        None => SamplingTimes::expecting(start, duration, aim, 0.0),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::system::{Sample, SystemDescription};
     use super::*;
     use crate::base::numbers::trunc_to_usize;
+    use crate::model::space::Space;
 
     #[test]
     fn samples_see_all_times_since_a_scaling_as_often() {
@@ -81,9 +63,14 @@ mod tests {
 
     #[test]
     fn a_given_interval_is_not_shorter_than_a_run_can_bear() {
-        let mut blocks = BlockTimes::new(1e20, Some(1e-90), 1.0, 10);
-        blocks.pass(1e20);
+        let system = SystemDescription::of_points(Space::periodic_cube(10.0), 1);
+        let times = |start: f64| {
+            let sample = Sample { time: start, positions: &[], velocities: &[], images: &[], displacement: 0.0 };
+            block_times(&Setup { system: &system, sample, duration: 1.0 }, Some(1e-90), 10)
+        };
+        let mut blocks = times(1e20);
+        blocks.pass_early(1e20, EARLY);
         assert!(blocks.next() > 1e20);
-        assert_eq!(BlockTimes::new(0.0, Some(1e-90), 1.0, 10).next(), 1e-8);
+        assert_eq!(times(0.0).next(), 1e-8);
     }
 }

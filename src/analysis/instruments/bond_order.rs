@@ -5,17 +5,17 @@
 
 mod harmonics;
 
-use super::budgeted_times::BudgetedTimes;
+use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Number, Scalar};
 use super::system::{Sample, SystemDescription};
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text::digits;
 use crate::engine::CellList;
 use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::{BINS, MOST_BINS};
-use crate::model::space::Boundary;
 use harmonics::Harmonics;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -31,7 +31,7 @@ const DEGREES: [usize; 2] = [6, 4];
 #[must_use]
 pub fn per_particle(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64, degree: usize) -> Vec<f64> {
     let mut values = vec![0.0; system.species.len()];
-    if let Some(harmonics) = Harmonics::new(degree, &axes(system)) {
+    if let Some(harmonics) = Harmonics::new(degree, &system.axes().collect::<Vec<_>>()) {
         let cells = cell_list(system, sample, cutoff);
         cells.for_each_particle(|id, separations| {
             let mut sums = vec![0.0; harmonics.count()];
@@ -67,10 +67,6 @@ fn cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> f64 {
     cutoff.min(CellList::largest_range(&system.space))
 }
 
-fn axes(system: &SystemDescription) -> Vec<usize> {
-    (0..3).filter(|&k| system.space.boundary[k] != Boundary::Flat).collect()
-}
-
 fn cell_list(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64) -> CellList {
     let range = cutoff.min(CellList::largest_range(&system.space));
     sample.cell_list(&system.space, range, &system.moving)
@@ -84,7 +80,7 @@ fn length(sums: &[f64], count: usize) -> Option<f64> {
 /// Distribution, mean and global value of `q_6` and `q_4`, or of `psi_6` and `psi_4` in two dimensions. Nothing on a line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct BondOrder {
-    times: BudgetedTimes,
+    times: SamplingTimes,
     cutoff: f64,
     bins: usize,
     /// The number of neighbours, then for each degree the mean, the global value, and the density in each bin.
@@ -101,7 +97,7 @@ impl BondOrder {
         // Three operations to find, and for one in six of those some hundred and fifty.
         let work = count * (100.0 + 30.0 * (count * cube / system.space.volume()).min(count));
         Self {
-            times: BudgetedTimes::new(setup, plan.interval, work),
+            times: budgeted_times(setup, plan.interval, work),
             cutoff,
             bins,
             curve: CurveAverage::new(1 + DEGREES.len() * (2 + bins)),
@@ -129,7 +125,7 @@ impl Instrument for BondOrder {
         if !self.times.is_due(sample.time) {
             return;
         }
-        let axes = axes(system);
+        let axes: Vec<usize> = system.axes().collect();
         let orders: Vec<Harmonics> = DEGREES.iter().filter_map(|&degree| Harmonics::new(degree, &axes)).collect();
         let mut of_all: Vec<Vec<f64>> = orders.iter().map(|harmonics| vec![0.0; harmonics.count()]).collect();
         let mut of_one = of_all.clone();

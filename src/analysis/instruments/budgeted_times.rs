@@ -4,7 +4,6 @@ use super::block_times::incommensurate;
 use super::instrument::Setup;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::base::numbers::trunc_to_u32;
-use serde::{Deserialize, Serialize};
 
 /// Samples that an instrument aims at, if they are cheap.
 const MOST: f64 = 200.0;
@@ -21,39 +20,19 @@ const PER_FLIGHT: f64 = 200.0;
 
 /// Equidistant sampling times at the interval of the plan, or as many as a budget of operations allows.
 ///
-/// An interval that is not given is no simple part or multiple of the time between two scalings of the velocities. It is chosen for 200 samples in the expected duration; for fewer, but not less than 16, where those
+/// Each sample takes some `work`, a number of floating-point operations. An interval that is not given is no simple part or multiple of the time between two scalings of the velocities. It is chosen for 200 samples in the expected duration; for fewer, but not less than 16, where those
 /// would take longer than a second and than a tenth of the run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct BudgetedTimes(SamplingTimes);
-
-impl BudgetedTimes {
-    /// Samples of some `work` each, a number of floating-point operations.
-    pub fn new(setup: &Setup<'_>, given: Option<f64>, work: f64) -> Self {
-        let start = setup.sample.time;
-        // Times closer than this are the same number.
-        let shortest = 4.0 * f64::EPSILON * (start.abs() + setup.duration);
-        Self(match given {
-            Some(interval) => SamplingTimes::given(start, interval.max(shortest)),
-            None => {
-                let aim = trunc_to_u32(aim(setup, work));
-                let interval = incommensurate(setup.duration / f64::from(aim), setup.system.scaling_interval);
-                SamplingTimes::expecting(start, interval * f64::from(aim), aim, shortest)
-            }
-        })
-    }
-
-    /// The next time.
-    pub fn next(&self) -> f64 {
-        self.0.next()
-    }
-
-    /// Whether it is time; if so, goes on to the first time after `time`.
-    pub fn is_due(&mut self, time: f64) -> bool {
-        let is_due = time >= self.next();
-        if is_due {
-            self.0.pass(time);
+pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -> SamplingTimes {
+    let start = setup.sample.time;
+    // Times closer than this are the same number.
+    let shortest = 4.0 * f64::EPSILON * (start.abs() + setup.duration);
+    match given {
+        Some(interval) => SamplingTimes::given(start, interval.max(shortest)),
+        None => {
+            let aim = trunc_to_u32(aim(setup, work));
+            let interval = incommensurate(setup.duration / f64::from(aim), setup.system.scaling_interval);
+            SamplingTimes::expecting(start, interval * f64::from(aim), aim, shortest)
         }
-        is_due
     }
 }
 
@@ -81,11 +60,11 @@ mod tests {
     use crate::Vector;
     use crate::model::space::Space;
 
-    fn times(start: f64, duration: f64, given: Option<f64>, work: f64) -> BudgetedTimes {
+    fn times(start: f64, duration: f64, given: Option<f64>, work: f64) -> SamplingTimes {
         let system = SystemDescription::of_points(Space::periodic_cube(10.0), 1000);
         let velocities = vec![Vector::new(1.0, 0.0, 0.0); 1000];
         let sample = Sample { time: start, positions: &[], velocities: &velocities, images: &[], displacement: 0.0 };
-        BudgetedTimes::new(&Setup { system: &system, sample, duration }, given, work)
+        budgeted_times(&Setup { system: &system, sample, duration }, given, work)
     }
 
     #[test]

@@ -3,18 +3,19 @@
 mod report;
 pub(super) mod topology;
 
-use super::budgeted_times::BudgetedTimes;
+use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::Measured;
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::{id, trunc_to_usize};
 use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::{BINS, MOST_BINS};
 use crate::model::space::nearest_image;
 use serde::{Deserialize, Serialize};
-use topology::{Component, Topology};
+use topology::{Component, components};
 
 /// Sizes of components that are reported one by one: the smallest ones.
 const MOST_GROUPS: usize = 256;
@@ -29,7 +30,7 @@ const LONGEST_WALK: f64 = 4.0;
 /// half a period.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Chains {
-    times: BudgetedTimes,
+    times: SamplingTimes,
     bins: usize,
     bond_lengths: [f64; 2],
     groups: Vec<Group>,
@@ -41,7 +42,7 @@ pub(super) struct Chains {
     ends: CurveAverage,
     /// Follows from the bonds of the scene.
     #[serde(skip)]
-    topology: Option<Topology>,
+    components: Option<Vec<Component>>,
 }
 
 /// Components of the same kind and number of particles.
@@ -58,24 +59,19 @@ impl Chains {
     pub fn new(plan: &plan::Chains, setup: &Setup<'_>) -> Self {
         let system = setup.system;
         let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS) as usize;
-        let topology = Topology::of(system);
-        let groups = groups(&topology, system.bond_lengths[1]);
+        let components = components(system);
+        let groups = groups(&components, system.bond_lengths[1]);
         let distributions = groups.iter().filter(|group| group.distribution.is_some()).count();
         Self {
-            times: BudgetedTimes::new(setup, plan.interval, 50.0 * system.bonds.len() as f64),
+            times: budgeted_times(setup, plan.interval, 50.0 * system.bonds.len() as f64),
             bins,
             bond_lengths: system.bond_lengths,
             bonds: CurveAverage::new(2 + bins),
             sizes: CurveAverage::new(2 * groups.len()),
             ends: CurveAverage::new(distributions * bins),
             groups,
-            topology: Some(topology),
+            components: Some(components),
         }
-    }
-
-    /// The group of a component.
-    fn group_of(&self, component: &Component) -> Option<usize> {
-        self.groups.iter().position(|group| group.holds(component))
     }
 
     fn sample_bonds(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
@@ -98,11 +94,13 @@ impl Chains {
         self.bonds.add_all(values);
     }
 
-    fn sample_components(&mut self, topology: &Topology, sample: &Sample<'_>, system: &SystemDescription) {
+    fn sample_components(&mut self, components: &[Component], sample: &Sample<'_>, system: &SystemDescription) {
         let mut sizes = vec![0.0; self.sizes.len()];
         let mut ends = vec![0.0; self.ends.len()];
-        for component in &topology.components {
-            let Some(index) = self.group_of(component) else { continue };
+        for component in components {
+            let kind = (component.is_linear, component.ids.len());
+            let is_its = |group: &Group| (group.is_linear, group.particles as usize) == kind;
+            let Some(index) = self.groups.iter().position(is_its) else { continue };
             let group = &self.groups[index];
             let each = 1.0 / f64::from(group.components);
             let path = unwrapped(component, sample, system);
@@ -130,10 +128,10 @@ impl Instrument for Chains {
         if !self.times.is_due(sample.time) || system.bonds.is_empty() {
             return;
         }
-        let topology = self.topology.take().unwrap_or_else(|| Topology::of(system));
+        let components = self.components.take().unwrap_or_else(|| components(system));
         self.sample_bonds(sample, system);
-        self.sample_components(&topology, sample, system);
-        self.topology = Some(topology);
+        self.sample_components(&components, sample, system);
+        self.components = Some(components);
     }
 
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {
@@ -145,16 +143,10 @@ impl Instrument for Chains {
     }
 }
 
-impl Group {
-    fn holds(&self, component: &Component) -> bool {
-        self.is_linear == component.is_linear && self.particles as usize == component.ids.len()
-    }
-}
-
 /// The kinds of components, linear ones first, by number of particles.
-fn groups(topology: &Topology, longest_bond: f64) -> Vec<Group> {
+fn groups(components: &[Component], longest_bond: f64) -> Vec<Group> {
     let mut kinds: Vec<(bool, u32)> =
-        topology.components.iter().map(|component| (!component.is_linear, id(component.ids.len()))).collect();
+        components.iter().map(|component| (!component.is_linear, id(component.ids.len()))).collect();
     kinds.sort_unstable();
     let group = |same: &[(bool, u32)]| Group {
         is_linear: !same[0].0,

@@ -4,16 +4,17 @@ mod passages;
 
 use serde::{Deserialize, Serialize};
 
-use super::block_times::BlockTimes;
+use super::block_times::{EARLY, block_times};
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Number};
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::Estimate;
 use crate::base::numbers::trunc_to_i64;
 use crate::model::measurement_plan::Flow as Plan;
 use crate::model::space::Boundary;
-use passages::{Of, Passages, Row};
+use passages::{MASS, NUMBER, Passages};
 
 /// Samples of a run unless an interval is given.
 const SAMPLES: u32 = 2000;
@@ -39,7 +40,7 @@ pub(super) struct Flow {
     ids: Vec<u32>,
     positions: Vec<Vector>,
     time: f64,
-    blocks: BlockTimes,
+    blocks: SamplingTimes,
     /// Sign of a passage towards larger coordinates.
     forwards: i64,
     passages: Passages,
@@ -50,7 +51,7 @@ pub(super) struct Flow {
 impl Flow {
     /// An unknown axis or species counts nothing; reading the scene leaves none.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
-        let &Setup { system, sample, duration } = setup;
+        let &Setup { system, sample, .. } = setup;
         let axis = ["x", "y", "z"].iter().position(|axis| *axis == plan.axis);
         let is_counted = |id: &u32| {
             let species = system.species[*id as usize] as usize;
@@ -79,7 +80,7 @@ impl Flow {
             positions: ids.iter().map(|&id| sample.unwrapped(id as usize, &system.space)).collect(),
             ids,
             time: sample.time,
-            blocks: BlockTimes::new(sample.time, plan.interval, duration, SAMPLES),
+            blocks: block_times(setup, plan.interval, SAMPLES),
             forwards: if plan.direction.as_deref() == Some("-") { -1 } else { 1 },
             passages: Passages::new(sample.time, window, is_closed),
             by_species: species.into_iter().filter(|_| is_told_apart).map(|species| (species, 0)).collect(),
@@ -156,7 +157,7 @@ impl Instrument for Flow {
             self.time = sample.time;
             self.passages.write(sample.time);
         }
-        self.blocks.pass(sample.time);
+        self.blocks.pass_early(sample.time, EARLY);
     }
 
     /// Counts passages after the last sample.
@@ -166,34 +167,34 @@ impl Instrument for Flow {
 
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {
         let name = &self.name;
-        let now = self.passages.now();
+        let passed = self.passages.now().passed;
         let mut number = |key: &str, title: &str, unit: &str, estimate: Option<Estimate>, method: &str| {
             measured.numbers.push(Number::estimated(&format!("flow_{name}_{key}"), title, unit, estimate, method));
         };
         let exact = |mean: f64| Some(Estimate { mean, standard_error: Some(0.0) });
         let title = format!("Particles that passed {name}");
-        number("count", &title, "1", exact(now.total as f64), COUNT);
+        number("count", &title, "1", exact(passed[NUMBER]), COUNT);
         for (species, count) in &self.by_species {
             let species = &system.species_names[*species as usize];
             let title = format!("Particles of {species} that passed {name}");
             number(&format!("count_{species}"), &title, "1", exact(*count as f64), COUNT);
         }
-        number("mass", &format!("Mass that passed {name}"), "mass", exact(now.mass), COUNT);
+        number("mass", &format!("Mass that passed {name}"), "mass", exact(passed[MASS]), COUNT);
         let method = if self.passages.has_window() { RATE_IN_WINDOW } else { RATE };
         let rate = |of| self.passages.rate(of);
-        number("rate", &format!("Rate of particles that pass {name}"), "1 / time", rate(Of::Number), method);
-        number("mass_rate", &format!("Rate of mass that passes {name}"), "mass / time", rate(Of::Mass), method);
+        number("rate", &format!("Rate of particles that pass {name}"), "1 / time", rate(NUMBER), method);
+        number("mass_rate", &format!("Rate of mass that passes {name}"), "mass / time", rate(MASS), method);
         let rows = self.passages.rows();
-        let column = |value: fn(&Row) -> f64| -> Vec<Option<Estimate>> {
-            rows.iter().map(|row| Some(Estimate { mean: value(row), standard_error: None })).collect()
+        let column = |of: usize| -> Vec<Option<Estimate>> {
+            rows.iter().map(|row| Some(Estimate { mean: row.passed[of], standard_error: None })).collect()
         };
         let sum = Normalisation::of("what passed since the start of the measurement");
         measured.curves.push(
             Curve::new(&format!("flow_{name}"), &title, COUNT)
                 .variable("t", "time", rows.iter().map(|row| row.time).collect())
-                .series("N", "1", &column(|row| row.total as f64))
+                .series("N", "1", &column(NUMBER))
                 .normalised(sum.clone())
-                .series("mass", "mass", &column(|row| row.mass))
+                .series("mass", "mass", &column(MASS))
                 .normalised(sum),
         );
     }

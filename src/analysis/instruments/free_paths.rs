@@ -34,9 +34,8 @@ const BLOCK: u64 = 64;
 pub(super) struct FreePaths {
     /// By particle id.
     flights: Vec<Flight>,
-    times: Flown,
-    /// None where particles accelerate, or stream.
-    paths: Option<Flown>,
+    /// By time, and by path but where particles accelerate, or stream.
+    ended_flights: Vec<EndedFlights>,
     /// Velocity of the centre of mass, where it stays the same: paths are relative to it.
     drift: Vector,
     /// Time of the last event, the speeds of all particles then, and how many flights have ended in this block.
@@ -57,14 +56,14 @@ struct Flight {
 
 /// Flights that have ended: their distribution and mean.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Flown {
+struct EndedFlights {
     histogram: Histogram,
     /// Distance or time that all particles fly by the number of flights that end, in each block, and that of this block so far.
     per_flight: BlockAverage,
     flown: f64,
 }
 
-impl Flown {
+impl EndedFlights {
     fn new(bins: u64) -> Self {
         Self { histogram: Histogram::new(index(bins)), per_flight: BlockAverage::new(1.0), flown: 0.0 }
     }
@@ -87,10 +86,10 @@ impl FreePaths {
         let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS);
         let flight = Flight { begin: None, turned: setup.sample.time, path: 0.0 };
         let drift = setup.system.drift(setup.sample.velocities);
+        let has_paths = !setup.system.is_accelerated && setup.system.shear_rate == 0.0;
         Self {
             flights: vec![flight; setup.system.masses.len()],
-            times: Flown::new(bins),
-            paths: (!setup.system.is_accelerated && setup.system.shear_rate == 0.0).then(|| Flown::new(bins)),
+            ended_flights: vec![EndedFlights::new(bins); if has_paths { 2 } else { 1 }],
             drift,
             now: setup.sample.time,
             speeds: speeds(&setup.sample, &drift, setup.system),
@@ -101,10 +100,8 @@ impl FreePaths {
     /// Everything flies on up to a time.
     fn fly(&mut self, time: f64, system: &SystemDescription) {
         let duration = (time - self.now).max(0.0);
-        self.times.flown += system.moving.len() as f64 * duration;
-        if let Some(paths) = &mut self.paths {
-            paths.flown += self.speeds * duration;
-        }
+        let flown = [system.moving.len() as f64 * duration, self.speeds * duration];
+        self.ended_flights.iter_mut().zip(flown).for_each(|(flights, flown)| flights.flown += flown);
         self.now = time;
     }
 
@@ -116,10 +113,8 @@ impl FreePaths {
             return;
         }
         if let Some(begin) = flight.begin {
-            self.times.histogram.add((time - begin).max(0.0));
-            if let Some(paths) = &mut self.paths {
-                paths.histogram.add(flight.path);
-            }
+            let lengths = [(time - begin).max(0.0), flight.path];
+            self.ended_flights.iter_mut().zip(lengths).for_each(|(flights, length)| flights.histogram.add(length));
         }
         (flight.begin, flight.path) = (Some(time), 0.0);
     }
@@ -157,22 +152,18 @@ impl Instrument for FreePaths {
             }
         }
         if self.ended >= BLOCK {
-            self.times.close_block(self.ended);
-            if let Some(paths) = &mut self.paths {
-                paths.close_block(self.ended);
-            }
+            self.ended_flights.iter_mut().for_each(|flights| flights.close_block(self.ended));
             self.ended = 0;
         }
     }
 
     fn report(&self, _: &SystemDescription, measured: &mut Measured) {
-        let path = self.paths.as_ref();
-        let (times, paths) = (self.times.estimate(), path.and_then(Flown::estimate));
-        measured.numbers.push(Number::estimated("mean_free_time", "Mean free time", "time", times, TIME));
-        measured.numbers.push(Number::estimated("mean_free_path", "Mean free path", "length", paths, PATH));
-        measured.curves.push(curve("free_times", "Distribution of free times", "t", "time", &self.times, TIME));
-        if let Some(paths) = path {
-            measured.curves.push(curve("free_paths", "Distribution of free paths", "l", "length", paths, PATH));
+        let ended_flights = self.ended_flights.iter().map(Some).chain([None]);
+        let kinds = [("time", ["t", "time"], TIME), ("path", ["l", "length"], PATH)];
+        for ((name, of, method), flights) in kinds.into_iter().zip(ended_flights) {
+            let (mean, title) = (flights.and_then(EndedFlights::estimate), format!("Mean free {name}"));
+            measured.numbers.push(Number::estimated(&format!("mean_free_{name}"), &title, of[1], mean, method));
+            measured.curves.extend(flights.map(|flights| curve(name, of, flights, method)));
         }
     }
 }
@@ -182,11 +173,11 @@ fn speeds(sample: &Sample<'_>, drift: &Vector, system: &SystemDescription) -> f6
     system.moving.iter().map(|&id| (sample.velocities[id as usize] - drift).norm()).sum()
 }
 
-fn curve(name: &str, title: &str, variable: &str, unit: &str, flown: &Flown, method: &str) -> Curve {
-    let density = flown.histogram.density();
-    let [flights, width] = flown.histogram.divisors();
-    let centres: Vec<f64> = density.iter().map(|bin| bin.centre).collect();
-    let mean = flown.histogram.mean().filter(|mean| *mean > 0.0);
+fn curve(name: &str, [variable, unit]: [&str; 2], ended: &EndedFlights, method: &str) -> Curve {
+    let (width, densities) = ended.histogram.density();
+    let centres: Vec<f64> = (0..densities.len()).map(|k| (k as f64 + 0.5) * width).collect();
+    let flights = ended.histogram.count as f64;
+    let mean = ended.histogram.mean().filter(|mean| *mean > 0.0);
     let exponential = |mean: f64| Published {
         label: "exponential of the same mean".to_owned(),
         source: EXPONENTIAL.to_owned(),
@@ -194,9 +185,8 @@ fn curve(name: &str, title: &str, variable: &str, unit: &str, flown: &Flown, met
         x: centres.clone(),
     };
     let published = mean.map(exponential);
-    let densities: Vec<_> = density.iter().map(|bin| Some(bin.density)).collect();
     let method = format!("{method} Bins up to eight means of the first flights; errors as of independent flights.");
-    Curve::new(name, title, &method)
+    Curve::new(&format!("free_{name}s"), &format!("Distribution of free {name}s"), &method)
         .variable(variable, unit, centres)
         .series(&format!("p({variable})"), &format!("1 / {unit}"), &densities)
         .normalised(Normalisation::of("flights in the bin").by("flights", "1", flights).by("bin_width", unit, width))

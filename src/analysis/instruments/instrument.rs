@@ -89,14 +89,21 @@ fn is_now(due: f64, now: f64) -> bool {
     due <= now || due - now <= 16.0 * f64::EPSILON * now.abs()
 }
 
-/// Declares the kinds of instruments.
+/// Declares the kinds of instruments, each with the entry of the plan that asks for it, in the order in which they report.
 macro_rules! instruments {
-    ($($kind:ident($type:ty)),* $(,)?) => {
+    ($($kind:ident: $entry:ident),* $(,)?) => {
         /// One instrument of any kind.
         #[derive(Debug, Clone, Serialize, Deserialize)]
-        enum Kind { $($kind($type),)* }
+        enum Kind { $($kind($kind),)* }
 
         impl Kind {
+            /// Instruments for what is planned, at the start of the measurement.
+            fn planned(plan: &MeasurementPlan, setup: &Setup<'_>) -> Vec<Self> {
+                let mut kinds = Vec::new();
+                $(kinds.extend(plan.$entry.iter().map(|plan| Self::$kind($kind::new(plan, setup))));)*
+                kinds
+            }
+
             fn get(&self) -> &dyn Instrument {
                 match *self { $(Self::$kind(ref instrument) => instrument,)* }
             }
@@ -109,17 +116,17 @@ macro_rules! instruments {
 }
 
 instruments! {
-    PressureTensor(PressureTensor),
-    Diffusion(Diffusion),
-    Transport(Transport),
-    FreePaths(FreePaths),
-    Flow(Flow),
-    RadialDistribution(RadialDistribution),
-    StructureFactor(StructureFactor),
-    Chains(Chains),
-    BondOrder(BondOrder),
-    Profile(Profile),
-    Speeds(Speeds),
+    PressureTensor: pressure_tensor,
+    Diffusion: diffusion,
+    Transport: transport,
+    FreePaths: free_paths,
+    Flow: flows,
+    RadialDistribution: radial_distribution,
+    StructureFactor: structure_factor,
+    Chains: chains,
+    BondOrder: bond_order,
+    Speeds: speeds,
+    Profile: profiles,
 }
 
 /// All instruments of a run, those of the scene and those of one's own: what a run keeps, and no part of an instrument of one's own.
@@ -138,21 +145,7 @@ impl Instruments {
 
     /// Instruments for what is planned, at the start of the measurement.
     pub(crate) fn new(plan: &MeasurementPlan, setup: &Setup<'_>) -> Self {
-        let mut kinds = Vec::new();
-        kinds.extend(plan.pressure_tensor.as_ref().map(|plan| Kind::PressureTensor(PressureTensor::new(plan, setup))));
-        kinds.extend(plan.diffusion.as_ref().map(|plan| Kind::Diffusion(Diffusion::new(plan, setup))));
-        kinds.extend(plan.transport.as_ref().map(|plan| Kind::Transport(Transport::new(plan, setup))));
-        kinds.extend(plan.free_paths.as_ref().map(|plan| Kind::FreePaths(FreePaths::new(plan, setup))));
-        kinds.extend(plan.flows.iter().map(|plan| Kind::Flow(Flow::new(plan, setup))));
-        let radial = plan.radial_distribution.as_ref();
-        kinds.extend(radial.map(|plan| Kind::RadialDistribution(RadialDistribution::new(plan, setup))));
-        let factor = plan.structure_factor.as_ref();
-        kinds.extend(factor.map(|plan| Kind::StructureFactor(StructureFactor::new(plan, setup))));
-        kinds.extend(plan.chains.as_ref().map(|plan| Kind::Chains(Chains::new(plan, setup))));
-        kinds.extend(plan.bond_order.as_ref().map(|plan| Kind::BondOrder(BondOrder::new(plan, setup))));
-        kinds.extend(plan.speeds.as_ref().map(|plan| Kind::Speeds(Speeds::new(plan, setup))));
-        kinds.extend(plan.profiles.iter().map(|plan| Kind::Profile(Profile::new(plan, setup))));
-        Self { kinds, registered: Vec::new() }
+        Self { kinds: Kind::planned(plan, setup), registered: Vec::new() }
     }
 
     /// Begins those that are registered, at the start of the measurement.

@@ -18,24 +18,24 @@ pub(super) fn trace(tensor: &Tensor) -> f64 {
 }
 
 /// Transfer of momentum and energy in an event, in the frame of the centre of mass.
-pub(super) struct Transfer {
+struct Transfer {
     /// `r_ij`, the shortest; zero for a wall `[length]`.
-    pub apart: Vector,
+    apart: Vector,
     /// How many times smaller than the box the volume is that the centres of each can reach.
     crowding: [f64; 2],
     /// `r_ij` as a flow through the volume that the centres of each can reach: `c r_ij`, or between two species along an axis with walls
     /// `c_i x_i - c_j x_j`, with `x` from the middle of the box and the crowding `c` of each `[length]`.
     arm: Vector,
     /// Momentum that the particle gained; that of its partner, reversed, if the particle is static `[mass length / time]`.
-    pub momentum: Vector,
+    momentum: Vector,
     /// Kinetic energy that the particle gained `[energy]`.
-    pub energy: f64,
+    energy: f64,
     /// Of each that moves: mass, velocity before, velocity after.
-    pub movers: [Option<(f64, Vector, Vector)>; 2],
+    movers: [Option<(f64, Vector, Vector)>; 2],
 }
 
 impl Transfer {
-    pub fn of(event: &Event, system: &SystemDescription, drift: &Vector) -> Self {
+    fn of(event: &Event, system: &SystemDescription, drift: &Vector) -> Self {
         let ids = [Some(event.particle), event.partner()];
         let movers = std::array::from_fn(|k| {
             let mass = *system.masses.get(ids[k]?.0 as usize)?;
@@ -77,7 +77,8 @@ fn arm(event: &Event, system: &SystemDescription, apart: &Vector, crowding: [f64
 /// samples. Each sample takes away what rounding has added up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct MomentumFlow {
-    time: f64,
+    /// The time that it has come to `[time]`.
+    pub time: f64,
     /// Velocity of the centre of mass.
     drift: Vector,
     /// Whether the kinetic sum changes between events.
@@ -88,6 +89,17 @@ pub(super) struct MomentumFlow {
     pub kinetic: Tensor,
     /// `sum r_a J_b`, symmetrised, which matters for sliding contacts only `[energy time]`.
     pub collisional: Tensor,
+    /// That of energy, where it is asked for.
+    pub heat: Option<HeatFlow>,
+}
+
+/// Flow of kinetic energy, for particles without potential energy that do not accelerate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct HeatFlow {
+    /// `sum (m/2 v^2) v` now `[energy length / time]`.
+    flow: Vector,
+    /// Its integral and `sum r_ij dE_i` `[energy length]`.
+    pub integral: Vector,
 }
 
 impl MomentumFlow {
@@ -100,7 +112,14 @@ impl MomentumFlow {
             flow: kinetic_flow(sample, system, &drift),
             kinetic: [0.0; 6],
             collisional: [0.0; 6],
+            heat: None,
         }
+    }
+
+    /// With the flow of energy.
+    pub fn with_heat(self, sample: &Sample<'_>, system: &SystemDescription) -> Self {
+        let heat = HeatFlow { flow: energy_flow(sample, system, &self.drift), integral: Vector::zeros() };
+        Self { heat: Some(heat), ..self }
     }
 
     /// Goes on to a time up to which nothing happens.
@@ -108,12 +127,15 @@ impl MomentumFlow {
         if !self.is_changing {
             let passed = (time - self.time).max(0.0);
             self.kinetic.iter_mut().zip(&self.flow).for_each(|(sum, flow)| *sum += flow * passed);
+            if let Some(heat) = &mut self.heat {
+                heat.integral += heat.flow * passed;
+            }
             self.time = self.time.max(time);
         }
     }
 
     /// Goes on to an event and past it.
-    pub fn event(&mut self, event: &Event, system: &SystemDescription) -> Transfer {
+    pub fn event(&mut self, event: &Event, system: &SystemDescription) {
         self.pass(event.time);
         let transfer = Transfer::of(event, system, &self.drift);
         for (k, [a, b]) in COMPONENTS.into_iter().enumerate() {
@@ -126,7 +148,12 @@ impl MomentumFlow {
                 }
             }
         }
-        transfer
+        if let Some(heat) = &mut self.heat {
+            heat.integral += transfer.apart * transfer.energy;
+            for (mass, before, after) in transfer.movers.iter().flatten() {
+                heat.flow += (after * after.norm_squared() - before * before.norm_squared()) * (0.5 * mass);
+            }
+        }
     }
 
     /// Goes on to a sample, without an event on the way, and takes the flow from there.
@@ -141,16 +168,9 @@ impl MomentumFlow {
             self.time = self.time.max(sample.time);
         }
         self.flow = flow;
-    }
-
-    /// The time that it has come to `[time]`.
-    pub fn time(&self) -> f64 {
-        self.time
-    }
-
-    /// Velocity of the centre of mass `[length / time]`.
-    pub fn drift(&self) -> &Vector {
-        &self.drift
+        if let Some(heat) = &mut self.heat {
+            heat.flow = energy_flow(sample, system, &self.drift);
+        }
     }
 
     /// Starts the integrals again.
@@ -172,39 +192,6 @@ fn kinetic_flow(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector)
         }
     }
     flow
-}
-
-/// Integral over time of the flow of kinetic energy, `sum (m/2 v^2) v dt + sum r_ij dE_i`, for particles without potential energy.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct HeatFlow {
-    time: f64,
-    flow: Vector,
-    /// The integral `[energy length]`.
-    pub integral: Vector,
-}
-
-impl HeatFlow {
-    pub fn new(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) -> Self {
-        Self { time: sample.time, flow: energy_flow(sample, system, drift), integral: Vector::zeros() }
-    }
-
-    pub fn pass(&mut self, time: f64) {
-        self.integral += self.flow * (time - self.time).max(0.0);
-        self.time = self.time.max(time);
-    }
-
-    /// Past an event, up to which it has gone.
-    pub fn event(&mut self, transfer: &Transfer) {
-        self.integral += transfer.apart * transfer.energy;
-        for (mass, before, after) in transfer.movers.iter().flatten() {
-            self.flow += (after * after.norm_squared() - before * before.norm_squared()) * (0.5 * mass);
-        }
-    }
-
-    pub fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) {
-        self.pass(sample.time);
-        self.flow = energy_flow(sample, system, drift);
-    }
 }
 
 fn energy_flow(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) -> Vector {

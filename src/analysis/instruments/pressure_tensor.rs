@@ -2,16 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::block_times::BlockTimes;
+use super::block_times::{EARLY, block_times};
 use super::instrument::{Instrument, Setup};
 use super::momentum_flow::{COMPONENTS, MomentumFlow, Tensor};
 use super::quantity::{Measured, Number};
 use super::system::{Sample, SystemDescription};
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::event::{Event, EventKind};
 use crate::model::ParticleId;
 use crate::model::measurement_plan::PressureTensor as Plan;
-use crate::physics::response::Outcome;
 
 /// Blocks that a run is cut into if nothing else is asked for.
 const BLOCKS: u32 = 1000;
@@ -29,7 +29,7 @@ const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 /// particles, where it is that of a straight line between samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct PressureTensor {
-    blocks: BlockTimes,
+    blocks: SamplingTimes,
     flow: MomentumFlow,
     block_start: f64,
     /// How often a particle that moves took part in an event, in this block and in all, in the order of [`RATES`].
@@ -45,7 +45,7 @@ pub(super) struct PressureTensor {
 impl PressureTensor {
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let start = setup.sample.time;
-        let blocks = BlockTimes::new(start, plan.interval, setup.duration, BLOCKS);
+        let blocks = block_times(setup, plan.interval, BLOCKS);
         let average = BlockAverage::new(blocks.interval());
         Self {
             blocks,
@@ -128,7 +128,7 @@ impl Instrument for PressureTensor {
             self.close_block(duration, system);
             self.block_start = sample.time;
         }
-        self.blocks.pass(sample.time);
+        self.blocks.pass_early(sample.time, EARLY);
     }
 
     /// Counts events after the last sample.
@@ -148,10 +148,8 @@ impl Instrument for PressureTensor {
     fn event(&mut self, event: &Event, system: &SystemDescription) {
         self.flow.event(event, system);
         let kind = match event.kind {
-            EventKind::Pair(Outcome::Core) => 0,
-            EventKind::Pair(Outcome::Capture) => 1,
-            EventKind::Pair(Outcome::Release) => 2,
-            EventKind::Pair(Outcome::Bounce) => 3,
+            // They are declared in the order of the rates.
+            EventKind::Pair(outcome) => outcome as usize,
             EventKind::Surface => 4,
             EventKind::Thermostat => return,
         };

@@ -1,10 +1,11 @@
 //! Density, flow velocity and temperature on a grid.
 
-use super::budgeted_times::BudgetedTimes;
+use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Variable};
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::{CurveAverage, Estimate};
 use crate::base::numbers::{index, trunc_to_usize};
 use crate::model::measurement_plan as plan;
@@ -28,7 +29,7 @@ const ELEMENTS: usize = 7;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Profile {
     name: String,
-    times: BudgetedTimes,
+    times: SamplingTimes,
     lower: Vector,
     size: Vector,
     bins: [usize; 3],
@@ -50,7 +51,7 @@ impl Profile {
         let bins = affordable(plan.bins);
         Self {
             name: plan.name.clone(),
-            times: BudgetedTimes::new(setup, plan.interval, 10.0 * ids.len() as f64),
+            times: budgeted_times(setup, plan.interval, 10.0 * ids.len() as f64),
             lower,
             size: upper - lower,
             curve: CurveAverage::new(bins.iter().product::<usize>() * ELEMENTS),
@@ -130,7 +131,7 @@ impl Instrument for Profile {
         let dimensions = system.space.dimensions();
         let volume = self.cell_volume(&system.space);
         let cells: Vec<Cell> = (0..self.bins.iter().product()).map(|cell| self.cell(cell, volume, system)).collect();
-        let column = |value: fn(&Cell) -> Option<Estimate>| cells.iter().map(value).collect::<Vec<_>>();
+        let column = |value: &dyn Fn(&Cell) -> Option<Estimate>| cells.iter().map(value).collect::<Vec<_>>();
         let over = |sum: &str| Normalisation::of(sum).by("samples", "1", self.samples as f64);
         let particles = over("particles in the cell, over all samples");
         let density = particles.by("cell_volume", &format!("length^{dimensions}"), volume);
@@ -139,7 +140,6 @@ impl Instrument for Profile {
         let momentum = momentum.by_each("mean_mass", "mass", each(|cell| cell.mass));
         let square = over("m |v - u|^2 of the particles in the cell, over all samples");
         let square = square.by_each("degrees_of_freedom", "1", each(|cell| cell.degrees));
-        let speed = "length / time";
         let method = format!(
             "means over {} samples in each cell: number density <N> / V, velocity u = <sum m v> / <sum m>, temperature \
              <sum m |v - u|^2> over the number of free components of v - u in the cell{}",
@@ -152,19 +152,17 @@ impl Instrument for Profile {
         );
         let mut curve = Curve::new(&format!("profile_{}", self.name), &format!("Profile {}", self.name), &method);
         curve.variables = self.variables();
-        measured.curves.push(
-            curve
-                .series("density", &format!("1 / length^{dimensions}"), &column(|cell| cell.density))
-                .normalised(density)
-                .series("velocity x", speed, &column(|cell| cell.velocity[0]))
-                .normalised(momentum.clone())
-                .series("velocity y", speed, &column(|cell| cell.velocity[1]))
-                .normalised(momentum.clone())
-                .series("velocity z", speed, &column(|cell| cell.velocity[2]))
-                .normalised(momentum)
-                .series("temperature", "energy", &column(|cell| cell.temperature))
-                .normalised(square),
-        );
+        curve = curve
+            .series("density", &format!("1 / length^{dimensions}"), &column(&|cell| cell.density))
+            .normalised(density);
+        for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            curve = curve
+                .series(&format!("velocity {axis}"), "length / time", &column(&|cell| cell.velocity[k]))
+                .normalised(momentum.clone());
+        }
+        measured
+            .curves
+            .push(curve.series("temperature", "energy", &column(&|cell| cell.temperature)).normalised(square));
     }
 }
 

@@ -104,7 +104,7 @@ pub struct Scalar {
 }
 
 /// A measured function of one variable, such as a correlation function, or a field on a grid.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Curve {
     /// Name, unique in the run; `measurements/NAME.csv` is its table.
@@ -127,15 +127,7 @@ impl Curve {
     /// A curve with no columns yet, on linear axes.
     #[must_use]
     pub fn new(name: &str, title: &str, method: &str) -> Self {
-        Self {
-            name: name.to_owned(),
-            title: title.to_owned(),
-            method: method.to_owned(),
-            variables: Vec::new(),
-            series: Vec::new(),
-            is_logarithmic: [false; 2],
-            published: Vec::new(),
-        }
+        Self { name: name.to_owned(), title: title.to_owned(), method: method.to_owned(), ..Self::default() }
     }
 
     /// Adds an independent variable.

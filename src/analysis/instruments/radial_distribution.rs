@@ -4,10 +4,11 @@ mod contact;
 mod room;
 mod unequal;
 
-use super::budgeted_times::BudgetedTimes;
+use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Number};
 use super::system::{Sample, SystemDescription};
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::{id, index, trunc_to_usize};
 use crate::base::text::digits;
@@ -29,7 +30,7 @@ const MOST_SPECIES: usize = 8;
 /// distance is in the bin, and `n_ideal` the number that is expected in the same volume of uncorrelated points.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct RadialDistribution {
-    times: BudgetedTimes,
+    times: SamplingTimes,
     cutoff: f64,
     bins: usize,
     /// Ids of the particles that are in a pair.
@@ -91,7 +92,7 @@ impl RadialDistribution {
         let counts = |&id: &u32| of_species[system.species[id as usize] as usize].is_some();
         let ids: Vec<u32> = (0..id(system.species.len())).filter(counts).collect();
         let mut new = Self {
-            times: BudgetedTimes::new(setup, plan.interval, 0.0),
+            times: budgeted_times(setup, plan.interval, 0.0),
             cutoff,
             bins,
             classes: of_species,
@@ -100,7 +101,7 @@ impl RadialDistribution {
             ideal,
             ids,
         };
-        new.times = BudgetedTimes::new(setup, plan.interval, new.work(system));
+        new.times = budgeted_times(setup, plan.interval, new.work(system));
         new
     }
 
@@ -263,7 +264,7 @@ fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f
 /// Shell just outside of the distance at which the cores of two species touch.
 fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Shell> {
     match (&first.species[..], &second.species[..]) {
-        (&[a], &[b]) => system.cores.get(a, b).map(|core| Shell::new(core, system.step_outside_core(a, b))),
+        (&[a], &[b]) => system.cores.get(a, b).map(|core| Shell::new(core, system.steps_outside_cores.get(a, b))),
         _ => None,
     }
 }

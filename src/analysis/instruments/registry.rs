@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt;
 
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Deserializer, Serialize, Serializer, ser};
+use serde::{Deserialize, Serialize, Serializer, ser};
 use thiserror::Error;
 
 use super::instrument::{Instrument, Setup};
@@ -183,11 +183,14 @@ impl OwnInstruments {
 }
 
 /// An instrument that a user has registered, with its name.
+#[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Registered {
     name: String,
     content: Content,
 }
 
+#[derive(Clone, Deserialize)]
+#[serde(from = "Vec<u8>")]
 enum Content {
     Live(Box<dyn Kept>),
     /// From a checkpoint, until it is known what type it is.
@@ -217,13 +220,9 @@ impl Registered {
     }
 }
 
-impl Clone for Registered {
+impl Clone for Box<dyn Kept> {
     fn clone(&self) -> Self {
-        let content = match &self.content {
-            Content::Live(instrument) => Content::Live(instrument.copy()),
-            Content::Stored(bytes) => Content::Stored(bytes.clone()),
-        };
-        Self { name: self.name.clone(), content }
+        (**self).copy()
     }
 }
 
@@ -233,21 +232,17 @@ impl fmt::Debug for Registered {
     }
 }
 
-impl Serialize for Registered {
+impl Serialize for Content {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match &self.content {
-            Content::Live(instrument) => {
-                let state = instrument.state().map_err(ser::Error::custom)?;
-                (&self.name, state).serialize(serializer)
-            }
-            Content::Stored(bytes) => (&self.name, bytes).serialize(serializer),
+        match self {
+            Self::Live(instrument) => instrument.state().map_err(ser::Error::custom)?.serialize(serializer),
+            Self::Stored(bytes) => bytes.serialize(serializer),
         }
     }
 }
 
-impl<'de> Deserialize<'de> for Registered {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let (name, bytes) = <(String, Vec<u8>)>::deserialize(deserializer)?;
-        Ok(Self { name, content: Content::Stored(bytes) })
+impl From<Vec<u8>> for Content {
+    fn from(bytes: Vec<u8>) -> Self {
+        Self::Stored(bytes)
     }
 }

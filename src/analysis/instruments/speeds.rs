@@ -2,11 +2,12 @@
 
 mod report;
 
-use super::budgeted_times::BudgetedTimes;
+use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::Measured;
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::{BlockAverage, CurveAverage};
 use crate::base::numbers::{index, trunc_to_usize};
 use crate::model::measurement_plan as plan;
@@ -38,7 +39,7 @@ pub(super) struct Speeds {
     length: f64,
     most_windows: usize,
     interval: Option<f64>,
-    times: BudgetedTimes,
+    times: SamplingTimes,
     bins: usize,
     /// End of all histograms, if it is given `[length / time]`.
     end: Option<f64>,
@@ -85,7 +86,7 @@ impl Speeds {
             length: plan.window.unwrap_or(setup.duration / most_windows as f64),
             most_windows: index(most_windows),
             interval: plan.interval,
-            times: BudgetedTimes::new(setup, plan.interval, WORK * setup.system.moving.len() as f64),
+            times: budgeted_times(setup, plan.interval, WORK * setup.system.moving.len() as f64),
             bins,
             end: plan.largest,
             classes: classes(plan, width, setup.system),
@@ -132,7 +133,7 @@ impl Speeds {
         let duration = if is_last { rest.max(self.length) } else { self.length };
         if self.interval.is_none() {
             let setup = Setup { system, sample: *sample, duration };
-            self.times = BudgetedTimes::new(&setup, None, WORK * system.moving.len() as f64);
+            self.times = budgeted_times(&setup, None, WORK * system.moving.len() as f64);
         }
         self.windows.push(Window {
             number,

@@ -2,10 +2,11 @@
 
 mod vectors;
 
-use super::budgeted_times::BudgetedTimes;
+use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation};
 use super::system::{Sample, SystemDescription};
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
 use crate::model::measurement_plan as plan;
@@ -26,7 +27,7 @@ const FEWEST_VECTORS: f64 = 6.0;
 /// Without a periodic axis there are no wave vectors, and nothing is measured. Those of a sheared box change while its images slide.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct StructureFactor {
-    times: BudgetedTimes,
+    times: SamplingTimes,
     /// In a sheared box those of the last sample.
     shells: Vec<Shell>,
     curve: CurveAverage,
@@ -61,7 +62,7 @@ impl StructureFactor {
         let powers: usize = longest(&shells).iter().sum();
         Self {
             // Two complex products for each vector, and one for each power.
-            times: BudgetedTimes::new(setup, plan.interval, count * (4 * products + 4 * powers) as f64),
+            times: budgeted_times(setup, plan.interval, count * (4 * products + 4 * powers) as f64),
             curve: CurveAverage::new(shells.len()),
             sliding: is_sliding.then(|| Sliding { largest, per_shell, wave_numbers: CurveAverage::new(shells.len()) }),
             shells,

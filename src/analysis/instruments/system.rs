@@ -150,11 +150,6 @@ impl SystemDescription {
         self.moving.iter().map(|&id| self.masses[id as usize]).sum()
     }
 
-    /// The distance outside of the core of two species at which the potential steps next.
-    pub(super) fn step_outside_core(&self, a: usize, b: usize) -> Option<f64> {
-        self.steps_outside_cores.get(a, b)
-    }
-
     /// Velocity of what streams at a position of a sheared box: `rate (y - y_middle)` along x `[length / time]`.
     pub(super) fn streaming_velocity(&self, position: &Vector) -> Vector {
         if self.shear_rate == 0.0 {

@@ -5,12 +5,13 @@ mod report;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-use super::block_times::{BlockTimes, feasible};
+use super::block_times::{EARLY, block_times, feasible};
 use super::free_time::mean_free_time;
 use super::instrument::{Instrument, Setup};
-use super::momentum_flow::{HeatFlow, MomentumFlow, trace};
+use super::momentum_flow::{MomentumFlow, trace};
 use super::quantity::Measured;
 use super::system::{Sample, SystemDescription};
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
 use crate::engine::event::Event;
@@ -70,14 +71,14 @@ struct Moments {
 /// J. Chem. Phys. 53, 3813 (1970), [doi:10.1063/1.1673845](https://doi.org/10.1063/1.1673845).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Transport {
-    samples: BlockTimes,
+    samples: SamplingTimes,
     start: f64,
     interval: f64,
     lags: usize,
     /// Number of moments that were written down, the first at the start.
     written: u64,
+    /// With that of heat, where it means something.
     flow: MomentumFlow,
-    heat: Option<HeatFlow>,
     /// The last ones, not more than lags; none where nothing can be measured.
     moments: VecDeque<Moments>,
     /// `P V` as far as was known when the first span had passed, taken off so that squares keep their digits.
@@ -90,20 +91,18 @@ impl Transport {
     /// Where they are left open, the span is 40 mean free times, or a twentieth of the duration if that is less, with 20 to 80
     /// intervals, two in a mean free time.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
-        let &Setup { system, sample, duration } = setup;
+        let &Setup { system, sample, .. } = setup;
         let (interval, lags) = grid(plan, setup);
         let species = |id: &u32| system.species[*id as usize];
         let is_pure = system.moving.windows(2).all(|pair| species(&pair[0]) == species(&pair[1]));
         let flow = MomentumFlow::new(&sample, system);
-        let drift = system.drift(sample.velocities);
         Self {
-            samples: BlockTimes::new(sample.time, None, duration, SAMPLES),
+            samples: block_times(setup, None, SAMPLES),
             start: sample.time,
             interval,
             lags,
             written: 0,
-            heat: (is_pure && !system.has_wells).then(|| HeatFlow::new(&sample, system, &drift)),
-            flow,
+            flow: if is_pure && !system.has_wells { flow.with_heat(&sample, system) } else { flow },
             moments: VecDeque::new(),
             virial: None,
             average: CurveAverage::new(CURVES * lags),
@@ -113,14 +112,9 @@ impl Transport {
 
     /// Goes on to a sample, without an event on the way, and takes the flows from there.
     fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        if !self.is_meaningful {
-            return;
-        }
-        self.pass(sample.time, system);
-        self.flow.synchronise(sample, system);
-        let drift = *self.flow.drift();
-        if let Some(heat) = &mut self.heat {
-            heat.synchronise(sample, system, &drift);
+        if self.is_meaningful {
+            self.pass(sample.time, system);
+            self.flow.synchronise(sample, system);
         }
     }
 
@@ -132,9 +126,6 @@ impl Transport {
                 return;
             }
             self.flow.pass(due);
-            if let Some(heat) = &mut self.heat {
-                heat.pass(due);
-            }
             self.write(due, system);
         }
     }
@@ -145,7 +136,7 @@ impl Transport {
         let now = Moments {
             shear: [sum(3), sum(4), sum(5)],
             bulk: (trace(&self.flow.kinetic) + trace(&self.flow.collisional)) / dimensions,
-            heat: self.heat.as_ref().map_or([0.0; 3], |heat| [0, 1, 2].map(|k| heat.integral[k])),
+            heat: self.flow.heat.as_ref().map_or([0.0; 3], |heat| heat.integral.into()),
         };
         if self.moments.len() == self.lags {
             let virial = *self.virial.get_or_insert(now.bulk / (time - self.start));
@@ -203,7 +194,7 @@ impl Instrument for Transport {
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         if self.is_meaningful {
             self.synchronise(sample, system);
-            self.samples.pass(sample.time);
+            self.samples.pass_early(sample.time, EARLY);
         }
     }
 
@@ -218,11 +209,7 @@ impl Instrument for Transport {
 
     fn event(&mut self, event: &Event, system: &SystemDescription) {
         self.pass(event.time, system);
-        let transfer = self.flow.event(event, system);
-        if let Some(heat) = &mut self.heat {
-            heat.pass(event.time);
-            heat.event(&transfer);
-        }
+        self.flow.event(event, system);
     }
 
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {

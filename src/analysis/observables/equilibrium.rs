@@ -72,32 +72,27 @@ impl Equilibrium {
             _ => None,
         });
         let mut drifting: Vec<String> = drifting.collect();
-        if !has_steady_state {
+        let is_unknown = |(_, stationarity): &&(&str, Stationarity)| *stationarity == Stationarity::Unknown;
+        let unknown: Vec<String> = observables.iter().filter(is_unknown).map(|(name, _)| words(name)).collect();
+        let fluctuates = observables.iter().any(|(_, stationarity)| *stationarity == Stationarity::Stationary);
+        let (verdict, reasons) = if !has_steady_state {
             let verdict = if drifting.is_empty() { Answer::Unknown } else { Answer::No };
             drifting.push(Self::COOLS.to_owned());
-            return Self { verdict, reasons: drifting };
-        }
-        if !drifting.is_empty() {
-            return Self { verdict: Answer::No, reasons: drifting };
-        }
-        let has = |wanted: Stationarity| observables.iter().any(|(_, stationarity)| *stationarity == wanted);
-        if has(Stationarity::Unknown) {
-            let unknown = observables.iter().filter(|(_, stationarity)| *stationarity == Stationarity::Unknown);
-            let names: Vec<String> = unknown.map(|(name, _)| words(name)).collect();
-            return Self {
-                verdict: Answer::Unknown,
-                reasons: vec![format!("too short to tell for {}", names.join(", "))],
-            };
-        }
-        if has(Stationarity::Stationary) && events_per_particle < FEWEST_EVENTS {
+            (verdict, drifting)
+        } else if !drifting.is_empty() {
+            (Answer::No, drifting)
+        } else if !unknown.is_empty() {
+            (Answer::Unknown, vec![format!("too short to tell for {}", unknown.join(", "))])
+        } else if !fluctuates {
+            (Answer::Unknown, vec!["nothing that fluctuates was measured".to_owned()])
+        } else if events_per_particle < FEWEST_EVENTS {
             let few = digits(rounded(events_per_particle));
             let reason = format!("too short to tell: {few} events per particle, and {FEWEST_EVENTS} are needed");
-            return Self { verdict: Answer::Unknown, reasons: vec![reason] };
-        }
-        if has(Stationarity::Stationary) {
-            return Self { verdict: Answer::Yes, reasons: Vec::new() };
-        }
-        Self { verdict: Answer::Unknown, reasons: vec!["nothing that fluctuates was measured".to_owned()] }
+            (Answer::Unknown, vec![reason])
+        } else {
+            (Answer::Yes, Vec::new())
+        };
+        Self { verdict, reasons }
     }
 }
 

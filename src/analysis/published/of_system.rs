@@ -62,8 +62,9 @@ pub fn of_system(
     let Some(hard) = hard(scene, population, scale, temperature) else { return Vec::new() };
     let mut values = match scene.space.dimensions() {
         3 => hard.spheres(),
-        2 => hard.disks(),
-        _ => hard.rods(),
+        2 if hard.packing_fraction > FLUID[1] => Vec::new(),
+        2 => hard.fluid(hard_disks, collision_rate_of_disks, "Henderson", DISKS),
+        _ => hard.fluid(tonks, collision_rate_of_rods, "Tonks", TONKS),
     };
     if matches!(thermostat, Some(Thermostat::Andersen { .. })) {
         values.retain(|value| !TRANSPORT.contains(&value.quantity.as_str()));
@@ -133,21 +134,17 @@ impl Hard {
         values
     }
 
-    fn disks(&self) -> Vec<PublishedValue> {
-        let eta = self.packing_fraction;
-        if eta > FLUID[1] {
-            return Vec::new();
-        }
-        let mut values = self.pressure(hard_disks(eta), "Henderson", DISKS);
-        let rate = self.temperature.map(|t| collision_rate_of_disks(eta, self.diameter, self.mass, t));
-        values.extend(rate.into_iter().flat_map(|rate| collisions(rate, "from Henderson", DISKS)));
-        values
-    }
-
-    fn rods(&self) -> Vec<PublishedValue> {
-        let mut values = self.pressure(tonks(self.packing_fraction), "Tonks", TONKS);
-        let rate = self.temperature.map(|t| collision_rate_of_rods(self.packing_fraction, self.diameter, self.mass, t));
-        values.extend(rate.into_iter().flat_map(|rate| collisions(rate, "from Tonks", TONKS)));
+    /// The pressure of disks or rods, and the collision rate that comes with it.
+    fn fluid(
+        &self,
+        compressibility: fn(f64) -> f64,
+        collision_rate: fn(f64, f64, f64, f64) -> f64,
+        label: &str,
+        source: &str,
+    ) -> Vec<PublishedValue> {
+        let mut values = self.pressure(compressibility(self.packing_fraction), label, source);
+        let rate = self.temperature.map(|t| collision_rate(self.packing_fraction, self.diameter, self.mass, t));
+        values.extend(rate.into_iter().flat_map(|rate| collisions(rate, &format!("from {label}"), source)));
         values
     }
 }

@@ -82,13 +82,13 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
     let mut compared = fluid(&finished, published::hard_spheres, packing_fraction, 3.0, count, MKLM);
     let contact = published::contact_value(packing_fraction);
     let shift = shift_of_contact_value(published::hard_spheres, packing_fraction, count);
-    let measured = number(&finished.measured, "contact_value_A_A");
+    let measured = number(&finished, "contact_value_A_A");
     compared.push(
         Comparison::statistical("contact value", measured, contact, CONTACTS).allow(contact * shift.abs(), FINITE),
     );
     if has_diffusion {
         let (expected, allowance) = diffusion_in_box(packing_fraction, count as f64);
-        let measured = number(&finished.measured, "diffusion_coefficient");
+        let measured = number(&finished, "diffusion_coefficient");
         compared.push(
             Comparison::statistical("diffusion coefficient", measured, expected, SPEEDY_FLUID)
                 .allow(allowance, YEH_HUMMER),

@@ -5,7 +5,6 @@ use std::ops::ControlFlow;
 use thiserror::Error;
 
 use super::{Comparison, Effort};
-use crate::analysis::instruments::Measured;
 use crate::analysis::statistics::Estimate;
 use crate::engine::{EngineError, Simulation, Until};
 use crate::model::error::PotentialError;
@@ -93,8 +92,8 @@ pub(super) fn advance(
 }
 
 /// A number that an instrument measured.
-pub(super) fn number(measured: &Measured, name: &str) -> Option<Estimate> {
-    let number = measured.numbers.iter().find(|number| number.name == name)?;
+pub(super) fn number(finished: &Finished, name: &str) -> Option<Estimate> {
+    let number = finished.measured.number(name)?;
     Some(Estimate { mean: number.mean?, standard_error: number.standard_error })
 }
 

@@ -1,8 +1,10 @@
 //! The motion across one discontinuity: how far from it a pair, or a particle and a wall, is and will be.
 
 use super::rules::{Side, fly};
+use super::world::World;
 use crate::Vector;
 use crate::check::reference::{Polynomial, next_event};
+use crate::engine::States;
 
 /// The derivative of a quartic has three roots.
 const MOST_TURNS: usize = 3;
@@ -31,6 +33,13 @@ pub(super) struct Approach {
 }
 
 impl Approach {
+    /// Of two particles in their nearest images, from a time within the window on.
+    pub fn of_pair(world: &World, states: &States, [i, j]: [u32; 2], since: f64, boundary: Boundary) -> Self {
+        let of = |values: &[Vector]| values[i as usize] - values[j as usize];
+        let position = world.nearest(states, i, j);
+        Self { since, position, velocity: of(&states.velocities), acceleration: of(&world.accelerations), boundary }
+    }
+
     /// Time in the window of the next event, by Algorithm 1.
     pub fn next_event(&self) -> Option<f64> {
         next_event(&self.polynomial()).map(|dt| self.since + dt)

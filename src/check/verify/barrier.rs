@@ -59,26 +59,19 @@ impl ContactMemory {
 
     /// Whether any of some particles had its previous contact less than `t_c` ago; `None` if rounding hides that.
     fn is_recent(&self, particles: &[u32], now: &Elapsed) -> Option<bool> {
-        let mut is_recent = Some(false);
-        for &particle in particles {
-            let of_this = match self.last[particle as usize] {
-                Last::Never => Some(false),
-                Last::At(last) => {
-                    let since = now.after(&last);
-                    // Times are rounded as times since an epoch.
-                    let bound = rounded(since + now.since_epoch.abs().max(last.since_epoch.abs()));
-                    let is_close = (since - self.contact_time).abs() <= bound;
-                    (!is_close).then_some(since < self.contact_time)
-                }
-                Last::Before(start) => (now.after(&start) > self.contact_time * (1.0 + 1e-9)).then_some(false),
-            };
-            match of_this {
-                Some(true) => return Some(true),
-                Some(false) => {}
-                None => is_recent = None,
+        let is_of_this = |&particle: &u32| match self.last[particle as usize] {
+            Last::Never => Some(false),
+            Last::At(last) => {
+                let since = now.after(&last);
+                // Times are rounded as times since an epoch.
+                let bound = rounded(since + now.since_epoch.abs().max(last.since_epoch.abs()));
+                let is_close = (since - self.contact_time).abs() <= bound;
+                (!is_close).then_some(since < self.contact_time)
             }
-        }
-        is_recent
+            Last::Before(start) => (now.after(&start) > self.contact_time * (1.0 + 1e-9)).then_some(false),
+        };
+        let each: Vec<Option<bool>> = particles.iter().map(is_of_this).collect();
+        [Some(true), None].into_iter().find(|answer| each.contains(answer)).unwrap_or(Some(false))
     }
 
     /// All ways in which a motion may leave a barrier that round-off does not exclude.

@@ -18,12 +18,6 @@ pub struct Margins {
     pub flight: f64,
 }
 
-impl Margins {
-    pub(super) fn note_outcome(&mut self, by: f64, bound: f64) {
-        note(&mut self.outcome, by, bound);
-    }
-}
-
 /// Keeps the largest ratio.
 pub(super) fn note(worst: &mut f64, by: f64, bound: f64) {
     if bound > 0.0 {
@@ -32,10 +26,11 @@ pub(super) fn note(worst: &mut f64, by: f64, bound: f64) {
 }
 
 /// Why a verification ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum End {
     /// All events that were asked for are proven.
+    #[default]
     Asked,
     /// All events up to the end that the scene plans for the run are proven.
     RunEnded,
@@ -97,7 +92,7 @@ impl Counts {
 }
 
 /// The certificate of a verified range of events.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Certificate {
     /// Number of the first event that was verified, from 1.
@@ -121,16 +116,7 @@ pub struct Certificate {
 impl Certificate {
     /// Of nothing yet.
     pub(super) fn blank(first_event: u64, start: f64) -> Self {
-        Self {
-            first_event,
-            start,
-            duration: 0.0,
-            counts: Counts::default(),
-            margins: Margins::default(),
-            largest_gap: 0.0,
-            deepest_overlap: 0.0,
-            end: End::Asked,
-        }
+        Self { first_event, start, ..Self::default() }
     }
 
     /// Whether every event that was verified is proven, and the simulation could go on.

@@ -6,7 +6,6 @@ use super::rules::{Side, Step};
 use super::verifier::Verifier;
 use super::violation::Fault;
 use super::window::{MARGIN, reach_along, wall_approach};
-use crate::Vector;
 use crate::model::ParticleId;
 
 /// So many images of all pairs together are searched before that is given up.
@@ -20,15 +19,6 @@ enum Search {
     Due(f64),
     /// Two that move past each other's images for ever, and have not met in those that were searched.
     Open,
-}
-
-/// A relative flight that never ends.
-struct Flight {
-    /// Magnitude of the coordinates that it is the difference of `[length]`.
-    size: f64,
-    position: Vector,
-    velocity: Vector,
-    acceleration: Vector,
 }
 
 impl Verifier {
@@ -74,17 +64,18 @@ impl Verifier {
     fn search_pair(&self, i: u32, j: u32, left: &mut f64) -> Result<bool, Fault> {
         let Some(interaction) = self.world.interaction(i, j) else { return Ok(false) };
         let state = self.pairs.get(i, j).unwrap_or(0);
-        let of = |values: &[Vector]| values[i as usize] - values[j as usize];
-        let flight = Flight {
-            size: [i, j].iter().map(|&id| self.before.positions[id as usize].norm()).sum(),
-            position: self.world.nearest(&self.before, i, j),
-            velocity: of(&self.before.velocities),
-            acceleration: of(&self.world.accelerations),
-        };
+        let size = [i, j].iter().map(|&id| self.before.positions[id as usize].norm()).sum();
         let mut is_open = false;
         for side in [Side::Positive, Side::Negative] {
             let Some(seen) = Step::seen(&interaction.potential, state, side) else { continue };
-            match self.search(&flight, side, seen.distance, left) {
+            let boundary = Boundary::Sphere { distance: seen.distance, side };
+            let nearest = Approach::of_pair(&self.world, &self.before, [i, j], 0.0, boundary);
+            // A captured pair interacts through its nearest image only.
+            let found = match side {
+                Side::Positive => self.search_images(&nearest, seen.distance, size, left),
+                Side::Negative => nearest.next_event().map_or(Search::Never, Search::Due),
+            };
+            match found {
                 Search::Never => {}
                 Search::Due(after) => return Err(self.ended_early(Contact::pair(ParticleId(i), ParticleId(j)), after)),
                 Search::Open => is_open = true,
@@ -97,36 +88,25 @@ impl Verifier {
         Fault::EndedEarly { contact, due: self.start_time + (self.before.elapsed.total() + after) }
     }
 
-    /// The next event of a pair at a discontinuity in all the time to come.
-    fn search(&self, flight: &Flight, side: Side, distance: f64, left: &mut f64) -> Search {
-        let approach = |position: Vector| {
-            let Flight { velocity, acceleration, .. } = *flight;
-            let boundary = Boundary::Sphere { distance, side };
-            Approach { since: 0.0, position, velocity, acceleration, boundary }
-        };
-        let first = |found: Option<f64>, none: Search| found.map_or(none, Search::Due);
-        // A captured pair interacts through its nearest image only.
-        if side == Side::Negative {
-            return first(approach(flight.position).next_event(), Search::Never);
-        }
-        let (within, none) = self.long_enough(flight, distance, *left);
-        let reach = reach_along(&flight.velocity, &flight.acceleration, within).add_scalar(distance) * MARGIN;
-        let Some(images) = self.world.images(&flight.position, &reach, *left) else { return Search::Open };
+    /// The next event of a pair in any of its images in all the time to come, with coordinates of the magnitude `size`.
+    fn search_images(&self, nearest: &Approach, distance: f64, size: f64, left: &mut f64) -> Search {
+        let (within, mut none) = self.long_enough(nearest, distance, *left);
+        let reach = reach_along(&nearest.velocity, &nearest.acceleration, within).add_scalar(distance) * MARGIN;
+        let Some(images) = self.world.images(&nearest.position, &reach, *left) else { return Search::Open };
         *left -= images.len() as f64;
         let mut soonest: Option<f64> = None;
-        let mut none = none;
-        for approach in images.into_iter().map(approach) {
+        for approach in images.into_iter().map(|position| Approach { position, ..*nearest }) {
             match approach.next_event() {
                 Some(after) => soonest = Some(soonest.map_or(after, |soonest| soonest.min(after))),
-                None if matches!(none, Search::Never) && !approach.is_clear(flight.size) => none = Search::Open,
+                None if matches!(none, Search::Never) && !approach.is_clear(size) => none = Search::Open,
                 None => {}
             }
         }
-        first(soonest, none)
+        soonest.map_or(none, Search::Due)
     }
 
     /// A time after which a pair's images bring nothing new, and what it means if nothing is due until then.
-    fn long_enough(&self, flight: &Flight, distance: f64, most_images: f64) -> (f64, Search) {
+    fn long_enough(&self, flight: &Approach, distance: f64, most_images: f64) -> (f64, Search) {
         let moves = |k: usize| flight.velocity[k] != 0.0 || flight.acceleration[k] != 0.0;
         let round: Vec<usize> = (0..3).filter(|&k| self.world.periods[k] > 0.0 && moves(k)).collect();
         if round.is_empty() {

@@ -49,7 +49,9 @@ impl Verifier {
         let Some((side, seen, restitution)) = self.seen(event, outcome, i, j, state) else {
             return Err(Fault::Unknown { contact, distance: event.distance, state });
         };
-        let approach = self.approach(i, j, side, seen.distance);
+        let (now, boundary) =
+            (self.window.time(&self.before.elapsed), Boundary::Sphere { distance: seen.distance, side });
+        let approach = Approach::of_pair(&self.world, &self.before, [i, j], now, boundary);
         let flights = [i, j].map(|particle| self.flight(particle));
         let bounds = self.bounds(&contact, &approach, &flights);
         self.check_contact(contact, &approach, &bounds, seen.distance)?;
@@ -58,18 +60,18 @@ impl Verifier {
             self.note_contact(&[i, j], after);
         }
         match outcome {
-            Outcome::Core => self.counts.core += 1,
-            Outcome::Bounce => self.counts.bounce += 1,
+            Outcome::Core => self.proof.counts.core += 1,
+            Outcome::Bounce => self.proof.counts.bounce += 1,
             Outcome::Capture => {
-                self.counts.capture += 1;
+                self.proof.counts.capture += 1;
                 self.pairs.set(i, j, state + 1);
             }
             Outcome::Release if state == 1 && !self.world.is_bonded(i, j) => {
-                self.counts.release += 1;
+                self.proof.counts.release += 1;
                 self.pairs.forget(i, j);
             }
             Outcome::Release => {
-                self.counts.release += 1;
+                self.proof.counts.release += 1;
                 self.pairs.set(i, j, state - 1);
             }
         }
@@ -103,7 +105,7 @@ impl Verifier {
         self.check_contact(contact, &approach, &bounds, if radius > 0.0 { radius } else { 1.0 })?;
         self.encounter(event, after, bounds, flights).check_wall(&wall)?;
         self.note_contact(&[i], after);
-        self.counts.wall += 1;
+        self.proof.counts.wall += 1;
         Ok(())
     }
 
@@ -123,8 +125,8 @@ impl Verifier {
         bounds: Bounds,
         flights: [Flight; 2],
     ) -> Encounter<'a> {
-        let Self { world, before, margins, contacts, .. } = self;
-        Encounter { world, event, before, after, bounds, flights, contacts, margins }
+        let Self { world, before, proof, contacts, .. } = self;
+        Encounter { world, event, before, after, bounds, flights, contacts, margins: &mut proof.margins }
     }
 
     /// The event was due: at its discontinuity, and closing.
@@ -146,28 +148,17 @@ impl Verifier {
         if closing < -bounds.normal_velocity && (missed.is_nan() || missed > bound) {
             return Err(Fault::NotClosing { contact, speed: -closing });
         }
-        self.counts.turning_points += u64::from(closing <= bounds.normal_velocity);
-        self.counts.in_invalid_state += u64::from(gap < -bound);
+        self.proof.counts.turning_points += u64::from(closing <= bounds.normal_velocity);
+        self.proof.counts.in_invalid_state += u64::from(gap < -bound);
         // Deeper than that, it was in an invalid state before it was due: what it did since then was looked at already.
         if gap.abs() <= bound {
             if is_without_digits(gap, unit) {
                 return Err(Fault::WithoutDigits { contact, by: gap.abs(), distance: unit });
             }
-            note(&mut self.margins.distance, gap.abs(), bound);
+            note(&mut self.proof.margins.distance, gap.abs(), bound);
         }
-        self.largest_gap = self.largest_gap.max(gap / unit);
-        self.deepest_overlap = self.deepest_overlap.max(-gap / unit);
+        self.proof.largest_gap = self.proof.largest_gap.max(gap / unit);
+        self.proof.deepest_overlap = self.proof.deepest_overlap.max(-gap / unit);
         Ok(())
-    }
-
-    fn approach(&self, i: u32, j: u32, side: Side, distance: f64) -> Approach {
-        let states = &self.before;
-        Approach {
-            since: self.window.time(&states.elapsed),
-            position: self.world.nearest(states, i, j),
-            velocity: states.velocities[i as usize] - states.velocities[j as usize],
-            acceleration: self.world.accelerations[i as usize] - self.world.accelerations[j as usize],
-            boundary: Boundary::Sphere { distance, side },
-        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::barrier::{Arrival, ContactMemory, Leaving};
 use super::bounds::{Bounds, Flight, rounded};
-use super::certificate::Margins;
+use super::certificate::{Margins, note};
 use super::contact::Contact;
 use super::rules::{Side, Step};
 use super::violation::{Fault, Quantity};
@@ -257,7 +257,7 @@ impl Encounter<'_> {
     /// Compares what should be nothing with what round-off explains.
     fn within(&mut self, quantity: Quantity, by: f64, bound: f64) -> Result<(), Fault> {
         if by <= bound {
-            self.margins.note_outcome(by, bound);
+            note(&mut self.margins.outcome, by, bound);
             return Ok(());
         }
         Err(Fault::WrongNumbers { contact: Contact::of(self.event), quantity, by, bound })

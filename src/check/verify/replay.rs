@@ -1,6 +1,6 @@
 //! The replay of a run, with every event of a range shown to the verifier.
 
-use super::certificate::{Certificate, Counts, End};
+use super::certificate::{Certificate, End};
 use super::verifier::Verifier;
 use super::violation::{Fault, Violation};
 use crate::engine::event::Event;
@@ -40,6 +40,9 @@ impl RunEnd {
     }
 }
 
+/// What is asked now and then whether to go on.
+type Watch<'w> = &'w mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>;
+
 /// Progress of a verification.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VerifyProgress {
@@ -70,11 +73,7 @@ impl VerifyProgress {
 /// breaks. Before a range that does not begin at the start, pair states are what the engine remembers; from there on they
 /// follow from the events alone.
 #[must_use]
-pub fn verify(
-    scene: Scene,
-    range: EventRange,
-    watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
-) -> Certificate {
+pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, None, watch)
 }
 
@@ -83,55 +82,41 @@ pub fn verify(
 /// As [`verify`], but the replay ends where the run did, whatever ended its equilibration. Where the proof comes to that end, number of events and
 /// time are held against those of the run: [`End::Departed`] if they differ.
 #[must_use]
-pub fn verify_run(
-    scene: Scene,
-    ended: RunEnd,
-    range: EventRange,
-    watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
-) -> Certificate {
+pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, Some(ended), watch)
 }
 
-fn certify(
-    scene: Scene,
-    range: EventRange,
-    recorded: Option<RunEnd>,
-    watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
-) -> Certificate {
+fn certify(scene: Scene, range: EventRange, recorded: Option<RunEnd>, watch: Watch<'_>) -> Certificate {
     if scene.is_driven() {
         return Certificate { end: End::Driven, ..Certificate::blank(1, scene.start_time) };
     }
-    let plan = scene.run.clone();
+    let stages = stages(&scene.run);
     let mut replay = Replay {
         simulation: Simulation::without_plan(scene),
-        stages: stages(&plan),
+        states: States::default(),
+        range,
+        watch,
+        stages,
         ends: None,
         recorded,
         has_run_out: false,
     };
-    let skipped = replay.skip(range, watch);
-    let mut states = States::default();
-    replay.simulation.states(&mut states);
-    let blank = Certificate::blank(replay.simulation.event_counts().physical() + 1, replay.simulation.time());
-    let mut verifier = match replay.verifier(range, &states) {
+    let skipped = replay.skip();
+    replay.simulation.states(&mut replay.states);
+    let blank = Certificate::blank(replay.events() + 1, replay.simulation.time());
+    let mut verifier = match replay.verifier() {
         Ok(verifier) => verifier,
-        Err(fault) => return Certificate { end: End::Violated(replay.violation(fault)), ..blank },
+        Err(fault) => return Certificate { end: replay.violated(fault), ..blank },
     };
-    let origin = states.elapsed;
+    verifier.proof = blank;
+    let origin = replay.states.elapsed;
     let end = match skipped {
-        Some(End::Idle) => replay.idle(&mut verifier).unwrap_or_else(End::Violated),
-        Some(end) => end,
-        None => replay.prove(&mut verifier, range, &mut states, watch),
+        Ok(()) => replay.prove(&mut verifier),
+        Err(End::Idle) => replay.idle(&mut verifier),
+        Err(end) => end,
     };
-    Certificate {
-        duration: states.elapsed.after(&origin),
-        counts: Counts { asked: verifier.counts.asked + verifier.window.asked, ..verifier.counts },
-        margins: verifier.margins,
-        largest_gap: verifier.largest_gap,
-        deepest_overlap: verifier.deepest_overlap,
-        end,
-        ..blank
-    }
+    verifier.proof.counts.asked += verifier.window.asked;
+    Certificate { duration: replay.states.elapsed.after(&origin), end, ..verifier.proof }
 }
 
 /// The stages of a run that are left, the next one last.
@@ -145,8 +130,12 @@ fn stages(plan: &RunPlan) -> Vec<Limit> {
     if ends.is_empty() || all.iter().any(|stage| stage.until_stationary) { vec![Limit::default()] } else { ends }
 }
 
-struct Replay {
+struct Replay<'w> {
     simulation: Simulation,
+    /// Its states after the last event, from the start of the range on.
+    states: States,
+    range: EventRange,
+    watch: Watch<'w>,
     stages: Vec<Limit>,
     /// Simulated time and events at which the present stage ends.
     ends: Option<Until>,
@@ -156,15 +145,20 @@ struct Replay {
     has_run_out: bool,
 }
 
-impl Replay {
+impl Replay<'_> {
+    /// Physical events so far.
+    fn events(&self) -> u64 {
+        self.simulation.event_counts().physical()
+    }
+
     /// Where the present stage of the run ends; none after the last one.
     fn stage(&mut self) -> Option<Until> {
         if let Some(recorded) = self.recorded {
             return self.left_of(&recorded);
         }
-        if self.ends.is_none_or(|ends| self.simulation.event_counts().physical() >= ends.events) {
+        if self.ends.is_none_or(|ends| self.events() >= ends.events) {
             let limit = self.stages.pop()?;
-            let events = self.simulation.event_counts().physical();
+            let events = self.events();
             self.ends = Some(Until {
                 time: limit.time.map_or(f64::INFINITY, |time| self.simulation.time() + time),
                 events: limit.events.map_or(u64::MAX, |more| events.saturating_add(more)),
@@ -177,7 +171,7 @@ impl Replay {
     fn left_of(&self, recorded: &RunEnd) -> Option<Until> {
         let rounding = recorded.rounding(self.simulation.scene().start_time);
         let events = recorded.events.unwrap_or(u64::MAX);
-        match self.simulation.event_counts().physical() {
+        match self.events() {
             _ if self.has_run_out => None,
             done if done < events => Some(Until { time: recorded.time + rounding, events }),
             done if done == events && self.simulation.time() < recorded.time - rounding => {
@@ -189,7 +183,7 @@ impl Replay {
 
     /// How the replay ends where the run does.
     fn ended(&self) -> End {
-        let (events, time) = (self.simulation.event_counts().physical(), self.simulation.time());
+        let (events, time) = (self.events(), self.simulation.time());
         if let Some(recorded) = self.recorded {
             let is_there = (time - recorded.time).abs() <= 2.0 * recorded.rounding(self.simulation.scene().start_time);
             if !is_there || recorded.events.is_some_and(|recorded| recorded != events) {
@@ -212,150 +206,126 @@ impl Replay {
     }
 
     /// Goes to the start of the range without looking.
-    fn skip(&mut self, range: EventRange, watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>) -> Option<End> {
-        while self.simulation.event_counts().physical() < range.from {
-            if watch(&self.progress(range, false)).is_break() {
-                return Some(End::Interrupted);
+    ///
+    /// # Errors
+    /// How the replay ends before it.
+    fn skip(&mut self) -> Result<(), End> {
+        while self.events() < self.range.from {
+            if self.is_stopped(false) {
+                return Err(End::Interrupted);
             }
-            let Some(stage) = self.stage() else { return Some(self.ended()) };
-            let chunk = self.simulation.event_counts().physical().saturating_add(CHUNK);
-            let until = Until { events: stage.events.min(range.from).min(chunk), ..stage };
-            match self.simulation.advance_for(STEPS, until, None) {
-                Ok(None | Some(Reason::Events | Reason::Observer)) => {}
-                Ok(Some(Reason::Time)) => self.end_stage(),
-                Ok(Some(Reason::Idle)) => return Some(End::Idle),
-                Err(error) => return Some(Stop::from(error).into()),
+            let Some(stage) = self.stage() else { return Err(self.ended()) };
+            let chunk = self.events().saturating_add(CHUNK);
+            let until = Until { events: stage.events.min(self.range.from).min(chunk), ..stage };
+            match self.simulation.advance_for(STEPS, until, None)? {
+                None | Some(Reason::Events | Reason::Observer) => {}
+                Some(Reason::Time) => self.end_stage(),
+                Some(Reason::Idle) => return Err(End::Idle),
             }
         }
-        None
+        Ok(())
     }
 
     /// At the start of the range.
-    fn verifier(&self, range: EventRange, states: &States) -> Result<Verifier, Fault> {
-        let scene = self.simulation.scene();
-        match (range.from, scene.predecessor()) {
-            (0, None) => Verifier::new(scene, states),
-            (_, None) => Verifier::resume(scene, states, &self.simulation.captured_pairs()),
-            // Its time is counted from where the engine of the run before it began.
-            (_, Some(_)) => {
-                let mut verifier = Verifier::resume(scene, states, &self.simulation.captured_pairs())?;
-                verifier.start_time = self.simulation.time() - states.elapsed.total();
-                Ok(verifier)
-            }
+    fn verifier(&self) -> Result<Verifier, Fault> {
+        let (scene, states) = (self.simulation.scene(), &self.states);
+        if self.range.from == 0 && scene.predecessor().is_none() {
+            return Verifier::new(scene, states);
         }
+        let mut verifier = Verifier::resume(scene, states, &self.simulation.captured_pairs())?;
+        if scene.predecessor().is_some() {
+            // Its time is counted from where the engine of the run before it began.
+            verifier.start_time = self.simulation.time() - states.elapsed.total();
+        }
+        Ok(verifier)
     }
 
     /// Proves event after event.
-    fn prove(
-        &mut self,
-        verifier: &mut Verifier,
-        range: EventRange,
-        states: &mut States,
-        watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
-    ) -> End {
-        let mut end = None;
-        while end.is_none() {
-            let done = verifier.counts.events();
-            if done.is_multiple_of(FEW) && watch(&self.progress(range, true)).is_break() {
-                end = Some(End::Interrupted);
-            } else if done >= range.events {
-                end = Some(End::Asked);
-            } else {
-                end = self.step(verifier, range, states, watch).unwrap_or_else(|stop| Some(stop.into()));
+    fn prove(&mut self, verifier: &mut Verifier) -> End {
+        let end = loop {
+            let done = verifier.proof.counts.events();
+            if done.is_multiple_of(FEW) && self.is_stopped(true) {
+                break End::Interrupted;
             }
-        }
-        let end = end.unwrap_or(End::Asked);
+            if done >= self.range.events {
+                break End::Asked;
+            }
+            if let Err(end) = self.step(verifier) {
+                break end;
+            }
+        };
         match verifier.compare_pairs(&self.simulation.captured_pairs()) {
             Err(fault) if !matches!(end, End::Violated(_) | End::Arrested(_) | End::Broken(_) | End::Interrupted) => {
-                End::Violated(self.violation(fault))
+                self.violated(fault)
             }
             _ => end,
         }
     }
 
-    /// The next event of the run, or what there is instead.
-    fn step(
-        &mut self,
-        verifier: &mut Verifier,
-        range: EventRange,
-        states: &mut States,
-        watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
-    ) -> Result<Option<End>, Stop> {
+    /// Proves the next event of the run.
+    ///
+    /// # Errors
+    /// How the proof ends instead.
+    fn step(&mut self, verifier: &mut Verifier) -> Result<(), End> {
         let Some(stage) = self.stage() else {
-            return Ok(Some(match self.ended() {
-                End::Idle => self.idle(verifier)?,
+            return Err(match self.ended() {
+                End::Idle => self.idle(verifier),
                 end => end,
-            }));
+            });
         };
-        let progress = self.progress(range, true);
+        let progress = self.progress(true);
+        let until = Until { time: stage.time, events: self.events().saturating_add(1) };
+        let Self { simulation, states, watch, .. } = self;
         let mut watch = || watch(&progress);
-        let until = Until { time: stage.time, events: self.simulation.event_counts().physical().saturating_add(1) };
         let mut event = None;
         let reason = loop {
             let mut show = |executed: &Event| {
                 event = Some(*executed);
                 ControlFlow::Continue(())
             };
-            if let Some(reason) = self.simulation.advance_for(STEPS, until, Some(&mut show))? {
+            if let Some(reason) = simulation.advance_for(STEPS, until, Some(&mut show))? {
                 break reason;
             }
             if watch().is_break() {
-                return Ok(Some(End::Interrupted));
+                return Err(End::Interrupted);
             }
         };
-        self.simulation.states(states);
+        simulation.states(states);
         if let Some(event) = event {
-            verifier.witness_watched(&event, states, &mut watch).map_err(|fault| self.violation(fault))?;
-            return Ok(None);
+            return verifier.witness_watched(&event, states, &mut watch).map_err(|fault| self.violated(fault));
         }
-        verifier.witness_quiet_watched(states, &mut watch).map_err(|fault| self.violation(fault))?;
+        verifier.witness_quiet(states, &mut watch).map_err(|fault| self.violated(fault))?;
         self.end_stage();
-        if reason == Reason::Idle {
-            return Ok(Some(self.idle(verifier)?));
-        }
-        Ok(None)
+        if reason == Reason::Idle { Err(self.idle(verifier)) } else { Ok(()) }
     }
 
     /// The engine says that nothing will happen any more: whether that is so.
-    fn idle(&self, verifier: &mut Verifier) -> Result<End, Violation> {
-        verifier.witness_end().map(|()| End::Idle).map_err(|fault| self.violation(fault))
+    fn idle(&self, verifier: &mut Verifier) -> End {
+        verifier.witness_end().map_or_else(|fault| self.violated(fault), |()| End::Idle)
     }
 
-    fn violation(&self, fault: Fault) -> Violation {
-        Violation { event: self.simulation.event_counts().physical(), time: self.simulation.time(), fault }
+    fn violated(&self, fault: Fault) -> End {
+        match fault {
+            Fault::Interrupted => End::Interrupted,
+            fault => End::Violated(Violation { event: self.events(), time: self.simulation.time(), fault }),
+        }
     }
 
-    fn progress(&self, range: EventRange, is_proving: bool) -> VerifyProgress {
-        let events = self.simulation.event_counts().physical();
-        VerifyProgress { range, events, is_proving, time: self.simulation.time() }
+    fn is_stopped(&mut self, is_proving: bool) -> bool {
+        let progress = self.progress(is_proving);
+        (self.watch)(&progress).is_break()
+    }
+
+    fn progress(&self, is_proving: bool) -> VerifyProgress {
+        VerifyProgress { range: self.range, events: self.events(), is_proving, time: self.simulation.time() }
     }
 }
 
-/// Reason why a proof ends early.
-enum Stop {
-    Engine(EngineError),
-    Violated(Violation),
-}
-
-impl From<EngineError> for Stop {
+impl From<EngineError> for End {
     fn from(error: EngineError) -> Self {
-        Self::Engine(error)
-    }
-}
-
-impl From<Violation> for Stop {
-    fn from(violation: Violation) -> Self {
-        Self::Violated(violation)
-    }
-}
-
-impl From<Stop> for End {
-    fn from(stop: Stop) -> Self {
-        match stop {
-            Stop::Engine(EngineError::Arrest(arrest)) => Self::Arrested(arrest),
-            Stop::Engine(EngineError::InvariantBroken(broken)) => Self::Broken(broken),
-            Stop::Violated(Violation { fault: Fault::Interrupted, .. }) => Self::Interrupted,
-            Stop::Violated(violation) => Self::Violated(violation),
+        match error {
+            EngineError::Arrest(arrest) => Self::Arrested(arrest),
+            EngineError::InvariantBroken(broken) => Self::Broken(broken),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::approach::Boundary;
 use super::barrier::ContactMemory;
 use super::bounds::is_without_digits;
-use super::certificate::{Counts, Margins, note};
+use super::certificate::{Certificate, note};
 use super::contact::Contact;
 use super::pace::{Pace, round_the_box};
 use super::pairs::Pairs;
@@ -37,10 +37,8 @@ pub struct Verifier {
     overdue: Vec<Due>,
     pub(super) pace: Pace,
     pub(super) start_time: f64,
-    pub(super) counts: Counts,
-    pub(super) margins: Margins,
-    pub(super) largest_gap: f64,
-    pub(super) deepest_overlap: f64,
+    /// What has been proven so far.
+    pub(super) proof: Certificate,
 }
 
 impl Verifier {
@@ -49,10 +47,7 @@ impl Verifier {
     /// # Errors
     /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::TooFast`] if they are too fast for any number.
     pub fn new(scene: &Scene, states: &States) -> Result<Self, Fault> {
-        check_count(scene.particles.len(), states)?;
-        let world = World::new(scene);
-        let pairs = Pairs::from_distances(&world, states);
-        Self::with_pairs(scene, world, pairs, states, None)
+        Self::begin(scene, states, None, |world| Ok(Pairs::from_distances(world, states)))
     }
 
     /// From states within a run, with the pairs that are not in state 0 then.
@@ -60,19 +55,18 @@ impl Verifier {
     /// # Errors
     /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::Unknown`] if a pair has no such state.
     pub fn resume(scene: &Scene, states: &States, captured: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
-        check_count(scene.particles.len(), states)?;
-        let world = World::new(scene);
-        let pairs = Pairs::listed(&world, states, captured)?;
-        Self::with_pairs(scene, world, pairs, states, Some(states.elapsed))
+        Self::begin(scene, states, Some(states.elapsed), |world| Pairs::listed(world, states, captured))
     }
 
-    fn with_pairs(
+    fn begin(
         scene: &Scene,
-        world: World,
-        pairs: Pairs,
         states: &States,
         unseen_before: Option<Elapsed>,
+        pairs: impl FnOnce(&World) -> Result<Pairs, Fault>,
     ) -> Result<Self, Fault> {
+        check_count(scene.particles.len(), states)?;
+        let world = World::new(scene);
+        let pairs = pairs(&world)?;
         let count = states.positions.len();
         let pace = Pace::new(&world, states);
         let window = Window::open(&world, &pairs, states, pace.length(&world, states, 0.0))?;
@@ -80,17 +74,14 @@ impl Verifier {
             window,
             pace,
             pairs,
-            contacts: world.contact_time.map(|time| ContactMemory::new(time, count, unseen_before)),
+            contacts: scene.contact_time.map(|time| ContactMemory::new(time, count, unseen_before)),
             states: states.clone(),
             before: states.clone(),
             // Where the last event is not known, no later than the start.
             last_event: vec![Elapsed::default(); states.positions.len()],
             overdue: Vec::new(),
             start_time: scene.start_time,
-            counts: Counts::default(),
-            margins: Margins::default(),
-            largest_gap: 0.0,
-            deepest_overlap: 0.0,
+            proof: Certificate::blank(1, scene.start_time),
             world,
         })
     }
@@ -124,7 +115,7 @@ impl Verifier {
                 return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
             }
         }
-        self.check_flights(&contact, after)?;
+        self.check_flights(after, |i| contact.particles().any(|particle| particle == i))?;
         self.states.clone_from(after);
         let mut changed = Vec::new();
         for particle in contact.particles() {
@@ -142,23 +133,15 @@ impl Verifier {
         self.window.ask_changed(&self.world, &self.pairs, &self.states, &changed)
     }
 
-    /// Proves that nothing was due up to a time at which no event was executed, and that the flights led there.
+    /// Proves that nothing was due up to a time at which no event was executed, and that the flights led there, unless `watch`, which is asked
+    /// now and then, breaks.
     ///
     /// # Errors
     /// The first [`Fault`].
-    pub fn witness_quiet(&mut self, now: &States) -> Result<(), Fault> {
-        self.witness_quiet_watched(now, &mut || ControlFlow::Continue(()))
-    }
-
-    /// Proves a time without events as [`Self::witness_quiet`] does, unless `watch`, which is asked now and then, breaks.
-    pub(super) fn witness_quiet_watched(
-        &mut self,
-        now: &States,
-        watch: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<(), Fault> {
+    pub fn witness_quiet(&mut self, now: &States, watch: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
         self.pass_to(&now.elapsed, None, watch)?;
-        self.check_flights_of(now, |_| false)
+        self.check_flights(now, |_| false)
     }
 
     /// Goes on to a time, and proves that everything due before it has taken place.
@@ -190,8 +173,8 @@ impl Verifier {
         let left = self.window.length - self.window.time(&latest);
         let end = Elapsed { since_epoch: latest.since_epoch + left, ..latest };
         self.stream(end.after(&self.states.elapsed).max(0.0), end);
-        self.counts.asked += self.window.asked;
-        self.counts.windows += 1;
+        self.proof.counts.asked += self.window.asked;
+        self.proof.counts.windows += 1;
         self.pace.learn(&self.window, &self.world);
         let length = self.pace.length(&self.world, &self.before, elapsed.after(&end));
         // What is overdue is found again.
@@ -238,11 +221,11 @@ impl Verifier {
             {
                 return Err(Fault::WithoutDigits { contact, by: deeper, distance });
             }
-            note(&mut self.margins.overlap, deeper, bound);
+            note(&mut self.proof.margins.overlap, deeper, bound);
             if executed == Some(contact) {
                 continue;
             }
-            self.counts.ties += u64::from(number >= known && executed.is_some());
+            self.proof.counts.ties += u64::from(number >= known && executed.is_some());
             self.wait(due, time);
         }
         Ok(())
@@ -253,7 +236,8 @@ impl Verifier {
         if due.approach.closing(time) > 0.0 {
             self.overdue.push(due);
         } else {
-            self.window.ask_again(&due, time);
+            // From the time in the window at which it has turned.
+            self.window.ask(due.claim, due.approach.streamed(time));
         }
     }
 

@@ -146,11 +146,6 @@ impl Window {
         due
     }
 
-    /// Asks for the next event after a time in the window, of what was due before.
-    pub fn ask_again(&mut self, due: &Due, time: f64) {
-        self.ask(due.claim, due.approach.streamed(time));
-    }
-
     /// Whether the flights that something was asked for are the present ones.
     pub fn is_valid(&self, due: &Due) -> bool {
         self.versions_of(&due.claim.contact) == due.versions
@@ -186,31 +181,23 @@ impl Window {
     /// Asks when a pair reaches the discontinuities that its state sees.
     fn ask_pair(&mut self, world: &World, states: &States, i: u32, j: u32, state: usize) -> Result<(), Fault> {
         let Some(interaction) = world.interaction(i, j) else { return Ok(()) };
-        let left = self.length - self.time(&states.elapsed);
-        let nearest = world.nearest(states, i, j);
-        let velocity = states.velocities[i as usize] - states.velocities[j as usize];
-        let acceleration = world.accelerations[i as usize] - world.accelerations[j as usize];
+        let (contact, now) = (Contact::pair(ParticleId(i), ParticleId(j)), self.time(&states.elapsed));
         for side in [Side::Positive, Side::Negative] {
             let Some(seen) = Step::seen(&interaction.potential, state, side) else { continue };
+            let boundary = Boundary::Sphere { distance: seen.distance, side };
+            let nearest = Approach::of_pair(world, states, [i, j], now, boundary);
             // A captured pair interacts through its nearest image only.
             let images = match side {
                 Side::Positive => {
-                    let reaches = reach_along(&velocity, &acceleration, left).add_scalar(seen.distance) * MARGIN;
-                    let images = world.images(&nearest, &reaches, MOST_IMAGES);
-                    images.ok_or(Fault::TooFast { particle: ParticleId(i), speed: velocity.norm() })?
+                    let reaches = reach_along(&nearest.velocity, &nearest.acceleration, self.length - now);
+                    let reaches = reaches.add_scalar(seen.distance) * MARGIN;
+                    let images = world.images(&nearest.position, &reaches, MOST_IMAGES);
+                    images.ok_or(Fault::TooFast { particle: ParticleId(i), speed: nearest.velocity.norm() })?
                 }
-                Side::Negative => vec![nearest],
+                Side::Negative => vec![nearest.position],
             };
             for position in images {
-                let approach = Approach {
-                    since: self.time(&states.elapsed),
-                    position,
-                    velocity,
-                    acceleration,
-                    boundary: Boundary::Sphere { distance: seen.distance, side },
-                };
-                let contact = Contact::pair(ParticleId(i), ParticleId(j));
-                self.ask(Claim { contact, side }, approach);
+                self.ask(Claim { contact, side }, Approach { position, ..nearest });
             }
         }
         Ok(())
@@ -224,7 +211,8 @@ impl Window {
         }
     }
 
-    fn ask(&mut self, claim: Claim, approach: Approach) {
+    /// Asks for the next event of a flight.
+    pub fn ask(&mut self, claim: Claim, approach: Approach) {
         self.asked += 1;
         if let Some(time) = approach.next_event().filter(|time| *time <= self.length) {
             self.due.push(Due { time, claim, approach, versions: self.versions_of(&claim.contact) });

@@ -40,7 +40,6 @@ pub(super) struct World {
     pub periods: Vector,
     /// The shortest of them, infinite if there are none `[length]`.
     pub shortest_period: f64,
-    lower: Vector,
     /// The longest distance of two particles, infinite where they can fly off `[length]`.
     pub diagonal: f64,
     /// Beyond this distance no uncaptured pair interacts `[length]`.
@@ -53,7 +52,6 @@ pub(super) struct World {
     pub has_states: bool,
     /// Whether species are bonded, so that pairs are in another state however far apart they are.
     pub holds_all_pairs: bool,
-    pub contact_time: Option<f64>,
 }
 
 impl World {
@@ -73,14 +71,12 @@ impl World {
             walls: walls(scene),
             periods: scene.space.periods().map(|period| if period.is_finite() { period } else { 0.0 }),
             shortest_period: scene.space.periods().min(),
-            lower: scene.space.lower,
             diagonal: if scene.space.is_fully_periodic() { scene.space.size.norm() } else { f64::INFINITY },
             longest_range: potentials.clone().map(|potential| potential.range()).fold(0.0, f64::max),
             longest_length: scene.longest_range(),
             farthest_wall: walls(scene).iter().map(|wall| wall.at.abs()).fold(0.0, f64::max),
             has_states: potentials.clone().any(|potential| *potential.accessible_states().end() > 0),
             holds_all_pairs: potentials.clone().any(Potential::is_bond),
-            contact_time: scene.contact_time,
             scene: scene.clone(),
         }
     }
@@ -178,7 +174,7 @@ impl World {
     /// Whether a position is where the engine keeps particles: along periodic axes within the box to half a period.
     pub fn is_in_box(&self, position: &Vector) -> bool {
         (0..3).filter(|&k| self.periods[k] > 0.0).all(|k| {
-            let fraction = (position[k] - self.lower[k]) / self.periods[k];
+            let fraction = (position[k] - self.scene.space.lower[k]) / self.periods[k];
             (-0.5..1.5).contains(&fraction)
         })
     }

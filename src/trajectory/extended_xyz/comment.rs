@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::ReadError;
-use super::error::shorten;
 use crate::Vector;
 use crate::model::ParticleId;
 use crate::model::space::displacement_within_period;
@@ -137,16 +136,27 @@ struct Value<'a> {
 
 impl<'a> Value<'a> {
     fn expected(&self, expected: &'static str) -> ReadError {
-        ReadError::Comment { line: self.line, key: self.key, value: shorten(self.value), expected }
+        ReadError::unexpected(self.line, self.key, self.value, expected)
     }
 
     fn words(&self) -> impl Iterator<Item = &'a str> {
         self.value.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty())
     }
 
+    /// The words, each read, if they are so many.
+    fn as_many<T>(
+        &self,
+        count: usize,
+        expected: &'static str,
+        read: impl Fn(&str) -> Option<T>,
+    ) -> Result<Vec<T>, ReadError> {
+        let values: Option<Vec<T>> = self.words().map(read).collect();
+        values.filter(|values| values.len() == count).ok_or_else(|| self.expected(expected))
+    }
+
     fn numbers<const N: usize>(&self, expected: &'static str) -> Result<[f64; N], ReadError> {
-        let numbers: Option<Vec<f64>> = self.words().map(finite).collect();
-        numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| self.expected(expected))
+        let numbers = self.as_many(N, expected, finite)?;
+        Ok(std::array::from_fn(|k| numbers[k]))
     }
 
     /// The edges of a box that is aligned with the axes, and the displacement of its next image up.
@@ -165,40 +175,20 @@ impl<'a> Value<'a> {
         Ok((Vector::new(x, y, z), within))
     }
 
-    fn flags(&self) -> Option<Vec<bool>> {
-        self.words()
-            .map(|word| match word {
-                "T" | "True" | "true" | "TRUE" | "1" => Some(true),
-                "F" | "False" | "false" | "FALSE" | "0" => Some(false),
-                _ => None,
-            })
-            .collect()
-    }
-
     fn three_flags(&self) -> Result<[bool; 3], ReadError> {
-        let flags = self.flags().and_then(|flags| flags.try_into().ok());
-        flags.ok_or_else(|| self.expected("three of `T` and `F`"))
+        let flags = self.as_many(3, "three of `T` and `F`", flag)?;
+        Ok(std::array::from_fn(|k| flags[k]))
     }
 
     fn species(&self, is_static: Option<Value>, mass: Option<Value>) -> Result<Vec<FrameSpecies>, ReadError> {
+        const FLAGS: &str = "as many of `T` and `F` as there are species";
+        const MASSES: &str = "as many positive numbers, or `inf`, as there are species";
         let names: Vec<&str> = self.value.split_whitespace().collect();
-        let is_static = match is_static {
-            None => vec![false; names.len()],
-            Some(value) => {
-                let flags = value.flags().filter(|flags| flags.len() == names.len());
-                flags.ok_or_else(|| value.expected("as many of `T` and `F` as there are species"))?
-            }
-        };
-        let masses = match mass {
-            None => vec![None; names.len()],
-            Some(value) => {
-                let masses: Vec<_> = value.words().map(|word| word.parse().ok().filter(is_mass)).collect();
-                let is_whole = masses.len() == names.len() && masses.iter().all(Option::is_some);
-                is_whole
-                    .then_some(masses)
-                    .ok_or_else(|| value.expected("as many positive numbers, or `inf`, as there are species"))?
-            }
-        };
+        let flags = is_static.map(|value| value.as_many(names.len(), FLAGS, flag)).transpose()?;
+        let is_static = flags.unwrap_or_else(|| vec![false; names.len()]);
+        let known = |word: &str| word.parse().ok().filter(is_mass).map(Some);
+        let masses = mass.map(|value| value.as_many(names.len(), MASSES, known)).transpose()?;
+        let masses = masses.unwrap_or_else(|| vec![None; names.len()]);
         let species = names.into_iter().zip(is_static).zip(masses);
         Ok(species.map(|((name, is_static), mass)| FrameSpecies { name: name.to_owned(), is_static, mass }).collect())
     }
@@ -216,15 +206,12 @@ impl<'a> Value<'a> {
         if bonds == 0 {
             return Ok(Default::default());
         }
+        let is_known = |kind: &u32| (*kind as usize) < names.len();
+        let place = |word: &str| word.parse().ok().filter(is_known);
         let kinds = match kinds {
             None if names.len() == 1 => vec![0; bonds],
             None => return Err(self.expected("one name, or `bond_kind` as well")),
-            Some(value) => {
-                let is_known = |kind: &u32| (*kind as usize) < names.len();
-                let kinds: Option<Vec<u32>> = value.words().map(|word| word.parse().ok().filter(is_known)).collect();
-                let kinds = kinds.filter(|kinds| kinds.len() == bonds);
-                kinds.ok_or_else(|| value.expected("a place in `bond_table`, from 0, of each bond"))?
-            }
+            Some(value) => value.as_many(bonds, "a place in `bond_table`, from 0, of each bond", place)?,
         };
         Ok((names, kinds))
     }
@@ -279,6 +266,14 @@ impl<'a> Value<'a> {
 /// Whether a number can be a mass: positive, and infinite for what never moves.
 pub(super) fn is_mass(mass: &f64) -> bool {
     *mass > 0.0
+}
+
+fn flag(word: &str) -> Option<bool> {
+    match word {
+        "T" | "True" | "true" | "TRUE" | "1" => Some(true),
+        "F" | "False" | "false" | "FALSE" | "0" => Some(false),
+        _ => None,
+    }
 }
 
 /// A finite number, or nothing.

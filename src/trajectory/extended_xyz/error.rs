@@ -42,14 +42,6 @@ pub enum ReadError {
         /// The line.
         line: usize,
     },
-    /// The first line of a frame is not a number of particles.
-    #[error("line {line}: expected the number of particles of a frame, 0 to 4294967295, found `{text}`")]
-    Count {
-        /// The line.
-        line: usize,
-        /// The text that was found, shortened.
-        text: String,
-    },
     /// The file ends before the frame does.
     #[error(
         "the frame that begins on line {line} is cut off: expected {expected} particles, the file ends after {found}"
@@ -62,43 +54,22 @@ pub enum ReadError {
         /// The number of complete particles.
         found: usize,
     },
-    /// A key of the comment line has a value that it cannot have.
-    #[error("line {line}: {key} is `{value}`, expected {expected}")]
-    Comment {
+    /// A line does not have what belongs there: a number of particles, a value of a key, all columns, a number of its column.
+    #[error("line {line}: {problem}")]
+    Malformed {
         /// The line.
         line: usize,
-        /// The key.
-        key: &'static str,
-        /// The value, shortened.
-        value: String,
-        /// Expected value, in words.
-        expected: &'static str,
-    },
-    /// A line does not have the columns that `Properties` announces.
-    #[error("line {line}: expected {expected} columns, found {found}")]
-    Columns {
-        /// The line.
-        line: usize,
-        /// As announced.
-        expected: usize,
-        /// In the line; counting stops one after the expected number.
-        found: usize,
-    },
-    /// A number is not what its column needs.
-    #[error("line {line}: {column} is `{text}`, expected {expected}")]
-    Value {
-        /// The line.
-        line: usize,
-        /// Which group of columns.
-        column: &'static str,
-        /// The text that was found, shortened.
-        text: String,
-        /// Expected value, in words.
-        expected: &'static str,
+        /// What was expected and what was found, shortened.
+        problem: String,
     },
 }
 
 impl ReadError {
+    /// A value that is not what its key or column needs.
+    pub(super) fn unexpected(line: usize, name: &str, value: &str, expected: &str) -> Self {
+        Self::Malformed { line, problem: format!("{name} is `{}`, expected {expected}", shorten(value)) }
+    }
+
     /// The line with the mistake, if there is one.
     #[must_use]
     pub fn line(&self) -> Option<usize> {
@@ -107,11 +78,8 @@ impl ReadError {
             Self::Io { line, .. }
             | Self::NotText { line }
             | Self::LineTooLong { line }
-            | Self::Count { line, .. }
-            | Self::Truncated { line, .. }
-            | Self::Comment { line, .. }
-            | Self::Columns { line, .. }
-            | Self::Value { line, .. } => Some(line),
+            | Self::Malformed { line, .. }
+            | Self::Truncated { line, .. } => Some(line),
         }
     }
 

@@ -59,7 +59,7 @@ pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
         // The lines of the particles, and the comment.
         let mut is_whole = true;
         for _ in 0..=count {
-            let skipped = skip_line(&mut input).map_err(unreadable)?;
+            let skipped = input.skip_until(b'\n').map_err(unreadable)? as u64;
             if skipped == 0 {
                 is_whole = false;
                 break;
@@ -86,24 +86,6 @@ pub fn frame_at(path: &Path, place: FramePlace) -> Result<Frame, ReadError> {
 fn opened(path: &Path) -> Result<BufReader<File>, ReadError> {
     let file = File::open(path).map_err(|source| ReadError::Open { path: path.to_owned(), source })?;
     Ok(BufReader::with_capacity(BUFFER, file))
-}
-
-/// Passes over a line, and says how many bytes it has.
-fn skip_line(input: &mut impl BufRead) -> std::io::Result<u64> {
-    let mut passed = 0;
-    loop {
-        let bytes = input.fill_buf()?;
-        if bytes.is_empty() {
-            return Ok(passed);
-        }
-        let end = bytes.iter().position(|byte| *byte == b'\n');
-        let length = end.map_or(bytes.len(), |end| end + 1);
-        passed += length as u64;
-        input.consume(length);
-        if end.is_some() {
-            return Ok(passed);
-        }
-    }
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ pub(crate) use particle::Beside;
 
 use std::io::{BufRead, Read};
 
-use self::particle::{SpeciesTable, parse_image, parse_particle, read_scalars};
+use self::particle::{SpeciesTable, Words};
 use super::comment::{Columns, Comment};
 use super::error::shorten;
 use super::{LONGEST_LINE, ReadError};
@@ -140,8 +140,9 @@ impl<R: BufRead> FrameReader<R> {
         if count > 0 && self.text.last() != Some(&b'\n') {
             let mut table = SpeciesTable::new(Vec::new());
             let text = std::str::from_utf8(&self.text).unwrap_or_default().trim_end_matches('\r');
-            let is_whole = parse_particle(text, self.line, 0, &comment.columns, &mut table).is_ok()
-                && comment.columns.image.is_none_or(|first| parse_image(text, self.line, first).is_ok());
+            let is_whole = Words::of(text, self.line, &comment.columns).is_ok_and(|words| {
+                words.particle(0, &comment.columns, &mut table).is_ok() && words.image(&comment.columns).is_ok()
+            });
             if !is_whole {
                 return Err(truncated(count - 1));
             }
@@ -173,8 +174,10 @@ impl<R: BufRead> FrameReader<R> {
                     // Ids have as many bits.
                     Ok(count) => return Ok(Some(count as usize)),
                     Err(_) => {
-                        let text = shorten(text);
-                        return Err(ReadError::Count { line: self.line, text });
+                        let found = shorten(text);
+                        let problem =
+                            format!("expected the number of particles of a frame, 0 to 4294967295, found `{found}`");
+                        return Err(ReadError::Malformed { line: self.line, problem });
                     }
                 },
             }
@@ -206,17 +209,15 @@ impl<R: BufRead> FrameReader<R> {
         let scalars = comment.columns.scalars.iter();
         let mut scalars: Vec<_> = scalars.map(|(name, _)| Scalar { name: name.clone(), values: Vec::new() }).collect();
         for (index, id) in (0..count).zip(0..) {
-            let line = first + 2 + index;
             let Some(text) = self.next_line()? else { return Err(truncated(index)) };
-            let particle = parse_particle(text, line, id, &comment.columns, &mut table);
-            let image = comment.columns.image.map(|first| parse_image(text, line, first)).transpose();
-            let read = beside.read(text, line, &comment.columns);
-            match particle.and_then(|particle| Ok((particle, image?, read?))) {
-                Ok((particle, image, ())) => {
-                    particles.push(particle);
-                    images.extend(image);
-                    read_scalars(text, &comment.columns.scalars, &mut scalars);
-                }
+            let read = Words::of(text, first + 2 + index, &comment.columns).and_then(|words| {
+                particles.push(words.particle(id, &comment.columns, &mut table)?);
+                images.extend(words.image(&comment.columns)?);
+                words.scalars(&comment.columns, &mut scalars);
+                beside.read(&words, &comment.columns)
+            });
+            match read {
+                Ok(()) => {}
                 // What was cut in the middle of a line is not malformed.
                 Err(_) if self.text.last() != Some(&b'\n') => return Err(truncated(index)),
                 Err(error) => return Err(error),

@@ -1,5 +1,6 @@
 //! Frames to text.
 
+use std::fmt::Display;
 use std::io::{self, Write};
 
 use super::WriteError;
@@ -10,7 +11,7 @@ use crate::base::shortest::Shortest;
 use crate::model::SpeciesId;
 use crate::model::space::displacement_within_period;
 use crate::trajectory::Frame;
-use crate::trajectory::frame::{FrameParticle, FrameSpecies};
+use crate::trajectory::frame::FrameParticle;
 
 /// Text is handed on in pieces of about this size `[bytes]`, so that the output needs no buffer of its own.
 const PIECE: usize = 1 << 16;
@@ -93,24 +94,15 @@ impl<'a, W: Write> FrameWriter<'a, W> {
             return Err(WriteError::Particle(particle.id));
         }
         text.extend_from_slice(species.name.as_bytes());
-        for &number in particle.position.iter().chain(particle.velocity.iter()).chain([&particle.radius]) {
+        let mut put = |number: f64| {
             text.push(b' ');
             Shortest(number).push(text);
-        }
-        text.push(b' ');
-        Shortest(particle.id.0.into()).push(text);
-        for &periods in image.into_iter().flatten() {
-            text.push(b' ');
-            Shortest(periods.into()).push(text);
-        }
-        if let Some(mass) = mass(frame, particle.species).filter(|_| self.has_masses) {
-            text.push(b' ');
-            Shortest(mass).push(text);
-        }
-        for scalar in &frame.scalars {
-            text.push(b' ');
-            Shortest(scalar.values[self.index]).push(text);
-        }
+        };
+        particle.position.iter().chain(particle.velocity.iter()).chain([&particle.radius]).for_each(|x| put(*x));
+        put(particle.id.0.into());
+        image.into_iter().flatten().for_each(|periods| put((*periods).into()));
+        mass(frame, particle.species).filter(|_| self.has_masses).into_iter().for_each(&mut put);
+        frame.scalars.iter().for_each(|scalar| put(scalar.values[self.index]));
         text.push(b'\n');
         self.index += 1;
         if text.len() > PIECE {
@@ -138,24 +130,16 @@ fn mass(frame: &Frame, species: SpeciesId) -> Option<f64> {
 
 /// The number of particles and the comment line.
 fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Result<()> {
-    write!(text, "{}\nLattice=\"", heading.count)?;
-    for entry in 0..9 {
-        let (row, column) = (entry / 3, entry % 3);
-        text.extend_from_slice(if entry == 0 { b"" } else { b" " });
-        let edge = if frame.is_flat(row) { heading.thickness } else { frame.size[row] };
-        let entry = match (row, column) {
-            (1, 0) => frame.displacement,
-            _ if row == column => edge,
-            _ => 0.0,
-        };
-        Shortest(entry).push(text);
-    }
-    text.extend_from_slice(b"\" Origin=\"");
-    for axis in 0..3 {
-        text.extend_from_slice(if axis == 0 { b"" } else { b" " });
-        Shortest(frame.lower[axis]).push(text);
-    }
-    text.extend_from_slice(b"\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1");
+    writeln!(text, "{}", heading.count)?;
+    let lattice = (0..9).map(|entry| match (entry / 3, entry % 3) {
+        (1, 0) => frame.displacement,
+        (row, column) if row != column => 0.0,
+        (row, _) if frame.is_flat(row) => heading.thickness,
+        (row, _) => frame.size[row],
+    });
+    write_list(text, "Lattice", lattice.map(Shortest))?;
+    write_list(text, " Origin", frame.lower.iter().copied().map(Shortest))?;
+    text.extend_from_slice(b" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1");
     if heading.has_images {
         text.extend_from_slice(b":map_shift:I:3");
     }
@@ -165,53 +149,41 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
     for scalar in &frame.scalars {
         write!(text, ":{}:R:1", scalar.name)?;
     }
-    text.extend_from_slice(b" Time=");
-    Shortest(frame.time).push(text);
-    let words = |flags: &[bool]| flags.iter().map(|&flag| if flag { "T" } else { "F" }).collect::<Vec<_>>().join(" ");
-    write!(text, " pbc=\"{}\"", words(&frame.periodic))?;
+    write!(text, " Time={}", Shortest(frame.time))?;
+    let word = |flag: bool| if flag { "T" } else { "F" };
+    write_list(text, " pbc", frame.periodic.map(word))?;
     let flat = [0, 1, 2].map(|axis| frame.is_flat(axis));
     if flat.contains(&true) {
-        write!(text, " flat=\"{}\"", words(&flat))?;
+        write_list(text, " flat", flat.map(word))?;
     }
     if !frame.species.is_empty() {
-        let names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
-        let is_static: Vec<bool> = frame.species.iter().map(|species| species.is_static).collect();
-        write!(text, " species_table=\"{}\" static=\"{}\"", names.join(" "), words(&is_static))?;
-        write_masses(text, &frame.species)?;
+        write_list(text, " species_table", frame.species.iter().map(|species| &species.name))?;
+        write_list(text, " static", frame.species.iter().map(|species| word(species.is_static)))?;
+        let masses: Option<Vec<_>> = frame.species.iter().map(|species| species.mass.map(Shortest)).collect();
+        masses.map_or(Ok(()), |masses| write_list(text, " species_mass", masses))?;
     }
     for (index, [a, b]) in frame.bonds.iter().enumerate() {
         write!(text, "{}{}-{}", if index == 0 { " bonds=\"" } else { " " }, a.0, b.0)?;
     }
     if !frame.bonds.is_empty() {
         text.push(b'"');
-        write_kinds_of_bonds(text, frame)?;
+    }
+    if !frame.bond_kinds.is_empty() {
+        write_list(text, " bond_table", &frame.bond_names)?;
+    }
+    // Of one name there is nothing to tell.
+    if !frame.bond_kinds.is_empty() && frame.bond_names.len() > 1 {
+        write_list(text, " bond_kind", &frame.bond_kinds)?;
     }
     text.push(b'\n');
     Ok(())
 }
 
-/// The names of the interactions that hold the bonds, and which of them holds each if there are several.
-fn write_kinds_of_bonds(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
-    if frame.bond_kinds.is_empty() {
-        return Ok(());
-    }
-    write!(text, " bond_table=\"{}\"", frame.bond_names.join(" "))?;
-    if frame.bond_names.len() > 1 {
-        for (index, kind) in frame.bond_kinds.iter().enumerate() {
-            write!(text, "{}{kind}", if index == 0 { " bond_kind=\"" } else { " " })?;
-        }
-        text.push(b'"');
-    }
-    Ok(())
-}
-
-/// The masses of the species, if all are known.
-fn write_masses(text: &mut Vec<u8>, species: &[FrameSpecies]) -> io::Result<()> {
-    let masses: Option<Vec<f64>> = species.iter().map(|species| species.mass).collect();
-    let Some(masses) = masses else { return Ok(()) };
-    for (index, mass) in masses.into_iter().enumerate() {
-        text.extend_from_slice(if index == 0 { b" species_mass=\"" } else { b" " });
-        Shortest(mass).push(text);
+/// Several values of a key, between quotes.
+fn write_list(text: &mut Vec<u8>, key: &str, values: impl IntoIterator<Item = impl Display>) -> io::Result<()> {
+    write!(text, "{key}=\"")?;
+    for (index, value) in values.into_iter().enumerate() {
+        write!(text, "{}{value}", if index == 0 { "" } else { " " })?;
     }
     text.push(b'"');
     Ok(())

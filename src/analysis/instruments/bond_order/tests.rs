@@ -1,6 +1,6 @@
 use super::*;
 use crate::Vector;
-use crate::model::space::Space;
+use crate::model::space::{Boundary, Space};
 
 /// `cells^3` cells of a lattice with sites in units of the edges of its cell.
 fn lattice(cell: Vector, sites: &[[f64; 3]], cells: u32) -> (SystemDescription, Vec<Vector>) {

@@ -4,12 +4,6 @@ use crate::analysis::instruments::system::SystemDescription;
 use crate::base::numbers::id;
 use std::collections::VecDeque;
 
-/// All particles with bonds, by connected component.
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::analysis::instruments) struct Topology {
-    pub components: Vec<Component>,
-}
-
 /// Particles that are connected by bonds.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::analysis::instruments) struct Component {
@@ -21,38 +15,36 @@ pub(in crate::analysis::instruments) struct Component {
     pub is_linear: bool,
 }
 
-impl Topology {
-    /// The components, those with an end first, in the order of their first ids.
-    pub fn of(system: &SystemDescription) -> Self {
-        let (starts, partners) = adjacency(system);
-        let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];
-        let count = id(system.species.len());
-        let ends = (0..count).filter(|&id| partners_of(id).len() == 1);
-        let others = (0..count).filter(|&id| partners_of(id).len() > 1);
-        let mut is_known = vec![false; count as usize];
-        let mut components = Vec::new();
-        for first in ends.chain(others) {
-            if is_known[first as usize] {
-                continue;
-            }
-            is_known[first as usize] = true;
-            let (mut ids, mut parents) = (vec![first], vec![0]);
-            let mut waiting = VecDeque::from([0]);
-            while let Some(place) = waiting.pop_front() {
-                for &partner in partners_of(ids[place as usize]) {
-                    if !std::mem::replace(&mut is_known[partner as usize], true) {
-                        waiting.push_back(id(ids.len()));
-                        ids.push(partner);
-                        parents.push(place);
-                    }
+/// All particles with bonds, by connected component: those with an end first, in the order of their first ids.
+pub(in crate::analysis::instruments) fn components(system: &SystemDescription) -> Vec<Component> {
+    let (starts, partners) = adjacency(system);
+    let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];
+    let count = id(system.species.len());
+    let ends = (0..count).filter(|&id| partners_of(id).len() == 1);
+    let others = (0..count).filter(|&id| partners_of(id).len() > 1);
+    let mut is_known = vec![false; count as usize];
+    let mut components = Vec::new();
+    for first in ends.chain(others) {
+        if is_known[first as usize] {
+            continue;
+        }
+        is_known[first as usize] = true;
+        let (mut ids, mut parents) = (vec![first], vec![0]);
+        let mut waiting = VecDeque::from([0]);
+        while let Some(place) = waiting.pop_front() {
+            for &partner in partners_of(ids[place as usize]) {
+                if !std::mem::replace(&mut is_known[partner as usize], true) {
+                    waiting.push_back(id(ids.len()));
+                    ids.push(partner);
+                    parents.push(place);
                 }
             }
-            let ends: usize = ids.iter().map(|&id| partners_of(id).len()).sum();
-            let is_linear = ids.iter().all(|&id| partners_of(id).len() <= 2) && ends == 2 * (ids.len() - 1);
-            components.push(Component { ids, parents, is_linear });
         }
-        Self { components }
+        let ends: usize = ids.iter().map(|&id| partners_of(id).len()).sum();
+        let is_linear = ids.iter().all(|&id| partners_of(id).len() <= 2) && ends == 2 * (ids.len() - 1);
+        components.push(Component { ids, parents, is_linear });
     }
+    components
 }
 
 /// Where the partners of each particle begin, and the partners.
@@ -76,8 +68,8 @@ mod tests {
     use super::*;
     use crate::model::space::Space;
 
-    fn topology(count: u32, bonds: &[[u32; 2]]) -> Topology {
-        Topology::of(&SystemDescription {
+    fn topology(count: u32, bonds: &[[u32; 2]]) -> Vec<Component> {
+        components(&SystemDescription {
             bonds: bonds.to_vec(),
             ..SystemDescription::of_points(Space::periodic_cube(9.0), count)
         })
@@ -85,7 +77,7 @@ mod tests {
 
     #[test]
     fn a_chain_runs_from_end_to_end() {
-        let Topology { components } = topology(7, &[[3, 1], [1, 5], [5, 2], [0, 6]]);
+        let components = topology(7, &[[3, 1], [1, 5], [5, 2], [0, 6]]);
         assert_eq!(components.len(), 2);
         assert_eq!(components[0], Component { ids: vec![0, 6], parents: vec![0, 0], is_linear: true });
         assert_eq!(components[1].ids, [2, 5, 1, 3]);
@@ -94,7 +86,7 @@ mod tests {
 
     #[test]
     fn rings_and_stars_are_not_linear() {
-        let Topology { components } = topology(8, &[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [4, 6]]);
+        let components = topology(8, &[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [4, 6]]);
         assert_eq!(components.iter().map(|c| (c.ids.len(), c.is_linear)).collect::<Vec<_>>(), [(4, false), (3, false)]);
     }
 }

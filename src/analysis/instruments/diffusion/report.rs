@@ -69,7 +69,7 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     let whole = with_spread(diffusion, group, &slope, 0)?;
     let bend = with_spread(diffusion, group, &bend, 1)?;
     // Diffusion from the start of the straight part on takes three quarters of the way, in squares.
-    let grown = whole.mean * diffusion.lags.interval() * (steps - slope.first()?.0 + offset) as f64;
+    let grown = whole.mean * diffusion.lags.interval() * (steps + offset - slope.first()?.0) as f64;
     let is_diffusive = grown > LOCALISED * diffusion.linear.mean(offset + steps)?;
     let scale = 0.5 / Tracers::dimensions(system);
     (is_diffusive && is_small(&bend, &whole)).then(|| whole.times(scale))

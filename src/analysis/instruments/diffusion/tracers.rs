@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use crate::Vector;
-use crate::analysis::instruments::chains::topology::Topology;
+use crate::analysis::instruments::chains::topology::components;
 use crate::analysis::instruments::system::{Sample, SystemDescription};
 use crate::base::numbers::{id, trunc_to_usize};
 
@@ -192,7 +192,7 @@ fn cells(sample: &Sample<'_>, system: &SystemDescription) -> Vec<u32> {
         system.axes().fold(0, |number, axis| number * trunc_to_usize(along) + trunc_to_usize(place(axis)))
     };
     let mut cells: Vec<u32> = sample.positions.iter().map(|position| id(cell(position))).collect();
-    for component in Topology::of(system).components {
+    for component in components(system) {
         let first = cells[component.ids[0] as usize];
         component.ids.iter().for_each(|&id| cells[id as usize] = first);
     }

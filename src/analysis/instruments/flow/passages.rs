@@ -11,25 +11,15 @@ const MOST_ROWS: usize = 1024;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Row {
     pub time: f64,
-    pub total: i64,
-    pub mass: f64,
+    /// Number and mass that passed.
+    pub passed: [f64; 2],
     /// How far everything has gone along the axis, number and mass, in periods; 0 between walls.
     pub gone: [f64; 2],
 }
 
-/// A part of what has passed.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-struct Share {
-    number: i64,
-    mass: f64,
-}
-
-/// Kind of a rate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Of {
-    Number,
-    Mass,
-}
+/// Places of number and mass in what has passed.
+pub(super) const NUMBER: usize = 0;
+pub(super) const MASS: usize = 1;
 
 /// Counts passages and remembers how the count grew.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,10 +33,10 @@ pub(super) struct Passages {
     /// Time of the first and of the last passage, and what the first counted for.
     first: Option<f64>,
     last: f64,
-    first_share: Share,
+    first_share: [f64; 2],
     /// The time over which rates are means, if it is given, and what has passed in it.
     window: Option<[f64; 2]>,
-    in_window: Share,
+    in_window: [f64; 2],
     /// Whether nothing comes to the plane from elsewhere, so that what passes it is what goes, and what is beyond it.
     is_closed: bool,
 }
@@ -54,7 +44,7 @@ pub(super) struct Passages {
 impl Passages {
     /// From a time on; `window` is the time over which rates are means, instead of that from the first to the last passage.
     pub fn new(start: f64, window: Option<[f64; 2]>, is_closed: bool) -> Self {
-        let now = Row { time: start, total: 0, mass: 0.0, gone: [0.0; 2] };
+        let now = Row { time: start, passed: [0.0; 2], gone: [0.0; 2] };
         Self {
             rows: vec![now],
             stride: 1,
@@ -62,9 +52,9 @@ impl Passages {
             now,
             first: None,
             last: start,
-            first_share: Share::default(),
+            first_share: [0.0; 2],
             window,
-            in_window: Share::default(),
+            in_window: [0.0; 2],
             is_closed,
         }
     }
@@ -77,16 +67,14 @@ impl Passages {
 
     /// One passage of a mass, not before the last sample. Those between two samples may come in any order.
     pub fn count(&mut self, sign: i64, mass: f64, time: f64) {
-        let share = Share { number: sign, mass: sign as f64 * mass };
-        self.now.total += share.number;
-        self.now.mass += share.mass;
+        let share = [sign as f64, sign as f64 * mass];
+        (0..2).for_each(|of| self.now.passed[of] += share[of]);
         if self.first.is_none_or(|first| time < first) {
             (self.first, self.first_share) = (Some(time), share);
         }
         self.last = self.last.max(time);
         if self.window.is_some_and(|[from, to]| (from..to).contains(&time)) {
-            self.in_window.number += share.number;
-            self.in_window.mass += share.mass;
+            (0..2).for_each(|of| self.in_window[of] += share[of]);
         }
     }
 
@@ -135,22 +123,17 @@ impl Passages {
     ///
     /// Through a whole plane of a closed system passes what goes along the axis, `sum dx / L`, less what is then more beyond the plane than before. The mean of the second has but
     /// both ends in it, and so the error, unless it goes on changing in one direction, as where all grains fall through a hole.
-    pub fn rate(&self, of: Of) -> Option<Estimate> {
-        let amount = |share: &Share| match of {
-            Of::Number => share.number as f64,
-            Of::Mass => share.mass,
-        };
-        let all = Share { number: self.now.total, mass: self.now.mass };
+    pub fn rate(&self, of: usize) -> Option<Estimate> {
         let (passed, [from, to]) = match self.window {
-            Some([from, to]) => (amount(&self.in_window), [from, to.min(self.now.time)]),
-            None => (amount(&all) - amount(&self.first_share), [self.first?, self.last]),
+            Some([from, to]) => (self.in_window[of], [from, to.min(self.now.time)]),
+            None => (self.now.passed[of] - self.first_share[of], [self.first?, self.last]),
         };
         if to <= from {
             return None;
         }
         let during: Vec<&Row> = self.rows.iter().filter(|row| (from..=to).contains(&row.time)).collect();
-        let passed_at = |row: &Row| amount(&Share { number: row.total, mass: row.mass });
-        let gone_at = |row: &Row| row.gone[if of == Of::Number { 0 } else { 1 }];
+        let passed_at = |row: &Row| row.passed[of];
+        let gone_at = |row: &Row| row.gone[of];
         let rates = |value: &dyn Fn(&Row) -> f64| -> Vec<f64> {
             let rate = |pair: &[&Row]| (value(pair[1]) - value(pair[0])) / (pair[1].time - pair[0].time);
             during.windows(2).map(rate).collect()
@@ -178,11 +161,11 @@ mod tests {
             assert!(passages.rows.len() < MOST_ROWS);
         }
         let rows = passages.rows();
-        assert_eq!(rows.last(), Some(&Row { time: 10_000.0, total: 10_000, mass: 5_000.0, gone: [0.0; 2] }));
-        assert!(rows.iter().all(|row| row.time == row.total as f64));
+        assert_eq!(rows.last(), Some(&Row { time: 10_000.0, passed: [10_000.0, 5_000.0], gone: [0.0; 2] }));
+        assert!(rows.iter().all(|row| row.time == row.passed[NUMBER]));
         let stride = rows[1].time - rows[0].time;
         assert!(rows[..rows.len() - 1].windows(2).all(|pair| pair[1].time - pair[0].time == stride), "{stride}");
-        let rate = passages.rate(Of::Number).unwrap();
+        let rate = passages.rate(NUMBER).unwrap();
         assert_eq!(rate, Estimate { mean: 1.0, standard_error: Some(0.0) });
     }
 
@@ -196,7 +179,7 @@ mod tests {
                 (0..sign.abs()).for_each(|_| passages.count(sign.signum(), 1.0, k as f64 + 0.5));
                 passages.write(k as f64 + 1.0);
             }
-            passages.rate(Of::Number).unwrap().standard_error.unwrap()
+            passages.rate(NUMBER).unwrap().standard_error.unwrap()
         };
         // One or two at a time, at random: the standard error is 1 / 2 / sqrt(1000).
         let discharge = |_: usize, x: f64| 1 + i64::from(x > 0.0);
@@ -210,7 +193,7 @@ mod tests {
     #[test]
     fn the_rate_is_that_of_the_time_in_which_it_flows() {
         let mut passages = Passages::new(0.0, None, false);
-        assert_eq!(passages.rate(Of::Number), None);
+        assert_eq!(passages.rate(NUMBER), None);
         for k in 1..=100 {
             if (20..40).contains(&k) {
                 passages.count(1, 1.5, f64::from(k));
@@ -218,9 +201,9 @@ mod tests {
             passages.write(f64::from(k));
         }
         // 19 after the first at 20, the last at 39.
-        assert_eq!(passages.rate(Of::Number).unwrap().mean, 1.0);
-        assert_eq!(passages.rate(Of::Number).unwrap().standard_error, Some(0.0));
-        assert_eq!(passages.rate(Of::Mass).unwrap().mean, 1.5);
+        assert_eq!(passages.rate(NUMBER).unwrap().mean, 1.0);
+        assert_eq!(passages.rate(NUMBER).unwrap().standard_error, Some(0.0));
+        assert_eq!(passages.rate(MASS).unwrap().mean, 1.5);
     }
 
     #[test]
@@ -235,11 +218,11 @@ mod tests {
             }
             passages.rate(of).map(|rate| rate.mean)
         };
-        assert_eq!(rate([40.0, 59.0], Of::Number), Some(1.0));
-        assert_eq!(rate([60.0, 80.0], Of::Mass), Some(5.0));
-        assert_eq!(rate([15.0, 30.0], Of::Number), Some(0.0));
+        assert_eq!(rate([40.0, 59.0], NUMBER), Some(1.0));
+        assert_eq!(rate([60.0, 80.0], MASS), Some(5.0));
+        assert_eq!(rate([15.0, 30.0], NUMBER), Some(0.0));
         // It is over at 110.
-        assert_eq!(rate([100.0, 1e9], Of::Number), Some(2.0));
-        assert_eq!(rate([110.0, 120.0], Of::Number), None);
+        assert_eq!(rate([100.0, 1e9], NUMBER), Some(2.0));
+        assert_eq!(rate([110.0, 120.0], NUMBER), None);
     }
 }

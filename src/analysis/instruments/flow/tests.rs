@@ -108,5 +108,5 @@ fn it_goes_on_from_a_record_bit_by_bit() {
     let mut both = Recorded::new(instrument(&simulation, &system, 10.0, |setup| Flow::new(&plan("x", 1.0), setup)));
     measure(&mut simulation, &system, &mut both, 1.0);
     assert_eq!(both.again, both.instrument);
-    assert!(both.instrument.passages.now().total != 0 || both.instrument.passages.rate(Of::Number).is_some());
+    assert!(both.instrument.passages.now().passed[NUMBER] != 0.0 || both.instrument.passages.rate(NUMBER).is_some());
 }

@@ -18,16 +18,9 @@ pub(super) struct Histogram {
     /// 0 before there are bins.
     width: f64,
     counts: Vec<u64>,
-    count: u64,
+    /// Number of all values.
+    pub count: u64,
     sum: f64,
-}
-
-/// One bin.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bin {
-    pub centre: f64,
-    /// Part of all values in the bin, by its width, with the standard error of independent values; none of an empty bin.
-    pub density: Estimate,
 }
 
 impl Histogram {
@@ -53,35 +46,22 @@ impl Histogram {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 
-    /// All bins; none before there are values.
-    pub fn density(&self) -> Vec<Bin> {
-        let binned = self.binned();
-        if binned.width == 0.0 {
-            return Vec::new();
-        }
-        let scale = 1.0 / (binned.count as f64 * binned.width);
-        let bin = |(k, &count): (usize, &u64)| Bin {
-            centre: (k as f64 + 0.5) * binned.width,
-            density: Estimate {
-                mean: count as f64 * scale,
-                standard_error: (count > 0).then(|| (count as f64).sqrt() * scale),
-            },
-        };
-        binned.counts.iter().enumerate().map(bin).collect()
-    }
-
-    /// Number of all values, and the width of a bin; 0 before there are bins.
-    pub fn divisors(&self) -> [f64; 2] {
-        [self.count as f64, self.binned().width]
-    }
-
-    /// Histogram with bins, as far as there can be any.
-    fn binned(&self) -> Self {
+    /// The width of a bin, and of each bin the part of all values in it, by its width, with the standard error of independent values; none of an
+    /// empty bin. There are no bins before there are values.
+    pub fn density(&self) -> (f64, Vec<Option<Estimate>>) {
         let mut binned = self.clone();
         if binned.width == 0.0 {
             binned.choose();
         }
-        binned
+        if binned.width == 0.0 {
+            return (0.0, Vec::new());
+        }
+        let scale = 1.0 / (binned.count as f64 * binned.width);
+        let density = |&count: &u64| {
+            let standard_error = (count > 0).then(|| (count as f64).sqrt() * scale);
+            Some(Estimate { mean: count as f64 * scale, standard_error })
+        };
+        (binned.width, binned.counts.iter().map(density).collect())
     }
 
     fn put(&mut self, value: f64) {
@@ -111,23 +91,22 @@ mod tests {
     #[test]
     fn every_value_is_counted_whenever_the_bins_were_chosen() {
         let mut histogram = Histogram::new(16);
-        assert_eq!((histogram.mean(), histogram.density()), (None, Vec::new()));
+        assert_eq!((histogram.mean(), histogram.density()), (None, (0.0, Vec::new())));
         for k in 0..4000_u32 {
             histogram.add(f64::from(k % 8) + 0.5);
             if [0, 10, 998, 999, 1500, 3999].contains(&k) {
-                let bins = histogram.density();
-                let width = 2.0 * bins[0].centre;
-                let sum: f64 = bins.iter().map(|bin| bin.density.mean * width).sum();
+                let (width, bins) = histogram.density();
+                let sum: f64 = bins.iter().flatten().map(|density| density.mean * width).sum();
                 assert!((sum - 1.0).abs() < 1e-12, "{k}: {sum}");
             }
         }
         assert_eq!(histogram.mean(), Some(4.0));
-        let bins = histogram.density();
-        assert_eq!(bins[0].centre, 1.0, "16 bins up to eight means of 4");
+        let (width, bins) = histogram.density();
+        assert_eq!(width, 2.0, "16 bins up to eight means of 4");
         // 1000 of 4000 values in each of four bins of 2.
         let full = Estimate { mean: 0.125, standard_error: Some(1000.0_f64.sqrt() / 8000.0) };
-        assert_eq!(bins[3], Bin { centre: 7.0, density: full });
-        assert_eq!(bins[4], Bin { centre: 9.0, density: Estimate { mean: 0.0, standard_error: None } });
+        assert_eq!(bins[3], Some(full));
+        assert_eq!(bins[4], Some(Estimate { mean: 0.0, standard_error: None }));
         assert!(histogram.first.is_empty());
     }
 
@@ -137,10 +116,10 @@ mod tests {
         (0..1000).for_each(|_| histogram.add(1.0));
         (0..1000).for_each(|_| histogram.add(100.0));
         assert_eq!(histogram.mean(), Some(50.5));
-        assert_eq!(histogram.density()[1].density.mean, 0.5);
+        assert_eq!(histogram.density().1[1].unwrap().mean, 0.5);
         let mut zeros = Histogram::new(8);
         (0..5000).for_each(|_| zeros.add(0.0));
         assert!(zeros.first.is_empty());
-        assert!(zeros.density().iter().all(|bin| bin.density.mean.is_finite()));
+        assert!(zeros.density().1.iter().flatten().all(|density| density.mean.is_finite()));
     }
 }

@@ -301,7 +301,7 @@ fn bonds_step_outside_of_cores_too() {
     };
     let steps = |shortest, longest| {
         let system = SystemDescription::of(&scene(shortest, longest));
-        [(0, 0), (0, 1), (1, 1)].map(|(a, b)| system.step_outside_core(a, b))
+        [(0, 0), (0, 1), (1, 1)].map(|(a, b)| system.steps_outside_cores.get(a, b))
     };
     assert_eq!(steps(0.9, 1.08), [Some(1.08), Some(1.5), None]);
     assert_eq!(steps(1.02, 1.08), [Some(1.02), Some(1.5), None]);

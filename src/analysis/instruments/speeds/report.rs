@@ -95,7 +95,7 @@ impl Speeds {
         let temperature = self.windows.last().and_then(|window| window.temperature.mean())?;
         Some(Published {
             label: format!("Maxwell at T = {}", digits(temperature)),
-            source: source(dimensions).to_owned(),
+            source: source(dimensions),
             x: (0..rows).map(|bin| (bin as f64 + 0.5) * class.width).collect(),
             y: ends.windows(2).map(|pair| (pair[1] - pair[0]) / class.width).collect(),
         })
@@ -120,16 +120,11 @@ impl Speeds {
     }
 }
 
-fn source(dimensions: usize) -> &'static str {
-    match dimensions {
-        1 => {
-            "p(v) = sqrt(2 m / (pi T)) exp(-m v^2 / 2 T) on a line; J. C. Maxwell, Phil. Mag. 19, 19 (1860), doi:10.1080/14786446008642818."
-        }
-        2 => {
-            "p(v) = (m v / T) exp(-m v^2 / 2 T) in a plane; J. C. Maxwell, Phil. Mag. 19, 19 (1860), doi:10.1080/14786446008642818."
-        }
-        _ => {
-            "p(v) = sqrt(2 / pi) (m / T)^(3/2) v^2 exp(-m v^2 / 2 T); J. C. Maxwell, Phil. Mag. 19, 19 (1860), doi:10.1080/14786446008642818."
-        }
-    }
+fn source(dimensions: usize) -> String {
+    let density = match dimensions {
+        1 => "sqrt(2 m / (pi T)) exp(-m v^2 / 2 T) on a line",
+        2 => "(m v / T) exp(-m v^2 / 2 T) in a plane",
+        _ => "sqrt(2 / pi) (m / T)^(3/2) v^2 exp(-m v^2 / 2 T)",
+    };
+    format!("p(v) = {density}; J. C. Maxwell, Phil. Mag. 19, 19 (1860), doi:10.1080/14786446008642818.")
 }

@@ -31,7 +31,7 @@ pub(super) fn report(transport: &Transport, system: &SystemDescription, measured
 /// The mean of the temperature over all of the time.
 fn temperature(transport: &Transport, system: &SystemDescription) -> f64 {
     let freedom = system.space.dimensions() as f64 * (system.moving.len() as f64 - 1.0);
-    trace(&transport.flow.kinetic) / (freedom * (transport.flow.time() - transport.start))
+    trace(&transport.flow.kinetic) / (freedom * (transport.flow.time - transport.start))
 }
 
 /// Factors from `<dG^2> / t` to the coefficients, by curve; none where a coefficient means nothing.
@@ -40,7 +40,7 @@ fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4]
     let temperature = temperature(transport, system);
     let viscosity = Some(0.5 / (system.space.volume() * temperature))
         .filter(|scale| transport.is_meaningful && scale.is_finite() && *scale > 0.0);
-    let heat = viscosity.filter(|_| transport.heat.is_some()).map(|scale| scale / temperature);
+    let heat = viscosity.filter(|_| transport.flow.heat.is_some()).map(|scale| scale / temperature);
     [viscosity.filter(|_| dimensions > 1.0), viscosity, viscosity, heat]
 }
 

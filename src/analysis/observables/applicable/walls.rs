@@ -1,33 +1,7 @@
-//! Momentum and energy that each wall gives the particles.
+//! Which walls give the particles momentum and energy.
 
-use super::ApplicableObservables;
-use crate::engine::event::EventCounts;
 use crate::model::space::{Boundary, Face, Space};
 use crate::model::{Scene, Thermostat};
-
-impl ApplicableObservables {
-    /// Pressure on the lower or the upper wall of an axis `[energy / length^D]`, from the momentum that it gave in a time.
-    pub(in super::super) fn pressure_on_wall(
-        &self,
-        counted: &EventCounts,
-        duration: f64,
-        axis: usize,
-        side: usize,
-    ) -> Option<f64> {
-        self.pressed_walls[axis][side].then(|| counted.wall_push[axis][side].total() / duration)
-    }
-
-    /// Heat flux through the lower or the upper wall of an axis into the particles `[energy / (length^(D - 1) time)]`, from what it supplied in a time.
-    pub(in super::super) fn heat_flux_through_wall(
-        &self,
-        counted: &EventCounts,
-        duration: f64,
-        axis: usize,
-        side: usize,
-    ) -> Option<f64> {
-        self.heat_areas[axis][side].map(|area| counted.wall_heat[axis][side].total() / (area * duration))
-    }
-}
 
 /// Walls whose area has an end.
 pub(super) fn pressed(space: &Space) -> [[bool; 2]; 3] {

@@ -8,7 +8,6 @@ use crate::base::numbers::id;
 use crate::model::{ParticleId, SpeciesId};
 use crate::trajectory::extended_xyz::ReadError;
 use crate::trajectory::extended_xyz::comment::{Columns, finite};
-use crate::trajectory::extended_xyz::error::shorten;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
 /// Radius of particles in files that give none `[length]`: a diameter of 1 in reduced units.
@@ -27,18 +26,12 @@ pub(crate) struct Beside {
 
 impl Beside {
     /// Reads the momentum and the mass of a particle, if there are such columns.
-    pub(super) fn read(&mut self, text: &str, line: usize, columns: &Columns) -> Result<(), ReadError> {
-        let number = |at: usize, column: &'static str, is_good: fn(&f64) -> bool, expected: &'static str| {
-            let word = text.split_ascii_whitespace().nth(at).unwrap_or_default();
-            let wrong = || ReadError::Value { line, column, text: shorten(word), expected };
-            finite(word).filter(is_good).ok_or_else(wrong)
-        };
+    pub(super) fn read(&mut self, words: &Words<'_>, columns: &Columns) -> Result<(), ReadError> {
         if let Some(first) = columns.momentum {
-            let component = |axis: usize| number(first + axis, "momentum", |_| true, "a finite number");
-            self.momenta.push(Vector::new(component(0)?, component(1)?, component(2)?));
+            self.momenta.push(words.vector(first, "momentum")?);
         }
         if let Some(at) = columns.mass {
-            self.masses.push(number(at, "mass", |mass| *mass >= 0.0, "a finite mass, not negative")?);
+            self.masses.push(words.read(at, "mass", "a finite mass, not negative", not_negative)?);
         }
         Ok(())
     }
@@ -67,79 +60,83 @@ impl SpeciesTable {
     }
 }
 
-pub(super) fn parse_particle(
-    text: &str,
+/// So many words of a line are kept; more columns than any file has are counted, and looked for again.
+const KEPT: usize = 64;
+
+/// The words of a line, as many as `Properties` announces.
+pub(super) struct Words<'a> {
     line: usize,
-    id: u32,
-    columns: &Columns,
-    table: &mut SpeciesTable,
-) -> Result<FrameParticle, ReadError> {
-    // More columns than any file has are counted, but not kept.
-    const KEPT: usize = 64;
-    let mut words = [""; KEPT];
-    let mut found = 0;
-    for word in text.split_ascii_whitespace().take(columns.total.saturating_add(1)) {
-        if let Some(slot) = words.get_mut(found) {
-            *slot = word;
-        }
-        found += 1;
-    }
-    if found != columns.total {
-        return Err(ReadError::Columns { line, expected: columns.total, found });
-    }
-    let word = |column: usize| match words.get(column) {
-        Some(&word) => word,
-        None => text.split_ascii_whitespace().nth(column).unwrap_or_default(),
-    };
-    let wrong = |column: &'static str, text: &str, expected: &'static str| ReadError::Value {
-        line,
-        column,
-        text: shorten(text),
-        expected,
-    };
-    let vector = |name: &'static str, first: usize| {
-        let mut vector = Vector::zeros();
-        for axis in 0..3 {
-            let word = word(first + axis);
-            vector[axis] = finite(word).ok_or_else(|| wrong(name, word, "a finite number"))?;
-        }
-        Ok(vector)
-    };
-    Ok(FrameParticle {
-        position: vector("position", columns.position)?,
-        velocity: columns.velocity.map_or(Ok(Vector::zeros()), |first| vector("velocity", first))?,
-        radius: columns.radius.map(word).map_or(Ok(DEFAULT_RADIUS), |word| {
-            let radius = finite(word).filter(|&radius| radius >= 0.0);
-            radius.ok_or_else(|| wrong("radius", word, "a finite length, not negative"))
-        })?,
-        id: columns.id.map(word).map_or(Ok(ParticleId(id)), |word| {
-            word.parse().map(ParticleId).map_err(|_| wrong("id", word, "a whole number, 0 to 4294967295"))
-        })?,
-        species: table.id(columns.species.map_or("X", word)),
-    })
+    text: &'a str,
+    kept: [&'a str; KEPT],
 }
 
-/// The periods that a particle has travelled.
-pub(super) fn parse_image(text: &str, line: usize, first: usize) -> Result<[i32; 3], ReadError> {
-    let mut words = text.split_ascii_whitespace().skip(first);
-    let mut image = [0; 3];
-    for periods in &mut image {
-        let word = words.next().unwrap_or_default();
-        *periods = word.parse().map_err(|_| ReadError::Value {
-            line,
-            column: "map_shift",
-            text: shorten(word),
-            expected: "a whole number of periods",
-        })?;
+impl<'a> Words<'a> {
+    pub fn of(text: &'a str, line: usize, columns: &Columns) -> Result<Self, ReadError> {
+        let mut kept = [""; KEPT];
+        let mut found = 0;
+        for word in text.split_ascii_whitespace().take(columns.total.saturating_add(1)) {
+            if let Some(slot) = kept.get_mut(found) {
+                *slot = word;
+            }
+            found += 1;
+        }
+        if found != columns.total {
+            let problem = format!("expected {} columns, found {found}", columns.total);
+            return Err(ReadError::Malformed { line, problem });
+        }
+        Ok(Self { line, text, kept })
     }
-    Ok(image)
+
+    fn word(&self, column: usize) -> &'a str {
+        let again = || self.text.split_ascii_whitespace().nth(column).unwrap_or_default();
+        self.kept.get(column).copied().unwrap_or_else(again)
+    }
+
+    fn read<T>(
+        &self,
+        at: usize,
+        column: &str,
+        expected: &str,
+        parse: impl Fn(&str) -> Option<T>,
+    ) -> Result<T, ReadError> {
+        let word = self.word(at);
+        parse(word).ok_or_else(|| ReadError::unexpected(self.line, column, word, expected))
+    }
+
+    fn vector(&self, first: usize, column: &str) -> Result<Vector, ReadError> {
+        let component = |axis: usize| self.read(first + axis, column, "a finite number", finite);
+        Ok(Vector::new(component(0)?, component(1)?, component(2)?))
+    }
+
+    /// The particle; `id` is its place in the file.
+    pub fn particle(&self, id: u32, columns: &Columns, table: &mut SpeciesTable) -> Result<FrameParticle, ReadError> {
+        let length = |at| self.read(at, "radius", "a finite length, not negative", not_negative);
+        let whole = |at| self.read(at, "id", "a whole number, 0 to 4294967295", |word| word.parse().ok());
+        Ok(FrameParticle {
+            position: self.vector(columns.position, "position")?,
+            velocity: columns.velocity.map_or(Ok(Vector::zeros()), |first| self.vector(first, "velocity"))?,
+            radius: columns.radius.map_or(Ok(DEFAULT_RADIUS), length)?,
+            id: ParticleId(columns.id.map_or(Ok(id), whole)?),
+            species: table.id(columns.species.map_or("X", |at| self.word(at))),
+        })
+    }
+
+    /// The periods that a particle has travelled, if there are columns of them.
+    pub fn image(&self, columns: &Columns) -> Result<Option<[i32; 3]>, ReadError> {
+        let Some(first) = columns.image else { return Ok(None) };
+        let periods =
+            |axis: usize| self.read(first + axis, "map_shift", "a whole number of periods", |word| word.parse().ok());
+        Ok(Some([periods(0)?, periods(1)?, periods(2)?]))
+    }
+
+    /// Adds the scalars that are finite.
+    pub fn scalars(&self, columns: &Columns, scalars: &mut [Scalar]) {
+        for ((_, column), scalar) in columns.scalars.iter().zip(scalars) {
+            scalar.values.extend(finite(self.word(*column)));
+        }
+    }
 }
 
-/// Adds the scalars of a line that are finite.
-pub(super) fn read_scalars(text: &str, columns: &[(String, usize)], scalars: &mut [Scalar]) {
-    let mut words = text.split_ascii_whitespace().enumerate();
-    for ((_, column), scalar) in columns.iter().zip(scalars) {
-        let word = words.find(|(index, _)| index == column);
-        scalar.values.extend(word.and_then(|(_, word)| finite(word)));
-    }
+fn not_negative(word: &str) -> Option<f64> {
+    finite(word).filter(|number| *number >= 0.0)
 }
