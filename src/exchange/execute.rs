@@ -2,10 +2,11 @@
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Mutex, PoisonError};
-use std::thread::{self, ScopedJoinHandle};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use super::error::ExchangeError;
@@ -65,7 +66,8 @@ struct Task {
 struct Done {
     number: usize,
     replica: Box<Replica>,
-    result: Result<bool, EngineError>,
+    /// Of a thread that has panicked, its panic.
+    result: thread::Result<Result<bool, EngineError>>,
 }
 
 /// Watch over an exchange from outside: it is asked on the clock.
@@ -106,23 +108,17 @@ impl Exchange {
             return Ok(self);
         }
         let pauses = AtomicBool::new(false);
-        let (tasks, queue) = mpsc::channel::<Task>();
+        let (tasks, queue) = mpsc::channel();
         let queue = Mutex::new(queue);
-        let (results, done) = mpsc::channel::<Done>();
+        let (results, done) = mpsc::channel();
         thread::scope(|scope| {
-            let workers: Vec<_> = (0..jobs)
-                .map(|_| {
-                    let results = results.clone();
-                    scope.spawn(|| work(&queue, results, &pauses))
-                })
-                .collect();
-            let crew = Crew { tasks: Some(tasks), done, workers, pauses: &pauses };
-            let mut crew = crew;
-            let ended = self
-                .drive(recorder, &mut watch, &mut |exchange, recorder, watch| crew.advance(exchange, recorder, watch));
-            // Without tasks to come, the threads end.
-            crew.tasks = None;
-            ended
+            for _ in 0..jobs {
+                let results = results.clone();
+                scope.spawn(|| work(&queue, results, &pauses));
+            }
+            // When it is dropped, there are no tasks to come, and the threads end.
+            let crew = Crew { tasks, done, pauses: &pauses };
+            self.drive(recorder, &mut watch, &mut |exchange, recorder, watch| crew.advance(exchange, recorder, watch))
         })?;
         Ok(self)
     }
@@ -196,10 +192,9 @@ fn advance_here<R: ExchangeRecorder>(
 }
 
 /// Threads that take replicas from a queue.
-struct Crew<'scope, 'p> {
-    tasks: Option<Sender<Task>>,
+struct Crew<'p> {
+    tasks: Sender<Task>,
     done: Receiver<Done>,
-    workers: Vec<ScopedJoinHandle<'scope, ()>>,
     pauses: &'p AtomicBool,
 }
 
@@ -209,71 +204,50 @@ fn work(queue: &Mutex<Receiver<Task>>, results: Sender<Done>, pauses: &AtomicBoo
         // No thread panics while it holds the lock.
         let task = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
         let Ok(Task { number, mut replica, time }) = task else { return };
-        let result = replica.go(time, || pauses.load(Ordering::Relaxed));
+        // After a panic nobody looks at the replica any more.
+        let result = catch_unwind(AssertUnwindSafe(|| replica.go(time, || pauses.load(Ordering::Relaxed))));
         if results.send(Done { number, replica, result }).is_err() {
             return;
         }
     }
 }
 
-impl Crew<'_, '_> {
+impl Crew<'_> {
     /// Brings all replicas to the next attempt, or as far as they are where there is a reason to pause.
     fn advance<R: ExchangeRecorder>(
-        &mut self,
+        &self,
         exchange: &mut Exchange,
         recorder: &R,
         watch: &mut Watch<'_>,
     ) -> Result<bool, Failed> {
         let (time, attempts) = (exchange.next_time(), exchange.attempts());
         self.pauses.store(false, Ordering::Relaxed);
-        let count = exchange.replicas.len();
+        let mut all: Vec<Option<Done>> = exchange.replicas.iter().map(|_| None).collect();
         for (number, replica) in exchange.replicas.drain(..).enumerate() {
-            if let Some(tasks) = &self.tasks {
-                // Fails where a thread has panicked, which is noticed below.
-                let _ = tasks.send(Task { number, replica: Box::new(replica), time });
-            }
+            // The threads wait for tasks as long as there is a crew.
+            let _ = self.tasks.send(Task { number, replica: Box::new(replica), time });
         }
-        let mut all: Vec<Option<Done>> = (0..count).map(|_| None).collect();
-        let mut left = count;
+        let mut left = all.len();
         while left > 0 {
-            match self.done.recv_timeout(PAUSE) {
-                Ok(done) => {
-                    let number = done.number;
-                    all[number] = Some(done);
-                    left -= 1;
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => self.panic(),
+            if let Ok(done) = self.done.recv_timeout(PAUSE) {
+                let number = done.number;
+                all[number] = Some(done);
+                left -= 1;
             }
             watch.look(attempts);
             if watch.is_over || recorder.is_checkpoint_due() {
                 self.pauses.store(true, Ordering::Relaxed);
             }
-            if left > 0 && self.workers.iter().any(ScopedJoinHandle::is_finished) {
-                self.panic();
-            }
         }
         let (mut is_there, mut failed) = (true, None);
         for Done { number, replica, result } in all.into_iter().flatten() {
             exchange.replicas.push(*replica);
-            match result {
+            match result.unwrap_or_else(|panic| resume_unwind(panic)) {
                 Ok(is_done) => is_there &= is_done,
                 // The first one, whichever came first on the clock.
                 Err(source) => failed = failed.or(Some(Failed { number, source })),
             }
         }
         failed.map_or(Ok(is_there), Err)
-    }
-
-    /// Goes on with the panic of a thread, which ended while there was work.
-    #[cfg_attr(not(test), expect(clippy::unreachable, reason = "the panic of the thread goes on first"))]
-    fn panic(&mut self) -> ! {
-        self.tasks = None;
-        for worker in self.workers.drain(..) {
-            if let Err(panic) = worker.join() {
-                std::panic::resume_unwind(panic);
-            }
-        }
-        unreachable!("a thread ends early by a panic only")
     }
 }

@@ -8,8 +8,6 @@ use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
-
 use super::error::ExchangeFolderError;
 use super::execute::ExchangeRecorder;
 use super::replicas::{Exchange, ExchangeRow};
@@ -36,18 +34,8 @@ const CHECKPOINT: &str = "exchange.checkpoint";
 const PAGE: &str = "exchange.html";
 pub(super) const SUMMARY: &str = "summary.json";
 
-/// Content of a checkpoint.
-#[derive(Serialize)]
-struct Content<'a> {
-    exchange: &'a Exchange,
-    files: &'a [ManifestEntry],
-}
-
-#[derive(Deserialize)]
-struct Kept {
-    exchange: Exchange,
-    files: Vec<ManifestEntry>,
-}
+/// Content of a checkpoint, as it is read: the exchange, and its files.
+type Content = (Exchange, Vec<ManifestEntry>);
 
 /// Folder of an exchange: a recorder that writes its rows, frames, checkpoints and results.
 ///
@@ -149,8 +137,7 @@ impl ExchangeFolder {
         let frames = Frames::of(&scene);
         let exchange = Exchange::new(scene)?;
         let count = exchange.temperatures().len();
-        let mut rows = PartialFile::create(path.join(ROWS))?;
-        rows.write(&tables::header(count))?;
+        let rows = PartialFile::with_text(path.join(ROWS), &tables::header(count))?;
         let create = |place| PartialFile::create(trajectory_in(path, place));
         let trajectories = (0..count).map(create).collect::<Result<_, _>>()?;
         let folder = Self {
@@ -166,7 +153,7 @@ impl ExchangeFolder {
 
     /// The exchange of the last checkpoint with the end that its scene has now, and its files, which are as they were then.
     fn kept(path: &Path, scene: &Scene) -> Result<(Exchange, Vec<ManifestEntry>), ExchangeFolderError> {
-        let Kept { mut exchange, files } =
+        let (mut exchange, files): Content =
             checkpoint::read_content(&path.join(CHECKPOINT)).map_err(OutputError::Checkpoint)?;
         refuse_changed(exchange.scene()).map_err(OutputError::Checkpoint)?;
         for file in &files {
@@ -319,7 +306,7 @@ impl ExchangeRecorder for ExchangeFolder {
     fn checkpoint(&mut self, exchange: &Exchange) -> Result<(), OutputError> {
         let files = std::iter::once(&mut self.rows).chain(&mut self.trajectories);
         let files: Vec<ManifestEntry> = files.map(|file| file.keep(&self.path)).collect::<Result<_, _>>()?;
-        self.checkpoints.write(&Content { exchange, files: &files })
+        self.checkpoints.write(&(exchange, files))
     }
 }
 

@@ -1,16 +1,12 @@
 //! The table of all events, `contacts.csv`.
 
-use std::path::PathBuf;
-
-use super::error::OutputError;
-use super::partial::PartialFile;
 use super::thermo::Column;
 use crate::base::shortest::Shortest;
 use crate::engine::event::{Event, EventKind};
 use crate::physics::response::Outcome;
 
 /// The first line.
-const HEADER: &str = "time,kind,particle,partner,impulse,energy_step,dissipated\n";
+pub(super) const HEADER: &str = "time,kind,particle,partner,impulse,energy_step,dissipated\n";
 
 /// The units of its columns.
 const UNITS: [&str; 7] = ["time", "", "1", "1", "mass length / time", "energy", "energy"];
@@ -20,49 +16,11 @@ pub(super) fn columns() -> Vec<Column> {
     HEADER.trim_end().split(',').zip(UNITS).map(|(name, unit)| Column::new(name, unit)).collect()
 }
 
-/// The table while it is written.
-#[derive(Debug)]
-pub(super) struct Contacts {
-    file: PartialFile,
-    /// The line that is being made.
-    line: Vec<u8>,
-}
-
-impl Contacts {
-    /// An empty table.
-    pub fn create(path: PathBuf) -> Result<Self, OutputError> {
-        let mut file = PartialFile::create(path)?;
-        file.write(HEADER)?;
-        Ok(Self::go_on(file))
-    }
-
-    /// Goes on with a table that has been checked.
-    pub fn go_on(file: PartialFile) -> Self {
-        Self { file, line: Vec::new() }
-    }
-
-    /// Appends a line for an event.
-    pub fn add(&mut self, event: &Event) -> Result<(), OutputError> {
-        self.line.clear();
-        push_line(&mut self.line, event);
-        self.file.write_bytes(&self.line)
-    }
-
-    pub fn file(&self) -> &PartialFile {
-        &self.file
-    }
-
-    pub fn file_mut(&mut self) -> &mut PartialFile {
-        &mut self.file
-    }
-
-    pub fn into_file(self) -> PartialFile {
-        self.file
-    }
-}
-
 /// A line for an event. The partner of a contact with a wall is the side of the box, `-z` for the lower wall of z.
-fn push_line(line: &mut Vec<u8>, event: &Event) {
+pub(super) fn line(event: &Event) -> Vec<u8> {
+    // Room for most of them.
+    let mut text = Vec::with_capacity(128);
+    let line = &mut text;
     let kind: &[u8] = match event.kind {
         EventKind::Pair(Outcome::Core) => b",core,",
         EventKind::Pair(Outcome::Capture) => b",capture,",
@@ -88,4 +46,5 @@ fn push_line(line: &mut Vec<u8>, event: &Event) {
         Shortest(number).push(line);
     }
     line.push(b'\n');
+    text
 }

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 pub use error::{ConvertError, FrameError};
 
 pub(super) use bonds::bond_ends;
-pub(super) use target::{Draft, foreign_in, remove_converted};
+pub(super) use target::{Draft, draft, finish, foreign_in, remove_converted};
 
 use super::atomic::folder_of;
 use super::folder::TRAJECTORY;
@@ -210,7 +210,7 @@ impl Reading {
 }
 
 fn open(format: Format, target: &Target) -> Result<Box<dyn Writer>, ConvertError> {
-    let file = || Draft::create(target.partial()).map_err(ConvertError::write(target.partial()));
+    let file = || draft(target.partial()).map_err(ConvertError::write(target.partial()));
     Ok(match format {
         Format::Lammps => Box::new(lammps::Dump::new(file()?)),
         Format::Gsd => Box::new(gsd::Trajectory::new(file()?)),
@@ -230,6 +230,6 @@ impl Writer for Piece {
     }
 
     fn finish(self: Box<Self>) -> Result<(), FrameError> {
-        Ok(self.0.finish()?)
+        Ok(finish(self.0)?)
     }
 }

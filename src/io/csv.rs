@@ -8,7 +8,7 @@
 
 use std::io::Write;
 
-use super::convert::{Draft, FrameError, Moment, Writer};
+use super::convert::{Draft, FrameError, Moment, Writer, finish};
 use super::number::{Cell, quoted};
 use crate::analysis::instruments::Scalar;
 use crate::trajectory::Frame;
@@ -76,7 +76,7 @@ impl Writer for Table {
     }
 
     fn finish(self: Box<Self>) -> Result<(), FrameError> {
-        Ok(self.file.finish()?)
+        Ok(finish(self.file)?)
     }
 }
 

@@ -18,7 +18,7 @@ pub(crate) use self::frames::Frames;
 use self::trajectory::Trajectory;
 use super::atomic::Existing;
 use super::checkpoints::{self, Checkpoints};
-use super::contacts::Contacts;
+use super::contacts;
 use super::draft::remove_abandoned;
 use super::error::OutputError;
 use super::event_log::{self, EventLog};
@@ -27,7 +27,7 @@ use super::occupied::{FolderState, run_around, spot, state_of};
 use super::owned::{Owned, Replacement};
 use super::partial::PartialFile;
 use super::replacement;
-use super::scene_copy::SceneCopy;
+use super::scene_copy;
 use super::thermo::Columns;
 use crate::analysis::instruments::Scalar;
 use crate::analysis::observables::Row;
@@ -92,10 +92,11 @@ pub struct Folder {
     owned: Owned,
     /// That of the run that is to be replaced.
     outer: Option<Owned>,
-    scene: Option<SceneCopy>,
+    /// Checksum of the scene, if its text is kept.
+    scene: Option<u32>,
     columns: Columns,
     thermo: PartialFile,
-    contacts: Option<Contacts>,
+    contacts: Option<PartialFile>,
     events: Option<EventLog>,
     formats: Vec<Format>,
     flushed: Instant,
@@ -143,14 +144,13 @@ impl Folder {
         }
         owned.claim(&names)?;
         let columns = Columns::of(scene);
-        let mut thermo = PartialFile::create(path.join(THERMO))?;
-        thermo.write(&columns.header())?;
+        let contacts = || PartialFile::with_text(path.join(CONTACTS), contacts::HEADER);
         Ok(Self {
             scene: None,
+            thermo: PartialFile::with_text(path.join(THERMO), &columns.header())?,
             columns,
-            thermo,
             trajectory: Trajectory::new(PartialFile::create(path.join(TRAJECTORY))?, Frames::of(scene)),
-            contacts: scene.output.has_contacts.then(|| Contacts::create(path.join(CONTACTS))).transpose()?,
+            contacts: scene.output.has_contacts.then(contacts).transpose()?,
             events: scene.output.has_event_log.then(|| EventLog::create(&path)).transpose()?,
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
@@ -180,8 +180,8 @@ impl Folder {
     /// Whether the files take more than they may, and how much.
     #[must_use]
     pub fn excess(&self) -> Option<OutputError> {
-        let tables = [Some(&self.thermo), self.contacts.as_ref().map(Contacts::file)];
-        let length = tables.into_iter().flatten().map(PartialFile::length).sum::<u64>() + self.trajectory.length();
+        let tables = [&self.thermo].into_iter().chain(&self.contacts);
+        let length = tables.map(PartialFile::length).sum::<u64>() + self.trajectory.length();
         let bytes = (length + self.events.as_ref().map_or(0, EventLog::length)) as f64;
         let is_too_much = bytes > self.most_bytes;
         is_too_much.then(|| OutputError::TooMuch { path: self.path.clone(), bytes, most: self.most_bytes })
@@ -193,7 +193,7 @@ impl Folder {
     /// # Errors
     /// [`OutputError::Write`] if it cannot be written.
     pub fn keep_scene(&mut self, text: &str) -> Result<(), OutputError> {
-        self.scene = Some(SceneCopy::create(&self.path.join(SCENE), text)?);
+        self.scene = Some(scene_copy::create(self.path.join(SCENE), text)?);
         Ok(())
     }
 
@@ -215,12 +215,6 @@ impl Folder {
     #[must_use]
     pub fn summary_of(run: &Path) -> PathBuf {
         run.join(SUMMARY)
-    }
-
-    /// Where what the instruments have measured is, in the folder of a run that has any.
-    #[must_use]
-    pub fn measurements_of(run: &Path) -> PathBuf {
-        run.join(measurements::FILE)
     }
 
     /// The files of a run that other files are made from, whether they are there or not.
@@ -278,7 +272,7 @@ impl Recorder for Folder {
 
     fn event(&mut self, event: &Event) -> Result<(), OutputError> {
         if let Some(contacts) = &mut self.contacts {
-            contacts.add(event)?;
+            contacts.write_bytes(&contacts::line(event))?;
         }
         self.events.as_mut().map_or(Ok(()), |log| log.add(event))
     }
@@ -294,12 +288,13 @@ impl Recorder for Folder {
     fn checkpoint(&mut self, simulation: &Simulation, state: &RunState) -> Result<(), OutputError> {
         let mut files = vec![self.thermo.keep(&self.path)?, self.trajectory.keep(&self.path)?];
         if let Some(contacts) = &mut self.contacts {
-            files.push(contacts.file_mut().keep(&self.path)?);
+            files.push(contacts.keep(&self.path)?);
         }
         if let Some(log) = &mut self.events {
             files.extend(log.keep(&self.path)?);
         }
-        let manifest = Manifest { scene: self.scene.as_ref().map(|scene| scene.checksum), files };
-        self.checkpoints.write(&Content { simulation, state, manifest: &manifest })
+        let manifest = Manifest { scene: self.scene, files };
+        let content: Content = (simulation, state, &manifest);
+        self.checkpoints.write(&content)
     }
 }

@@ -30,7 +30,7 @@
 
 use std::io::Write;
 
-use super::convert::{Draft, FrameError, Moment, Writer};
+use super::convert::{Draft, FrameError, Moment, Writer, finish};
 use super::number::Cell;
 
 /// The dump while it is written.
@@ -105,7 +105,7 @@ impl Writer for Dump {
     }
 
     fn finish(self: Box<Self>) -> Result<(), FrameError> {
-        Ok(self.file.finish()?)
+        Ok(finish(self.file)?)
     }
 }
 

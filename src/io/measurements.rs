@@ -78,19 +78,15 @@ impl Measurements {
         if *self == Self::default() {
             return Ok(Vec::new());
         }
-        let mut all = PartialFile::create(folder.join(FILE))?;
-        let text =
-            serde_json::to_string(self).map_err(|error| OutputError::write(all.path())(io::Error::other(error)))?;
-        all.write(&(text + "\n"))?;
-        let mut files = vec![all];
+        let all = folder.join(FILE);
+        let text = serde_json::to_string(self).map_err(|error| OutputError::write(&all)(io::Error::other(error)))?;
+        let mut files = vec![PartialFile::with_text(all, &(text + "\n"))?];
         for (name, curve) in self.curves() {
             let path = folder.join(name);
             if let Some(tables) = path.parent() {
                 fs::create_dir_all(tables).map_err(|source| OutputError::Folder { path: tables.to_owned(), source })?;
             }
-            let mut file = PartialFile::create(path)?;
-            file.write(&table(curve))?;
-            files.push(file);
+            files.push(PartialFile::with_text(path, &table(curve))?);
         }
         Ok(files)
     }

@@ -90,15 +90,12 @@ impl Owned {
         let path = folder.join(FILE);
         let is_run = is_run(folder);
         let (file, text) = plain::lock(folder, FILE)?;
-        let lines = text.strip_prefix(HEADER.as_bytes());
-        // A last line that was cut off is none.
-        let whole = lines.map_or(0, |lines| text.len() - lines.len() + whole_lines(lines));
-        let list = lines.map(|lines| List::of(&String::from_utf8_lossy(&lines[..whole_lines(lines)])));
-        if list.is_none() && !HEADER.as_bytes().starts_with(&text) {
+        let found = List::of(&text);
+        if found.is_none() && !HEADER.as_bytes().starts_with(&text) {
             return Err(OutputError::Foreign(path));
         }
-        let lost: Vec<String> = if list.is_none() && is_run { known_in(folder) } else { Vec::new() };
-        let List { names, replacement } = list.unwrap_or_default();
+        let lost: Vec<String> = if found.is_none() && is_run { known_in(folder) } else { Vec::new() };
+        let (List { names, replacement }, whole) = found.unwrap_or_default();
         names.iter().chain(&lost).try_for_each(|name| plain::refuse_others(folder, name))?;
         if replacement != Replacement::None {
             plain::refuse(&replacement::within(folder), true)?;
@@ -237,9 +234,12 @@ struct List {
 }
 
 impl List {
-    fn of(lines: &str) -> Self {
+    /// The list in a file that is one, and how many bytes of it are whole lines: a last line that was cut off is none.
+    fn of(text: &[u8]) -> Option<(Self, usize)> {
+        let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+        let lines = text[..whole].strip_prefix(HEADER.as_bytes())?;
         let mut list = Self::default();
-        for line in lines.lines() {
+        for line in String::from_utf8_lossy(lines).lines() {
             if let Some(name) = line.strip_prefix("+ ").filter(|name| is_inside(name)) {
                 list.names.insert(name.to_owned());
             } else if let Some(name) = line.strip_prefix("- ") {
@@ -248,20 +248,14 @@ impl List {
                 list.replacement = state;
             }
         }
-        list
+        Some((list, whole))
     }
 }
 
-/// The list in a folder, if there is one; a last line that was cut off is none.
+/// The list in a folder, if there is one.
 fn read(folder: &Path) -> Option<List> {
     let text = plain::read(&folder.join(FILE), u64::MAX).ok()?;
-    let lines = text.strip_prefix(HEADER.as_bytes())?;
-    Some(List::of(&String::from_utf8_lossy(&lines[..whole_lines(lines)])))
-}
-
-/// Length of all lines but a last one that was cut off.
-fn whole_lines(text: &[u8]) -> usize {
-    text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1)
+    List::of(&text).map(|(list, _)| list)
 }
 
 /// The files in the folder of a run whose list is lost that every run writes.
@@ -303,6 +297,7 @@ mod tests {
 
     #[test]
     fn no_list_leads_out_of_its_folder() {
-        assert_eq!(List::of("+ ../x\n+ /etc/x\n+ events/time.npy\n+ \n+ ./y\n").names.len(), 1);
+        let text = format!("{HEADER}+ ../x\n+ /etc/x\n+ events/time.npy\n+ \n+ ./y\n");
+        assert_eq!(List::of(text.as_bytes()).unwrap().0.names.len(), 1);
     }
 }

@@ -31,6 +31,13 @@ impl PartialFile {
         Ok(Self { path, partial, file: buffered(Checked::new(file)), head: 0 })
     }
 
+    /// A file beside `path` that begins with a text, or has nothing else.
+    pub fn with_text(path: PathBuf, text: &str) -> Result<Self, OutputError> {
+        let mut file = Self::create(path)?;
+        file.write(text)?;
+        Ok(file)
+    }
+
     /// The name under which a file that takes its name at the end is there now.
     pub fn present(path: &Path) -> PathBuf {
         let partial = partial_of(path);
@@ -62,21 +69,6 @@ impl PartialFile {
         let mut file = Checked::new(file);
         seek_end(&mut file, &partial)?;
         Ok(Self { path, partial, file: buffered(file), head: 0 })
-    }
-
-    /// Content so far.
-    pub fn text(&mut self) -> Result<String, OutputError> {
-        self.flush()?;
-        fs::read_to_string(&self.partial).map_err(OutputError::write(&self.partial))
-    }
-
-    /// Replaces all of it, at once.
-    pub fn replace(&mut self, text: &str) -> Result<(), OutputError> {
-        let mut new = Self::create(self.partial.clone())?;
-        new.write(text)?;
-        new.complete()?;
-        *self = Self::reopen(self.path.clone())?;
-        Ok(())
     }
 
     /// Appends bytes.
@@ -127,7 +119,7 @@ impl PartialFile {
 
     /// Appends text.
     pub fn write(&mut self, text: &str) -> Result<(), OutputError> {
-        self.file.write_all(text.as_bytes()).map_err(OutputError::write(&self.partial))
+        self.write_bytes(text.as_bytes())
     }
 
     /// Hands what was written so far to the operating system, so that it can be looked at.

@@ -4,8 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::Simulation;
 use crate::engine::event::EventCountsBySpecies;
-use crate::model::Scene;
-use crate::run::{Finished, MeasuredStage};
 
 /// Event rate: events of one kind per time of the measurement, between particles of two species or with those of one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,31 +21,10 @@ pub struct Rate {
     pub per_particle: Vec<Option<f64>>,
 }
 
-/// The rates of all kinds of events that took place in a time.
+/// The rates of all kinds of events that took place in a simulation, in a measurement of some duration `[time]`.
 #[must_use]
-pub fn rates(counts: &EventCountsBySpecies, scene: &Scene, duration: f64) -> Vec<Rate> {
-    let mut numbers = vec![0; scene.species.len()];
-    for particle in &scene.particles {
-        numbers[particle.species.0 as usize] += 1;
-    }
-    rates_among(&numbers, counts, scene, duration)
-}
-
-/// Event rates of the measurement of a run.
-#[must_use]
-pub fn rates_of(finished: &Finished) -> Vec<Rate> {
-    let (simulation, duration) = (&finished.simulation, finished.measurement.duration);
-    rates_among(&simulation.population(), &finished.event_counts_by_species, simulation.scene(), duration)
-}
-
-/// Event rates of a measured stage of a run.
-#[must_use]
-pub fn rates_of_stage(stage: &MeasuredStage, simulation: &Simulation) -> Vec<Rate> {
-    let duration = stage.measurement.duration;
-    rates_among(&simulation.population(), &stage.event_counts_by_species, simulation.scene(), duration)
-}
-
-fn rates_among(numbers: &[usize], counts: &EventCountsBySpecies, scene: &Scene, duration: f64) -> Vec<Rate> {
+pub fn rates(simulation: &Simulation, counts: &EventCountsBySpecies, duration: f64) -> Vec<Rate> {
+    let (numbers, scene) = (simulation.population(), simulation.scene());
     let by_time = |count: f64| (duration > 0.0).then(|| count / duration);
     let rate = |(kind, species, events): (crate::engine::event::CountedKind, Vec<u32>, u64)| {
         let taking_part = |id: &u32| species.iter().filter(|other| *other == id).count() as f64 * events as f64;

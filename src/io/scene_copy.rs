@@ -2,57 +2,39 @@
 
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
-use super::partial::PartialFile;
+use super::partial::{PartialFile, partial_of};
 use crate::base::checksum::checksum;
 use crate::model::Limit;
 use crate::run::checkpoint::CheckpointError;
 use crate::scene::{with_limit, without_limit};
 
-/// The text, and its checksum, by which that of another run is refused.
-#[derive(Debug)]
-pub(super) struct SceneCopy {
-    file: PartialFile,
-    /// Of the text without its limit.
-    pub checksum: u32,
+/// Keeps a text, and returns its checksum without its limit, by which the scene of another run is refused.
+pub(super) fn create(path: PathBuf, text: &str) -> Result<u32, OutputError> {
+    PartialFile::with_text(path, text)?.flush()?;
+    Ok(identity(text))
 }
 
-impl SceneCopy {
-    /// Keeps a text.
-    pub fn create(path: &Path, text: &str) -> Result<Self, OutputError> {
-        let mut file = PartialFile::create(path.to_owned())?;
-        file.write(text)?;
-        file.flush()?;
-        Ok(Self { file, checksum: identity(text) })
-    }
+/// Whether the text is that of a checkpoint.
+pub(super) fn check(path: &Path, expected: u32) -> Result<(), CheckpointError> {
+    let path = PartialFile::present(path);
+    let text =
+        fs::read_to_string(&path).map_err(|source| CheckpointError::FileUnreadable { path: path.clone(), source })?;
+    let found = identity(&text);
+    if found == expected { Ok(()) } else { Err(CheckpointError::Scene { path, found, expected }) }
+}
 
-    /// Whether the text is that of a checkpoint.
-    pub fn check(path: &Path, expected: u32) -> Result<(), CheckpointError> {
-        let path = PartialFile::present(path);
-        let text = fs::read_to_string(&path)
-            .map_err(|source| CheckpointError::FileUnreadable { path: path.clone(), source })?;
-        let found = identity(&text);
-        if found == expected { Ok(()) } else { Err(CheckpointError::Scene { path, found, expected }) }
+/// Changes the limit in the text of a run that goes on, if it has another one.
+pub(super) fn set_limit(path: &Path, limit: Limit) -> Result<(), OutputError> {
+    let partial = partial_of(path);
+    let text = fs::read_to_string(&partial).map_err(OutputError::write(&partial))?;
+    let changed = with_limit(&text, limit).map_err(|error| OutputError::write(path)(io::Error::other(error)))?;
+    if changed != text {
+        PartialFile::with_text(partial, &changed)?.complete()?;
     }
-
-    /// Goes on with a text that has been checked.
-    pub fn resume(path: &Path, checksum: u32) -> Result<Self, OutputError> {
-        Ok(Self { file: PartialFile::reopen(path.to_owned())?, checksum })
-    }
-
-    /// Changes the limit in the text, if it has another one.
-    pub fn set_limit(&mut self, limit: Limit) -> Result<(), OutputError> {
-        let text = self.file.text()?;
-        let changed =
-            with_limit(&text, limit).map_err(|error| OutputError::write(self.file.path())(io::Error::other(error)))?;
-        if changed == text { Ok(()) } else { self.file.replace(&changed) }
-    }
-
-    pub fn into_file(self) -> PartialFile {
-        self.file
-    }
+    Ok(())
 }
 
 /// The checksum of a text without its limit.

@@ -12,7 +12,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::folder::SUMMARY;
-use super::rates::{Rate, rates_of, rates_of_stage};
+use super::rates::{Rate, rates};
 pub use super::thermo::Column;
 use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_system};
@@ -250,7 +250,7 @@ impl Summary {
                 scale_of_scene(simulation),
             ),
             columns: BTreeMap::new(),
-            rates: rates_of(finished),
+            rates: rates(simulation, &finished.event_counts_by_species, finished.measurement.duration),
             speed: Speed::of(&finished.measurement),
         }
     }
@@ -274,7 +274,7 @@ impl StageSummary {
             equilibrated: stage.equilibrium.clone(),
             observables: observables(&stage.observables, &stage.stationarity),
             published: published(&stage.observables, simulation, thermostat, scale),
-            rates: rates_of_stage(stage, simulation),
+            rates: rates(simulation, &stage.event_counts_by_species, stage.measurement.duration),
             speed: Speed::of(&stage.measurement),
         }
     }

@@ -30,6 +30,9 @@ impl Column {
     }
 }
 
+/// A quantity of a row: whether it means something for the scene, its name, its unit, and its value.
+type Quantity = (bool, &'static str, &'static str, fn(&Row) -> Option<f64>);
+
 /// Which columns a scene has.
 #[derive(Debug, Clone)]
 pub(super) struct Columns {
@@ -61,20 +64,10 @@ impl Columns {
 
     /// The names of the columns, which are identifiers, and their units.
     pub fn columns(&self) -> Vec<Column> {
-        let applicable = &self.applicable;
-        let pressure = text::unit("energy / length^D", trunc_to_usize(applicable.dimensions));
+        let dimensions = trunc_to_usize(self.applicable.dimensions);
         let mut columns = vec![Column::new("time", "time"), Column::new("events", "1")];
-        for (has, name, unit) in [
-            (applicable.has_temperature, "temperature", "energy"),
-            (true, "kinetic", "energy"),
-            (true, "potential", "energy"),
-            (true, "energy_and_dissipated", "energy"),
-            (self.is_driven, "supplied", "energy"),
-            (applicable.has_pressure, "pressure", pressure.as_str()),
-            (applicable.has_core, "collision_rate", "1 / time"),
-            (applicable.has_height(), "height", "length"),
-        ] {
-            columns.extend(has.then(|| Column::new(name, unit)));
+        for (has, name, unit, _) in self.quantities() {
+            columns.extend(has.then(|| Column::new(name, &text::unit(unit, dimensions))));
         }
         let regions: Vec<String> = self.regions.iter().map(|region| format!("in {region}")).collect();
         let names = text::identifiers(regions.iter().map(String::as_str));
@@ -83,23 +76,28 @@ impl Columns {
         columns
     }
 
+    /// The quantities of a row, in the order of their columns.
+    fn quantities(&self) -> [Quantity; 8] {
+        let applicable = &self.applicable;
+        [
+            (applicable.has_temperature, "temperature", "energy", |row| row.temperature),
+            (true, "kinetic", "energy", |row| Some(row.kinetic)),
+            (true, "potential", "energy", |row| Some(row.potential)),
+            (true, "energy_and_dissipated", "energy", |row| Some(row.ledger)),
+            (self.is_driven, "supplied", "energy", |row| Some(row.supplied)),
+            (applicable.has_pressure, "pressure", "energy / length^D", |row| row.pressure),
+            (applicable.has_core, "collision_rate", "1 / time", |row| row.collision_rate),
+            (applicable.has_height(), "height", "length", |row| row.height),
+        ]
+    }
+
     /// A line of measurements.
     pub fn line(&self, stage: Stage, row: &Row) -> String {
         let mut line = format!("{},{}", Cell(Some(row.time)), row.events);
-        let applicable = &self.applicable;
-        for (has, cell) in [
-            (applicable.has_temperature, row.temperature),
-            (true, Some(row.kinetic)),
-            (true, Some(row.potential)),
-            (true, Some(row.ledger)),
-            (self.is_driven, Some(row.supplied)),
-            (applicable.has_pressure, row.pressure),
-            (applicable.has_core, row.collision_rate),
-            (applicable.has_height(), row.height),
-        ] {
+        for (has, .., of) in self.quantities() {
             if has {
                 // Writing to a string cannot fail.
-                let _ = write!(line, ",{}", Cell(cell));
+                let _ = write!(line, ",{}", Cell(of(row)));
             }
         }
         for count in &row.counts {

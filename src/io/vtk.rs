@@ -19,7 +19,7 @@ mod tests;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::convert::{Draft, FrameError, Moment, Writer, bond_ends};
+use super::convert::{Draft, FrameError, Moment, Writer, bond_ends, draft, finish};
 use super::number::Cell;
 use crate::trajectory::Frame;
 use poly_data::PolyData;
@@ -38,7 +38,7 @@ impl Series {
 
     fn start(&self, frame: &Frame) -> Result<Draft, FrameError> {
         outline(frame).write(&self.folder.join("box.vtp"))?;
-        let mut list = Draft::create(&self.folder.join("trajectory.pvd"))?;
+        let mut list = draft(&self.folder.join("trajectory.pvd"))?;
         list.write_all(
             b"<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
         )?;
@@ -63,7 +63,7 @@ impl Writer for Series {
     fn finish(self: Box<Self>) -> Result<(), FrameError> {
         if let Some(mut list) = self.list {
             list.write_all(b"</Collection>\n</VTKFile>\n")?;
-            list.finish()?;
+            finish(list)?;
         }
         Ok(())
     }
@@ -82,18 +82,19 @@ fn particles(moment: &Moment) -> Result<PolyData, FrameError> {
     let all = &frame.particles;
     data.points(all.iter().map(|particle| &particle.position));
     data.vertices();
-    data.scalars("radius", all.iter().map(|particle| particle.radius));
+    data.point_array("radius", "Float64", 1, all.iter().flat_map(|particle| particle.radius.to_le_bytes()));
     if has_velocities {
-        data.vectors("velocity", all.iter().map(|particle| &particle.velocity));
+        let velocities = all.iter().flat_map(|particle| particle.velocity.iter());
+        data.point_array("velocity", "Float64", 3, velocities.flat_map(|v| v.to_le_bytes()));
     }
     if !frame.images.is_empty() {
-        data.whole_vectors("image", &frame.images);
+        data.point_array("image", "Int32", 3, frame.images.iter().flatten().flat_map(|x| x.to_le_bytes()));
     }
-    data.indices("species", all.iter().map(|particle| particle.species.0));
-    data.indices("id", all.iter().map(|particle| particle.id.0));
-    data.flags("static", all.iter().map(|particle| frame.is_static(particle)));
+    data.point_array("species", "UInt32", 1, all.iter().flat_map(|particle| particle.species.0.to_le_bytes()));
+    data.point_array("id", "UInt32", 1, all.iter().flat_map(|particle| particle.id.0.to_le_bytes()));
+    data.point_array("static", "UInt8", 1, all.iter().map(|particle| u8::from(frame.is_static(particle))));
     for scalar in &frame.scalars {
-        data.scalars(&scalar.name, scalar.values.iter().copied());
+        data.point_array(&scalar.name, "Float64", 1, scalar.values.iter().flat_map(|value| value.to_le_bytes()));
     }
     let mut ends = bond_ends(frame)?;
     ends.retain(|&ends| !leaves_through_a_side(frame, ends));

@@ -66,13 +66,8 @@ pub struct Checkpoint {
     pub manifest: Manifest,
 }
 
-/// Content of a checkpoint to be written.
-#[derive(Serialize)]
-pub(crate) struct Content<'a> {
-    pub simulation: &'a Simulation,
-    pub state: &'a RunState,
-    pub manifest: &'a Manifest,
-}
+/// Content of a [`Checkpoint`] to be written, field by field.
+pub(crate) type Content<'a> = (&'a Simulation, &'a RunState, &'a Manifest);
 
 /// The first bytes of the checkpoints that this program writes, and reads.
 fn head() -> [u8; HEAD] {
@@ -150,24 +145,18 @@ fn sound_head(file: &mut File) -> io::Result<Result<[u8; HEAD], &'static str>> {
     if !whole {
         return Ok(Err("its end is missing"));
     }
-    let mut found = crc32fast::Hasher::new();
-    found.update(&head);
-    let mut left = length - (HEAD + TAIL) as u64;
-    let mut piece = vec![0; PIECE];
-    while left > 0 {
-        let some = numbers::index(left.min(PIECE as u64));
-        file.read_exact(&mut piece[..some])?;
-        found.update(&piece[..some]);
-        left -= some as u64;
-    }
+    let content = length - (HEAD + TAIL) as u64;
+    let mut found = Checked::new(io::sink());
+    found.write_all(&head)?;
+    io::copy(&mut BufReader::with_capacity(PIECE, (&*file).take(content)), &mut found)?;
     let (mut stated, mut checksum) = ([0; 8], [0; 4]);
     file.read_exact(&mut stated)?;
     file.read_exact(&mut checksum)?;
-    found.update(&stated);
-    if u64::from_le_bytes(stated) != length - (HEAD + TAIL) as u64 {
+    found.write_all(&stated)?;
+    if u64::from_le_bytes(stated) != content {
         return Ok(Err("its end is missing"));
     }
-    Ok(if checksum == found.finalize().to_le_bytes() { Ok(head) } else { Err("its checksum is wrong") })
+    Ok(if checksum == found.checksum().to_le_bytes() { Ok(head) } else { Err("its checksum is wrong") })
 }
 
 /// Reads the content of a checkpoint, without memory for more than what is made of it.
@@ -279,8 +268,8 @@ mod tests {
         let simulation = Simulation::without_plan(scene);
         let state = RunState::new(&simulation);
         let full = File::options().write(true).open("/dev/full").unwrap();
-        let manifest = &Manifest { scene: None, files: Vec::new() };
-        let error = write(&full, &Content { simulation: &simulation, state: &state, manifest }).unwrap_err();
+        let content: Content = (&simulation, &state, &Manifest { scene: None, files: Vec::new() });
+        let error = write(&full, &content).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::StorageFull);
     }
 }

@@ -142,11 +142,7 @@ impl Driver<'_> {
             let temperature = self.state.next_temperature;
             let until = time.min(scaling).min(temperature);
             let most = events.min(self.next_check());
-            let ending = if self.state.ledger.has_overlaps() {
-                self.advance_to_overlap_check(until, most)?
-            } else {
-                self.go(until, most)?
-            };
+            let ending = self.go(until, most)?;
             match ending {
                 // By the clock of the simulation that may be a rounding too early.
                 Some(Ending::Time) => {

@@ -3,7 +3,7 @@
 use super::stage::{Settings, Stage};
 use crate::analysis::published::{contact_value, contact_value_of_disks};
 use crate::model::potential::Potential;
-use crate::model::space::{Boundary, Face};
+use crate::model::space::Boundary;
 use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
 
 /// Steps of the event loop in a second of wall time, to the order of magnitude: an event, a new velocity, a look at a particle.
@@ -93,13 +93,8 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
 
 /// Events of a fluid by simulated time, by kinetic theory `[1 / time]`; `None` where particles fall, can leave, or rest.
 pub(super) fn rate(scene: &Scene) -> Option<f64> {
-    let is_open = |boundary: &Boundary| match boundary {
-        Boundary::Bounded { lower, upper } => [lower, upper].contains(&&Face::Open),
-        Boundary::Periodic | Boundary::Flat => false,
-    };
     let is_falling = scene.species.iter().any(|species| species.acceleration.norm() > 0.0);
-    let is_fluid = !is_falling && !scene.space.boundary.iter().any(is_open);
-    let rate = if is_fluid { Pace::of(scene).events } else { 0.0 };
+    let rate = if is_falling || !scene.space.is_closed() { 0.0 } else { Pace::of(scene).events };
     (rate.is_finite() && rate > 0.0).then_some(rate)
 }
 

@@ -14,6 +14,7 @@ use super::plan::{Point, Sweep};
 use super::results::trouble_of;
 use crate::base::text::with_causes;
 use crate::io::{Existing, Folder, FolderState, OutputError, Summary};
+use crate::model::Scene;
 use crate::run::{Ending, Finished, Progress, Run, RunError};
 
 /// Outcome of a point.
@@ -135,17 +136,16 @@ impl SweepFolder {
         orders: &Orders<'_>,
         watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Fate, SweepError> {
-        let fate = self.run(sweep, point, orders, watch);
-        self.keep_fate(point, &fate)?;
-        Ok(fate)
-    }
-
-    fn keep_fate(&self, point: &Point, fate: &Fate) -> Result<(), SweepError> {
-        match fate {
-            Fate::Failed(message) => self.keep_failure(point, Some(message)),
-            Fate::Done => self.keep_failure(point, None),
-            Fate::Kept | Fate::Elsewhere | Fate::Interrupted => Ok(()),
+        let fate = self.run(sweep, point, orders, watch).unwrap_or_else(|error| match error {
+            OutputError::Busy(_) => Fate::Elsewhere,
+            error => failed(&error),
+        });
+        match &fate {
+            Fate::Failed(message) => self.keep_failure(point, Some(message))?,
+            Fate::Done => self.keep_failure(point, None)?,
+            Fate::Kept | Fate::Elsewhere | Fate::Interrupted => {}
         }
+        Ok(fate)
     }
 
     fn run(
@@ -154,94 +154,82 @@ impl SweepFolder {
         point: &Point,
         orders: &Orders<'_>,
         watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Fate {
+    ) -> Result<Fate, OutputError> {
         let path = self.of(point);
-        let begun = match self.state_of(point) {
-            Ok(FolderState::Finished) => return self.over(point, &path),
-            Ok(FolderState::Unfinished) => None,
-            Ok(FolderState::Nothing) => match self.begin(sweep, point) {
-                Ok(begun) => Some(begun),
-                Err(Obstacle::Scene(message)) => return Fate::Failed(message),
-                Err(Obstacle::Folder(OutputError::Finished(_))) => return Fate::Kept,
-                Err(Obstacle::Folder(OutputError::Unfinished(_))) => None,
-                Err(Obstacle::Folder(error)) => return fate_of(error),
-            },
-            Err(error) => return fate_of(error),
-        };
-        let resumed = || Folder::resume(&path, None).map(|(folder, checkpoint)| (folder, Run::resume(checkpoint)));
-        match begun.map_or_else(resumed, Ok) {
-            Ok((folder, run)) => finish(folder, run, orders, watch),
-            Err(error) => fate_of(error),
+        match self.state_of(point)? {
+            FolderState::Finished => return self.over(point, &path),
+            FolderState::Unfinished => {}
+            FolderState::Nothing => {
+                let (scene, record) = match self.scene(sweep, point) {
+                    Ok(scene) => scene,
+                    Err(error) => return Ok(failed(&error)),
+                };
+                match Folder::create(&path, &scene, Existing::Keep) {
+                    Ok(mut folder) => {
+                        folder.keep_scene(&record)?;
+                        return finish(folder, Run::without_start(scene), orders, watch);
+                    }
+                    // Another process was at it meanwhile.
+                    Err(OutputError::Finished(_)) => return Ok(Fate::Kept),
+                    Err(OutputError::Unfinished(_)) => {}
+                    Err(error) => return Err(error),
+                }
+            }
         }
+        let (folder, checkpoint) = Folder::resume(&path, None)?;
+        finish(folder, Run::resume(checkpoint), orders, watch)
     }
 
     /// Outcome of a run that has ended. A conversion that is not there, as where the disk was full, is made now.
-    fn over(&self, point: &Point, path: &Path) -> Fate {
+    fn over(&self, point: &Point, path: &Path) -> Result<Fate, OutputError> {
         // One that was killed, and went on by itself, has failed without a word of it here.
         let trouble = || Summary::read(path).ok().and_then(|summary| trouble_of(&summary));
-        let made = match Folder::convert_missing(path) {
-            Ok(made) => made,
-            Err(error) => return fate_of(error),
-        };
-        match made.failures.first() {
-            Some(failure) => Fate::Failed(trouble().unwrap_or_else(|| one_line(failure))),
+        let made = Folder::convert_missing(path)?;
+        Ok(match made.failures.first() {
+            Some(failure) => trouble().map_or_else(|| failed(failure), Fate::Failed),
             None if made.files.is_empty() => self.failure(point).or_else(trouble).map_or(Fate::Kept, Fate::Failed),
             None => trouble().map_or(Fate::Done, Fate::Failed),
-        }
+        })
     }
 
-    fn begin(&self, sweep: &Sweep, point: &Point) -> Result<(Folder, Run), Obstacle> {
-        let scene = sweep.scene_at(point).map_err(|error| Obstacle::Scene(one_line(&error)))?;
+    /// The scene of a point, and the text from which it can be made again.
+    fn scene(&self, sweep: &Sweep, point: &Point) -> Result<(Scene, String), SweepError> {
+        let scene = sweep.scene_at(point)?;
         if let Some((path, found, expected)) = replaced(&scene, self.inputs()) {
-            let folder = self.path().to_owned();
-            return Err(Obstacle::Scene(one_line(&SweepError::Input { path, found, expected, folder })));
+            return Err(SweepError::Input { path, found, expected, folder: self.path().to_owned() });
         }
-        let record = sweep.record_at(point, &scene).map_err(|error| Obstacle::Scene(one_line(&error)))?;
-        let mut folder = Folder::create(&self.of(point), &scene, Existing::Keep).map_err(Obstacle::Folder)?;
-        folder.keep_scene(&record).map_err(Obstacle::Folder)?;
-        Ok((folder, Run::without_start(scene)))
+        let record = sweep.record_at(point, &scene)?;
+        Ok((scene, record))
     }
 }
 
-/// Why a point cannot be begun.
-enum Obstacle {
-    Scene(String),
-    Folder(OutputError),
-}
-
-fn finish(folder: Folder, run: Run, orders: &Orders<'_>, watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Fate {
+fn finish(
+    folder: Folder,
+    run: Run,
+    orders: &Orders<'_>,
+    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Fate, OutputError> {
     let mut folder = folder.checkpoint_every(orders.checkpoint_every).at_most(orders.most_bytes);
     let finished = match run.execute(&mut folder, watch) {
         Ok(finished) => finished,
-        Err(RunError::Recorder(error)) => return fate_of(error),
-        Err(error) => return Fate::Failed(one_line(&error)),
+        Err(RunError::Recorder(error)) => return Err(error),
+        Err(error) => return Ok(failed(&error)),
     };
     if let Some(excess) = folder.excess() {
-        return fate_of(excess);
+        return Err(excess);
     }
     if finished.ending == Ending::Interrupted {
         // Its last checkpoint is all that it needs to go on.
-        return Fate::Interrupted;
+        return Ok(Fate::Interrupted);
     }
-    match folder.complete(&finished, &(orders.report)(&finished)) {
-        Err(error) => fate_of(error),
-        Ok(done) => match finished.trouble().or_else(|| done.failures.first().map(|failure| one_line(failure))) {
-            Some(trouble) => Fate::Failed(trouble),
-            None => Fate::Done,
-        },
-    }
-}
-
-fn fate_of(error: OutputError) -> Fate {
-    match error {
-        OutputError::Busy(_) => Fate::Elsewhere,
-        error => Fate::Failed(one_line(&error)),
-    }
+    let done = folder.complete(&finished, &(orders.report)(&finished))?;
+    let failure = || done.failures.first().map(|failure| failed(failure));
+    Ok(finished.trouble().map(Fate::Failed).or_else(failure).unwrap_or(Fate::Done))
 }
 
 /// The message of an error and those of what caused it, in one line.
-fn one_line(error: &dyn std::error::Error) -> String {
-    with_causes(error).replace('\n', " ")
+fn failed(error: &dyn std::error::Error) -> Fate {
+    Fate::Failed(with_causes(error).replace('\n', " "))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::base::text::{self, clock, digits, short};
 use crate::engine::event::EventCounts;
 use crate::io::Summary;
-use crate::io::rates::{rates_of, told_apart};
+use crate::io::rates::{rates, told_apart};
 use crate::run::{Ending, Finished, Stage};
 use crate::view::{audit, describe};
 
@@ -48,7 +48,7 @@ pub fn text(finished: &Finished) -> String {
         lines.title("mean and standard error");
         lines.means(&finished.observables, &finished.stationarity, event_counts, dimensions);
     }
-    let all = rates_of(finished);
+    let all = rates(&finished.simulation, &finished.event_counts_by_species, finished.measurement.duration);
     let all = told_apart(&all);
     if !all.is_empty() {
         lines.title("events by kind and species, by time");

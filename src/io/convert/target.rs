@@ -1,7 +1,7 @@
 //! Where a conversion goes, and what it may replace.
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::ConvertError;
@@ -73,36 +73,17 @@ impl Drop for Target {
 }
 
 /// A file of a conversion while it is written.
-#[derive(Debug)]
-pub(in crate::io) struct Draft(BufWriter<File>);
+pub(in crate::io) type Draft = BufWriter<File>;
 
-impl Draft {
-    /// An empty file.
-    pub fn create(path: &Path) -> io::Result<Self> {
-        Ok(Self(BufWriter::with_capacity(1 << 16, plain::create(path)?)))
-    }
-
-    /// Makes it safe on the disk.
-    pub fn finish(mut self) -> io::Result<()> {
-        self.0.flush()?;
-        self.0.get_ref().sync_all()
-    }
+/// An empty file.
+pub(in crate::io) fn draft(path: &Path) -> io::Result<Draft> {
+    Ok(BufWriter::with_capacity(1 << 16, plain::create(path)?))
 }
 
-impl Write for Draft {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
-    }
-}
-
-impl Seek for Draft {
-    fn seek(&mut self, place: SeekFrom) -> io::Result<u64> {
-        self.0.seek(place)
-    }
+/// Makes a file safe on the disk.
+pub(in crate::io) fn finish(mut draft: Draft) -> io::Result<()> {
+    draft.flush()?;
+    draft.get_ref().sync_all()
 }
 
 /// Removes the files of a former conversion into a folder, and the folder if nothing else is in it.

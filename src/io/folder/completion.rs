@@ -4,9 +4,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::conversions::Conversions;
-use super::{CONTACTS, Folder, PAGE, REPORT, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY};
+use super::{CONTACTS, Folder, PAGE, REPORT, SCENE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY};
 use crate::io::atomic::sync_folder;
-use crate::io::contacts::{self, Contacts};
+use crate::io::contacts;
 use crate::io::convert::ConvertError;
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
@@ -14,7 +14,6 @@ use crate::io::measurements::{self, Measurements};
 use crate::io::owned::Owned;
 use crate::io::partial::PartialFile;
 use crate::io::replacement;
-use crate::io::scene_copy::SceneCopy;
 use crate::io::summary::Summary;
 use crate::run::Finished;
 
@@ -43,21 +42,16 @@ impl Folder {
         let trajectory_file = self.trajectory.into_file()?;
         let measured = Measurements::of(finished);
         self.owned.claim(&measured.names())?;
-        let mut report_file = PartialFile::create(self.path.join(REPORT))?;
-        report_file.write(report)?;
+        let report_file = PartialFile::with_text(self.path.join(REPORT), report)?;
         let contacts = self.contacts.as_ref().map(|_| (CONTACTS.to_owned(), contacts::columns()));
         let columns = [(THERMO.to_owned(), self.columns.columns())].into_iter().chain(contacts).collect();
         let summary_file = summary(&self.path, &Summary { columns, ..Summary::of(finished) })?;
         let measurements = measured.prepare(&self.path)?;
         let events = self.events.map(EventLog::finish).transpose()?.unwrap_or_default();
         let trajectory = self.path.join(TRAJECTORY);
-        let tables = [Some(self.thermo), Some(trajectory_file), self.contacts.map(Contacts::into_file)];
-        let files = [self.scene.map(SceneCopy::into_file)]
-            .into_iter()
-            .chain(tables)
-            .flatten()
-            .chain(measurements)
-            .chain(events);
+        let tables = [Some(self.thermo), Some(trajectory_file), self.contacts];
+        let scene = self.scene.map(|_| PartialFile::reopen(self.path.join(SCENE))).transpose()?;
+        let files = [scene].into_iter().chain(tables).flatten().chain(measurements).chain(events);
         let mut files: Vec<PartialFile> = files.chain([report_file]).collect();
         // All are safe before the first of them gets its name.
         files.iter_mut().try_for_each(PartialFile::sync)?;
@@ -82,10 +76,10 @@ impl Folder {
 
 /// The summary, safe on the disk under the name of a file that is not complete.
 fn summary(folder: &Path, summary: &Summary) -> Result<PartialFile, OutputError> {
-    let mut file = PartialFile::create(folder.join(SUMMARY))?;
-    let text = serde_json::to_string_pretty(summary)
-        .map_err(|error| OutputError::write(file.path())(io::Error::other(error)))?;
-    file.write(&(text + "\n"))?;
+    let path = folder.join(SUMMARY);
+    let text =
+        serde_json::to_string_pretty(summary).map_err(|error| OutputError::write(&path)(io::Error::other(error)))?;
+    let mut file = PartialFile::with_text(path, &(text + "\n"))?;
     file.sync()?;
     Ok(file)
 }

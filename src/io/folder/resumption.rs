@@ -8,16 +8,14 @@ use super::frames::Frames;
 use super::trajectory::Trajectory;
 use super::{CONTACTS, Folder, SCENE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY, names_of};
 use crate::io::checkpoints::{self, Checkpoints};
-use crate::io::contacts::Contacts;
 use crate::io::draft::remove_abandoned;
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
 use crate::io::occupied::active;
 use crate::io::owned::{Owned, is_run};
 use crate::io::partial::PartialFile;
-use crate::io::scene_copy::SceneCopy;
 use crate::io::thermo::Columns;
-use crate::io::{inputs, replacement};
+use crate::io::{inputs, replacement, scene_copy};
 use crate::model::Limit;
 use crate::run::Recorder;
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
@@ -47,7 +45,7 @@ impl Folder {
         owned.allow(&names.into_iter().filter(|name| owned.names().contains(name)).collect::<Vec<_>>())?;
         let manifest = &checkpoint.manifest;
         if let Some(checksum) = manifest.scene {
-            SceneCopy::check(&path.join(SCENE), checksum)?;
+            scene_copy::check(&path.join(SCENE), checksum)?;
         }
         for file in &manifest.files {
             PartialFile::check(&path.join(&file.name), file)?;
@@ -61,13 +59,16 @@ impl Folder {
             let missing = || CheckpointError::File { path: path.join(name), found: 0, expected: 0 };
             file(name)?.ok_or_else(|| OutputError::from(missing()))
         };
+        if manifest.scene.is_some() {
+            PartialFile::reopen(path.join(SCENE))?;
+        }
         let mut folder = Self {
             // A program of the library need not have kept it.
-            scene: manifest.scene.map(|checksum| SceneCopy::resume(&path.join(SCENE), checksum)).transpose()?,
+            scene: manifest.scene,
             columns: Columns::with(scene, checkpoint.state.applicable().clone()),
             thermo: need(THERMO)?,
             trajectory: Trajectory::new(need(TRAJECTORY)?, Frames::of_simulation(&checkpoint.simulation)),
-            contacts: file(CONTACTS)?.map(Contacts::go_on),
+            contacts: file(CONTACTS)?,
             events: scene.output.has_event_log.then(|| EventLog::resume(path, manifest)).transpose()?,
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
@@ -83,13 +84,10 @@ impl Folder {
             folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
         }
         // Also where a kill came between a checkpoint with a new end and this.
-        folder.keep_limit(checkpoint.simulation.scene().run().limit)?;
+        if folder.scene.is_some() {
+            scene_copy::set_limit(&path.join(SCENE), checkpoint.simulation.scene().run().limit)?;
+        }
         Ok((folder, checkpoint))
-    }
-
-    /// Changes the limit in the scene that is kept.
-    fn keep_limit(&mut self, limit: Limit) -> Result<(), OutputError> {
-        self.scene.as_mut().map_or(Ok(()), |scene| scene.set_limit(limit))
     }
 }
 

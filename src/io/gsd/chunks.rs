@@ -5,7 +5,7 @@
 use std::borrow::Cow;
 use std::io::{self, Seek, SeekFrom, Write};
 
-use crate::io::convert::{Draft, FrameError};
+use crate::io::convert::{Draft, FrameError, finish};
 
 const MAGIC: u64 = 0x65DF_65DF_65DF_65DF;
 const FILE_VERSION: u32 = 2 << 16;
@@ -121,7 +121,7 @@ impl Chunks {
         let header = self.header(names.len() as u64);
         self.file.seek(SeekFrom::Start(0))?;
         self.file.write_all(&header)?;
-        self.file.finish()
+        finish(self.file)
     }
 
     fn header(&self, names_size: u64) -> Vec<u8> {
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn a_name_beyond_16_bits_is_refused_and_a_known_one_is_not() {
         let folder = tempfile::tempdir().unwrap();
-        let mut chunks = Chunks::new(Draft::create(&folder.path().join("a.gsd")).unwrap());
+        let mut chunks = Chunks::new(crate::io::convert::draft(&folder.path().join("a.gsd")).unwrap());
         chunks.names = vec![Cow::Borrowed("taken"); usize::from(u16::MAX)];
         chunks.write("last", Kind::Uint8, 1, &[0]).unwrap();
         assert_eq!(chunks.index[0].name, u16::MAX);

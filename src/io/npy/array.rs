@@ -5,7 +5,7 @@
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use crate::io::convert::Draft;
+use crate::io::convert::{Draft, draft, finish};
 
 /// Length of the header `[bytes]`: enough for any shape here, and a multiple of 64, so that the data is aligned.
 pub(in crate::io) const HEADER_SIZE: usize = 10 + STATED_SIZE as usize;
@@ -25,7 +25,7 @@ pub(super) struct Array {
 impl Array {
     /// An array without rows; `kind` as NumPy writes it, `<f8`.
     pub fn create(path: &Path, kind: &str, row_shape: &[usize]) -> io::Result<Self> {
-        let mut file = Draft::create(path)?;
+        let mut file = draft(path)?;
         file.write_all(&[0; HEADER_SIZE])?;
         Ok(Self { file, kind: kind.to_owned(), row_shape: row_shape.to_vec(), rows: 0 })
     }
@@ -65,7 +65,7 @@ impl Array {
     pub fn finish(mut self) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(0))?;
         self.file.write_all(&header(&self.kind, &self.row_shape, self.rows))?;
-        self.file.finish()
+        finish(self.file)
     }
 }
 

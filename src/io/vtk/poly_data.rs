@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::Vector;
-use crate::io::convert::Draft;
+use crate::io::convert::draft;
 
 /// Points, vertices and lines, with arrays.
 #[derive(Debug, Default)]
@@ -71,33 +71,9 @@ impl PolyData {
         self.lines = self.cells(ends);
     }
 
-    /// A number per point.
-    pub fn scalars(&mut self, name: &str, numbers: impl Iterator<Item = f64>) {
-        let bytes: Vec<u8> = numbers.flat_map(f64::to_le_bytes).collect();
-        self.point_data += &append(&mut self.appended, "Float64", name, 1, None, &bytes);
-    }
-
-    /// A vector per point.
-    pub fn vectors<'a>(&mut self, name: &str, vectors: impl Iterator<Item = &'a Vector>) {
-        self.point_data += &append(&mut self.appended, "Float64", name, 3, None, &vector_bytes(vectors));
-    }
-
-    /// Three whole numbers of either sign per point.
-    pub fn whole_vectors(&mut self, name: &str, vectors: &[[i32; 3]]) {
-        let bytes: Vec<u8> = vectors.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
-        self.point_data += &append(&mut self.appended, "Int32", name, 3, None, &bytes);
-    }
-
-    /// A whole number per point.
-    pub fn indices(&mut self, name: &str, numbers: impl Iterator<Item = u32>) {
-        let bytes: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
-        self.point_data += &append(&mut self.appended, "UInt32", name, 1, None, &bytes);
-    }
-
-    /// 0 or 1 per point.
-    pub fn flags(&mut self, name: &str, flags: impl Iterator<Item = bool>) {
-        let bytes: Vec<u8> = flags.map(u8::from).collect();
-        self.point_data += &append(&mut self.appended, "UInt8", name, 1, None, &bytes);
+    /// A number per point, or several: of a kind as VTK names it, little-endian.
+    pub fn point_array(&mut self, name: &str, kind: &str, components: usize, bytes: impl Iterator<Item = u8>) {
+        self.point_data += &append(&mut self.appended, kind, name, components, None, &bytes.collect::<Vec<u8>>());
     }
 
     fn cells<const N: usize>(&mut self, cells: &[[u32; N]]) -> String {
@@ -109,7 +85,7 @@ impl PolyData {
 
     /// Writes the file.
     pub fn write(&self, path: &Path) -> io::Result<()> {
-        let mut file = Draft::create(path)?;
+        let mut file = draft(path)?;
         write!(
             file,
             "<?xml version=\"1.0\"?>\n\

@@ -20,16 +20,24 @@ const LONGEST_WAIT: f64 = 1e12;
 const PAUSE: Duration = Duration::from_millis(20);
 
 impl Driver<'_> {
-    /// Goes on for a while, and says if it came to the time, or what kept it from going on.
+    /// Goes on for a while, and says if it came to the time, or what kept it from going on. As long as overlaps of the start are left, it goes in small
+    /// steps, to find when the last one is gone.
     pub(super) fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
-        let wait = self.state.wait;
-        let aim = self.aim(wait, CHUNK);
+        let (wait, check) = (self.state.wait, self.state.overlap_check);
+        let has_overlaps = self.state.ledger.has_overlaps();
+        let aim = if has_overlaps { self.aim(check.time, check.events) } else { self.aim(wait, CHUNK) };
         let until = aim.until(time, events);
         let reason = match self.chunk(until)? {
             Ok(reason) => reason,
             Err(ending) => return Ok(Some(ending)),
         };
+        let reached = (reason == Reason::Time && until.time >= time).then_some(Ending::Time);
         let ending = self.quiet(&aim, reason);
+        if has_overlaps {
+            self.state.ledger.see_overlaps(&self.simulation);
+            self.state.overlap_check.grow();
+            return Ok(ending.or(reached));
+        }
         let is_still = self.state.quiet_steps > 0 && self.simulation.event_counts().transition == aim.transitions;
         let waited = self.simulation.time() - (aim.time - wait);
         let state = &mut self.state;
@@ -40,7 +48,7 @@ impl Driver<'_> {
         if is_still && waited > LONGEST_WAIT * state.crossing && state.stage.limit.time.is_none() {
             return Ok(Some(Ending::GaveUp));
         }
-        Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
+        Ok(reached)
     }
 
     /// Where to go from here: the aim that an interruption has left, or one that is so far ahead.
@@ -54,24 +62,6 @@ impl Driver<'_> {
             done: event_counts.physical(),
         };
         *self.state.aim.get_or_insert(aim)
-    }
-
-    /// Advances to the next check of the overlaps of the start, in small steps, to find when the last one is gone.
-    pub(super) fn advance_to_overlap_check(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
-        let check = self.state.overlap_check;
-        let aim = self.aim(check.time, check.events);
-        let until = aim.until(time, events);
-        let reason = match self.chunk(until)? {
-            Ok(reason) => reason,
-            Err(ending) => return Ok(Some(ending)),
-        };
-        self.state.ledger.see_overlaps(&self.simulation);
-        self.state.overlap_check.grow();
-        let ending = self.quiet(&aim, reason);
-        if ending.is_some() {
-            return Ok(ending);
-        }
-        Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
     }
 
     /// Takes note of whether anything has happened since the run set out for `aim`, and says how it ends where nothing will any more.

@@ -33,25 +33,16 @@ impl Driver<'_> {
             self.record(true, true)?;
             self.nothing()
         };
-        let MeasuredStage {
-            measurement,
-            event_counts_by_species,
-            observables,
-            stationarity,
-            equilibrium,
-            measured,
-            ..
-        } = last;
         let instruments = self.state.measurement.take().map(|measurement| measurement.instruments.into_own());
         Ok(Finished {
-            measurement,
-            event_counts_by_species,
             ending,
             stage,
-            observables,
-            stationarity,
-            equilibrium,
-            measured,
+            measurement: last.measurement,
+            event_counts_by_species: last.event_counts_by_species,
+            observables: last.observables,
+            stationarity: last.stationarity,
+            equilibrium: last.equilibrium,
+            measured: last.measured,
             stages: self.state.measured_stages,
             audit: self.state.ledger.close(&self.simulation),
             frames_limit: self.state.frames.reason(),

@@ -17,8 +17,8 @@ pub(super) struct KeepsError<'r, R: Recorder> {
 }
 
 impl<R: Recorder> KeepsError<'_, R> {
-    fn keep(&mut self, result: Result<(), R::Error>) -> Result<(), Failed> {
-        result.map_err(|error| {
+    fn ask(&mut self, deed: impl FnOnce(&mut R) -> Result<(), R::Error>) -> Result<(), Failed> {
+        deed(self.recorder).map_err(|error| {
             self.error = Some(error);
             Failed
         })
@@ -41,18 +41,15 @@ impl<R: Recorder> Recorder for KeepsError<'_, R> {
     type Error = Failed;
 
     fn row(&mut self, stage: Stage, row: &Row) -> Result<(), Failed> {
-        let result = self.recorder.row(stage, row);
-        self.keep(result)
+        self.ask(|recorder| recorder.row(stage, row))
     }
 
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Failed> {
-        let result = self.recorder.frame(snapshot, scalars);
-        self.keep(result)
+        self.ask(|recorder| recorder.frame(snapshot, scalars))
     }
 
     fn frame_of(&mut self, simulation: &Simulation) -> Result<(), Failed> {
-        let result = self.recorder.frame_of(simulation);
-        self.keep(result)
+        self.ask(|recorder| recorder.frame_of(simulation))
     }
 
     fn has_events(&self) -> bool {
@@ -60,8 +57,7 @@ impl<R: Recorder> Recorder for KeepsError<'_, R> {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Failed> {
-        let result = self.recorder.event(event);
-        self.keep(result)
+        self.ask(|recorder| recorder.event(event))
     }
 
     fn is_full(&self) -> bool {
@@ -73,7 +69,6 @@ impl<R: Recorder> Recorder for KeepsError<'_, R> {
     }
 
     fn checkpoint(&mut self, simulation: &Simulation, state: &RunState) -> Result<(), Failed> {
-        let result = self.recorder.checkpoint(simulation, state);
-        self.keep(result)
+        self.ask(|recorder| recorder.checkpoint(simulation, state))
     }
 }
