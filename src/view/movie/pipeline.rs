@@ -11,17 +11,17 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use super::MovieError;
+use crate::view::ViewError;
 use crate::view::render::Image;
 
 /// How often is asked whether to go on, at least.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Draws the image of a place.
-type Draw<'a> = &'a (dyn Fn(usize) -> Result<Image, MovieError> + Sync);
+type Draw<'a> = &'a (dyn Fn(usize) -> Result<Image, ViewError> + Sync);
 
 /// Compresses the image of a place, given the one before it.
-type Compress<'a, P> = &'a (dyn Fn(usize, Option<&Image>, &Image) -> Result<P, MovieError> + Sync);
+type Compress<'a, P> = &'a (dyn Fn(usize, Option<&Image>, &Image) -> Result<P, ViewError> + Sync);
 
 /// Work of each worker.
 pub(super) struct Stages<'a, P> {
@@ -49,14 +49,14 @@ struct Board<P> {
     done: usize,
     /// Images that the one after them is compressed against.
     images: BTreeMap<usize, Arc<Image>>,
-    pieces: BTreeMap<usize, Result<P, MovieError>>,
+    pieces: BTreeMap<usize, Result<P, ViewError>>,
     /// Number of workers that are at work.
     workers: usize,
 }
 
 /// State of the next piece to hand on.
 enum Found<P> {
-    Piece(Result<P, MovieError>),
+    Piece(Result<P, ViewError>),
     NotYet,
     /// No worker is left.
     Never,
@@ -72,13 +72,13 @@ impl<'a, P: Send> Pipeline<'a, P> {
     /// Does the work. `take` gets the pieces in the order of their places; `watch` is asked with the number of them whether to go on.
     ///
     /// # Errors
-    /// The error of the first place that has one, [`MovieError::Interrupted`] if `watch` breaks, [`MovieError::Threads`] if no worker can
+    /// The error of the first place that has one, [`ViewError::Interrupted`] if `watch` breaks, [`ViewError::Threads`] if no worker can
     /// be started.
     pub fn run(
         &self,
-        take: &mut dyn FnMut(P) -> Result<(), MovieError>,
+        take: &mut dyn FnMut(P) -> Result<(), ViewError>,
         watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
-    ) -> Result<(), MovieError> {
+    ) -> Result<(), ViewError> {
         thread::scope(|scope| {
             for _ in 0..self.crew {
                 if thread::Builder::new().spawn_scoped(scope, || self.work()).is_err() {
@@ -94,9 +94,9 @@ impl<'a, P: Send> Pipeline<'a, P> {
 
     fn collect(
         &self,
-        take: &mut dyn FnMut(P) -> Result<(), MovieError>,
+        take: &mut dyn FnMut(P) -> Result<(), ViewError>,
         watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
-    ) -> Result<(), MovieError> {
+    ) -> Result<(), ViewError> {
         let mut done = 0;
         while done < self.count {
             match self.wait_for(done) {
@@ -107,10 +107,10 @@ impl<'a, P: Send> Pipeline<'a, P> {
                     self.change.notify_all();
                 }
                 Found::NotYet => {}
-                Found::Never => return Err(MovieError::Threads),
+                Found::Never => return Err(ViewError::Threads),
             }
             if watch(done).is_break() {
-                return Err(MovieError::Interrupted);
+                return Err(ViewError::Interrupted);
             }
         }
         Ok(())
@@ -162,11 +162,11 @@ impl<'a, P: Send> Pipeline<'a, P> {
         Some(board.next - 1)
     }
 
-    fn piece(&self, place: usize) -> Result<P, MovieError> {
+    fn piece(&self, place: usize) -> Result<P, ViewError> {
         let image = Arc::new((self.stages.draw)(place)?);
         let previous = self.exchange(place, &image);
         if self.is_stopped() {
-            return Err(MovieError::Interrupted);
+            return Err(ViewError::Interrupted);
         }
         (self.stages.compress)(place, previous.as_deref(), &image)
     }
@@ -226,7 +226,7 @@ mod tests {
     type Piece = (usize, Option<u8>, u8);
 
     /// Pieces that a crew hands on of 40 places, some of which take longer, up to the first that fails.
-    fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Piece>, Result<(), MovieError>) {
+    fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Piece>, Result<(), ViewError>) {
         let (is_stopped, begun, taken) = (AtomicBool::new(false), AtomicUsize::new(0), AtomicUsize::new(0));
         let stages = Stages {
             draw: &|place: usize| {
@@ -235,7 +235,7 @@ mod tests {
                 assert!(ahead <= 2 * crew + 1, "{ahead} ahead");
                 thread::sleep(Duration::from_micros(if place.is_multiple_of(3) { 2000 } else { 100 }));
                 match failing.is_some_and(|failing| place >= failing) {
-                    true => Err(MovieError::FastGif(u32::try_from(place).unwrap())),
+                    true => Err(ViewError::FastGif(u32::try_from(place).unwrap())),
                     false => Ok(image(place)),
                 }
             },
@@ -270,7 +270,7 @@ mod tests {
         for crew in [1, 2, 3, 7] {
             for failing in [0, 1, 12, 39] {
                 let (pieces, result) = handed_on(crew, Some(failing));
-                assert!(matches!(result, Err(MovieError::FastGif(place)) if place as usize == failing), "{crew}");
+                assert!(matches!(result, Err(ViewError::FastGif(place)) if place as usize == failing), "{crew}");
                 assert_eq!(pieces.len(), failing);
             }
         }
@@ -286,13 +286,13 @@ mod tests {
             let result = pipeline.run(
                 &mut |()| {
                     taken += 1;
-                    if is_break || taken < 20 { Ok(()) } else { Err(MovieError::Ffmpeg("full".to_owned())) }
+                    if is_break || taken < 20 { Ok(()) } else { Err(ViewError::Ffmpeg("full".to_owned())) }
                 },
                 &mut |done| if is_break && done >= 20 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) },
             );
             assert_eq!(taken, 20);
-            assert_eq!(matches!(result, Err(MovieError::Interrupted)), is_break);
-            assert_eq!(matches!(result, Err(MovieError::Ffmpeg(_))), !is_break);
+            assert_eq!(matches!(result, Err(ViewError::Interrupted)), is_break);
+            assert_eq!(matches!(result, Err(ViewError::Ffmpeg(_))), !is_break);
         }
     }
 }
