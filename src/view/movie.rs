@@ -54,7 +54,7 @@ use crate::io::Existing;
 use crate::io::draft::UnnamedFile;
 use clock::Clock;
 use index::{Index, Selection};
-use pipeline::{Pipeline, Stages};
+use pipeline::Pipeline;
 use track::{Codec, Track};
 
 /// The most memory that images take while they are drawn at the same time `[bytes]`, unless one takes more.
@@ -262,13 +262,15 @@ impl Reel<'_> {
         let at_once = self.at_once();
         let is_stopped = AtomicBool::new(false);
         let team = Team { threads: render::cores().div_ceil(at_once), is_stopped: Some(&is_stopped) };
-        let stages = Stages {
+        let pipeline = Pipeline {
             draw: &|place| self.draw(place, &self.shot, &team),
             compress: &|place, previous: Option<&Image>, image: &Image| {
                 codec.compress(place, previous, image).map_err(ViewError::write(self.path))
             },
+            count,
+            crew: at_once,
+            is_stopped: &is_stopped,
         };
-        let pipeline = Pipeline::new(stages, count, at_once, &is_stopped);
         // Asked between two images, and while one is waited for.
         let (watch, done) = (RefCell::new(watch), Cell::new(0));
         let ask = |written: usize| {
