@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use carom::analysis::statistics::Estimate;
 use carom::base::text::{digits, with_causes};
-use carom::io::estimate::{allowance, allowed, free_disk};
+use carom::io::estimate::{allowance, free_disk};
 use carom::io::{Existing, FolderState, refuse_link};
 use carom::sweep::{Axis, Fate, News, Orders, Results, Share, Standing, Sweep, SweepError, SweepFolder};
 use carom::view::report;
@@ -140,10 +140,7 @@ impl SweepCommand {
         if self.force {
             return Ok(());
         }
-        allowed(sweep.expected_bytes(&scene), path).map(|_| ()).map_err(|too_large| {
-            let help = "choose longer intervals in [output], or another disk with --out, or --force";
-            Failure::bad_input(format!("the sweep {too_large}"), Some(help))
-        })
+        super::refuse_large("sweep", sweep.expected_bytes(&scene), path, "longer intervals in [output]").map(drop)
     }
 
     /// Tables, page and verdict.
