@@ -157,7 +157,7 @@ fn scene(run: &Path, notes: &mut Vec<String>) -> (Option<String>, Option<Scene>)
 fn thermo(run: &Path, stage: &str, units: &[Column], notes: &mut Vec<String>) -> Option<Vec<Trace>> {
     noted("thermo.csv", notes, || {
         let file = open(&run.join("thermo.csv"))?;
-        table::read(file, stage, units).map_err(|error| error.to_string())
+        table::read(file, stage, units)
     })
 }
 
