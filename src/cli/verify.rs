@@ -1,10 +1,9 @@
 //! `carom verify`.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use carom::base::text::{self, digits, short, tiny};
-use carom::check::verify::{self, Certificate, Counts, End, EventRange, Fault, RunEnd};
+use carom::check::verify::{self, Certificate, Counts, End, EventRange, Fault, RunEnd, Violation};
 use carom::engine::InvariantBroken;
 use carom::io::{Folder, Summary};
 use carom::model::Scene;
@@ -74,9 +73,8 @@ impl Verify {
         if has_ended && certificate.first_event <= range.from {
             self.refuse_nothing(certificate.first_event - 1)?;
         }
-        let (words, failure) = verdict(&certificate, recorded.as_ref());
-        super::print(&format!("{header}{}", table(&certificate, &words, recorded.is_some(), starts_from_run)))?;
-        failure.map_or(Ok(()), Err)
+        super::print(&format!("{header}{}", table(&certificate, recorded.is_some(), starts_from_run)))?;
+        verdict(&certificate, recorded.as_ref())
     }
 
     /// Refuses to prove nothing of a run that has no more than so many events.
@@ -161,7 +159,7 @@ fn header(scene: &Scene) -> String {
     lines.text()
 }
 
-fn table(certificate: &Certificate, verdict: &str, is_of_run: bool, starts_from_run: bool) -> String {
+fn table(certificate: &Certificate, is_of_run: bool, starts_from_run: bool) -> String {
     let Certificate { first_event, start, duration, counts, margins, .. } = certificate;
     let mut lines = Lines::default();
     lines.pair("range", &format!("event {first_event} to {}", first_event + counts.events().max(1) - 1));
@@ -193,7 +191,7 @@ fn table(certificate: &Certificate, verdict: &str, is_of_run: bool, starts_from_
         lines.pair(name, &format!("at most {:.1} % of what round-off explains", 100.0 * margin));
     }
     lines.title("verdict");
-    lines.line(verdict);
+    lines.line(&words(certificate));
     if is_of_run {
         match certificate.end {
             End::RunEnded | End::Idle => lines.line("number of events and time there are those of summary.json"),
@@ -204,60 +202,59 @@ fn table(certificate: &Certificate, verdict: &str, is_of_run: bool, starts_from_
     lines.text()
 }
 
-/// What the end of a proof is, in words below the table, and why the command fails.
-fn verdict(certificate: &Certificate, recorded: Option<&Recorded>) -> (String, Option<Failure>) {
+fn words(certificate: &Certificate) -> String {
     let proven = "PROVEN: no event is missing, spurious or out of order, and each came out right";
-    let failed = |why: &dyn fmt::Display, cure: Option<&str>| Some(Failure::failed(why.to_string(), cure));
-    let (words, failure) = match certificate.end {
-        End::Asked => (proven, None),
-        End::RunEnded => return (format!("{proven},\nup to the end of the run"), None),
-        End::Idle => return (format!("{proven};\nnothing will happen any more"), None),
-        End::Driven => (
-            "NOTHING PROVEN: a thermostat, a growth, a sheared box or a thermal wall acts from outside",
-            Some(Failure::bad_input("only runs on which nothing acts from outside can be proven", None)),
-        ),
-        End::Departed { recorded: run, events, time } => {
-            ("NOT PROVEN: the events above are those of another run", Some(departure(recorded, run, events, time)))
+    match certificate.end {
+        End::Asked => proven.to_owned(),
+        End::RunEnded => format!("{proven},\nup to the end of the run"),
+        End::Idle => format!("{proven};\nnothing will happen any more"),
+        End::Driven => {
+            "NOTHING PROVEN: a thermostat, a growth, a sheared box or a thermal wall acts from outside".to_owned()
         }
-        End::Interrupted => ("INTERRUPTED: proven up to there", failed(&"interrupted; what is above is proven", None)),
-        End::Violated(violation) => {
-            let report = "carom should not do this: please report the scene and the command";
-            let (words, cure) = match violation.fault {
-                Fault::EndedEarly { .. } | Fault::EndNotShown { .. } => {
-                    ("VIOLATED: the events above are proven, but not that nothing follows", report)
-                }
-                Fault::TooFast { .. } | Fault::WithoutDigits { .. } => (
-                    "NOT PROVEN: the events above are proven; the numbers have too few digits for what follows",
-                    "a smaller box, shallower wells or slower particles leave more digits to the positions",
-                ),
-                _ => ("VIOLATED: the events above are proven, the next one is wrong", report),
-            };
-            (words, failed(&violation, Some(cure)))
+        End::Departed { .. } => "NOT PROVEN: the events above are those of another run".to_owned(),
+        End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),
+        End::Violated(Violation { fault: Fault::EndedEarly { .. } | Fault::EndNotShown { .. }, .. }) => {
+            "VIOLATED: the events above are proven, but not that nothing follows".to_owned()
         }
-        End::Arrested(arrest) => {
-            ("ARRESTED: the events above are proven, and the run cannot go on", failed(&arrest, Some(arrest.cure())))
+        End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
+            "NOT PROVEN: the events above are proven; the numbers have too few digits for what follows".to_owned()
         }
-        End::Broken(broken) => (
-            "BROKEN: the events above are proven, and the engine cannot go on",
-            failed(&broken, Some(InvariantBroken::CURE)),
-        ),
-        _ => ("ended", None),
-    };
-    (words.to_owned(), failure)
+        End::Violated(_) => "VIOLATED: the events above are proven, the next one is wrong".to_owned(),
+        End::Arrested(_) => "ARRESTED: the events above are proven, and the run cannot go on".to_owned(),
+        End::Broken(_) => "BROKEN: the events above are proven, and the engine cannot go on".to_owned(),
+        _ => "ended".to_owned(),
+    }
 }
 
-/// Why a scene that does not lead to the end of its run proves nothing.
-fn departure(recorded: Option<&Recorded>, run: RunEnd, events: u64, time: f64) -> Failure {
-    let of_run = run.events.map_or_else(String::new, |events| format!("{events} events and "));
-    let message = format!(
-        "scene.toml does not lead to the end of this run: {events} events and a time of {time}, in summary.json {of_run}{}",
-        run.time
-    );
-    let help = match recorded.map_or("", |recorded| recorded.summary.version.as_str()) {
-        env!("CARGO_PKG_VERSION") => "restore scene.toml, or run it again".to_owned(),
-        version => {
-            format!("the run is of Carom {version}, whose events may differ: prove it with that, or run it again")
+fn verdict(certificate: &Certificate, recorded: Option<&Recorded>) -> Result<(), Failure> {
+    match certificate.end {
+        End::Departed { recorded: run, events, time } => {
+            let of_run = run.events.map_or_else(String::new, |events| format!("{events} events and "));
+            let message = format!(
+                "scene.toml does not lead to the end of this run: {events} events and a time of {time}, in summary.json {of_run}{}",
+                run.time
+            );
+            let version = recorded.map_or("", |recorded| recorded.summary.version.as_str());
+            let help = match version {
+                env!("CARGO_PKG_VERSION") => "restore scene.toml, or run it again".to_owned(),
+                _ => format!(
+                    "the run is of Carom {version}, whose events may differ: prove it with that, or run it again"
+                ),
+            };
+            Err(Failure::failed(message, Some(&help)))
         }
-    };
-    Failure::failed(message, Some(&help))
+        End::Violated(violation @ Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
+            let help = "a smaller box, shallower wells or slower particles leave more digits to the positions";
+            Err(Failure::failed(violation.to_string(), Some(help)))
+        }
+        End::Violated(violation) => {
+            let help = "carom should not do this: please report the scene and the command";
+            Err(Failure::failed(violation.to_string(), Some(help)))
+        }
+        End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), Some(arrest.cure()))),
+        End::Broken(broken) => Err(Failure::failed(broken.to_string(), Some(InvariantBroken::CURE))),
+        End::Driven => Err(Failure::bad_input("only runs on which nothing acts from outside can be proven", None)),
+        End::Interrupted => Err(Failure::failed("interrupted; what is above is proven", None)),
+        _ => Ok(()),
+    }
 }
