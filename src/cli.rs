@@ -21,9 +21,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use carom::base::text::printable;
+use carom::io::estimate::allowed;
 use carom::io::{Existing, Folder, read_scene};
 use carom::model::Scene;
 use carom::scene::SceneError;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Args, Parser, Subcommand};
 
 use failure::Failure;
@@ -221,6 +223,24 @@ fn files_beside(trajectory: &Path) -> Vec<PathBuf> {
     let mut files = trajectory.parent().map(Folder::files_of).unwrap_or_default();
     files.push(trajectory.to_owned());
     files
+}
+
+/// Refuses to write more bytes than are written unasked; how many those are.
+fn refuse_large(what: &str, bytes: f64, path: &Path, instead: &str) -> Result<f64, Failure> {
+    allowed(bytes, path).map_err(|too_large| {
+        let help = format!("choose {instead}, or another disk with --out, or --force");
+        Failure::bad_input(format!("the {what} {too_large}"), Some(&help))
+    })
+}
+
+/// A word that can be typed, what is said of it in the help, and what it stands for.
+type Choice<T> = (&'static str, Option<&'static str>, T);
+
+/// Takes one of some words.
+fn one_of<T: Copy + Send + Sync>(choices: &'static [Choice<T>]) -> ValueParser {
+    let words = choices.iter().map(|(word, help, _)| PossibleValue::new(*word).help(*help));
+    let meaning = |typed: String| choices.iter().find(|(word, ..)| *word == typed).map(|(.., meaning)| *meaning);
+    PossibleValuesParser::new(words).try_map(move |typed| meaning(typed).ok_or("expected one of the words")).into()
 }
 
 /// Number of processors that this program may use.

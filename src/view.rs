@@ -6,7 +6,10 @@
 mod audit;
 pub mod describe;
 pub mod description;
+mod error;
 pub mod final_table;
 pub mod movie;
 pub mod render;
 pub mod report;
+
+pub use error::ViewError;

@@ -9,7 +9,7 @@ use carom::io::OutputError;
 use carom::run::RunError;
 use carom::scene::SceneError;
 use carom::sweep::SweepError;
-use carom::view::report::ReportError;
+use carom::view::ViewError;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -122,8 +122,8 @@ pub fn exchange(error: &ExchangeError<OutputError>) -> PyErr {
     }
 }
 
-pub fn report(error: &ReportError) -> PyErr {
-    cured("FolderError", &with_causes(error), Some(error.cure()))
+pub fn report(error: &ViewError) -> PyErr {
+    cured("FolderError", &with_causes(error), error.cure())
 }
 
 /// An error of reading a file of a run.

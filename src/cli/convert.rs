@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
+use carom::base::text::plural;
 use carom::io::convert::{Options, convert};
 use carom::io::refuse_input;
 use carom::model::Format;
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use super::failure::Failure;
-use carom::base::text::plural;
+use super::{Choice, one_of};
 
 /// Writes a trajectory in the format of another program
 #[derive(Debug, Args)]
@@ -21,8 +22,8 @@ pub struct Convert {
     /// The folder of a run, or a trajectory in extended XYZ
     run: PathBuf,
     /// The format to write
-    #[arg(long, value_name = "FORMAT")]
-    to: To,
+    #[arg(long, value_name = "FORMAT", value_parser = one_of(&FORMATS))]
+    to: Format,
     /// The file or folder to write; beside the trajectory if not given
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
@@ -34,34 +35,14 @@ pub struct Convert {
     force: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum To {
-    /// Text dump of LAMMPS, .lammpstrj
-    Lammps,
-    /// GSD of HOOMD-blue, .gsd
-    Gsd,
-    /// ParaView: a folder with a .vtp per frame and a .pvd
-    Vtk,
-    /// NumPy: a folder with .npy arrays
-    Npy,
-    /// One table, .csv
-    Csv,
-    /// Extended XYZ again
-    Xyz,
-}
-
-impl From<To> for Format {
-    fn from(to: To) -> Self {
-        match to {
-            To::Lammps => Self::Lammps,
-            To::Gsd => Self::Gsd,
-            To::Vtk => Self::Vtk,
-            To::Npy => Self::Npy,
-            To::Csv => Self::Csv,
-            To::Xyz => Self::Xyz,
-        }
-    }
-}
+const FORMATS: [Choice<Format>; 6] = [
+    ("lammps", Some("Text dump of LAMMPS, .lammpstrj"), Format::Lammps),
+    ("gsd", Some("GSD of HOOMD-blue, .gsd"), Format::Gsd),
+    ("vtk", Some("ParaView: a folder with a .vtp per frame and a .pvd"), Format::Vtk),
+    ("npy", Some("NumPy: a folder with .npy arrays"), Format::Npy),
+    ("csv", Some("One table, .csv"), Format::Csv),
+    ("xyz", Some("Extended XYZ again"), Format::Xyz),
+];
 
 /// `3..7`, `3..`, `..7`, or `3` for one frame.
 pub fn frames(text: &str) -> Result<(u64, Option<u64>), String> {
@@ -79,11 +60,10 @@ pub fn frames(text: &str) -> Result<(u64, Option<u64>), String> {
 impl Convert {
     pub fn execute(&self) -> Result<(), Failure> {
         let source = super::trajectory_of(&self.run)?;
-        let format = Format::from(self.to);
-        let target = self.out.clone().unwrap_or_else(|| format.target_beside(&source));
+        let target = self.out.clone().unwrap_or_else(|| self.to.target_beside(&source));
         refuse_input(&target, super::files_beside(&source))?;
         let (first, last) = self.frames.unwrap_or((0, None));
-        let done = convert(&source, format, &target, &Options { first, last, replace: self.force })?;
+        let done = convert(&source, self.to, &target, &Options { first, last, replace: self.force })?;
         let cut = if done.is_truncated { "; the trajectory ends within the next one, which is left out" } else { "" };
         super::print(&format!("{}: {}{cut}\n", target.display(), plural(done.frames, "frame")))
     }

@@ -7,7 +7,6 @@ use std::time::Duration;
 use carom::analysis::statistics::Estimate;
 use carom::base::text::digits;
 use carom::exchange::{Exchange, ExchangeFolder, ExchangeSummary, Opened};
-use carom::io::estimate::allowed;
 use carom::io::{Existing, read_scene, refuse_input, refuse_link};
 use carom::model::Scene;
 use carom::view::{describe, report};
@@ -134,28 +133,21 @@ impl ExchangeCommand {
         // What an exchange that goes on has written already is on the disk.
         let size = |file: fs::DirEntry| file.metadata().map_or(0, |metadata| metadata.len());
         let there: u64 = fs::read_dir(path).map_or(0, |files| files.flatten().map(size).sum());
-        allowed((ExchangeFolder::expected_bytes(scene) - there as f64).max(0.0), path).map(|_| ()).map_err(|too_large| {
-            let help =
-                "choose a longer output.frame_interval or exchange.interval, or another disk with --out, or --force";
-            Failure::bad_input(format!("the exchange {too_large}"), Some(help))
-        })
+        let bytes = (ExchangeFolder::expected_bytes(scene) - there as f64).max(0.0);
+        super::refuse_large("exchange", bytes, path, "a longer output.frame_interval or exchange.interval").map(drop)
     }
 
     fn run(&self, mut folder: ExchangeFolder, exchange: Exchange, path: &Path) -> Result<(), Failure> {
         signals::watch();
         let [before, total] = exchange.attempts();
         let template = "{pos} of {len} attempts {wide_bar:.cyan/blue} {percent:>3} %, {eta} left";
-        let bar = bar(total, template, self.quiet).map(|bar| bar.with_position(before));
+        let bar = bar(total, template, self.quiet).with_position(before);
         let jobs = self.jobs.map_or_else(cores, usize::from);
         let ran = exchange.execute(jobs, &mut folder, &mut |[attempts, _]| {
-            if let Some(bar) = &bar {
-                bar.set_position(attempts);
-            }
+            bar.set_position(attempts);
             signals::flow()
         });
-        if let Some(bar) = &bar {
-            bar.finish_and_clear();
-        }
+        bar.finish_and_clear();
         let exchange = ran?;
         if !exchange.is_over() {
             let help = format!("the same command goes on, or: carom exchange {}", path.display());

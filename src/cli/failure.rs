@@ -13,9 +13,7 @@ use carom::io::convert::ConvertError;
 use carom::run::RunError;
 use carom::scene::SceneError;
 use carom::sweep::SweepError;
-use carom::view::movie::MovieError;
-use carom::view::render::RenderError;
-use carom::view::report::ReportError;
+use carom::view::ViewError;
 use miette::{Diagnostic, Report};
 
 /// Why a command ends with another exit code than 0.
@@ -82,25 +80,15 @@ impl From<SceneError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let code = match error {
-            OutputError::Occupied(_)
-            | OutputError::Input { .. }
-            | OutputError::NotFolder(_)
-            | OutputError::Folder { .. }
-            | OutputError::Busy(_)
-            | OutputError::Unfinished(_)
-            | OutputError::Finished(_)
-            | OutputError::Replacing(_)
-            | OutputError::NotReplacement(_)
-            | OutputError::WithinRun { .. }
-            | OutputError::Foreign(_)
-            | OutputError::NotPlain { .. }
-            | OutputError::Checkpoint(_) => BAD_INPUT,
             // A name on the way to a folder of a run is missing only if it was taken away.
             OutputError::Write { ref source, .. } if source.kind() != io::ErrorKind::NotFound => code_of(source),
-            _ => FAILED,
+            OutputError::Write { .. }
+            | OutputError::Frame { .. }
+            | OutputError::TooMuch { .. }
+            | OutputError::Convert(_) => FAILED,
+            _ => BAD_INPUT,
         };
-        let help = error.cure();
-        Self::new(with_causes(&error), help, code)
+        Self::new(with_causes(&error), error.cure(), code)
     }
 }
 
@@ -160,18 +148,11 @@ impl From<RunError<OutputError>> for Failure {
     }
 }
 
-impl From<RenderError> for Failure {
-    fn from(error: RenderError) -> Self {
-        let code = if let RenderError::Write { source, .. } = &error { code_of(source) } else { BAD_INPUT };
-        Self::new(with_causes(&error), error.cure(), code)
-    }
-}
-
-impl From<MovieError> for Failure {
-    fn from(error: MovieError) -> Self {
+impl From<ViewError> for Failure {
+    fn from(error: ViewError) -> Self {
         let code = match error {
-            MovieError::Write { ref source, .. } => code_of(source),
-            MovieError::Ffmpeg(_) | MovieError::Threads | MovieError::Interrupted => FAILED,
+            ViewError::Write { ref source, .. } => code_of(source),
+            ViewError::Ffmpeg(_) | ViewError::Threads | ViewError::Interrupted => FAILED,
             _ => BAD_INPUT,
         };
         Self::new(with_causes(&error), error.cure(), code)
@@ -182,14 +163,6 @@ impl From<ConvertError> for Failure {
     fn from(error: ConvertError) -> Self {
         let code = if let ConvertError::Write { source, .. } = &error { code_of(source) } else { BAD_INPUT };
         Self::new(with_causes(&error), error.cure(), code)
-    }
-}
-
-impl From<ReportError> for Failure {
-    fn from(error: ReportError) -> Self {
-        let code = if let ReportError::Write { source, .. } = &error { code_of(source) } else { BAD_INPUT };
-        let help = error.cure();
-        Self::new(with_causes(&error), Some(help), code)
     }
 }
 

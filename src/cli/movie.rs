@@ -11,8 +11,8 @@ use clap::Args;
 use super::convert::frames;
 use super::failure::Failure;
 use super::progress::Display;
-use super::render::{Colour, width_and_height};
-use super::{run, signals};
+use super::render::{COLOURS, width_and_height};
+use super::{one_of, run, signals};
 
 /// Draws all frames of a run as a movie: MP4, GIF or APNG
 #[derive(Debug, Args)]
@@ -41,8 +41,8 @@ pub struct Movie {
         value_parser = clap::value_parser!(u32).range(1..=120))]
     fps: u32,
     /// Quantity that colours show
-    #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color")]
-    colour: Colour,
+    #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color", value_parser = one_of(&COLOURS))]
+    colour: ColourBy,
     /// Pixels across and down
     #[arg(long, value_name = "WxH", default_value = "1280x960", value_parser = width_and_height)]
     size: (u32, u32),
@@ -58,10 +58,8 @@ pub struct Movie {
 }
 
 fn degrees(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(degrees) if (-3600.0..=3600.0).contains(&degrees) => Ok(degrees),
-        _ => Err("expected an angle from -3600 to 3600 degrees".to_owned()),
-    }
+    let degrees = text.parse().ok().filter(|degrees| (-3600.0..=3600.0).contains(degrees));
+    degrees.ok_or_else(|| "expected an angle from -3600 to 3600 degrees".to_owned())
 }
 
 impl Movie {
@@ -70,7 +68,7 @@ impl Movie {
         refuse_input(&self.out, super::files_beside(&trajectory))?;
         let (first, last) = self.frames.unwrap_or((0, None));
         let (width, height) = self.size;
-        let style = Style { width, height, colour_by: ColourBy::from(self.colour), ..Style::default() };
+        let style = Style { width, height, colour_by: self.colour, ..Style::default() };
         let movie = Options { style, frames_per_second: self.fps, first, last, every: self.every, turn: self.turn };
         signals::watch();
         let mut display = Display::named(printable(&self.out.display().to_string()).into_owned(), self.quiet);

@@ -17,18 +17,18 @@ const BAR_INTERVAL: Duration = Duration::from_millis(100);
 /// Steps of the bar.
 const STEPS: u64 = 1000;
 
-/// A bar on a terminal; nothing elsewhere.
-pub fn bar(steps: u64, template: &str, is_quiet: bool) -> Option<ProgressBar> {
-    (!is_quiet && std::io::stderr().is_terminal()).then(|| {
-        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-        ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr()).with_style(style)
-    })
+/// A bar on a terminal, hidden elsewhere.
+pub fn bar(steps: u64, template: &str, is_quiet: bool) -> ProgressBar {
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let is_shown = !is_quiet && std::io::stderr().is_terminal();
+    let target = if is_shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    ProgressBar::with_draw_target(Some(steps), target).with_style(style)
 }
 
 /// Shows progress: a bar on a terminal, a line every few seconds elsewhere, always on standard error.
 pub struct Display {
     name: String,
-    bar: Option<ProgressBar>,
+    bar: ProgressBar,
     is_quiet: bool,
     shown: Option<Instant>,
     stage: Option<(&'static str, Instant)>,
@@ -107,7 +107,7 @@ impl Display {
                 now
             }
         };
-        let interval = if self.bar.is_some() { BAR_INTERVAL } else { LINE_INTERVAL };
+        let interval = if self.bar.is_hidden() { LINE_INTERVAL } else { BAR_INTERVAL };
         if now - *self.shown.get_or_insert(now) < interval {
             return;
         }
@@ -125,27 +125,22 @@ impl Display {
             short(progress.events as f64),
             left(fraction, now - started),
         );
-        match &self.bar {
-            Some(bar) => {
-                bar.set_prefix(format!("{}, {stage}", self.name));
-                bar.set_message(text);
-                #[expect(clippy::cast_possible_truncation, reason = "a fraction of STEPS")]
-                let position = (fraction * STEPS as f64) as u64;
-                bar.set_position(position);
-            }
-            None => {
-                // A closed standard error is no reason to stop.
-                let percent = 100.0 * fraction;
-                let _ = writeln!(std::io::stderr(), "{}, {stage}: {percent:.1} %, {text}", self.name);
-            }
+        if self.bar.is_hidden() {
+            // A closed standard error is no reason to stop.
+            let percent = 100.0 * fraction;
+            let _ = writeln!(std::io::stderr(), "{}, {stage}: {percent:.1} %, {text}", self.name);
+            return;
         }
+        self.bar.set_prefix(format!("{}, {stage}", self.name));
+        self.bar.set_message(text);
+        #[expect(clippy::cast_possible_truncation, reason = "a fraction of STEPS")]
+        let position = (fraction * STEPS as f64) as u64;
+        self.bar.set_position(position);
     }
 
     /// Removes the bar.
     pub fn clear(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
+        self.bar.finish_and_clear();
     }
 }
 

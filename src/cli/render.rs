@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use carom::io::{refuse_input, refuse_link};
 use carom::view::render::{self, ColourBy, Style};
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use super::failure::Failure;
+use super::{Choice, one_of};
 
 /// Draws a frame of a run as a PNG
 #[derive(Debug, Args)]
@@ -21,8 +22,8 @@ pub struct Render {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Quantity that colours show
-    #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color")]
-    colour: Colour,
+    #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color", value_parser = one_of(&COLOURS))]
+    colour: ColourBy,
     /// Most pixels across and down
     #[arg(long, value_name = "WxH", default_value = "1600x1200", value_parser = width_and_height)]
     size: (u32, u32),
@@ -31,26 +32,11 @@ pub struct Render {
     force: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Colour {
-    Species,
-    Speed,
-}
-
-impl From<Colour> for ColourBy {
-    fn from(colour: Colour) -> Self {
-        match colour {
-            Colour::Species => Self::Species,
-            Colour::Speed => Self::Speed,
-        }
-    }
-}
+pub const COLOURS: [Choice<ColourBy>; 2] = [("species", None, ColourBy::Species), ("speed", None, ColourBy::Speed)];
 
 fn time(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(time) if time.is_finite() => Ok(time),
-        _ => Err("expected a finite time".to_owned()),
-    }
+    let time = text.parse().ok().filter(|time: &f64| time.is_finite());
+    time.ok_or_else(|| "expected a finite time".to_owned())
 }
 
 pub fn width_and_height(text: &str) -> Result<(u32, u32), String> {
@@ -71,12 +57,8 @@ impl Render {
             refuse_link(&out)?;
         }
         refuse_input(&out, super::files_beside(&trajectory))?;
-        let style = Style {
-            width: self.size.0,
-            height: self.size.1,
-            colour_by: ColourBy::from(self.colour),
-            ..Style::default()
-        };
+        let (width, height) = self.size;
+        let style = Style { width, height, colour_by: self.colour, ..Style::default() };
         let image = render::of_trajectory(&trajectory, self.time, &style)?;
         image.write_png(&out, super::existing(self.force))?;
         super::print(&format!("{}\n", out.display()))

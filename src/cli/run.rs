@@ -6,7 +6,7 @@ use std::time::Duration;
 use carom::base::text::with_causes;
 use carom::engine::InvariantBroken;
 use carom::exchange::ExchangeFolder;
-use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
+use carom::io::estimate::{SizeEstimate, allowance, free_disk};
 use carom::io::{Completed, Folder, OutputError, refuse_input};
 use carom::model::{Limit, Scene};
 use carom::run::checkpoint::CheckpointError;
@@ -65,10 +65,8 @@ pub struct Run {
 }
 
 pub fn seconds(text: &str) -> Result<Duration, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (1e-3..=1e9).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
-        _ => Err("expected a time from 0.001 to 1e9 seconds".to_owned()),
-    }
+    let seconds = text.parse().ok().filter(|seconds| (1e-3..=1e9).contains(seconds));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| "expected a time from 0.001 to 1e9 seconds".to_owned())
 }
 
 pub fn duration(text: &str) -> Result<f64, String> {
@@ -146,10 +144,8 @@ impl Run {
         if self.force {
             return Ok(f64::INFINITY);
         }
-        allowed(SizeEstimate::of(scene, run::expected_rate(scene)).bytes, path).map_err(|too_large| {
-            let help = "choose longer intervals in [output], or another disk with --out, or --force";
-            Failure::bad_input(format!("the run {too_large}"), Some(help))
-        })
+        let bytes = SizeEstimate::of(scene, run::expected_rate(scene)).bytes;
+        super::refuse_large("run", bytes, path, "longer intervals in [output]")
     }
 
     /// Limit that replaces that of the scene.

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use carom::analysis::statistics::Estimate;
 use carom::base::text::{digits, with_causes};
-use carom::io::estimate::{allowance, allowed, free_disk};
+use carom::io::estimate::{allowance, free_disk};
 use carom::io::{Existing, FolderState, refuse_link};
 use carom::sweep::{Axis, Fate, News, Orders, Results, Share, Standing, Sweep, SweepError, SweepFolder};
 use carom::view::report;
@@ -140,10 +140,7 @@ impl SweepCommand {
         if self.force {
             return Ok(());
         }
-        allowed(sweep.expected_bytes(&scene), path).map(|_| ()).map_err(|too_large| {
-            let help = "choose longer intervals in [output], or another disk with --out, or --force";
-            Failure::bad_input(format!("the sweep {too_large}"), Some(help))
-        })
+        super::refuse_large("sweep", sweep.expected_bytes(&scene), path, "longer intervals in [output]").map(drop)
     }
 
     /// Tables, page and verdict.
@@ -219,25 +216,16 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         words.extend((count > 0).then(|| format!("{count} {what}")));
     }
     let mut lines = vec![words.join(", ")];
-    let keys: Vec<String> = sweep
-        .short_names()
-        .into_iter()
-        .zip(sweep.keys())
-        .filter(|(_, key)| !Sweep::is_seed(key))
-        .map(|(name, _)| name)
-        .collect();
     let shown: Vec<usize> = (0..results.quantities.len()).take(MOST_COLUMNS).collect();
     if shown.is_empty() {
         return lines.concat() + "\n";
     }
     let names = shown.iter().map(|at| results.quantities[*at].name.replace('_', " "));
     let stage = results.has_stages().then(|| "stage".to_owned());
-    let mut rows: Vec<Vec<String>> =
-        vec![keys.into_iter().chain(stage).chain(["runs".to_owned()]).chain(names).collect()];
-    let all = || results.groups.iter().flat_map(|group| group.measurements.iter().map(move |means| (group, means)));
-    for (group, means) in all().take(MOST_ROWS) {
-        let point = &sweep.points()[group.places[0]];
-        let settings = point.settings().iter().filter(|(key, _)| !Sweep::is_seed(key)).map(|(_, value)| value.clone());
+    let heads = sweep.state_point_names().into_iter().chain(stage).chain(["runs".to_owned()]).chain(names);
+    let mut rows: Vec<Vec<String>> = vec![heads.collect()];
+    for (group, means) in results.means().take(MOST_ROWS) {
+        let settings = sweep.points()[group.places[0]].state_point().map(|(_, value)| value.clone());
         let stage = results.has_stages().then(|| means.stage.clone());
         let values = shown.iter().map(|at| match means.values[*at] {
             None => String::new(),
@@ -252,7 +240,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         rows.push(settings.chain(stage).chain([means.runs.to_string()]).chain(values).collect());
     }
     lines.extend(columns(&rows));
-    let more = all().count().saturating_sub(MOST_ROWS);
+    let more = results.means().count().saturating_sub(MOST_ROWS);
     if more > 0 {
         lines.push(format!("  and {more} more in sweep-mean.csv"));
     }

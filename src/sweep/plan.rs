@@ -53,7 +53,7 @@ impl Point {
     }
 
     /// The values but for the seed: what the repetitions of a state point have in common.
-    pub(super) fn state_point(&self) -> impl Iterator<Item = &(String, String)> {
+    pub fn state_point(&self) -> impl Iterator<Item = &(String, String)> {
         self.settings.iter().filter(|(key, _)| key != SEED)
     }
 }
@@ -201,10 +201,11 @@ impl Sweep {
         keys.iter().map(short).collect()
     }
 
-    /// Whether the values of a key are repetitions of the same state point.
+    /// Those of [`Self::short_names`] that tell state points apart: all but the seed.
     #[must_use]
-    pub fn is_seed(key: &str) -> bool {
-        key == SEED
+    pub fn state_point_names(&self) -> Vec<String> {
+        let names = self.short_names().into_iter().zip(self.keys());
+        names.filter_map(|(name, key)| (key != SEED).then_some(name)).collect()
     }
 
     /// Checksum of the text of the scene.

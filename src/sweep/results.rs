@@ -170,6 +170,11 @@ impl Results {
         self.stages.len() > 1
     }
 
+    /// All means, each with its state point.
+    pub fn means(&self) -> impl Iterator<Item = (&Group, &StageMeans)> {
+        self.groups.iter().flat_map(|group| group.measurements.iter().map(move |means| (group, means)))
+    }
+
     /// Number of runs that are done, but do not count in the means, because they repeat others of their state point bit for bit.
     #[must_use]
     pub fn repeats(&self) -> usize {

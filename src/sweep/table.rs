@@ -84,17 +84,14 @@ fn runs(sweep: &Sweep, results: &Results) -> String {
 
 fn means(sweep: &Sweep, results: &Results) -> String {
     let mut text = String::new();
-    let keys: Vec<String> = sweep
-        .short_names()
-        .into_iter()
-        .zip(sweep.keys())
-        .filter_map(|(name, key)| (!Sweep::is_seed(key)).then_some(name))
-        .collect();
     let quantities = || results.quantities.iter();
     let is_partial: Vec<bool> = (0..results.quantities.len()).map(|at| is_partial(results, at)).collect();
     let suffixes = |at: usize| ["", "_error", "_scatter"].into_iter().chain(is_partial[at].then_some("_runs"));
     let names = quantities().enumerate().flat_map(|(at, it)| suffixes(at).map(|suffix| format!("{}{suffix}", it.name)));
-    line(&mut text, keys.into_iter().chain(stage_head(results)).chain(["runs".to_owned()]).chain(names));
+    line(
+        &mut text,
+        sweep.state_point_names().into_iter().chain(stage_head(results)).chain(["runs".to_owned()]).chain(names),
+    );
     for group in &results.groups {
         let Some(point) = group.places.first().and_then(|place| sweep.points().get(*place)) else { continue };
         for means in &group.measurements {
@@ -113,8 +110,10 @@ fn means(sweep: &Sweep, results: &Results) -> String {
 
 /// Whether there is a state point with runs that know a quantity and others that do not.
 fn is_partial(results: &Results, quantity: usize) -> bool {
-    let means = results.groups.iter().flat_map(|group| &group.measurements);
-    means.filter_map(|means| Some((means.values[quantity]?.runs, means.runs))).any(|(known, all)| known < all)
+    results
+        .means()
+        .filter_map(|(_, means)| Some((means.values[quantity]?.runs, means.runs)))
+        .any(|(known, all)| known < all)
 }
 
 fn columns(sweep: &Sweep, results: &Results) -> String {

@@ -23,13 +23,12 @@
 //! let go_on = &mut |_: &movie::MovieProgress| ControlFlow::Continue(());
 //! let done = movie::write("runs/hopper/trajectory.xyz".as_ref(), "hopper.gif".as_ref(), &movie, Existing::Keep, go_on)?;
 //! println!("{} frames", done.frames);
-//! # Ok::<(), movie::MovieError>(())
+//! # Ok::<(), carom::view::ViewError>(())
 //! ```
 
 mod apng;
 mod changes;
 mod clock;
-mod error;
 mod ffmpeg;
 mod gif;
 mod index;
@@ -47,16 +46,15 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-pub use error::MovieError;
-
-use super::render::{self, BYTES_PER_PIXEL, Image, MAP_BYTES, RenderError, Shot, Style, Team};
+use super::ViewError;
+use super::render::{self, BYTES_PER_PIXEL, Image, MAP_BYTES, Shot, Style, Team};
 use crate::base::memory;
 use crate::base::numbers::index as count_of;
 use crate::io::Existing;
 use crate::io::draft::UnnamedFile;
 use clock::Clock;
 use index::{Index, Selection};
-use pipeline::{Pipeline, Stages};
+use pipeline::Pipeline;
 use track::{Codec, Track};
 
 /// The most memory that images take while they are drawn at the same time `[bytes]`, unless one takes more.
@@ -90,11 +88,11 @@ impl MovieFormat {
     /// The format that the ending of a name stands for.
     ///
     /// # Errors
-    /// [`MovieError::Format`] if it stands for none.
-    pub fn of(path: &Path) -> Result<Self, MovieError> {
+    /// [`ViewError::Format`] if it stands for none.
+    pub fn of(path: &Path) -> Result<Self, ViewError> {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         let known = Self::ENDINGS.into_iter().find(|(_, known)| ending.eq_ignore_ascii_case(known));
-        known.map(|(format, _)| format).ok_or_else(|| MovieError::Format(path.to_owned()))
+        known.map(|(format, _)| format).ok_or_else(|| ViewError::Format(path.to_owned()))
     }
 }
 
@@ -154,13 +152,13 @@ pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 /// Where a killed run has cut the trajectory off, the frames before count.
 ///
 /// # Errors
-/// - [`MovieError::Format`], [`MovieError::Option`], [`MovieError::FastGif`], [`MovieError::OddSize`] or [`MovieError::Render`] if the
-///   options make no movie, [`MovieError::NoFfmpeg`] if there is no ffmpeg for an MP4;
-/// - [`MovieError::Trajectory`], [`MovieError::NotFile`], [`MovieError::Changed`], [`MovieError::NoSuchFrame`], [`MovieError::Empty`] or
-///   [`MovieError::Frame`] if the trajectory does not;
-/// - [`MovieError::Exists`] or [`MovieError::NotReplaceable`] if there is something that is to be kept, [`MovieError::Write`] if the file cannot
-///   be written, [`MovieError::Ffmpeg`] if ffmpeg fails, [`MovieError::Threads`] if no thread can be started;
-/// - [`MovieError::Interrupted`] if `watch` breaks.
+/// - [`ViewError::Format`], [`ViewError::Option`], [`ViewError::FastGif`], [`ViewError::OddSize`] or [`ViewError::Render`] if the
+///   options make no movie, [`ViewError::NoFfmpeg`] if there is no ffmpeg for an MP4;
+/// - [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::Changed`], [`ViewError::NoSuchFrame`], [`ViewError::EmptyMovie`] or
+///   [`ViewError::Frame`] if the trajectory does not;
+/// - [`ViewError::Exists`] or [`ViewError::NotReplaceable`] if there is something that is to be kept, [`ViewError::Write`] if the file cannot
+///   be written, [`ViewError::Ffmpeg`] if ffmpeg fails, [`ViewError::Threads`] if no thread can be started;
+/// - [`ViewError::Interrupted`] if `watch` breaks.
 ///
 /// There is no new file then, and an old one is as it was.
 pub fn write(
@@ -169,7 +167,7 @@ pub fn write(
     movie: &Movie,
     existing: Existing,
     watch: &mut Watch,
-) -> Result<WrittenMovie, MovieError> {
+) -> Result<WrittenMovie, ViewError> {
     let format = MovieFormat::of(path)?;
     movie.refuse(format)?;
     let ffmpeg = (format == MovieFormat::Mp4).then(ffmpeg::Ffmpeg::find).transpose()?;
@@ -179,7 +177,7 @@ pub fn write(
     let shot = index.shot(&movie.style, movie.turn)?;
     let reel = Reel { trajectory, path, movie, clock: Clock::of(&index), index, shot };
     let palette = (format == MovieFormat::Gif).then(|| reel.palette(watch)).transpose()?;
-    let (draft, file) = UnnamedFile::beside(path).map_err(MovieError::write(path))?;
+    let (draft, file) = UnnamedFile::beside(path).map_err(ViewError::write(path))?;
     let (style, per_second) = (&movie.style, movie.frames_per_second);
     match (ffmpeg, palette) {
         (Some(ffmpeg), _) => {
@@ -199,34 +197,34 @@ pub fn write(
         file.sync_all()?;
         Ok(file.metadata()?.len())
     });
-    let bytes = written.map_err(MovieError::write(path))?;
+    let bytes = written.map_err(ViewError::write(path))?;
     if bytes == 0 {
-        return Err(MovieError::Ffmpeg("it wrote nothing".to_owned()));
+        return Err(ViewError::Ffmpeg("it wrote nothing".to_owned()));
     }
-    draft.publish(existing).map_err(MovieError::write(path))?;
+    draft.publish(existing).map_err(ViewError::write(path))?;
     Ok(WrittenMovie { frames: reel.index.places.len() as u64, bytes, is_truncated: reel.index.is_truncated })
 }
 
 impl Movie {
     /// Refuses options that make no movie in a format.
-    fn refuse(&self, format: MovieFormat) -> Result<(), MovieError> {
+    fn refuse(&self, format: MovieFormat) -> Result<(), ViewError> {
         render::refuse_style(&self.style)?;
-        let option = |name, value: f64, expected| Err(MovieError::Option { name, value, expected });
+        let option = |name, value: f64, expected| Err(ViewError::Option { name, value, expected });
         let per_second = self.frames_per_second;
         if !(1..=MOST_PER_SECOND).contains(&per_second) {
-            return option("number of images per second", f64::from(per_second), "1 to 120");
+            return option("the number of images per second", f64::from(per_second), "1 to 120");
         }
         if self.every == 0 {
-            return option("number of frames from one image to the next", 0.0, "at least 1");
+            return option("the number of frames from one image to the next", 0.0, "at least 1");
         }
         if self.turn.is_nan() || self.turn.abs() > LARGEST_TURN {
-            return option("turn of the camera", self.turn, "-3600 to 3600 degrees");
+            return option("the turn of the camera", self.turn, "-3600 to 3600 degrees");
         }
         let (width, height) = (self.style.width, self.style.height);
         match format {
-            MovieFormat::Gif if per_second > gif::MOST_PER_SECOND => Err(MovieError::FastGif(per_second)),
+            MovieFormat::Gif if per_second > gif::MOST_PER_SECOND => Err(ViewError::FastGif(per_second)),
             MovieFormat::Mp4 if !(width.is_multiple_of(2) && height.is_multiple_of(2)) => {
-                Err(MovieError::OddSize { width, height })
+                Err(ViewError::OddSize { width, height })
             }
             _ => Ok(()),
         }
@@ -234,10 +232,10 @@ impl Movie {
 }
 
 /// Refuses what is in the place of a movie before anything is drawn.
-fn refuse_existing(path: &Path, existing: Existing) -> Result<(), MovieError> {
+fn refuse_existing(path: &Path, existing: Existing) -> Result<(), ViewError> {
     match fs::metadata(path) {
-        Ok(found) if !found.is_file() => Err(MovieError::NotReplaceable(path.to_owned())),
-        Ok(_) if existing == Existing::Keep => Err(MovieError::Exists(path.to_owned())),
+        Ok(found) if !found.is_file() => Err(ViewError::NotReplaceable(path.to_owned())),
+        Ok(_) if existing == Existing::Keep => Err(ViewError::Exists(path.to_owned())),
         _ => Ok(()),
     }
 }
@@ -259,18 +257,20 @@ impl Reel<'_> {
         codec: &C,
         mut track: impl Track<Piece = C::Piece>,
         watch: &mut Watch,
-    ) -> Result<(), MovieError> {
+    ) -> Result<(), ViewError> {
         let count = self.index.places.len();
         let at_once = self.at_once();
         let is_stopped = AtomicBool::new(false);
         let team = Team { threads: render::cores().div_ceil(at_once), is_stopped: Some(&is_stopped) };
-        let stages = Stages {
+        let pipeline = Pipeline {
             draw: &|place| self.draw(place, &self.shot, &team),
             compress: &|place, previous: Option<&Image>, image: &Image| {
-                codec.compress(place, previous, image).map_err(MovieError::write(self.path))
+                codec.compress(place, previous, image).map_err(ViewError::write(self.path))
             },
+            count,
+            crew: at_once,
+            is_stopped: &is_stopped,
         };
-        let pipeline = Pipeline::new(stages, count, at_once, &is_stopped);
         // Asked between two images, and while one is waited for.
         let (watch, done) = (RefCell::new(watch), Cell::new(0));
         let ask = |written: usize| {
@@ -294,7 +294,7 @@ impl Reel<'_> {
     }
 
     /// Reads a frame and draws it.
-    fn draw(&self, place: usize, shot: &Shot, team: &Team) -> Result<Image, MovieError> {
+    fn draw(&self, place: usize, shot: &Shot, team: &Team) -> Result<Image, ViewError> {
         let frame = self.index.read(self.trajectory, place)?;
         let last = self.index.places.len() - 1;
         let part = if last == 0 { 0.0 } else { place as f64 / last as f64 };
@@ -304,7 +304,7 @@ impl Reel<'_> {
     }
 
     /// The colours of a GIF, from some of its images, drawn small.
-    fn palette(&self, watch: &mut Watch) -> Result<palette::Palette, MovieError> {
+    fn palette(&self, watch: &mut Watch) -> Result<palette::Palette, ViewError> {
         let style = palette::pilot_style(&self.movie.style);
         let shot = self.index.shot(&style, self.movie.turn)?;
         let mut images = Vec::new();
@@ -312,27 +312,21 @@ impl Reel<'_> {
             images.push(self.draw(place, &shot, &Team::whole())?);
             let time = self.index.places[place].time;
             if watch(&MovieProgress { is_drawing: true, frames: 0, time, fraction: 0.0 }).is_break() {
-                return Err(MovieError::Interrupted);
+                return Err(ViewError::Interrupted);
             }
         }
         Ok(palette::Palette::of(&images))
     }
 
-    fn open<T>(&self, result: Result<T, track::TrackError>) -> Result<T, MovieError> {
+    fn open<T>(&self, result: Result<T, track::TrackError>) -> Result<T, ViewError> {
         result.map_err(|error| self.failed(error))
     }
 
-    fn failed(&self, error: track::TrackError) -> MovieError {
+    fn failed(&self, error: track::TrackError) -> ViewError {
         match error {
-            track::TrackError::Output(source) => MovieError::write(self.path)(source),
-            track::TrackError::Interrupted => MovieError::Interrupted,
-            track::TrackError::Ffmpeg(message) => MovieError::Ffmpeg(message),
+            track::TrackError::Output(source) => ViewError::write(self.path)(source),
+            track::TrackError::Interrupted => ViewError::Interrupted,
+            track::TrackError::Ffmpeg(message) => ViewError::Ffmpeg(message),
         }
-    }
-}
-
-impl From<RenderError> for MovieError {
-    fn from(error: RenderError) -> Self {
-        Self::Render(error)
     }
 }

@@ -9,7 +9,7 @@
 //! use carom::trajectory::{Frame};
 //! use carom::io::{Existing};
 //! use carom::view::render::{self, Style};
-//! # fn image(frame: &Frame) -> Result<(), render::RenderError> {
+//! # fn image(frame: &Frame) -> Result<(), carom::view::ViewError> {
 //! let image = render::draw(frame, &Style { width: 800, height: 600, ..Style::default() })?;
 //! image.write_png("fluid.png".as_ref(), Existing::Keep)
 //! # }
@@ -19,7 +19,6 @@ mod bodies;
 mod camera;
 mod caption;
 mod colour;
-mod error;
 mod image;
 pub(crate) mod legend;
 mod letters;
@@ -37,13 +36,13 @@ use std::path::Path;
 
 pub(super) use camera::Extent;
 pub(super) use colour::{BACKGROUND, INK};
-pub use error::RenderError;
 pub use image::Image;
 pub(super) use image::png_encoder;
 pub(super) use light::MAP_BYTES;
 pub(super) use parallel::{Team, cores};
 pub(super) use shot::{Shot, SpeedScale};
 
+use super::ViewError;
 use crate::Vector;
 use crate::base::numbers::single;
 use crate::trajectory::Frame;
@@ -131,25 +130,25 @@ impl Default for Style {
 /// the file off, the last complete frame counts.
 ///
 /// # Errors
-/// [`RenderError::Trajectory`] if the file cannot be read; otherwise as [`draw`].
-pub fn of_trajectory(path: &Path, time: Option<f64>, style: &Style) -> Result<Image, RenderError> {
-    let pick = pick_frame(path, time).map_err(|source| RenderError::Trajectory { path: path.into(), source })?;
+/// [`ViewError::Trajectory`] if the file cannot be read; otherwise as [`draw`].
+pub fn of_trajectory(path: &Path, time: Option<f64>, style: &Style) -> Result<Image, ViewError> {
+    let pick = pick_frame(path, time).map_err(ViewError::trajectory(path))?;
     draw(&pick.frame, style)
 }
 
 /// Draws a frame.
 ///
 /// # Errors
-/// [`RenderError::Empty`], [`RenderError::Particle`] or [`RenderError::Box`] if the frame cannot be drawn;
-/// [`RenderError::Size`], [`RenderError::Style`] or [`RenderError::NoColour`] if the style makes no sense.
-pub fn draw(frame: &Frame, style: &Style) -> Result<Image, RenderError> {
+/// [`ViewError::Empty`], [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn;
+/// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style makes no sense.
+pub fn draw(frame: &Frame, style: &Style) -> Result<Image, ViewError> {
     refuse_style(style)?;
     refuse_frame(frame)?;
     let footer = match style.colour_by {
         ColourBy::Species => 0.0,
         ColourBy::Speed => legend::STRIP * style.width.min(style.height) as f32,
     };
-    let camera = Camera::facing(frame, style, &framed(frame, style), footer).ok_or(RenderError::Box)?;
+    let camera = Camera::facing(frame, style, &framed(frame, style), footer).ok_or(ViewError::Box)?;
     let scale = SpeedScale::of(frame, style);
     let mut pixels = paint(frame, style, &camera, scale.fastest, Fineness::PICTURE, &Team::whole());
     if style.colour_by == ColourBy::Speed {
@@ -204,45 +203,45 @@ fn box_edges(frame: &Frame) -> Vec<[Vector; 2]> {
     edges
 }
 
-pub(super) fn refuse_style(style: &Style) -> Result<(), RenderError> {
+pub(super) fn refuse_style(style: &Style) -> Result<(), ViewError> {
     let (width, height) = (style.width, style.height);
     if !((16..=8192).contains(&width) && (16..=8192).contains(&height) && width * height <= MOST_PIXELS) {
-        return Err(RenderError::Size { width, height });
+        return Err(ViewError::Size { width, height });
     }
     if style.palette.is_empty() {
-        return Err(RenderError::NoColour);
+        return Err(ViewError::NoColour);
     }
     let up = style.up.map_or(1.0, |up| up.norm());
     let top_speed = style.top_speed.unwrap_or(1.0);
     let checks = [
-        ("static_opacity", style.static_opacity, (0.0..=1.0).contains(&style.static_opacity), "0 to 1"),
-        ("azimuth", style.azimuth, style.azimuth.is_finite(), "a finite angle"),
-        ("elevation", style.elevation, style.elevation.abs() <= 90.0, "-90 to 90 degrees"),
-        ("top_speed", top_speed, top_speed.is_finite() && top_speed > 0.0, "a positive finite speed"),
-        ("length of the direction up", up, up.is_normal(), "a finite length that is not 0"),
+        ("static_opacity of an image", style.static_opacity, (0.0..=1.0).contains(&style.static_opacity), "0 to 1"),
+        ("azimuth of an image", style.azimuth, style.azimuth.is_finite(), "a finite angle"),
+        ("elevation of an image", style.elevation, style.elevation.abs() <= 90.0, "-90 to 90 degrees"),
+        ("top_speed of an image", top_speed, top_speed.is_finite() && top_speed > 0.0, "a positive finite speed"),
+        ("length of the direction up of an image", up, up.is_normal(), "a finite length that is not 0"),
     ];
     match checks.into_iter().find(|&(_, _, is_valid, _)| !is_valid) {
-        Some((name, value, _, expected)) => Err(RenderError::Style { name, value, expected }),
+        Some((name, value, _, expected)) => Err(ViewError::Option { name, value, expected }),
         None => Ok(()),
     }
 }
 
-fn refuse_frame(frame: &Frame) -> Result<(), RenderError> {
+fn refuse_frame(frame: &Frame) -> Result<(), ViewError> {
     if frame.particles.is_empty() {
-        return Err(RenderError::Empty);
+        return Err(ViewError::Empty);
     }
     refuse_numbers(frame)
 }
 
 /// Refuses what has no place in an image.
-pub(super) fn refuse_numbers(frame: &Frame) -> Result<(), RenderError> {
+pub(super) fn refuse_numbers(frame: &Frame) -> Result<(), ViewError> {
     let is_finite = |vector: &Vector| vector.iter().all(|x| x.is_finite());
     if !(is_finite(&frame.lower) && is_finite(&frame.size) && frame.size.iter().all(|&edge| edge >= 0.0)) {
-        return Err(RenderError::Box);
+        return Err(ViewError::Box);
     }
     let is_drawable = |radius: f64| radius.is_finite() && radius > 0.0;
     let bad = frame.particles.iter().find(|particle| {
         !(is_finite(&particle.position) && is_finite(&particle.velocity) && is_drawable(particle.radius))
     });
-    bad.map_or(Ok(()), |particle| Err(RenderError::Particle(particle.id)))
+    bad.map_or(Ok(()), |particle| Err(ViewError::Particle(particle.id)))
 }

@@ -11,12 +11,11 @@
 //!
 //! let page = report::page("runs/hopper".as_ref())?;
 //! report::write(&page, "hopper.html".as_ref(), Existing::Keep)?;
-//! # Ok::<(), report::ReportError>(())
+//! # Ok::<(), carom::view::ViewError>(())
 //! ```
 
 mod audit;
 mod base64;
-mod error;
 mod exchange;
 mod figures;
 mod html;
@@ -32,14 +31,13 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-use std::io;
 use std::path::Path;
 
+use super::ViewError;
 use crate::analysis::observables::Answer;
 use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
 
-pub use error::ReportError;
 pub use exchange::{exchange_page, exchange_page_in};
 pub use sweep::{sweep_page, sweep_page_in};
 
@@ -62,9 +60,9 @@ pub struct Page {
 /// Makes the page of a run from the files in its folder. Memory is bounded by the size of the page, some 40 MB, and of two frames.
 ///
 /// # Errors
-/// [`ReportError::NotFolder`] if there is no such folder, [`ReportError::Unreadable`] or [`ReportError::Summary`] if its
+/// [`ViewError::NotFolder`] if there is no such folder, [`ViewError::Unreadable`] or [`ViewError::Summary`] if its
 /// `summary.json` is missing or damaged.
-pub fn page(run: &Path) -> Result<Page, ReportError> {
+pub fn page(run: &Path) -> Result<Page, ViewError> {
     let inputs = inputs::read(run)?;
     Ok(Page { html: document(&inputs), notes: inputs.notes })
 }
@@ -72,13 +70,10 @@ pub fn page(run: &Path) -> Result<Page, ReportError> {
 /// Writes a page to a file, which appears when it is complete. The same bytes again are no replacement.
 ///
 /// # Errors
-/// [`ReportError::Exists`] if there is another file that is to be kept, [`ReportError::Write`] if the file cannot be written.
-pub fn write(page: &Page, path: &Path, existing: Existing) -> Result<(), ReportError> {
+/// [`ViewError::Exists`] if there is another file that is to be kept, [`ViewError::Write`] if the file cannot be written.
+pub fn write(page: &Page, path: &Path, existing: Existing) -> Result<(), ViewError> {
     let written = write_atomically(path, existing, |file| file.write_all(page.html.as_bytes()));
-    written.map_err(|source| match source.kind() {
-        io::ErrorKind::AlreadyExists => ReportError::Exists(path.to_owned()),
-        _ => ReportError::Write { path: path.to_owned(), source },
-    })?;
+    written.map_err(ViewError::write(path))?;
     note(path);
     Ok(())
 }

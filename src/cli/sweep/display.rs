@@ -1,14 +1,15 @@
 //! How far a sweep has come, on the terminal or in lines.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use carom::base::text::printable;
 use carom::sweep::{Fate, News, Share, Sweep};
 use indicatif::ProgressBar;
 
 use crate::cli::progress::bar;
+use crate::cli::warn;
 
 /// Between two states of the bar.
 const INTERVAL: Duration = Duration::from_millis(100);
@@ -19,7 +20,7 @@ const MOST_NAMED: usize = 3;
 
 /// Shows the progress of all runs: a bar on a terminal, a line for each run that is over elsewhere, on standard error.
 pub struct Display {
-    bar: Option<ProgressBar>,
+    bar: ProgressBar,
     is_quiet: bool,
     total: usize,
     state: Mutex<State>,
@@ -54,9 +55,8 @@ impl Display {
             }
             _ => {}
         }
-        let Some(bar) = &self.bar else { return };
         let is_over = matches!(news, News::Over(_));
-        if !is_over && state.shown.elapsed() < INTERVAL {
+        if self.bar.is_hidden() || !is_over && state.shown.elapsed() < INTERVAL {
             return;
         }
         state.shown = Instant::now();
@@ -69,9 +69,9 @@ impl Display {
         if state.running.len() > MOST_NAMED {
             words.push(format!("and {} more", state.running.len() - MOST_NAMED));
         }
-        bar.set_prefix(format!("{} of {} runs", state.over, self.total));
-        bar.set_message(words.join(", "));
-        bar.set_position(position);
+        self.bar.set_prefix(format!("{} of {} runs", state.over, self.total));
+        self.bar.set_message(words.join(", "));
+        self.bar.set_position(position);
     }
 
     /// A line about a run that is over.
@@ -84,21 +84,15 @@ impl Display {
             _ => "interrupted".to_owned(),
         };
         let text = format!("[{over}/{}] {}: {words}", self.total, sweep.points()[place].folder());
-        match &self.bar {
-            _ if self.is_quiet => {}
-            Some(bar) if matches!(fate, Fate::Failed(_)) => bar.println(carom::base::text::printable(&text)),
-            Some(_) => {}
-            None => {
-                // A closed standard error is no reason to stop.
-                let _ = writeln!(std::io::stderr(), "{}", carom::base::text::printable(&text));
-            }
+        if !self.bar.is_hidden() && matches!(fate, Fate::Failed(_)) {
+            self.bar.println(printable(&text));
+        } else if self.bar.is_hidden() && !self.is_quiet {
+            warn(&text);
         }
     }
 
     /// Removes the bar.
     pub fn clear(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
+        self.bar.finish_and_clear();
     }
 }

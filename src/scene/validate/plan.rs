@@ -3,7 +3,9 @@
 use crate::Vector;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{Boundary, Space};
-use crate::model::{Growth, GrowthTarget, Limit, Scene, SceneParts, Species, SpeciesId, StagePlan, Thermostat, ThermostatError};
+use crate::model::{
+    Growth, GrowthTarget, Limit, Scene, SceneParts, Species, SpeciesId, StagePlan, Thermostat, ThermostatError,
+};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::interactions::Interactions;

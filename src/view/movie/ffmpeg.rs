@@ -6,9 +6,9 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use super::MovieError;
 use super::process::{Process, printed_by};
 use super::track::Codec;
+use crate::view::ViewError;
 use crate::view::render::{Image, Style};
 
 /// An ffmpeg that has done nothing for so long is ended: what takes it longest is the end of a large movie, some seconds.
@@ -30,27 +30,27 @@ impl Ffmpeg {
     /// Looks for ffmpeg in `PATH`, and for the best of its encoders.
     ///
     /// # Errors
-    /// [`MovieError::NoFfmpeg`] if it cannot be started, [`MovieError::Ffmpeg`] if it does not answer, or has no encoder that is known here.
-    pub fn find() -> Result<Self, MovieError> {
+    /// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Ffmpeg`] if it does not answer, or has no encoder that is known here.
+    pub fn find() -> Result<Self, ViewError> {
         Self::at("ffmpeg".into(), PATIENCE)
     }
 
-    fn at(program: OsString, patience: Duration) -> Result<Self, MovieError> {
+    fn at(program: OsString, patience: Duration) -> Result<Self, ViewError> {
         let mut command = Command::new(&program);
         command.args(["-hide_banner", "-loglevel", "error", "-encoders"]);
         let list = printed_by(&mut command, patience)?;
         let has = |name: &str| list.lines().any(|line| line.split_whitespace().nth(1) == Some(name));
         let encoder = ENCODERS.into_iter().find(|(name, _)| has(name));
         let names = || ENCODERS.map(|(name, _)| name).join(", ");
-        let encoder = encoder.ok_or_else(|| MovieError::Ffmpeg(format!("it has none of the encoders {}", names())))?;
+        let encoder = encoder.ok_or_else(|| ViewError::Ffmpeg(format!("it has none of the encoders {}", names())))?;
         Ok(Self { program, encoder, patience })
     }
 
     /// Starts it for a file that is there already.
     ///
     /// # Errors
-    /// [`MovieError::NoFfmpeg`] if it cannot be started.
-    pub fn begin(&self, file: &Path, style: &Style, per_second: u32) -> Result<Process, MovieError> {
+    /// [`ViewError::NoFfmpeg`] if it cannot be started.
+    pub fn begin(&self, file: &Path, style: &Style, per_second: u32) -> Result<Process, ViewError> {
         let mut command = Command::new(&self.program);
         command.args(["-hide_banner", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24"]);
         command.args(["-video_size", &format!("{}x{}", style.width, style.height)]);
@@ -110,7 +110,7 @@ mod tests {
         // Another test may have the script open for a program that it starts.
         let mut process = loop {
             match ffmpeg.begin(&file, &style, 25) {
-                Err(MovieError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}
+                Err(ViewError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}
                 process => break process.unwrap(),
             }
         };
@@ -147,10 +147,10 @@ mod tests {
         fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
         let found = loop {
             match Ffmpeg::at(program.clone().into(), SHORT) {
-                Err(MovieError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}
+                Err(ViewError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}
                 found => break found,
             }
         };
-        assert!(matches!(found, Err(MovieError::Ffmpeg(why)) if why.contains("did nothing for 0.3 s")));
+        assert!(matches!(found, Err(ViewError::Ffmpeg(why)) if why.contains("did nothing for 0.3 s")));
     }
 }

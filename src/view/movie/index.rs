@@ -4,11 +4,12 @@ use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom};
 use std::path::Path;
 
-use super::{MovieError, MovieProgress, Watch};
+use super::{MovieProgress, Watch};
 use crate::Vector;
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
-use crate::view::render::{ColourBy, Extent, Framing, RenderError, Shot, SpeedScale, Style, corners, refuse_numbers};
+use crate::view::ViewError;
+use crate::view::render::{ColourBy, Extent, Framing, Shot, SpeedScale, Style, corners, refuse_numbers};
 
 /// Which frames of a trajectory are in a movie.
 #[derive(Debug, Clone, Copy)]
@@ -66,14 +67,14 @@ impl Index {
     /// box.
     ///
     /// # Errors
-    /// [`MovieError::Trajectory`], [`MovieError::NotFile`], [`MovieError::NoSuchFrame`] or [`MovieError::Frame`] if there is nothing to
-    /// draw, [`MovieError::Empty`] if no frame has a particle, [`MovieError::Interrupted`] if `watch` breaks.
-    pub fn of(path: &Path, selection: Selection, style: &Style, watch: &mut Watch) -> Result<Self, MovieError> {
-        let unreadable = |source| MovieError::Trajectory { path: path.to_owned(), source };
+    /// [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::NoSuchFrame`] or [`ViewError::Frame`] if there is nothing to
+    /// draw, [`ViewError::EmptyMovie`] if no frame has a particle, [`ViewError::Interrupted`] if `watch` breaks.
+    pub fn of(path: &Path, selection: Selection, style: &Style, watch: &mut Watch) -> Result<Self, ViewError> {
+        let unreadable = ViewError::trajectory(path);
         let file = open(path)?;
         let metadata = file.metadata().map_err(|source| unreadable(ReadError::Open { path: path.into(), source }))?;
         if !metadata.is_file() {
-            return Err(MovieError::NotFile(path.to_owned()));
+            return Err(ViewError::NotFile(path.to_owned()));
         }
         let mut reader = FrameReader::new(BufReader::with_capacity(1 << 16, file));
         let mut survey = Survey { style, path, index: None, needs_numbers: false, is_truncated: false };
@@ -87,7 +88,7 @@ impl Index {
                 Ok(true) => count += 1,
                 Ok(false) => break,
                 // What comes before is complete.
-                Err(MovieError::Trajectory { source: ReadError::Truncated { .. }, .. }) if count > 0 => {
+                Err(ViewError::Trajectory { source: ReadError::Truncated { .. }, .. }) if count > 0 => {
                     survey.is_truncated = true;
                     break;
                 }
@@ -96,20 +97,20 @@ impl Index {
             let time = survey.index.as_ref().and_then(|index| index.places.last()).map_or(0.0, |place| place.time);
             let fraction = (offset as f64 / metadata.len().max(1) as f64).min(1.0);
             if watch(&MovieProgress { is_drawing: false, frames: count, time, fraction }).is_break() {
-                return Err(MovieError::Interrupted);
+                return Err(ViewError::Interrupted);
             }
         }
         match survey.index {
             Some(index) => Self { is_truncated: survey.is_truncated, ..index }.completed(path),
             None if count == 0 => Err(unreadable(ReadError::NoFrame)),
-            None => Err(MovieError::NoSuchFrame { path: path.to_owned(), first: selection.first, count }),
+            None => Err(ViewError::NoSuchFrame { path: path.to_owned(), first: selection.first, count }),
         }
     }
 
     /// Finds out by how much particles stick out of the box, from the first and the last frame: they may grow.
-    fn completed(mut self, path: &Path) -> Result<Self, MovieError> {
+    fn completed(mut self, path: &Path) -> Result<Self, ViewError> {
         if self.most_particles == 0 {
-            return Err(MovieError::Empty(path.to_owned()));
+            return Err(ViewError::EmptyMovie(path.to_owned()));
         }
         let (Framing::Box, Some((lower, size))) = (self.framing, self.region) else { return Ok(self) };
         let upper = lower + size;
@@ -124,25 +125,22 @@ impl Index {
     }
 
     /// The camera and the scale for these frames.
-    pub fn shot(&self, style: &Style, turn: f64) -> Result<Shot, MovieError> {
+    pub fn shot(&self, style: &Style, turn: f64) -> Result<Shot, ViewError> {
         let (lower, size) = self.region.unwrap_or((self.stage.lower, self.stage.size));
         let framed = corners(&lower, &size).map(|position| Extent { position, radius: self.margin });
-        Ok(Shot::new(self.stage.clone(), style, &framed, turn, self.scale)?)
+        Shot::new(self.stage.clone(), style, &framed, turn, self.scale)
     }
 
     /// Reads a frame.
-    pub fn read(&self, path: &Path, place: usize) -> Result<Frame, MovieError> {
+    pub fn read(&self, path: &Path, place: usize) -> Result<Frame, ViewError> {
         let Place { offset, lines, .. } = self.places[place];
+        let unreadable = ViewError::trajectory(path);
         let mut file = open(path)?;
-        let sought = file.seek(SeekFrom::Start(offset));
-        sought.map_err(|source| MovieError::Trajectory {
-            path: path.to_owned(),
-            source: ReadError::Io { line: lines, source },
-        })?;
+        file.seek(SeekFrom::Start(offset)).map_err(|source| unreadable(ReadError::Io { line: lines, source }))?;
         match FrameReader::behind(BufReader::with_capacity(1 << 16, file), lines).next() {
             Some(Ok(frame)) => Ok(frame),
-            Some(Err(ReadError::Truncated { .. })) | None => Err(MovieError::Changed(path.to_owned())),
-            Some(Err(source)) => Err(MovieError::Trajectory { path: path.to_owned(), source }),
+            Some(Err(ReadError::Truncated { .. })) | None => Err(ViewError::Changed(path.to_owned())),
+            Some(Err(source)) => Err(unreadable(source)),
         }
     }
 
@@ -154,22 +152,19 @@ impl Index {
     }
 
     /// Why a frame cannot be drawn.
-    pub fn fault(&self, path: &Path, place: usize, source: RenderError) -> MovieError {
-        MovieError::Frame { path: path.to_owned(), index: self.places[place].index, source: Box::new(source) }
+    pub fn fault(&self, path: &Path, place: usize, source: ViewError) -> ViewError {
+        ViewError::Frame { path: path.to_owned(), index: self.places[place].index, source: Box::new(source) }
     }
 }
 
-fn open(path: &Path) -> Result<File, MovieError> {
-    File::open(path).map_err(|source| MovieError::Trajectory {
-        path: path.to_owned(),
-        source: ReadError::Open { path: path.into(), source },
-    })
+fn open(path: &Path) -> Result<File, ViewError> {
+    File::open(path).map_err(|source| ViewError::trajectory(path)(ReadError::Open { path: path.into(), source }))
 }
 
 /// Passes over a frame that is not in the movie.
-fn pass(reader: &mut Reader, path: &Path) -> Result<bool, MovieError> {
+fn pass(reader: &mut Reader, path: &Path) -> Result<bool, ViewError> {
     let found = reader.next_preamble();
-    found.map(|found| found.is_some()).map_err(|source| MovieError::Trajectory { path: path.to_owned(), source })
+    found.map(|found| found.is_some()).map_err(|source| ViewError::Trajectory { path: path.to_owned(), source })
 }
 
 /// An index that is being made.
@@ -183,13 +178,13 @@ struct Survey<'a> {
 
 impl Survey<'_> {
     /// Adds the next frame; `false` if there is none.
-    fn add(&mut self, reader: &mut Reader, place: Place) -> Result<bool, MovieError> {
-        let unreadable = |source| MovieError::Trajectory { path: self.path.to_owned(), source };
+    fn add(&mut self, reader: &mut Reader, place: Place) -> Result<bool, ViewError> {
+        let unreadable = |source| ViewError::Trajectory { path: self.path.to_owned(), source };
         let is_first = self.index.is_none();
         if is_first || self.needs_numbers {
             let Some(frame) = reader.next().transpose().map_err(unreadable)? else { return Ok(false) };
             let refused =
-                |source| MovieError::Frame { path: self.path.to_owned(), index: place.index, source: Box::new(source) };
+                |source| ViewError::Frame { path: self.path.to_owned(), index: place.index, source: Box::new(source) };
             refuse_numbers(&frame).map_err(refused)?;
             let frame_time = frame.time;
             let has_box = reader.has_box() && frame.size.iter().any(|edge| *edge > 0.0);

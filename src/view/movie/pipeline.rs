@@ -7,208 +7,124 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use super::MovieError;
+use crate::view::ViewError;
 use crate::view::render::Image;
 
 /// How often is asked whether to go on, at least.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Draws the image of a place.
-type Draw<'a> = &'a (dyn Fn(usize) -> Result<Image, MovieError> + Sync);
+type Draw<'a> = &'a (dyn Fn(usize) -> Result<Image, ViewError> + Sync);
 
 /// Compresses the image of a place, given the one before it.
-type Compress<'a, P> = &'a (dyn Fn(usize, Option<&Image>, &Image) -> Result<P, MovieError> + Sync);
+type Compress<'a, P> = &'a (dyn Fn(usize, Option<&Image>, &Image) -> Result<P, ViewError> + Sync);
 
-/// Work of each worker.
-pub(super) struct Stages<'a, P> {
+/// Work on a number of places.
+pub(super) struct Pipeline<'a, P> {
     pub draw: Draw<'a>,
     pub compress: Compress<'a, P>,
-}
-
-pub(super) struct Pipeline<'a, P> {
-    stages: Stages<'a, P>,
     /// Number of places.
-    count: usize,
+    pub count: usize,
     /// Number of workers.
-    crew: usize,
-    is_stopped: &'a AtomicBool,
-    board: Mutex<Board<P>>,
-    /// Notified of each change of the board.
-    change: Condvar,
+    pub crew: usize,
+    /// Set when the work is to end.
+    pub is_stopped: &'a AtomicBool,
 }
 
-/// Where the work stands.
-struct Board<P> {
-    /// The place that is drawn next.
-    next: usize,
-    /// Number of places that have been handed on.
-    done: usize,
-    /// Images that the one after them is compressed against.
-    images: BTreeMap<usize, Arc<Image>>,
-    pieces: BTreeMap<usize, Result<P, MovieError>>,
-    /// Number of workers that are at work.
-    workers: usize,
+/// A place that is to be worked on. They are taken in order, so that whoever draws the image before is at it already.
+struct Task {
+    place: usize,
+    /// Where the image before comes from, and where that of this place is wanted.
+    before: Option<Receiver<Arc<Image>>>,
+    next: Sender<Arc<Image>>,
 }
 
-/// State of the next piece to hand on.
-enum Found<P> {
-    Piece(Result<P, MovieError>),
-    NotYet,
-    /// No worker is left.
-    Never,
-}
+type Piece<P> = (usize, Result<P, ViewError>);
 
-impl<'a, P: Send> Pipeline<'a, P> {
-    /// For a number of places and of workers.
-    pub fn new(stages: Stages<'a, P>, count: usize, crew: usize, is_stopped: &'a AtomicBool) -> Self {
-        let board = Board { next: 0, done: 0, images: BTreeMap::new(), pieces: BTreeMap::new(), workers: crew };
-        Self { stages, count, crew, is_stopped, board: Mutex::new(board), change: Condvar::new() }
-    }
-
+impl<P: Send> Pipeline<'_, P> {
     /// Does the work. `take` gets the pieces in the order of their places; `watch` is asked with the number of them whether to go on.
     ///
     /// # Errors
-    /// The error of the first place that has one, [`MovieError::Interrupted`] if `watch` breaks, [`MovieError::Threads`] if no worker can
+    /// The error of the first place that has one, [`ViewError::Interrupted`] if `watch` breaks, [`ViewError::Threads`] if no worker can
     /// be started.
     pub fn run(
         &self,
-        take: &mut dyn FnMut(P) -> Result<(), MovieError>,
+        take: &mut dyn FnMut(P) -> Result<(), ViewError>,
         watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
-    ) -> Result<(), MovieError> {
+    ) -> Result<(), ViewError> {
+        let ((issue, tasks), (tell, pieces)) = (channel(), channel());
+        let tasks = Mutex::new(tasks);
         thread::scope(|scope| {
             for _ in 0..self.crew {
-                if thread::Builder::new().spawn_scoped(scope, || self.work()).is_err() {
-                    // The others do its share.
-                    self.leave();
-                }
+                let (tasks, tell) = (&tasks, tell.clone());
+                // Where one cannot be started, the others do its share.
+                let _ = thread::Builder::new().spawn_scoped(scope, move || self.work(tasks, &tell));
             }
-            let result = self.collect(take, watch);
-            self.stop();
+            drop(tell);
+            let result = self.collect(&issue, &pieces, take, watch);
+            self.is_stopped.store(true, Ordering::Relaxed);
+            // Nobody waits for another task.
+            drop(issue);
             result
         })
     }
 
     fn collect(
         &self,
-        take: &mut dyn FnMut(P) -> Result<(), MovieError>,
+        issue: &Sender<Task>,
+        pieces: &Receiver<Piece<P>>,
+        take: &mut dyn FnMut(P) -> Result<(), ViewError>,
         watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
-    ) -> Result<(), MovieError> {
-        let mut done = 0;
+    ) -> Result<(), ViewError> {
+        let (mut issued, mut done, mut before) = (0, 0, None);
+        let mut early = BTreeMap::new();
         while done < self.count {
-            match self.wait_for(done) {
-                Found::Piece(piece) => {
-                    take(piece?)?;
-                    done += 1;
-                    self.board().done = done;
-                    self.change.notify_all();
+            while issued < self.count.min(done + 2 * self.crew) {
+                let (next, image) = channel();
+                // Where all workers are gone, no piece comes either.
+                let _ = issue.send(Task { place: issued, before: before.replace(image), next });
+                issued += 1;
+            }
+            if let Some(piece) = early.remove(&done) {
+                take(piece?)?;
+                done += 1;
+            } else {
+                match pieces.recv_timeout(PATIENCE) {
+                    Ok((place, piece)) => drop(early.insert(place, piece)),
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => return Err(ViewError::Threads),
                 }
-                Found::NotYet => {}
-                Found::Never => return Err(MovieError::Threads),
             }
             if watch(done).is_break() {
-                return Err(MovieError::Interrupted);
+                return Err(ViewError::Interrupted);
             }
         }
         Ok(())
     }
 
-    fn wait_for(&self, place: usize) -> Found<P> {
-        let mut board = self.board();
-        loop {
-            if let Some(piece) = board.pieces.remove(&place) {
-                return Found::Piece(piece);
-            }
-            if board.workers == 0 {
-                return Found::Never;
-            }
-            let (woken, timeout) = self.change.wait_timeout(board, PATIENCE).unwrap_or_else(PoisonError::into_inner);
-            board = woken;
-            if timeout.timed_out() {
-                return Found::NotYet;
-            }
+    fn work(&self, tasks: &Mutex<Receiver<Task>>, tell: &Sender<Piece<P>>) {
+        let next = || tasks.lock().unwrap_or_else(PoisonError::into_inner).recv().ok();
+        while let Some(task) = next().filter(|_| !self.is_stopped.load(Ordering::Relaxed)) {
+            // The collector is gone when the work is over.
+            let _ = tell.send((task.place, self.piece(task)));
         }
     }
 
-    fn work(&self) {
-        /// Also a worker that panics is missed.
-        struct Leaving<'p, 'a, P: Send>(&'p Pipeline<'a, P>);
-        impl<P: Send> Drop for Leaving<'_, '_, P> {
-            fn drop(&mut self) {
-                self.0.leave();
-            }
+    fn piece(&self, Task { place, before, next }: Task) -> Result<P, ViewError> {
+        let image = Arc::new((self.draw)(place)?);
+        // Behind the last place there is nobody who wants it.
+        let _ = next.send(Arc::clone(&image));
+        // If the one before could not be drawn, its error ends the work.
+        let previous = before.map(|before| before.recv()).transpose().map_err(|_| ViewError::Interrupted)?;
+        if self.is_stopped.load(Ordering::Relaxed) {
+            return Err(ViewError::Interrupted);
         }
-        let _leaving = Leaving(self);
-        while let Some(place) = self.next_place() {
-            let piece = self.piece(place);
-            self.board().pieces.insert(place, piece);
-            self.change.notify_all();
-        }
-    }
-
-    /// The next place, when the others are not far behind; `None` when there is nothing left to do.
-    fn next_place(&self) -> Option<usize> {
-        let mut board = self.board();
-        while !self.is_stopped() && board.next < self.count && board.next >= board.done + 2 * self.crew {
-            board = self.change.wait(board).unwrap_or_else(PoisonError::into_inner);
-        }
-        if self.is_stopped() || board.next >= self.count {
-            return None;
-        }
-        board.next += 1;
-        Some(board.next - 1)
-    }
-
-    fn piece(&self, place: usize) -> Result<P, MovieError> {
-        let image = Arc::new((self.stages.draw)(place)?);
-        let previous = self.exchange(place, &image);
-        if self.is_stopped() {
-            return Err(MovieError::Interrupted);
-        }
-        (self.stages.compress)(place, previous.as_deref(), &image)
-    }
-
-    /// Leaves an image for the next place, and waits for that of the one before.
-    fn exchange(&self, place: usize, image: &Arc<Image>) -> Option<Arc<Image>> {
-        let mut board = self.board();
-        board.images.insert(place, Arc::clone(image));
-        self.change.notify_all();
-        let before = place.checked_sub(1)?;
-        loop {
-            if let Some(previous) = board.images.remove(&before) {
-                return Some(previous);
-            }
-            // If it could not be drawn, its error ends the work.
-            if self.is_stopped() {
-                return None;
-            }
-            board = self.change.wait(board).unwrap_or_else(PoisonError::into_inner);
-        }
-    }
-
-    fn is_stopped(&self) -> bool {
-        self.is_stopped.load(Ordering::Relaxed)
-    }
-
-    /// Lets all workers leave soon.
-    fn stop(&self) {
-        // While no worker is about to wait.
-        let board = self.board();
-        self.is_stopped.store(true, Ordering::Relaxed);
-        drop(board);
-        self.change.notify_all();
-    }
-
-    fn leave(&self) {
-        self.board().workers -= 1;
-        self.change.notify_all();
-    }
-
-    fn board(&self) -> MutexGuard<'_, Board<P>> {
-        self.board.lock().unwrap_or_else(PoisonError::into_inner)
+        (self.compress)(place, previous.as_deref(), &image)
     }
 }
 
@@ -223,28 +139,30 @@ mod tests {
     }
 
     /// A place, the colour of the image before, and that of its own.
-    type Piece = (usize, Option<u8>, u8);
+    type Compressed = (usize, Option<u8>, u8);
 
     /// Pieces that a crew hands on of 40 places, some of which take longer, up to the first that fails.
-    fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Piece>, Result<(), MovieError>) {
+    fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Compressed>, Result<(), ViewError>) {
         let (is_stopped, begun, taken) = (AtomicBool::new(false), AtomicUsize::new(0), AtomicUsize::new(0));
-        let stages = Stages {
+        let pipeline = Pipeline {
             draw: &|place: usize| {
                 let ahead = begun.fetch_add(1, Ordering::SeqCst) + 1 - taken.load(Ordering::SeqCst);
                 // One more may have been taken that is not yet counted.
                 assert!(ahead <= 2 * crew + 1, "{ahead} ahead");
                 thread::sleep(Duration::from_micros(if place.is_multiple_of(3) { 2000 } else { 100 }));
                 match failing.is_some_and(|failing| place >= failing) {
-                    true => Err(MovieError::FastGif(u32::try_from(place).unwrap())),
+                    true => Err(ViewError::FastGif(u32::try_from(place).unwrap())),
                     false => Ok(image(place)),
                 }
             },
             compress: &|place, previous: Option<&Image>, image: &Image| {
                 Ok((place, previous.map(|previous| previous.pixels()[0][0]), image.pixels()[0][0]))
             },
+            count: 40,
+            crew,
+            is_stopped: &is_stopped,
         };
         let mut pieces = Vec::new();
-        let pipeline = Pipeline::new(stages, 40, crew, &is_stopped);
         let result = pipeline.run(
             &mut |piece| {
                 pieces.push(piece);
@@ -270,7 +188,7 @@ mod tests {
         for crew in [1, 2, 3, 7] {
             for failing in [0, 1, 12, 39] {
                 let (pieces, result) = handed_on(crew, Some(failing));
-                assert!(matches!(result, Err(MovieError::FastGif(place)) if place as usize == failing), "{crew}");
+                assert!(matches!(result, Err(ViewError::FastGif(place)) if place as usize == failing), "{crew}");
                 assert_eq!(pieces.len(), failing);
             }
         }
@@ -280,19 +198,20 @@ mod tests {
     fn an_error_of_the_file_or_a_break_ends_the_work() {
         for is_break in [false, true] {
             let is_stopped = AtomicBool::new(false);
-            let stages = Stages { draw: &|place| Ok(image(place)), compress: &|_, _, _: &Image| Ok(()) };
-            let pipeline = Pipeline::new(stages, 100, 3, &is_stopped);
+            let (count, crew, is_stopped) = (100, 3, &is_stopped);
+            let (draw, compress) = (&|place| Ok(image(place)), &|_: usize, _: Option<&Image>, _: &Image| Ok(()));
+            let pipeline = Pipeline { draw, compress, count, crew, is_stopped };
             let mut taken = 0;
             let result = pipeline.run(
                 &mut |()| {
                     taken += 1;
-                    if is_break || taken < 20 { Ok(()) } else { Err(MovieError::Ffmpeg("full".to_owned())) }
+                    if is_break || taken < 20 { Ok(()) } else { Err(ViewError::Ffmpeg("full".to_owned())) }
                 },
                 &mut |done| if is_break && done >= 20 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) },
             );
             assert_eq!(taken, 20);
-            assert_eq!(matches!(result, Err(MovieError::Interrupted)), is_break);
-            assert_eq!(matches!(result, Err(MovieError::Ffmpeg(_))), !is_break);
+            assert_eq!(matches!(result, Err(ViewError::Interrupted)), is_break);
+            assert_eq!(matches!(result, Err(ViewError::Ffmpeg(_))), !is_break);
         }
     }
 }

@@ -10,8 +10,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, channel, sync_chan
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-use super::MovieError;
 use super::track::{Ask, Track, TrackError};
+use crate::view::ViewError;
 
 /// The most of what it prints that is kept `[bytes]`.
 const MOST_MESSAGE: usize = 4096;
@@ -66,14 +66,14 @@ impl Process {
     /// Starts a program whose input and errors are pipes, and which writes a file.
     ///
     /// # Errors
-    /// [`MovieError::NoFfmpeg`] if it cannot be started, [`MovieError::Threads`] if no thread can be.
-    pub fn start(command: &mut Command, file: &Path, patience: Duration) -> Result<Self, MovieError> {
+    /// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Threads`] if no thread can be.
+    pub fn start(command: &mut Command, file: &Path, patience: Duration) -> Result<Self, ViewError> {
         #[cfg(unix)]
         {
             // Ctrl-C is for this program, which ends the other one then.
             std::os::unix::process::CommandExt::process_group(command, 0);
         }
-        let mut child = command.spawn().map_err(MovieError::NoFfmpeg)?;
+        let mut child = command.spawn().map_err(ViewError::NoFfmpeg)?;
         let (input, errors) = (child.stdin.take(), child.stderr.take());
         let taken = Arc::new(AtomicU64::new(0));
         let (images, to_write) = sync_channel::<Vec<u8>>(1);
@@ -92,7 +92,7 @@ impl Process {
         let listen = move || drop(tell.send(errors.map_or_else(String::new, message_of)));
         let process = Self { child, images: Some(images), written, taken, message, file: file.to_owned(), patience };
         for work in [Box::new(feed) as Box<dyn FnOnce() + Send>, Box::new(listen)] {
-            thread::Builder::new().spawn(work).map_err(|_| MovieError::Threads)?;
+            thread::Builder::new().spawn(work).map_err(|_| ViewError::Threads)?;
         }
         Ok(process)
     }
@@ -175,10 +175,10 @@ impl Drop for Process {
 /// Output of a program that is asked for nothing else.
 ///
 /// # Errors
-/// [`MovieError::NoFfmpeg`] if it cannot be started, [`MovieError::Ffmpeg`] if it does not end.
-pub(super) fn printed_by(command: &mut Command, patience: Duration) -> Result<String, MovieError> {
+/// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Ffmpeg`] if it does not end.
+pub(super) fn printed_by(command: &mut Command, patience: Duration) -> Result<String, ViewError> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
-    let mut child = command.spawn().map_err(MovieError::NoFfmpeg)?;
+    let mut child = command.spawn().map_err(ViewError::NoFfmpeg)?;
     let output = child.stdout.take();
     let (tell, told) = channel();
     let listen = move || {
@@ -187,8 +187,8 @@ pub(super) fn printed_by(command: &mut Command, patience: Duration) -> Result<St
         let _ = tell.send(String::from_utf8_lossy(&bytes).into_owned());
     };
     let printed = match thread::Builder::new().spawn(listen) {
-        Ok(_) => told.recv_timeout(patience).map_err(|_| MovieError::Ffmpeg(hung(patience).to_string())),
-        Err(_) => Err(MovieError::Threads),
+        Ok(_) => told.recv_timeout(patience).map_err(|_| ViewError::Ffmpeg(hung(patience).to_string())),
+        Err(_) => Err(ViewError::Threads),
     };
     let _ = child.kill();
     let _ = child.wait();

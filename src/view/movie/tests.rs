@@ -29,7 +29,7 @@ impl Place {
         self.0.path().join(name)
     }
 
-    fn write(&self, name: &str, movie: &Movie) -> Result<WrittenMovie, MovieError> {
+    fn write(&self, name: &str, movie: &Movie) -> Result<WrittenMovie, ViewError> {
         let trajectory = self.path("trajectory.xyz");
         write(&trajectory, &self.path(name), movie, Existing::Keep, &mut |_| ControlFlow::Continue(()))
     }
@@ -275,7 +275,7 @@ fn particles_may_come_and_go() {
     assert_eq!(place.seen("film.apng", &Movie { style: framing_particles, ..still() }).len(), 5);
     assert_eq!(Place::with(&frames(1)).seen("film.gif", &Movie::default()).len(), 1);
     let nobody = Movie { last: Some(0), ..still() };
-    assert!(matches!(place.write("film.gif", &nobody), Err(MovieError::Empty(_))));
+    assert!(matches!(place.write("film.gif", &nobody), Err(ViewError::EmptyMovie(_))));
 }
 
 #[test]
@@ -299,7 +299,7 @@ fn a_frame_that_was_cut_off_is_left_out() {
         assert_eq!(done.bytes, fs::metadata(place.path("film.apng")).unwrap().len());
     }
     let place = Place::of(&text[..100]);
-    assert!(matches!(place.write("film.gif", &still()), Err(MovieError::Trajectory { .. })));
+    assert!(matches!(place.write("film.gif", &still()), Err(ViewError::Trajectory { .. })));
 }
 
 #[test]
@@ -314,25 +314,25 @@ fn what_makes_no_movie_is_refused_and_leaves_nothing() {
         assert_eq!(fs::read_dir(place.0.path()).unwrap().count(), 3);
         error
     };
-    assert!(matches!(refusal("film.avi", &|_| ()), MovieError::Format(_)));
-    assert!(matches!(refusal("film", &|_| ()), MovieError::Format(_)));
-    assert!(matches!(refusal("film.gif", &|m| m.frames_per_second = 51), MovieError::FastGif(51)));
-    assert!(matches!(refusal("film.apng", &|m| m.frames_per_second = 121), MovieError::Option { .. }));
-    assert!(matches!(refusal("film.apng", &|m| m.frames_per_second = 0), MovieError::Option { .. }));
-    assert!(matches!(refusal("film.mp4", &|m| m.style.width = 97), MovieError::OddSize { width: 97, height: 72 }));
-    assert!(matches!(refusal("film.gif", &|m| m.every = 0), MovieError::Option { .. }));
-    assert!(matches!(refusal("film.gif", &|m| m.turn = f64::NAN), MovieError::Option { .. }));
-    assert!(matches!(refusal("film.gif", &|m| m.style.width = 3), MovieError::Render(RenderError::Size { .. })));
-    assert!(matches!(refusal("film.gif", &|m| m.first = 3), MovieError::NoSuchFrame { first: 3, count: 3, .. }));
-    assert!(matches!(refusal("folder.gif", &|_| ()), MovieError::NotReplaceable(_)));
-    assert!(matches!(refusal("there.gif", &|_| ()), MovieError::Exists(_)));
-    assert!(matches!(refusal("none/film.gif", &|_| ()), MovieError::Write { .. }));
+    assert!(matches!(refusal("film.avi", &|_| ()), ViewError::Format(_)));
+    assert!(matches!(refusal("film", &|_| ()), ViewError::Format(_)));
+    assert!(matches!(refusal("film.gif", &|m| m.frames_per_second = 51), ViewError::FastGif(51)));
+    assert!(matches!(refusal("film.apng", &|m| m.frames_per_second = 121), ViewError::Option { .. }));
+    assert!(matches!(refusal("film.apng", &|m| m.frames_per_second = 0), ViewError::Option { .. }));
+    assert!(matches!(refusal("film.mp4", &|m| m.style.width = 97), ViewError::OddSize { width: 97, height: 72 }));
+    assert!(matches!(refusal("film.gif", &|m| m.every = 0), ViewError::Option { .. }));
+    assert!(matches!(refusal("film.gif", &|m| m.turn = f64::NAN), ViewError::Option { .. }));
+    assert!(matches!(refusal("film.gif", &|m| m.style.width = 3), ViewError::Size { .. }));
+    assert!(matches!(refusal("film.gif", &|m| m.first = 3), ViewError::NoSuchFrame { first: 3, count: 3, .. }));
+    assert!(matches!(refusal("folder.gif", &|_| ()), ViewError::NotReplaceable(_)));
+    assert!(matches!(refusal("there.gif", &|_| ()), ViewError::Exists(_)));
+    assert!(matches!(refusal("none/film.gif", &|_| ()), ViewError::Write { .. }));
     let mut bad = frames(6);
     bad[4].particles[2].radius = 0.0;
     let place = Place::with(&bad);
     let error = place.write("film.apng", &still()).unwrap_err();
-    let MovieError::Frame { index: 4, source, .. } = &error else { panic!("{error}") };
-    assert!(matches!(**source, RenderError::Particle(ParticleId(2))), "{source}");
+    let ViewError::Frame { index: 4, source, .. } = &error else { panic!("{error}") };
+    assert!(matches!(**source, ViewError::Particle(ParticleId(2))), "{source}");
     assert_eq!(fs::read_dir(place.0.path()).unwrap().count(), 1);
 }
 
@@ -346,7 +346,7 @@ fn one_that_is_broken_off_leaves_nothing() {
             if progress.is_drawing == is_drawing { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let result = write(&trajectory, &place.path(name), &still(), Existing::Keep, &mut watch);
-        assert!(matches!(result, Err(MovieError::Interrupted)));
+        assert!(matches!(result, Err(ViewError::Interrupted)));
         assert_eq!(fs::read_dir(place.0.path()).unwrap().count(), 1);
     }
 }

@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::RenderError;
 use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
+use crate::view::ViewError;
 
 /// A finished image: rows from top to bottom, each pixel red, green, blue and opacity in sRGB.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,13 +48,10 @@ impl Image {
     /// Writes a PNG file, which appears when it is complete. The same bytes again are no replacement.
     ///
     /// # Errors
-    /// [`RenderError::Exists`] if there is another file that is to be kept, [`RenderError::Write`] if the file cannot be written.
-    pub fn write_png(&self, path: &Path, existing: Existing) -> Result<(), RenderError> {
+    /// [`ViewError::Exists`] if there is another file that is to be kept, [`ViewError::Write`] if the file cannot be written.
+    pub fn write_png(&self, path: &Path, existing: Existing) -> Result<(), ViewError> {
         let written = write_atomically(path, existing, |file| self.encode_png(file));
-        written.map_err(|source| match source.kind() {
-            io::ErrorKind::AlreadyExists => RenderError::Exists(path.to_owned()),
-            _ => RenderError::Write { path: path.to_owned(), source },
-        })?;
+        written.map_err(ViewError::write(path))?;
         note(path);
         Ok(())
     }

@@ -6,8 +6,9 @@ use super::colour;
 use super::legend;
 use super::light::Fineness;
 use super::parallel::Team;
-use super::{ColourBy, Image, RenderError, Style, paint, refuse_numbers, refuse_style};
+use super::{ColourBy, Image, Style, paint, refuse_numbers, refuse_style};
 use crate::trajectory::Frame;
+use crate::view::ViewError;
 
 /// The scale of speeds of one or more frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +54,7 @@ impl Shot {
     /// Frames what has to be in all images while the camera walks around it by `turn` degrees.
     ///
     /// # Errors
-    /// [`RenderError::Size`], [`RenderError::Style`] or [`RenderError::NoColour`] if the style makes no sense, [`RenderError::Box`] if what
+    /// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style makes no sense, [`ViewError::Box`] if what
     /// is framed has no extent.
     pub fn new(
         stage: Frame,
@@ -61,10 +62,10 @@ impl Shot {
         framed: &[Extent],
         turn: f64,
         scale: SpeedScale,
-    ) -> Result<Self, RenderError> {
+    ) -> Result<Self, ViewError> {
         refuse_style(style)?;
         let mut caption = Caption::of(style);
-        let camera = Camera::walking(&stage, style, framed, caption.height, turn).ok_or(RenderError::Box)?;
+        let camera = Camera::walking(&stage, style, framed, caption.height, turn).ok_or(ViewError::Box)?;
         caption.measure(&camera);
         Ok(Self { style: style.clone(), stage, camera, scale, caption })
     }
@@ -73,8 +74,8 @@ impl Shot {
     /// unfinished image.
     ///
     /// # Errors
-    /// [`RenderError::Particle`] or [`RenderError::Box`] if the frame cannot be drawn.
-    pub fn draw(&self, frame: &Frame, azimuth: f64, time: &str, team: &Team) -> Result<Image, RenderError> {
+    /// [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn.
+    pub fn draw(&self, frame: &Frame, azimuth: f64, time: &str, team: &Team) -> Result<Image, ViewError> {
         refuse_numbers(frame)?;
         let style = Style { azimuth, ..self.style.clone() };
         let camera = self.camera.turned(&self.stage, &style);

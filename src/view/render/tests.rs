@@ -177,16 +177,16 @@ fn same_bytes_twice_and_back_from_the_file() {
     assert_eq!(image, of_trajectory(&trajectory, None, &level()).unwrap());
     image.write_png(&file, Existing::Keep).unwrap();
     let other = draw(&shown, &Style { width: 40, ..level() }).unwrap();
-    assert!(matches!(other.write_png(&file, Existing::Keep), Err(RenderError::Exists(_))));
+    assert!(matches!(other.write_png(&file, Existing::Keep), Err(ViewError::Exists(_))));
     let decoder = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&file).unwrap()));
     let mut reader = decoder.read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut bytes).unwrap();
     assert_eq!((info.width, info.height), (image.width(), image.height()));
     assert_eq!(bytes, image.pixels().as_flattened());
-    assert!(matches!(image.write_png(folder.path(), Existing::Replace), Err(RenderError::Write { .. })));
+    assert!(matches!(image.write_png(folder.path(), Existing::Replace), Err(ViewError::Write { .. })));
     let none = folder.path().join("none.xyz");
-    assert!(matches!(of_trajectory(&none, None, &level()), Err(RenderError::Trajectory { .. })));
+    assert!(matches!(of_trajectory(&none, None, &level()), Err(ViewError::Trajectory { .. })));
 }
 
 #[test]
@@ -196,19 +196,25 @@ fn refuses_what_cannot_be_drawn() {
         change(&mut frame, &mut style);
         draw(&frame, &style).unwrap_err()
     };
-    assert!(matches!(refusal(&|frame, _| frame.particles.clear()), RenderError::Empty));
-    assert!(matches!(refusal(&|f, _| f.particles[0].position.y = f64::NAN), RenderError::Particle(ParticleId(0))));
-    assert!(matches!(refusal(&|f, _| f.particles[0].velocity.y = f64::INFINITY), RenderError::Particle(_)));
-    assert!(matches!(refusal(&|f, _| f.particles[0].radius = 0.0), RenderError::Particle(_)));
-    assert!(matches!(refusal(&|f, _| f.size.x = f64::NAN), RenderError::Box));
-    assert!(matches!(refusal(&|f, _| f.size.x = f64::MAX), RenderError::Box));
-    assert!(matches!(refusal(&|_, s| s.width = 0), RenderError::Size { width: 0, .. }));
-    assert!(matches!(refusal(&|_, s| s.height = u32::MAX), RenderError::Size { .. }));
-    assert!(matches!(refusal(&|_, s| s.palette.clear()), RenderError::NoColour));
-    assert!(matches!(refusal(&|_, s| s.static_opacity = 1.1), RenderError::Style { name: "static_opacity", .. }));
-    assert!(matches!(refusal(&|_, s| s.top_speed = Some(0.0)), RenderError::Style { name: "top_speed", .. }));
-    assert!(matches!(refusal(&|_, s| s.azimuth = f64::NAN), RenderError::Style { name: "azimuth", .. }));
-    assert!(matches!(refusal(&|_, s| s.up = Some(Vector::zeros())), RenderError::Style { .. }));
+    assert!(matches!(refusal(&|frame, _| frame.particles.clear()), ViewError::Empty));
+    assert!(matches!(refusal(&|f, _| f.particles[0].position.y = f64::NAN), ViewError::Particle(ParticleId(0))));
+    assert!(matches!(refusal(&|f, _| f.particles[0].velocity.y = f64::INFINITY), ViewError::Particle(_)));
+    assert!(matches!(refusal(&|f, _| f.particles[0].radius = 0.0), ViewError::Particle(_)));
+    assert!(matches!(refusal(&|f, _| f.size.x = f64::NAN), ViewError::Box));
+    assert!(matches!(refusal(&|f, _| f.size.x = f64::MAX), ViewError::Box));
+    assert!(matches!(refusal(&|_, s| s.width = 0), ViewError::Size { width: 0, .. }));
+    assert!(matches!(refusal(&|_, s| s.height = u32::MAX), ViewError::Size { .. }));
+    assert!(matches!(refusal(&|_, s| s.palette.clear()), ViewError::NoColour));
+    assert!(matches!(
+        refusal(&|_, s| s.static_opacity = 1.1),
+        ViewError::Option { name: "static_opacity of an image", .. }
+    ));
+    assert!(matches!(
+        refusal(&|_, s| s.top_speed = Some(0.0)),
+        ViewError::Option { name: "top_speed of an image", .. }
+    ));
+    assert!(matches!(refusal(&|_, s| s.azimuth = f64::NAN), ViewError::Option { name: "azimuth of an image", .. }));
+    assert!(matches!(refusal(&|_, s| s.up = Some(Vector::zeros())), ViewError::Option { .. }));
 }
 
 /// Coordinates with exact zeros, coincidences and absurd sizes.

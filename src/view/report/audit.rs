@@ -1,6 +1,6 @@
 //! Audit of a run on its page.
 
-use super::html::{escape, number, numbers};
+use super::html::{escape, number, numbers, table};
 use crate::analysis::observables::{Answer, Equilibrium};
 use crate::io::Summary;
 use crate::model::Scene;
@@ -20,11 +20,9 @@ pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     };
     let state = state(&summary.equilibrated);
     let rows: String = audit::rows(summary, scene).iter().map(line).collect();
-    format!(
-        "{verdict}{state}<details>\n<summary>The audit in numbers</summary>\n<div class=\"wide\"><table class=\"audit\">\n<caption>Audit of the whole run, its equilibration included</caption>\n\
-         <thead><tr><th scope=\"col\">what</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\" class=\"n\">limit</th>\
-         <th scope=\"col\">verdict</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n</details>\n"
-    )
+    let heads = [("", "what"), ("n", "value"), ("n", "limit"), ("", "verdict")];
+    let table = table("audit", "Audit of the whole run, its equilibration included", heads, &rows);
+    format!("{verdict}{state}<details>\n<summary>The audit in numbers</summary>\n{table}</details>\n")
 }
 
 /// Whether the measurement was in equilibrium, which no audit of single events can show.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::figures::{capitalised, curves_figure};
-use super::html::{brackets, cell, escape, symbols};
+use super::html::{self, brackets, cell, escape, symbols};
 use super::plot::{self, Curves, Line, LineStyle, Point as Dot};
 use super::results::value;
 use super::{Page, scene_text, shell, verdict};
@@ -94,20 +94,15 @@ fn words(name: &str) -> String {
 
 /// A table whose first cells are heads of their rows. On a narrow page, each of the others names its column.
 fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
-    let class = |column: usize| if column == 0 { "" } else { " class=\"n\"" };
-    let head = |(column, head): (usize, &String)| format!("<th scope=\"col\"{}>{}</th>", class(column), escape(head));
+    let classes = std::iter::once("").chain(std::iter::repeat("n"));
     let cell = |(head, content): (&String, &String)| cell("td", "n", head, content);
     let row = |cells: &Vec<String>| {
         let first = cells.first().map(String::as_str).unwrap_or_default();
         let others: String = heads.iter().zip(cells).skip(1).map(cell).collect();
         format!("<tr><th scope=\"row\">{first}</th>{others}</tr>\n")
     };
-    format!(
-        "<div class=\"wide\"><table class=\"exchange\">\n<caption>{}</caption>\n<thead><tr>{}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
-        escape(caption),
-        heads.iter().enumerate().map(head).collect::<String>(),
-        rows.iter().map(row).collect::<String>()
-    )
+    let rows: String = rows.iter().map(row).collect();
+    html::table("exchange", caption, classes.zip(heads.iter().map(|head| escape(head))), &rows)
 }
 
 /// A cell of a mean with its error; empty where there is none.
@@ -117,7 +112,7 @@ fn mean(measured: Option<Estimate>) -> String {
 
 /// A number that was given.
 fn given(number: f64) -> String {
-    escape(&super::html::number(&digits(number)))
+    escape(&html::number(&digits(number)))
 }
 
 fn temperatures(summary: &ExchangeSummary) -> String {

@@ -1,5 +1,7 @@
 //! Text that is safe within a page.
 
+use std::fmt::Display;
+
 /// Text from a file, as content or as the value of an attribute in quotes: what would be markup is shown as it is.
 /// Control characters, which no page may contain, become replacement characters.
 pub(super) fn escape(text: &str) -> String {
@@ -26,6 +28,25 @@ pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> Str
     let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
     let head = if content.is_empty() { String::new() } else { format!(" data-head=\"{}\"", escape(head)) };
     format!("<{element}{scope}{class}{head}>{content}</{element}>")
+}
+
+/// A table that can be wider than the page, of the classes and names of its columns, and rows that are safe.
+pub(super) fn table<'c, N: Display>(
+    class: &str,
+    caption: &str,
+    heads: impl IntoIterator<Item = (&'c str, N)>,
+    rows: &str,
+) -> String {
+    let head = |(class, name): (&str, N)| match class {
+        "" => format!("<th scope=\"col\">{name}</th>"),
+        _ => format!("<th scope=\"col\" class=\"{class}\">{name}</th>"),
+    };
+    let heads: String = heads.into_iter().map(head).collect();
+    format!(
+        "<div class=\"wide\"><table class=\"{class}\">\n<caption>{}</caption>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n\
+         </table></div>\n",
+        escape(caption)
+    )
 }
 
 /// JSON that can stand in a script element: nothing in it ends the element.

@@ -5,7 +5,6 @@ use std::fs::{self, File};
 use std::io::{self, BufReader};
 use std::path::Path;
 
-use super::ReportError;
 use super::recording::{self, Recording};
 use super::table::{self, Trace};
 use crate::analysis::instruments::{Curve, Measured};
@@ -16,6 +15,7 @@ use crate::io::summary::{Column, Observable};
 use crate::io::{Folder, Measurements, Summary, read_scene_text};
 use crate::model::Scene;
 use crate::model::run_plan::MEASUREMENT;
+use crate::view::ViewError;
 
 /// Everything that a page is made of.
 #[derive(Debug)]
@@ -89,16 +89,16 @@ impl Inputs {
 }
 
 /// Reads the folder of a run.
-pub(super) fn read(run: &Path) -> Result<Inputs, ReportError> {
+pub(super) fn read(run: &Path) -> Result<Inputs, ViewError> {
     if !run.is_dir() {
-        return Err(ReportError::NotFolder(run.to_owned()));
+        return Err(ViewError::NotFolder(run.to_owned()));
     }
     let path = run.join("summary.json");
     let text = match fs::read(&path) {
         Ok(text) => text,
-        Err(source) => return Err(ReportError::Unreadable { path, source }),
+        Err(source) => return Err(ViewError::Unreadable { path, source }),
     };
-    let summary: Summary = serde_json::from_slice(&text).map_err(|source| ReportError::Summary { path, source })?;
+    let summary: Summary = serde_json::from_slice(&text).map_err(|source| ViewError::Summary { path, source })?;
     let mut notes = Vec::new();
     let (scene_text, scene) = scene(run, &mut notes);
     let mut measurements = measurements(run, &mut notes);
@@ -157,7 +157,7 @@ fn scene(run: &Path, notes: &mut Vec<String>) -> (Option<String>, Option<Scene>)
 fn thermo(run: &Path, stage: &str, units: &[Column], notes: &mut Vec<String>) -> Option<Vec<Trace>> {
     noted("thermo.csv", notes, || {
         let file = open(&run.join("thermo.csv"))?;
-        table::read(file, stage, units).map_err(|error| error.to_string())
+        table::read(file, stage, units)
     })
 }
 

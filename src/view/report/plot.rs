@@ -62,24 +62,19 @@ fn frame(svg: &mut String, x: &Axis, y: &Axis, titles: [&str; 2], right: f64) {
         let _ = write!(svg, "<path class=\"axis\" d=\"M{LEFT} {at}h-{length}\"/>");
     }
     let _ = write!(svg, "<path class=\"axis\" d=\"M{LEFT} {TOP}V{BOTTOM}H{right}\"/>");
-    let middle = px(0.5 * (LEFT + right));
-    let title = fitted(titles[0], right - LEFT);
-    let _ =
-        write!(svg, "<text class=\"name\" x=\"{middle}\" y=\"{}\" text-anchor=\"middle\"{title}</text>", HEIGHT - 10.0);
-    let middle = px(0.5 * (TOP + BOTTOM));
-    let title = fitted(titles[1], BOTTOM - TOP);
-    let turn = format!("rotate(-90 14 {middle})");
-    let _ = write!(
-        svg,
-        "<text class=\"name\" x=\"14\" y=\"{middle}\" text-anchor=\"middle\" transform=\"{turn}\"{title}</text>"
-    );
+    name(svg, [0.5 * (LEFT + right), HEIGHT - 10.0], titles[0], right - LEFT, false);
+    name(svg, [14.0, 0.5 * (TOP + BOTTOM)], titles[1], BOTTOM - TOP, true);
 }
 
-/// The end of a text element: a title that would be longer than its axis is squeezed.
-fn fitted(title: &str, room: f64) -> String {
+/// The title of an axis in the middle of it, squeezed if it is longer than there is room for `[pixels]`; that of an upright axis is turned.
+fn name(svg: &mut String, middle: [f64; 2], title: &str, room: f64, is_upright: bool) {
+    let [x, y] = middle.map(px);
+    let turn = if is_upright { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
     // Letters are some 7 pixels wide.
     let is_long = 7.0 * title.chars().count() as f64 > room;
     let squeeze =
         if is_long { format!(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", px(room)) } else { String::new() };
-    format!("{squeeze}>{}", escape(title))
+    let title = escape(title);
+    let _ =
+        write!(svg, "<text class=\"name\" x=\"{x}\" y=\"{y}\" text-anchor=\"middle\"{turn}{squeeze}>{title}</text>");
 }

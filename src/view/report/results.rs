@@ -1,6 +1,6 @@
 //! The numbers of a run with their standard errors.
 
-use super::html::{brackets, escape, number, symbols};
+use super::html::{brackets, escape, number, symbols, table};
 use super::inputs::Results;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::published::PublishedValue;
@@ -57,13 +57,13 @@ pub(super) fn section(results: &Results<'_>) -> String {
     let has_published = rows.iter().any(|row| !row.published.is_empty());
     let lines: String =
         rows.chunk_by(|a, b| a.method == b.method).flat_map(|rows| lines(rows, has_published)).collect();
-    let published = if has_published { "<th scope=\"col\" class=\"n\">published</th>" } else { "" };
+    let published = has_published.then_some(("n", "published"));
+    let heads = [("", "quantity"), ("n", "value"), ("", "unit")].into_iter().chain(published);
+    let heads = heads.chain([("", "how it is measured")]);
     format!(
-        "<div class=\"wide\"><table class=\"results\">\n<caption>Means over the measurement and their standard errors</caption>\n\
-         <thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\">unit</th>{published}\
-         <th scope=\"col\">how it is measured</th></tr></thead>\n<tbody>\n{lines}</tbody>\n</table></div>\n\
-         <p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from the \
+        "{}<p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from the \
          spectral density of their series at frequency zero and assume a stationary one.</p>\n{}{}",
+        table("results", "Means over the measurement and their standard errors", heads, &lines),
         sources(results),
         rates(results)
     )
@@ -105,11 +105,8 @@ fn rates(results: &Results<'_>) -> String {
         0 => String::new(),
         more => format!("<p class=\"aside\">And {more} more in <code>summary.json</code>.</p>\n"),
     };
-    format!(
-        "<div class=\"wide\"><table class=\"results\">\n<caption>Events by kind and species</caption>\n\
-         <thead><tr><th scope=\"col\">what</th><th scope=\"col\" class=\"n\">number</th>\
-         <th scope=\"col\">by time, for each particle that takes part</th></tr></thead>\n<tbody>\n{lines}</tbody>\n</table></div>\n{more}"
-    )
+    let heads = [("", "what"), ("n", "number"), ("", "by time, for each particle that takes part")];
+    table("results", "Events by kind and species", heads, &lines) + &more
 }
 
 fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {

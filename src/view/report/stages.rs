@@ -1,6 +1,6 @@
 //! The measured stages of a run: their means side by side, and a part for each with its numbers and plots.
 
-use super::html::{brackets, cell, escape};
+use super::html::{brackets, cell, escape, table};
 use super::inputs::{Inputs, Results};
 use super::{figures, results};
 use crate::analysis::observables::{Answer, OBSERVABLES};
@@ -24,11 +24,8 @@ fn comparison(all: &[Results<'_>]) -> String {
     let dimensions = all.iter().find_map(|results| results.dimensions);
     let head = |(name, unit): &(&str, &str)| {
         let unit = dimensions.map_or_else(|| (*unit).to_owned(), |dimensions| text::unit(unit, dimensions));
-        format!(
-            "<th scope=\"col\" class=\"n\">{}<small>{}</small></th>",
-            escape(&name.replace('_', " ")),
-            escape(brackets(&unit).trim_start())
-        )
+        let (name, unit) = (escape(&name.replace('_', " ")), escape(brackets(&unit).trim_start()));
+        ("n", format!("{name}<small>{unit}</small>"))
     };
     let line = |results: &Results<'_>| {
         let name = results.stage.map_or_else(
@@ -47,12 +44,9 @@ fn comparison(all: &[Results<'_>]) -> String {
         };
         format!("<tr><th scope=\"row\">{name}</th>{verdict}{}</tr>\n", columns.iter().map(shown).collect::<String>())
     };
-    format!(
-        "<div class=\"wide\"><table class=\"results\">\n<caption>Means over each measured stage and their standard errors</caption>\n\
-         <thead><tr><th scope=\"col\">stage</th><th scope=\"col\">equilibrated</th>{}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
-        columns.iter().map(head).collect::<String>(),
-        all.iter().map(line).collect::<String>(),
-    )
+    let heads = ["stage", "equilibrated"].map(|name| ("", name.to_owned())).into_iter().chain(columns.iter().map(head));
+    let lines: String = all.iter().map(line).collect();
+    table("results", "Means over each measured stage and their standard errors", heads, &lines)
 }
 
 /// Results of one stage.

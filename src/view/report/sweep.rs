@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::figures::{capitalised, curves_figure};
-use super::html::{brackets, cell, escape, symbols};
+use super::html::{self, brackets, cell, escape, symbols};
 use super::plot::{Curves, Line, LineStyle, Point as Dot, extent};
 use super::results::value;
 use super::{Page, shell};
 use crate::base::text::digits;
-use crate::sweep::{Group, MeasuredQuantity, Results, StageMeans, Standing, Sweep, SweepFolder};
+use crate::sweep::{Group, MeasuredQuantity, Point, Results, StageMeans, Standing, Sweep, SweepFolder};
 
 /// Values that span a larger ratio have a logarithmic axis.
 const LONG: f64 = 50.0;
@@ -23,7 +23,7 @@ const SAME: f64 = 1e-9;
 /// Rows that a table shows; the others are in the files.
 const MOST_ROWS: usize = 500;
 
-/// Quantity along the horizontal axis.
+/// MeasuredQuantity along the horizontal axis.
 struct Horizontal {
     /// Its place among the keys of a state point.
     at: usize,
@@ -70,12 +70,9 @@ pub fn sweep_page(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> Pag
 
 /// The settings of a state point with the short names of their keys.
 fn settings<'s>(sweep: &'s Sweep, group: &Group) -> Vec<(String, &'s str)> {
-    let keys = sweep.keys();
-    let names =
-        sweep.short_names().into_iter().zip(&keys).filter(|(_, key)| !Sweep::is_seed(key)).map(|(name, _)| name);
     let point = group.places.first().and_then(|place| sweep.points().get(*place));
-    let values = point.into_iter().flat_map(|point| point.settings()).filter(|(key, _)| !Sweep::is_seed(key));
-    names.zip(values.map(|(_, value)| value.as_str())).collect()
+    let values = point.into_iter().flat_map(Point::state_point).map(|(_, value)| value.as_str());
+    sweep.state_point_names().into_iter().zip(values).collect()
 }
 
 /// The first key whose values are all numbers, and not all the same.
@@ -139,8 +136,7 @@ fn plots(sweep: &Sweep, results: &Results) -> String {
 
 /// The mean that a quantity has at all points, but for rounding.
 fn constant(results: &Results, at: usize) -> Option<f64> {
-    let all = || results.groups.iter().flat_map(|group| &group.measurements);
-    let means = || all().filter_map(|means| means.values[at].map(|value| value.mean));
+    let means = || results.means().filter_map(|(_, means)| means.values[at].map(|value| value.mean));
     let [least, most] = extent(means())?;
     (means().count() > 1 && most - least <= SAME * least.abs().max(most.abs())).then_some(least)
 }
@@ -228,18 +224,13 @@ fn chi_square(quantity: &MeasuredQuantity, at: usize, series: &[Series<'_>], lab
     (squares.len() >= FEWEST).then(|| (squares.iter().sum::<f64>() / squares.len() as f64, squares.len()))
 }
 
-fn table(class: &str, caption: &str, heads: &[String], rows: &[String]) -> String {
-    let heads: String = heads.iter().map(|head| format!("<th scope=\"col\">{}</th>", escape(head))).collect();
+fn table(caption: &str, heads: &[String], rows: &[String]) -> String {
     let more = match rows.len().saturating_sub(MOST_ROWS) {
         0 => String::new(),
         more => format!("<p class=\"aside\">And {more} more in the files.</p>\n"),
     };
     let rows: String = rows.iter().take(MOST_ROWS).map(String::as_str).collect();
-    format!(
-        "<div class=\"wide\"><table class=\"{class}\">\n<caption>{}</caption>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n\
-         </table></div>\n{more}",
-        escape(caption)
-    )
+    html::table("results", caption, heads.iter().map(|head| ("", escape(head))), &rows) + &more
 }
 
 fn means(sweep: &Sweep, results: &Results) -> String {
@@ -257,7 +248,7 @@ fn means(sweep: &Sweep, results: &Results) -> String {
             None => String::new(),
             Some(it) => {
                 let scatter = it.scatter.map_or_else(String::new, |scatter| {
-                    format!("<br><small>scatter ± {}</small>", escape(&super::html::number(&digits(scatter))))
+                    format!("<br><small>scatter ± {}</small>", escape(&html::number(&digits(scatter))))
                 });
                 let of = (it.runs < means.runs).then(|| format!("<br><small>of {} runs</small>", it.runs));
                 format!("{}{scatter}{}", value(Some(it.mean), it.error), of.unwrap_or_default())
@@ -268,13 +259,8 @@ fn means(sweep: &Sweep, results: &Results) -> String {
         let values: String = heads[first..].iter().zip(cells).map(|(head, it)| cell("td", "n", head, &it)).collect();
         format!("<tr>{keys}{values}</tr>\n")
     };
-    let rows: Vec<String> = results
-        .groups
-        .iter()
-        .flat_map(|group| group.measurements.iter().map(move |means| (group, means)))
-        .map(|(group, means)| row(group, means))
-        .collect();
-    table("results", "Means over seeds, with the standard error of the runs and that of their scatter", &heads, &rows)
+    let rows: Vec<String> = results.means().map(|(group, means)| row(group, means)).collect();
+    table("Means over seeds, with the standard error of the runs and that of their scatter", &heads, &rows)
         + "<p class=\"aside\">The two errors should agree: where the scatter is much larger, the runs are too short for their own errors. \
            The same numbers are in <code>sweep-mean.csv</code>, those of each run in <code>sweep.csv</code>.</p>\n"
 }
@@ -306,7 +292,7 @@ fn runs(sweep: &Sweep, results: &Results) -> String {
             )
         })
         .collect();
-    table("results", "All runs", &heads, &rows)
+    table("All runs", &heads, &rows)
 }
 
 fn axes(sweep: &Sweep) -> String {

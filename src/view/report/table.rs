@@ -2,25 +2,10 @@
 
 use std::io::{self, BufRead};
 
-use thiserror::Error;
-
 use crate::io::summary::Column;
 
 /// Neighbouring points of a trace are merged pairwise when there are this many: some two for each pixel of a plot.
 const MOST_SPANS: usize = 1024;
-
-/// Error of a table. Lines count from 1.
-#[derive(Debug, Error)]
-pub(super) enum TableError {
-    #[error("cannot read it: {0}")]
-    Read(#[from] io::Error),
-    #[error("line 1: expected the names of the columns, `time [time],...`")]
-    Header,
-    #[error("line {line}: expected {expected} cells, found {found}")]
-    Cells { line: usize, expected: usize, found: usize },
-    #[error("line {line}: {column} is `{text}`, expected a finite number")]
-    Number { line: usize, column: String, text: String },
-}
 
 /// A column against the first one.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,12 +79,13 @@ impl Trace {
 }
 
 /// Reads the rows of a stage from a table with named columns, whose units are given or in brackets; the traces are all columns but the first.
-pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Result<Vec<Trace>, TableError> {
+pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Result<Vec<Trace>, String> {
+    let unreadable = |error: io::Error| format!("cannot read it: {error}");
     let mut line = String::new();
-    input.read_line(&mut line)?;
+    input.read_line(&mut line).map_err(unreadable)?;
     let heads: Vec<&str> = line.trim_end().split(',').collect();
     if heads.len() < 2 || !line.starts_with("time") {
-        return Err(TableError::Header);
+        return Err("line 1: expected the names of the columns, `time [time],...`".to_owned());
     }
     let named = |head: &&str| match head.rsplit_once(" [") {
         Some((name, unit)) => Trace::new(name, unit.trim_end_matches(']')),
@@ -111,7 +97,7 @@ pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Re
     let mut traces: Vec<Trace> = heads[..columns - usize::from(has_stage)].iter().skip(1).map(named).collect();
     for number in 2.. {
         line.clear();
-        if input.read_line(&mut line)? == 0 {
+        if input.read_line(&mut line).map_err(unreadable)? == 0 {
             break;
         }
         if !line.trim().is_empty() {
@@ -121,20 +107,19 @@ pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Re
     Ok(traces)
 }
 
-fn row(text: &str, line: usize, columns: usize, stage: &str, traces: &mut [Trace]) -> Result<(), TableError> {
+fn row(text: &str, line: usize, columns: usize, stage: &str, traces: &mut [Trace]) -> Result<(), String> {
     let has_stage = columns > traces.len() + 1;
     // The name of a stage may contain commas.
     let cells: Vec<&str> = text.splitn(if has_stage { columns } else { usize::MAX }, ',').collect();
     if cells.len() != columns {
-        return Err(TableError::Cells { line, expected: columns, found: cells.len() });
+        return Err(format!("line {line}: expected {columns} cells, found {}", cells.len()));
     }
     if has_stage && cells[columns - 1] != stage {
         return Ok(());
     }
-    let wrong = |column: &str, text: &str| TableError::Number {
-        line,
-        column: column.to_owned(),
-        text: text.chars().take(60).collect(),
+    let wrong = |column: &str, text: &str| {
+        let text: String = text.chars().take(60).collect();
+        format!("line {line}: {column} is `{text}`, expected a finite number")
     };
     let finite = |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite());
     let time = finite(cells[0]).ok_or_else(|| wrong("time", cells[0]))?;
@@ -182,10 +167,11 @@ mod tests {
             ("time,b\n1,NaN\n", "line 2: b is `NaN`"),
             ("time,b\ninf,1\n", "line 2: time is `inf`"),
         ] {
-            let error = read(text.as_bytes(), MEASUREMENT, &[]).unwrap_err().to_string();
+            let error = read(text.as_bytes(), MEASUREMENT, &[]).unwrap_err();
             assert!(error.contains(expected), "{text:?}: {error}");
         }
-        assert!(matches!(read(&[b't', b'i', b'm', b'e', 0xff][..], MEASUREMENT, &[]), Err(TableError::Read(_))));
+        let error = read(&[b't', b'i', b'm', b'e', 0xff][..], MEASUREMENT, &[]).unwrap_err();
+        assert!(error.starts_with("cannot read it: "), "{error}");
     }
 
     #[test]

@@ -187,9 +187,9 @@ fn the_same_files_give_the_same_bytes() {
     write(&first, &out, Existing::Keep).unwrap();
     write(&first, &out, Existing::Keep).unwrap();
     let other = Page { html: String::new(), notes: Vec::new() };
-    assert!(matches!(write(&other, &out, Existing::Keep), Err(ReportError::Exists(_))));
+    assert!(matches!(write(&other, &out, Existing::Keep), Err(ViewError::Exists(_))));
     assert_eq!(fs::read_to_string(out).unwrap(), first.html);
-    assert!(matches!(write(&first, run.path(), Existing::Replace), Err(ReportError::Write { .. })));
+    assert!(matches!(write(&first, run.path(), Existing::Replace), Err(ViewError::Write { .. })));
 }
 
 #[test]
@@ -335,15 +335,15 @@ fn what_cannot_be_known_is_told() {
 #[test]
 fn without_its_summary_a_folder_is_no_run() {
     let run = run_folder();
-    assert!(matches!(page(&run.path().join("nowhere")), Err(ReportError::NotFolder(_))));
-    assert!(matches!(page(&run.path().join("thermo.csv")), Err(ReportError::NotFolder(_))));
+    assert!(matches!(page(&run.path().join("nowhere")), Err(ViewError::NotFolder(_))));
+    assert!(matches!(page(&run.path().join("thermo.csv")), Err(ViewError::NotFolder(_))));
     for damage in ["", "{", "{\"version\": 1}", "[]"] {
         fs::write(run.path().join("summary.json"), damage).unwrap();
         let error = page(run.path()).unwrap_err();
-        assert!(matches!(error, ReportError::Summary { .. }) && error.to_string().contains("summary.json"), "{error}");
+        assert!(matches!(error, ViewError::Summary { .. }) && error.to_string().contains("summary.json"), "{error}");
     }
     fs::remove_file(run.path().join("summary.json")).unwrap();
-    assert!(matches!(page(run.path()), Err(ReportError::Unreadable { .. })));
+    assert!(matches!(page(run.path()), Err(ViewError::Unreadable { .. })));
 }
 
 #[test]

@@ -84,13 +84,7 @@ impl Map {
             let _ = write!(svg, "<path class=\"axis\" d=\"M{right} {at}h4\"/>");
             let _ = write!(svg, "<text x=\"{}\" y=\"{at}\" dy=\".32em\">{text}</text>", right + 7.0);
         }
-        let (x, y) = (px(WIDTH - 6.0), px(0.5 * (TOP + BOTTOM)));
-        let title = super::fitted(&self.titles[2], BOTTOM - TOP);
-        let turn = format!("rotate(-90 {x} {y})");
-        let _ = write!(
-            svg,
-            "<text class=\"name\" x=\"{x}\" y=\"{y}\" text-anchor=\"middle\" transform=\"{turn}\"{title}</text>"
-        );
+        super::name(svg, [WIDTH - 6.0, 0.5 * (TOP + BOTTOM)], &self.titles[2], BOTTOM - TOP, true);
     }
 }
 

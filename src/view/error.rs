@@ -1,0 +1,195 @@
+//! Errors of pictures, movies and pages.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::model::ParticleId;
+use crate::trajectory::extended_xyz::ReadError;
+
+/// Error of a view: why a picture, a movie or a page could not be made or written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ViewError {
+    /// The trajectory could not be read.
+    #[error("cannot read the trajectory {}", path.display())]
+    Trajectory {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: ReadError,
+    },
+    /// The frame has no particles.
+    #[error("the frame has no particles to draw")]
+    Empty,
+    /// A particle cannot be placed.
+    #[error("particle {} cannot be drawn: expected a finite position and velocity and a positive finite radius", .0.0)]
+    Particle(ParticleId),
+    /// The box cannot be placed.
+    #[error("the box cannot be drawn: expected a finite corner and finite edges that are not negative")]
+    Box,
+    /// The image would have no pixels, or too many.
+    #[error(
+        "an image of {width} x {height} pixels cannot be drawn: expected 16 to 8192 by 16 to 8192, and no more than 8388608 in all"
+    )]
+    Size {
+        /// Columns of pixels.
+        width: u32,
+        /// Rows of pixels.
+        height: u32,
+    },
+    /// Another number of the style of an image, or of the options of a movie, makes no sense.
+    #[error("{name} is {value}, expected {expected}")]
+    Option {
+        /// What it is the number of.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Expected value, in words.
+        expected: &'static str,
+    },
+    /// The style lists no colour.
+    #[error("the palette of an image is empty")]
+    NoColour,
+    /// The ending of the name stands for no format of movies.
+    #[error("`{}` is not a supported movie format: expected .mp4, .gif or .apng", ending(.0))]
+    Format(PathBuf),
+    /// Players slow such a GIF down.
+    #[error(
+        "a GIF cannot show {0} images per second: its images last for whole hundredths of a second, and players make one of the shortest ten"
+    )]
+    FastGif(u32),
+    /// An MP4 has one colour for each two by two pixels.
+    #[error("an MP4 of {width} x {height} pixels cannot be written: expected even numbers")]
+    OddSize {
+        /// Columns of pixels.
+        width: u32,
+        /// Rows of pixels.
+        height: u32,
+    },
+    /// The program that writes MP4 cannot be started.
+    #[error("an MP4 is written by the program ffmpeg, which cannot be started")]
+    NoFfmpeg(#[source] io::Error),
+    /// The trajectory of a movie is a pipe or a device.
+    #[error("{} is not a file: its frames are found first and read then, which a pipe does not allow", .0.display())]
+    NotFile(PathBuf),
+    /// The trajectory was changed while it was read.
+    #[error("{} was changed while it was read", .0.display())]
+    Changed(PathBuf),
+    /// No frame of the movie has a particle.
+    #[error("no frame of {} that is asked for has a particle to draw", .0.display())]
+    EmptyMovie(PathBuf),
+    /// The trajectory ends before the first frame asked for.
+    #[error("frame {first} of {} does not exist: it has {count} complete frames, counted from 0", path.display())]
+    NoSuchFrame {
+        /// The file.
+        path: PathBuf,
+        /// The frame asked for.
+        first: u64,
+        /// The number of complete frames.
+        count: u64,
+    },
+    /// A frame of a movie cannot be drawn.
+    #[error("frame {index} of {} cannot be drawn", path.display())]
+    Frame {
+        /// The file.
+        path: PathBuf,
+        /// The place of the frame, from 0.
+        index: u64,
+        /// Why.
+        source: Box<Self>,
+    },
+    /// There is something else than a file under the name of the movie.
+    #[error("{} is not a file, and cannot be replaced by a movie", .0.display())]
+    NotReplaceable(PathBuf),
+    /// The program that writes MP4 failed.
+    #[error("ffmpeg failed: {0}")]
+    Ffmpeg(String),
+    /// No thread could be started.
+    #[error("no thread could be started to draw images")]
+    Threads,
+    /// It was broken off.
+    #[error("interrupted; nothing was written")]
+    Interrupted,
+    /// What should be the folder of a run is no folder.
+    #[error("{} is not the folder of a run", .0.display())]
+    NotFolder(PathBuf),
+    /// The summary, which every finished run has, is missing or cannot be read.
+    #[error("cannot read {}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The summary is damaged.
+    #[error("{} is not the summary of a run", path.display())]
+    Summary {
+        /// The file.
+        path: PathBuf,
+        /// Where, and what was expected.
+        source: serde_json::Error,
+    },
+    /// There is something under the name of the file.
+    #[error("{} exists", .0.display())]
+    Exists(PathBuf),
+    /// The file could not be written.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+/// Extension of a path with its dot, or its name if it has none.
+fn ending(path: &Path) -> String {
+    let extension = path.extension().map(|extension| format!(".{}", extension.display()));
+    extension.unwrap_or_else(|| path.file_name().unwrap_or_default().display().to_string())
+}
+
+impl ViewError {
+    /// Of a file that was to be written.
+    pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        |source| match source.kind() {
+            io::ErrorKind::AlreadyExists => Self::Exists(path),
+            _ => Self::Write { path, source },
+        }
+    }
+
+    /// Of a trajectory that was to be read.
+    pub(super) fn trajectory(path: &Path) -> impl Fn(ReadError) -> Self + Copy {
+        move |source| Self::Trajectory { path: path.to_owned(), source }
+    }
+
+    /// Cure: what the user can do, where that is not plain.
+    #[must_use]
+    pub fn cure(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::Format(_) => {
+                "choose a name such as film.mp4 (players, slides), film.gif (everywhere) or film.apng (browsers)"
+            }
+            Self::FastGif(_) => "choose at most 50 with --fps, or --out with the ending .apng or .mp4",
+            Self::OddSize { .. } => "choose even numbers with --size, or --out with the ending .gif or .apng",
+            Self::NoFfmpeg(_) => {
+                "install ffmpeg (its package has that name: apt install ffmpeg, brew install ffmpeg) so that it is in PATH, \
+                 or choose --out with the ending .gif or .apng, which need no other program"
+            }
+            Self::NoSuchFrame { .. } => "choose earlier frames with --frames",
+            Self::Exists(_) => "replace it with --force, or choose another name with --out",
+            Self::NotReplaceable(_) => "choose another name with --out",
+            Self::NotFile(_) => "write it to a file first",
+            Self::Write { .. } => "choose a file with --out in a folder that can be written to",
+            Self::Ffmpeg(_) => "choose --out with the ending .gif or .apng, which need no other program",
+            Self::Changed(_) => "make the movie when the run is over",
+            Self::Threads => "allow this process more threads (ulimit -u)",
+            Self::NotFolder(_) => "carom run SCENE writes the folder runs/NAME",
+            Self::Unreadable { .. } => "summary.json is the last file that a run writes: a killed run has none",
+            Self::Summary { .. } => "run the scene again, or restore the file",
+            _ => return None,
+        })
+    }
+}
