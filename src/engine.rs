@@ -52,12 +52,13 @@ pub(crate) mod surfaces;
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::model::space::Boundary;
 use crate::model::{Limit, ParticleId, Scene};
+use domains::Domains;
 use parts::Engine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
 pub use audit::Overlap;
-pub use domains::DomainWork;
+pub use domains::{DomainWork, SingleThread};
 pub use error::{Arrest, EngineError, Invariant, InvariantBroken, Standstill};
 pub use neighbours::Search;
 pub(crate) use neighbours::cell_list::CellList;
@@ -296,6 +297,12 @@ impl Simulation {
     #[must_use]
     pub fn domain_work(&self) -> Option<DomainWork> {
         with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
+    }
+
+    /// Why it runs in one thread now, whatever [`Self::set_threads`] was given.
+    #[must_use]
+    pub fn single_thread(&self) -> Option<SingleThread> {
+        with_engine!(&self.engine, engine => Domains::obstacle(engine))
     }
 
     /// Spreads the system over so many threads from now on, 64 at most: the box is cut into as many domains. Events, states and sums have the

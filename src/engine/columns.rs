@@ -278,7 +278,7 @@ macro_rules! columns {
     }};
 }
 
-/// What is done with every column, whatever its type.
+/// Work on every column, whatever its type.
 trait Visit {
     fn column(&mut self, column: &mut impl Column);
 }

@@ -23,6 +23,7 @@ use domain::{Domain, Seen};
 pub(super) use exchange::hash;
 use exchange::{Compared, Published};
 use regions::{Halo, MOST_DOMAINS, Regions};
+use std::fmt;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -34,6 +35,31 @@ const SERIAL_STEPS: u64 = 2_000;
 
 /// The halo that is as wide as windows of so many steps need.
 const HALO: Halo = Halo { slack: 0.5, margin: 1.5 };
+
+/// Why a system runs in one thread.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SingleThread {
+    /// Particles of a heat bath are drawn among all.
+    HeatBath,
+    /// Diameters grow.
+    Growth,
+    /// The sides of the box slide past each other.
+    SlidingImages,
+    /// Some pairs have interactions of their own that the neighbour search does not reach, or may start further apart than they reach.
+    LongInteractions,
+}
+
+impl fmt::Display for SingleThread {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::HeatBath => "a heat bath acts on all particles",
+            Self::Growth => "the diameters grow",
+            Self::SlidingImages => "the box is sheared",
+            Self::LongInteractions => "bonds or starts reach further than the neighbour search",
+        })
+    }
+}
 
 /// How the work of domains went.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -111,18 +137,38 @@ enum Next {
     Return(Reason),
 }
 
+impl fmt::Display for DomainWork {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { windows, differences, uncovered, cuts, serial, steps, .. } = self;
+        let undone = differences + uncovered;
+        let [own, all] = steps.map(|steps| steps as f64);
+        let times = [self.simulating, self.comparing, self.exchanging, self.gathering, self.cutting];
+        let [simulating, comparing, exchanging, gathering, cutting] = times.map(|time| time.as_secs_f64());
+        write!(
+            f,
+            "{windows} windows, {undone} undone; domains cut {cuts} times, {serial} stretches in one thread\n\
+             {:.2} steps for each one needed; {simulating:.1} s simulating, {comparing:.1} s comparing, {exchanging:.1} s exchanging, \
+             {gathering:.1} s gathering, {cutting:.1} s cutting",
+            if own > 0.0 { all / own } else { 1.0 },
+        )
+    }
+}
+
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     pub fn new(count: usize, threads: usize, halo: Halo) -> Self {
         Self { count, threads, halo, steps_of_window: MOST_STEPS, length: 0.0, cut: None, work: DomainWork::default() }
     }
 
-    /// Whether a system can be cut: nothing acts on all particles at once, and pairs interact over the range of the neighbour search only.
-    pub fn can_cut(engine: &Engine<FALLING, TABLE>) -> bool {
-        engine.sources.next_global == f64::INFINITY
-            && !engine.acts_for_ever()
-            && !engine.pairs.has_own_interactions
-            && engine.ranges.are_captured_near()
-            && !engine.ranges.may_be_overstretched
+    /// Why a system cannot be cut, if it cannot.
+    pub fn obstacle(engine: &Engine<FALLING, TABLE>) -> Option<SingleThread> {
+        let reaches = engine.pairs.has_own_interactions || !engine.ranges.are_captured_near();
+        match () {
+            () if engine.sources.andersen.is_some() => Some(SingleThread::HeatBath),
+            () if !engine.distances.are_constant() => Some(SingleThread::Growth),
+            () if engine.images.slide() => Some(SingleThread::SlidingImages),
+            () if reaches || engine.ranges.may_be_overstretched => Some(SingleThread::LongInteractions),
+            () => None,
+        }
     }
 
     /// Goes on as [`Engine::advance_for`] does, with the same bits. Where it pauses, the one engine is behind until [`Self::settle`].
@@ -141,7 +187,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             if let Some(broken) = whole.broken {
                 return Err(broken.into());
             }
-            let next = if Self::can_cut(whole) {
+            let next = if Self::obstacle(whole).is_none() {
                 let done = whole.counts.totals.transition + whole.counts.executed;
                 let next = self.window(whole, until, observe)?;
                 left = left.saturating_sub((whole.counts.totals.transition + whole.counts.executed - done).max(1));
@@ -358,22 +404,26 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         whole.clock.now = cut.now;
         whole.schedule.queue.resume(cut.now, cut.steps);
         for domain in &mut cut.domains {
-            for particle in
-                domain.engine.particles().filter(|&particle| domain.is_owned[particle as usize]).collect::<Vec<_>>()
+            for particle in domain
+                .engine
+                .particles()
+                .filter(|&particle| domain.held[particle as usize].is_owned())
+                .collect::<Vec<_>>()
             {
                 let mut record = domain.engine.record(particle);
-                record.renumber(|number| domain.whole.get(number as usize).copied());
-                whole.write_record(domain.whole[particle as usize], &record);
+                record.renumber(|number| domain.held.get(number as usize).map(|held| held.whole));
+                whole.write_record(domain.held[particle as usize].whole, &record);
             }
         }
         if let Some(lists) = whole.neighbours.lists_mut() {
             let mut list = Vec::new();
             for domain in &cut.domains {
                 let Some(verlet) = domain.engine.neighbours.verlet() else { continue };
-                for particle in domain.engine.particles().filter(|&particle| domain.is_owned[particle as usize]) {
+                for particle in domain.engine.particles().filter(|&particle| domain.held[particle as usize].is_owned())
+                {
                     list.clear();
-                    list.extend(verlet.lists.of(particle).iter().map(|&other| domain.whole[other as usize]));
-                    lists.set(domain.whole[particle as usize], &list);
+                    list.extend(verlet.lists.of(particle).iter().map(|&other| domain.held[other as usize].whole));
+                    lists.set(domain.held[particle as usize].whole, &list);
                 }
             }
         }

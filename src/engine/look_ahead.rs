@@ -11,7 +11,7 @@ use crate::engine::neighbours::cells::{Cells, NO_PARTICLE};
 use crate::engine::neighbours::verlet::VerletLists;
 
 /// So many entries ahead, the particle and its partner are prefetched; where their neighbours are; and the neighbours.
-const SELF: usize = 7;
+pub(super) const SELF: usize = 7;
 const WHERE: usize = 4;
 const NEIGHBOURS: usize = 2;
 
@@ -33,7 +33,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     #[inline]
-    fn coming(&self, ahead: usize) -> Option<(u32, &Prediction)> {
+    pub(super) fn coming(&self, ahead: usize) -> Option<(u32, &Prediction)> {
         let particle = self.schedule.queue.coming(ahead)?;
         Some((particle, &self.schedule.predictions[particle as usize]))
     }

@@ -96,6 +96,12 @@ impl Run {
         Self { simulation, state, registry: Registry::default(), is_new: false }
     }
 
+    /// Runs on so many threads, with the same bits: [`Simulation::set_threads`].
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.simulation.set_threads(threads);
+        self
+    }
+
     /// Measures with an instrument of one's own, which `begin` makes at the start of the measurement; [`Instrument`] shows one.
     /// [`Finished::instrument`] and [`Finished::take_instrument`] give it back after the run.
     ///

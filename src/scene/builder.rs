@@ -34,7 +34,7 @@ use crate::scene::unvalidated::{
 #[derive(Debug, Clone, PartialEq)]
 #[must_use = "a builder does nothing until `build`"]
 pub struct SceneBuilder {
-    /// What it has of the scene already; the size of the box, species, interactions, bonds and particles follow from what is below.
+    /// Parts of the scene that it has already; the size of the box, species, interactions, bonds and particles follow from what is below.
     pub(crate) parts: SceneParts,
     /// `None` derives it from the one fill that has a count and a density.
     pub(crate) size: Option<Vector>,

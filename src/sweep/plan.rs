@@ -201,7 +201,7 @@ impl Sweep {
         keys.iter().map(short).collect()
     }
 
-    /// Those of [`Self::short_names`] that tell state points apart: all but the seed.
+    /// Names of [`Self::short_names`] that tell state points apart: all but the seed.
     #[must_use]
     pub fn state_point_names(&self) -> Vec<String> {
         let names = self.short_names().into_iter().zip(self.keys());

@@ -42,7 +42,7 @@ pub enum ViewError {
     /// Another number of the style of an image, or of the options of a movie, makes no sense.
     #[error("{name} is {value}, expected {expected}")]
     Option {
-        /// What it is the number of.
+        /// The thing that is counted.
         name: &'static str,
         /// Its value.
         value: f64,
@@ -112,7 +112,7 @@ pub enum ViewError {
     /// It was broken off.
     #[error("interrupted; nothing was written")]
     Interrupted,
-    /// What should be the folder of a run is no folder.
+    /// The folder of a run is no folder.
     #[error("{} is not the folder of a run", .0.display())]
     NotFolder(PathBuf),
     /// The summary, which every finished run has, is missing or cannot be read.

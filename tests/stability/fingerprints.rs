@@ -17,18 +17,19 @@ pub use hashes::fingerprint;
 use systems::{SYSTEMS, scene_of};
 
 /// A scene of `configs`, or all features in one box, up to a number of events.
-fn advanced(scene: Scene, events: u64) -> Bits {
+fn advanced(scene: Scene, events: u64, threads: usize) -> Bits {
     let (mut bits, mut simulation) = (Bits::EMPTY, Simulation::without_plan(scene));
+    simulation.set_threads(threads);
     simulation.advance_with(Until::events(events), |event| bits.see(event)).unwrap();
     bits.close(&simulation);
     bits
 }
 
 /// A whole run.
-fn run(scene: Scene) -> Bits {
+fn run(scene: Scene, threads: usize) -> Bits {
     let mut bits = Bits::EMPTY;
     let name = scene.name().to_owned();
-    let finished = Run::new(scene).execute(&mut bits, &mut |_| ControlFlow::Continue(())).unwrap();
+    let finished = Run::new(scene).threads(threads).execute(&mut bits, &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(finished.is_sound(), "{name}: {:?} {:?}", finished.ending, finished.audit.faults());
     bits.end(&finished);
     bits
@@ -43,7 +44,7 @@ fn continued(first: Scene, values: &[(&str, &str)]) -> Bits {
     folder.complete(&finished, "").unwrap();
     let next = place.path().join("next.toml");
     std::fs::write(&next, "start.from = \"first\"\nrun.until_events = 2000").unwrap();
-    run(read_scene(&next, values).unwrap())
+    run(read_scene(&next, values).unwrap(), 1)
 }
 
 /// Replicas that swap their temperatures.
@@ -154,8 +155,8 @@ const FINGERPRINTS: &[(&str, [u64; 3])] = &[
 #[test]
 fn fingerprints_of_runs_are_the_same_in_every_build() {
     let mut found: Vec<(&str, Bits)> = Vec::new();
-    found.extend(SCENES.iter().map(|(name, events)| (*name, advanced(named(name), *events))));
-    found.extend(SYSTEMS.iter().map(|system| (system.0, run(scene_of(system)))));
+    found.extend(SCENES.iter().map(|(name, events)| (*name, advanced(named(name), *events, 1))));
+    found.extend(SYSTEMS.iter().map(|system| (system.0, run(scene_of(system), 1))));
     let system = |wanted: &str| scene_of(SYSTEMS.iter().find(|(name, ..)| *name == wanted).unwrap());
     found.push(("continued", continued(system("sheared in a bath"), &[])));
     let deeper = r#"[
@@ -179,4 +180,16 @@ fn fingerprints_of_runs_are_the_same_in_every_build() {
         .collect();
     let changed: Vec<&str> = found.iter().filter(|row| !FINGERPRINTS.contains(row)).map(|(name, _)| *name).collect();
     assert!(found == FINGERPRINTS, "the bits of {changed:?} are others:\n{table}");
+}
+
+#[test]
+fn fingerprints_of_runs_are_the_same_on_any_number_of_threads() {
+    for threads in [2, 5] {
+        let scenes = SCENES.iter().map(|(name, events)| (*name, advanced(named(name), *events, threads)));
+        let systems = SYSTEMS.iter().map(|system| (system.0, run(scene_of(system), threads)));
+        for (name, bits) in scenes.chain(systems) {
+            let found = (name, [bits.state.0, bits.events.0, bits.ledger.0]);
+            assert!(FINGERPRINTS.contains(&found), "the bits of {name} are others on {threads} threads");
+        }
+    }
 }

@@ -90,7 +90,7 @@ impl Record {
             sum.wrapping_add(hash(5, [state]))
         });
         let others = [self.last_contact.to_bits(), u64::from(self.surface_contacts), captured];
-        hash(4, body.into_iter().chain(place).chain(prediction).chain(images).chain(others))
+        [&body[..], &place, &prediction, &images, &others].iter().fold(4, |sum, some| hash(sum, some.iter().copied()))
     }
 }
 

@@ -6,6 +6,8 @@ use crate::engine::clock::Moved;
 use crate::engine::columns::Order;
 use crate::engine::columns::records::Record;
 use crate::engine::event::Event;
+use crate::engine::hardware::prefetch::prefetch;
+use crate::engine::look_ahead::SELF;
 use crate::engine::neighbours::Place;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::parts::{Counts, Engine};
@@ -23,26 +25,46 @@ pub struct Seen {
     pub event: Event,
 }
 
+/// A particle as a domain has it.
+#[derive(Debug, Clone, Copy)]
+pub struct Held {
+    /// Of one that is owned, all domains that have it, this one included; none of a copy.
+    pub known_to: u64,
+    /// Its number in the whole.
+    pub whole: u32,
+    /// The window in which it was last saved.
+    saved_in: u32,
+}
+
+impl Held {
+    /// A particle that has not been saved.
+    pub fn new(whole: u32, known_to: u64) -> Self {
+        Self { known_to, whole, saved_in: 0 }
+    }
+
+    #[inline]
+    pub fn is_owned(self) -> bool {
+        self.known_to != 0
+    }
+}
+
 /// An engine over some particles. They have numbers here, and those of the one engine for all: of the whole.
 #[derive(Debug, Clone)]
 pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub engine: Engine<FALLING, TABLE>,
     /// The bit of this domain in sets of domains.
     pub bit: u64,
-    /// By number here, that in the whole; and the other way round, [`NO_PARTICLE`] for those that are not here.
-    pub whole: Vec<u32>,
+    /// By number here.
+    pub held: Vec<Held>,
+    /// By number in the whole, that here; [`NO_PARTICLE`] for those that are not here.
     pub here: Vec<u32>,
-    pub is_owned: Vec<bool>,
-    /// Of those that are owned, other domains that have a copy.
-    pub known_to: Vec<u64>,
     /// Counts of events of others, which are not counted here.
     elsewhere: Box<Counts>,
     /// How many particles it began with.
     first: usize,
-    /// The window in which a particle was last saved, and its number.
-    saved_in: Vec<u32>,
+    /// The number of this window.
     window: u32,
-    /// What particles were at the beginning of the window, each once, by the numbers here.
+    /// Particles as they were at the beginning of the window, each once, by the numbers here.
     pub saved: Vec<(u32, Record)>,
     /// Steps of this window of particles that others have, too, and what these are at its end: in the order of their numbers in the whole.
     pub steps: Vec<Step>,
@@ -66,32 +88,27 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     pub fn of(whole: &Engine<FALLING, TABLE>, regions: &Regions, domain: u8) -> Self {
         let bit = 1 << domain;
         let count = whole.particles().len();
-        let (mut old, mut is_owned, mut known_to) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut old, mut held) = (Vec::new(), Vec::new());
         for particle in whole.particles() {
             let column = regions.column(whole, particle);
             if regions.holders[column] & bit != 0 {
                 old.push(particle);
                 let owns = regions.owner[column] == domain;
-                is_owned.push(owns);
-                known_to.push(if owns { regions.holders[column] & !bit } else { 0 });
+                held.push(Held::new(particle, if owns { regions.holders[column] } else { 0 }));
             }
         }
         let mut engine = whole.clone();
         let order = Order::of(old, count);
         engine.permute(&order);
         engine.schedule.predictions.iter_mut().for_each(Prediction::drop_absent);
-        let Order { old, new } = order;
         *engine.counts = whole.no_counts();
         engine.schedule.queue = whole.schedule.queue.of_part(whole.clock.now);
         engine.scratch = None;
         let mut domain = Self {
             bit,
-            first: old.len(),
-            saved_in: vec![0; old.len()],
-            whole: old,
-            here: new,
-            is_owned,
-            known_to,
+            first: held.len(),
+            held,
+            here: order.new,
             elsewhere: engine.counts.clone(),
             window: 0,
             saved: Vec::new(),
@@ -122,7 +139,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.engine.shift_columns(moved.shift);
         for particle in self.engine.particles() {
             if self.engine.state.bodies[particle as usize].time < moved.oldest() {
-                let mut record = whole.record(self.whole[particle as usize]);
+                let mut record = whole.record(self.held[particle as usize].whole);
                 self.take_in(&mut record);
                 self.engine.write_record(particle, &record);
             }
@@ -138,7 +155,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
 
     /// Whether so many copies have come that it is worth it to leave out those that have gone away.
     pub fn has_grown(&self) -> bool {
-        self.whole.len() > self.first + self.first / 4 + 64
+        self.held.len() > self.first + self.first / 4 + 64
     }
 
     /// Forgets the last window.
@@ -167,10 +184,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             }
             if self.engine.hardware.looks_ahead {
                 self.engine.prefetch_coming();
+                self.prefetch_held();
             }
             self.engine.schedule.queue.pop();
             self.engine.clock.now = entry.time;
-            self.done += u64::from(self.is_owned[entry.particle as usize]);
+            self.done += u64::from(self.held[entry.particle as usize].is_owned());
             self.done_in_all += 1;
             self.save(entry.particle);
             let prediction = self.engine.schedule.predictions[entry.particle as usize];
@@ -190,12 +208,12 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     fn transition(&mut self, regions: &Regions, particle: u32, time: f64) {
         let before = regions.readers[regions.column(&self.engine, particle)];
         let is_done = self.engine.execute_transition(particle, time).is_ok();
-        let is_owned = self.is_owned[particle as usize];
+        let held = self.held[particle as usize];
         let column = regions.column(&self.engine, particle);
-        if is_owned {
+        if held.is_owned() {
             self.quiet.push(time);
             self.moved.push(particle);
-            let unknown = regions.readers[column] & !self.bit & !self.known_to[particle as usize];
+            let unknown = regions.readers[column] & !held.known_to;
             if regions.near[column] & self.bit == 0 || unknown != 0 {
                 self.trouble = Some(time);
             }
@@ -212,7 +230,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             };
             let hash = hash(2, [time.to_bits(), place]);
             let readers = before | regions.readers[column];
-            self.steps.push(Step { particle: self.whole[particle as usize], time, hash, readers });
+            self.steps.push(Step { particle: held.whole, time, hash, readers });
         }
     }
 
@@ -230,7 +248,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             Some(partner) if self.engine.name(partner) < self.engine.name(particle) => partner,
             _ => particle,
         };
-        let is_counted = self.is_owned[first as usize];
+        let is_counted = self.held[first as usize].is_owned();
         if !is_counted {
             std::mem::swap(&mut self.engine.counts, &mut self.elsewhere);
         }
@@ -278,38 +296,49 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
         let body = &self.engine.state.bodies[particle as usize];
         let of_body = body.position.iter().chain(&body.velocity).map(|x| x.to_bits());
-        let with = other.map_or(u64::from(NO_PARTICLE), |other| u64::from(self.whole[other as usize]));
+        let with = other.map_or(u64::from(NO_PARTICLE), |other| u64::from(self.held[other as usize].whole));
         let hash = hash(3, [time.to_bits(), with].into_iter().chain(of_body));
         let readers = regions.readers[regions.column(&self.engine, particle)];
-        self.steps.push(Step { particle: self.whole[particle as usize], time, hash, readers });
+        self.steps.push(Step { particle: self.held[particle as usize].whole, time, hash, readers });
+    }
+
+    /// Asks for what will be looked at of the particles that come next.
+    #[inline]
+    fn prefetch_held(&self) {
+        if let Some((particle, prediction)) = self.engine.coming(SELF) {
+            for particle in [particle, prediction.partner].into_iter().filter(|&particle| particle != NO_PARTICLE) {
+                prefetch(&self.held, particle as usize);
+                self.engine.state.images.prefetch(particle);
+            }
+        }
     }
 
     /// Whether another domain has the particle, too.
     #[inline]
     pub fn is_shared(&self, particle: u32) -> bool {
-        !self.is_owned[particle as usize] || self.known_to[particle as usize] != 0
+        self.held[particle as usize].known_to != self.bit
     }
 
     /// Keeps what a particle is before it is changed for the first time in this window.
     #[inline]
     fn save(&mut self, particle: u32) {
-        let saved_in = &mut self.saved_in[particle as usize];
+        let saved_in = &mut self.held[particle as usize].saved_in;
         if *saved_in != self.window {
             *saved_in = self.window;
             self.saved.push((particle, self.engine.record(particle)));
         }
     }
 
-    /// What the particles are at the end of this window that it has touched and others have, too.
+    /// Hashes of the particles that this window has touched and others have, too.
     fn summarize(&mut self) {
         self.summaries.clear();
         for at in 0..self.saved.len() {
             let particle = self.saved[at].0;
             if self.is_shared(particle) {
                 let record = self.engine.record(particle);
-                let number = |number: u32| self.whole.get(number as usize).copied().unwrap_or(NO_PARTICLE);
+                let number = |number: u32| self.held.get(number as usize).map_or(NO_PARTICLE, |held| held.whole);
                 let summary = Summary {
-                    particle: self.whole[particle as usize],
+                    particle: self.held[particle as usize].whole,
                     hash: record.hash(number),
                     saved: u32::try_from(at).unwrap_or(u32::MAX),
                 };
@@ -339,9 +368,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         new.dedup_by_key(|(particle, _)| *particle);
         for (_, record) in &new {
             self.engine.push_record(record);
-            self.is_owned.push(false);
-            self.known_to.push(0);
-            self.saved_in.push(0);
         }
         if !new.is_empty() {
             self.engine.scratch = None;

@@ -1,7 +1,8 @@
 //! Comparison of domains after a window, and exchange of what differs.
 
-use super::domain::Domain;
+use super::domain::{Domain, Held};
 use super::regions::Regions;
+use crate::base::numbers::id;
 use crate::engine::columns::records::Record;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::cells::NO_PARTICLE;
@@ -19,7 +20,7 @@ pub struct Step {
     pub readers: u64,
 }
 
-/// What a particle is at the end of a window that has touched it.
+/// State of a particle at the end of a window that has touched it, as a hash.
 #[derive(Debug, Clone, Copy)]
 pub struct Summary {
     /// By its number in the whole.
@@ -50,7 +51,7 @@ pub struct Transfer {
     pub owner: u64,
 }
 
-/// What comes of a comparison.
+/// Result of a comparison.
 #[derive(Debug, Clone, Default)]
 pub struct Compared {
     /// Time of the first step that is another one than that of a copy's owner, of copies that owned particles can have read.
@@ -75,7 +76,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let mut places = vec![0; others.len()];
         for summary in &self.summaries {
             let particle = self.here[summary.particle as usize];
-            let is_owned = self.is_owned[particle as usize];
+            let held = self.held[particle as usize];
+            let is_owned = held.is_owned();
             let (mut differing, mut is_reverted) = (0, !is_owned);
             for (other, place) in others.iter().zip(&mut places) {
                 while other.summaries.get(*place).is_some_and(|theirs| theirs.particle < summary.particle) {
@@ -83,11 +85,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 }
                 let theirs = other.summaries.get(*place).filter(|theirs| theirs.particle == summary.particle);
                 if is_owned {
-                    let has_it = self.known_to[particle as usize] & other.bit != 0;
+                    let has_it = held.known_to & other.bit != 0;
                     if has_it && theirs.is_none_or(|theirs| theirs.hash != summary.hash) {
                         differing |= other.bit;
                     }
-                } else if theirs.is_some() && other.is_owned[other.here[summary.particle as usize] as usize] {
+                } else if theirs.is_some() && other.held[other.here[summary.particle as usize] as usize].is_owned() {
                     // Either it is the same, or it is published.
                     is_reverted = false;
                 }
@@ -108,8 +110,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let mut near = Candidates::default();
         for &particle in &self.moved {
             let column = regions.column(&self.engine, particle);
-            let known_to = self.known_to[particle as usize];
-            let new = regions.holders[column] & !known_to & !self.bit;
+            let Held { known_to, whole, .. } = self.held[particle as usize];
+            let new = regions.holders[column] & !known_to;
             let owner = 1 << regions.owner[column];
             let owner = if known_to & owner == 0 { self.bit } else { owner };
             if new == 0 && owner == self.bit {
@@ -120,23 +122,22 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 // They have dropped contacts with it.
                 self.engine.neighbours.find_candidates(particle, &mut near);
                 for &other in near.found() {
-                    let to = self.known_to[other as usize] & new;
+                    let to = self.held[other as usize].known_to & new;
                     if to != 0 && self.engine.schedule.predictions[other as usize].partner == particle {
                         compared.to_publish.push((other, to));
                     }
                 }
             }
-            let known_to = (known_to | new | self.bit) & !owner;
-            compared.transfers.push(Transfer { particle: self.whole[particle as usize], known_to, owner });
+            compared.transfers.push(Transfer { particle: whole, known_to: known_to | new, owner });
         }
     }
 
-    /// What other domains are to take over.
+    /// Records for other domains.
     pub fn publish(&self, to_publish: &[(u32, u64)]) -> Vec<Published> {
         let published = to_publish.iter().map(|&(particle, to)| {
             let mut record = self.engine.record(particle);
-            record.renumber(|number| self.whole.get(number as usize).copied());
-            Published { particle: self.whole[particle as usize], to, record }
+            record.renumber(|number| self.held.get(number as usize).map(|held| held.whole));
+            Published { particle: self.held[particle as usize].whole, to, record }
         });
         published.collect()
     }
@@ -148,8 +149,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         coming.retain(|&particle| self.here[particle as usize] == NO_PARTICLE);
         for &particle in &coming {
             if self.here[particle as usize] == NO_PARTICLE {
-                self.here[particle as usize] = u32::try_from(self.whole.len()).unwrap_or(NO_PARTICLE);
-                self.whole.push(particle);
+                self.here[particle as usize] = id(self.held.len());
+                self.held.push(Held::new(particle, 0));
             }
         }
         let reverted = compared[mine].to_revert.iter();
@@ -164,23 +165,20 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         for transfer in compared.iter().flat_map(|compared| &compared.transfers) {
             let here = self.here[transfer.particle as usize];
             if here != NO_PARTICLE {
-                let owns = transfer.owner == self.bit;
-                self.is_owned[here as usize] = owns;
-                self.known_to[here as usize] = if owns { transfer.known_to } else { 0 };
+                let known_to = if transfer.owner == self.bit { transfer.known_to } else { 0 };
+                self.held[here as usize].known_to = known_to;
             }
         }
     }
 
     /// The time of the earliest step of this window that is another one than that of a copy's owner, of copies that owned particles can have read.
     fn first_difference(&self, regions: &Regions, all: &[Self]) -> Option<f64> {
-        let is_copy = |step: &&Step| !self.is_owned[self.here[step.particle as usize] as usize];
+        let is_copy = |step: &&Step| !self.held[self.here[step.particle as usize] as usize].is_owned();
         let mine: Vec<&Step> = self.steps.iter().filter(is_copy).collect();
         let mut theirs: Vec<&Step> = Vec::new();
         for other in all.iter().filter(|other| other.bit != self.bit) {
-            let is_known = |step: &&Step| {
-                let there = other.here[step.particle as usize] as usize;
-                other.is_owned[there] && other.known_to[there] & self.bit != 0
-            };
+            let is_known =
+                |step: &&Step| other.held[other.here[step.particle as usize] as usize].known_to & self.bit != 0;
             theirs.extend(other.steps.iter().filter(is_known));
         }
         theirs.sort_by_key(|step| step.particle);

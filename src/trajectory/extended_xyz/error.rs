@@ -59,7 +59,7 @@ pub enum ReadError {
     Malformed {
         /// The line.
         line: usize,
-        /// What was expected and what was found, shortened.
+        /// The expected and the found, shortened.
         problem: String,
     },
 }
