@@ -3,6 +3,7 @@
 //!     cargo bench --bench rate -- hard_spheres 10976 0.49
 //!     cargo bench --bench rate -- square_well 10976 0.8 2.0
 //!     cargo bench --bench rate -- configs/hopper.toml
+//!     cargo bench --bench rate -- hard_spheres 1000000 0.49 threads=2
 //!
 //! One line: the system, events per second of the loop alone, time from the scene to the first event, peak memory per particle.
 //! Particles are in random order in the scene, as in a fluid that has been simulated for long.
@@ -75,7 +76,8 @@ fn system(arguments: &[String]) -> Result<(Scene, f64), Box<dyn Error>> {
 
 fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     let (scene, before) = system(arguments)?;
-    let threads = std::env::var("CAROM_THREADS").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
+    let threads = arguments.iter().find_map(|argument| argument.strip_prefix("threads="));
+    let threads = threads.map_or(Ok(1), str::parse)?;
     let particles = scene.particles().len() as f64;
     let start = Instant::now();
     let mut simulation = Simulation::without_plan(scene);
@@ -86,11 +88,13 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     let before = (before * particles) as u64;
     simulation.advance(Until::events(before))?;
     let chunk = simulation.time() / before as f64 * 1e6;
-    let (first, begin, work) = (simulation.event_counts().physical(), Instant::now(), simulation.domain_work());
+    let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     while begin.elapsed() < TIMED {
         simulation.advance(Until::time(simulation.time() + chunk))?;
     }
-    println!("{work:?}\n{:?}", simulation.domain_work());
+    if let Some(work) = simulation.domain_work() {
+        println!("{work}");
+    }
     let rate = (simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64();
     let memory = peak_memory().map_or("unknown".to_owned(), |bytes| format!("{:.0}", bytes / particles));
     println!(

@@ -48,11 +48,11 @@ mod start;
 mod state;
 mod states;
 pub(crate) mod surfaces;
+mod threads;
 
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::model::space::Boundary;
 use crate::model::{Limit, ParticleId, Scene};
-use domains::Domains;
 use parts::Engine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -286,53 +286,6 @@ impl Simulation {
             return Ok(Some(Reason::Time));
         }
         with_engine!(&mut self.engine, engine => engine.advance_on_cores(steps.max(1), until, &mut observe))
-    }
-
-    /// Takes over what the domains have.
-    pub(crate) fn settle(&mut self) {
-        with_engine!(&mut self.engine, engine => engine.settle());
-    }
-
-    /// How the work of domains went, on several cores.
-    #[must_use]
-    pub fn domain_work(&self) -> Option<DomainWork> {
-        with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
-    }
-
-    /// Why it runs in one thread now, whatever [`Self::set_threads`] was given.
-    #[must_use]
-    pub fn single_thread(&self) -> Option<SingleThread> {
-        with_engine!(&self.engine, engine => Domains::obstacle(engine))
-    }
-
-    /// Spreads the system over so many threads from now on, 64 at most: the box is cut into as many domains. Events, states and sums have the
-    /// same bits as with one.
-    ///
-    /// Nothing of this is written to a checkpoint. What is not covered runs in one thread: heat baths, growth, sheared boxes, and pairs
-    /// with interactions of their own that are longer than those of their species. It pays from some 50,000 particles for each thread.
-    ///
-    /// ```
-    /// use carom::{Potential, SceneBuilder, Simulation, Until};
-    /// use carom::scene::{Amount, Lattice};
-    ///
-    /// let scene = SceneBuilder::new("fluid")
-    ///     .species("sphere", 1.0, 1.0)
-    ///     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-    ///     .fill(Lattice::FaceCentredCubic, "sphere", 4_000, Amount::PackingFraction(0.4))
-    ///     .temperature(1.0)
-    ///     .build()?;
-    /// let (mut one, mut two) = (Simulation::new(scene.clone())?, Simulation::new(scene)?);
-    /// two.set_threads(2);
-    /// one.advance(Until::time(0.5))?;
-    /// two.advance(Until::time(0.5))?;
-    /// assert_eq!(one.snapshot(), two.snapshot());
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    #[doc(alias = "parallel")]
-    #[doc(alias = "cores")]
-    pub fn set_threads(&mut self, threads: usize) {
-        self.threads = threads;
-        with_engine!(&mut self.engine, engine => engine.set_domains(threads, threads));
     }
 
     /// [`Self::advance_with`] without a type parameter.

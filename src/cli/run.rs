@@ -56,9 +56,6 @@ pub struct Run {
     /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = "300")]
     checkpoint_every: Duration,
-    /// Runs on this many threads, with the same bits; pays from some 50,000 particles for each
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=64))]
-    threads: u8,
     /// Replaces the run in the folder, when the new one is complete; also writes more than 10 GB, or a tenth of the free disk
     #[arg(long)]
     force: bool,
@@ -130,7 +127,7 @@ impl Run {
             super::warn(&format!("warning: {warning}"));
         }
         let display = Display::new(&scene, self.quiet);
-        self.execute_in_threads(run::Run::without_start(scene), folder, display)
+        execute(run::Run::without_start(scene), folder, display)
     }
 
     /// A run from its last checkpoint.
@@ -139,12 +136,7 @@ impl Run {
         let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
         let folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
         let display = Display::new(checkpoint.simulation.scene(), self.quiet);
-        self.execute_in_threads(run::Run::resume(checkpoint), folder, display)
-    }
-
-    /// A run up to its end, and how its threads worked.
-    fn execute_in_threads(&self, run: run::Run, folder: Folder, display: Display) -> Result<(), Failure> {
-        execute(run.threads(usize::from(self.threads)), folder, display)
+        execute(run::Run::resume(checkpoint), folder, display)
     }
 
     /// Largest size of the files; a run that will write more is begun with --force only.
@@ -195,13 +187,6 @@ fn execute(run: run::Run, mut folder: Folder, mut display: Display) -> Result<()
 /// Files, table and verdict.
 fn end(finished: &Finished, folder: Folder) -> Result<(), Failure> {
     let report = final_table::text(finished);
-    if let Some(work) = finished.simulation.domain_work() {
-        let why = finished.simulation.single_thread();
-        match why.filter(|_| work.windows == 0) {
-            Some(why) => super::warn(&format!("warning: --threads: ran in one thread, because {why}")),
-            None => super::warn(&format!("threads: {work}")),
-        }
-    }
     let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);
     let done = folder.complete(finished, &report)?;
     super::print(&format!("{report}\nThe files are in {}\n{}", done.folder.display(), stay(finished, &done)))?;

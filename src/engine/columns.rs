@@ -327,6 +327,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn record(&self, particle: u32) -> Record {
         let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
+        record.number = particle;
         columns!(self, as_ref, column: => column.copy(particle, &mut record));
         record
     }

@@ -247,9 +247,12 @@ impl EventQueue {
         end_of_ties
     }
 
-    /// An empty queue of the same epoch for a part of the system, that ends with the epoch's horizon only.
-    pub fn of_part(&self, now: f64) -> Self {
-        let mut queue = Self { target: u64::MAX / CROWDED, ..Self::with_buckets(self.buckets.count(), 1, self.span()) };
+    /// An empty queue of the same epoch for some of all particles, that ends with the epoch's horizon only.
+    pub fn of_part(&self, now: f64, some: usize, all: usize) -> Self {
+        // As many entries in a bucket as there are in those of all.
+        let fewer = (all / some.max(1)).max(1).next_power_of_two();
+        let buckets = (self.buckets.count() / fewer).max(TICKS);
+        let mut queue = Self { target: u64::MAX / CROWDED, ..Self::with_buckets(buckets, 1, self.span()) };
         queue.cursor = queue.bucket(now);
         queue
     }

@@ -15,6 +15,8 @@ use crate::engine::state::Body;
 #[derive(Debug, Clone)]
 pub(in crate::engine) struct Record {
     pub body: Body,
+    /// Its number in memory.
+    pub number: u32,
     /// The row of the species; none where there is only one.
     pub species: Option<u16>,
     /// Periods travelled.
@@ -36,6 +38,7 @@ impl Record {
     pub fn new(id: u32, position: Vector, velocity: Vector, time: f64) -> Self {
         Self {
             body: Body { position, velocity, time, events: 0, name: id },
+            number: NO_PARTICLE,
             species: None,
             images: [0; 3],
             last_contact: f64::NEG_INFINITY,

@@ -6,10 +6,12 @@ use crate::engine::clock::Moved;
 use crate::engine::columns::Order;
 use crate::engine::columns::records::Record;
 use crate::engine::event::Event;
+use crate::engine::hardware::pages::enlarge;
 use crate::engine::hardware::prefetch::prefetch;
 use crate::engine::look_ahead::SELF;
 use crate::engine::neighbours::Place;
 use crate::engine::neighbours::cells::NO_PARTICLE;
+use crate::engine::observe::Observe;
 use crate::engine::parts::{Counts, Engine};
 use crate::engine::prediction::{Due, Prediction};
 use crate::engine::schedule::Pending;
@@ -65,7 +67,7 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     /// The number of this window.
     window: u32,
     /// Particles as they were at the beginning of the window, each once, by the numbers here.
-    pub saved: Vec<(u32, Record)>,
+    pub saved: Vec<Record>,
     /// Steps of this window of particles that others have, too, and what these are at its end: in the order of their numbers in the whole.
     pub steps: Vec<Step>,
     pub summaries: Vec<Summary>,
@@ -102,8 +104,10 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         engine.permute(&order);
         engine.schedule.predictions.iter_mut().for_each(Prediction::drop_absent);
         *engine.counts = whole.no_counts();
-        engine.schedule.queue = whole.schedule.queue.of_part(whole.clock.now);
+        engine.schedule.queue = whole.schedule.queue.of_part(whole.clock.now, held.len(), count);
         engine.scratch = None;
+        engine.enlarge();
+        enlarge(&held);
         let mut domain = Self {
             bit,
             first: held.len(),
@@ -144,7 +148,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 self.engine.write_record(particle, &record);
             }
         }
-        self.engine.schedule.queue = whole.schedule.queue.of_part(0.0);
+        self.engine.schedule.queue = whole.schedule.queue.of_part(0.0, self.held.len(), self.here.len());
         self.enqueue_all();
     }
 
@@ -257,8 +261,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             events.push(Seen { time, event: *event });
             ControlFlow::Continue(())
         };
-        let mut observe: Option<&mut dyn FnMut(&Event) -> ControlFlow<()>> =
-            if is_observed && is_counted { Some(&mut see) } else { None };
+        let mut observe: Observe<'_> = if is_observed && is_counted { Some(&mut see) } else { None };
         let executed = self.engine.execute(particle, prediction, time, &mut observe);
         self.engine.counts.executed += 1;
         if !is_counted {
@@ -325,7 +328,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let saved_in = &mut self.held[particle as usize].saved_in;
         if *saved_in != self.window {
             *saved_in = self.window;
-            self.saved.push((particle, self.engine.record(particle)));
+            self.saved.push(self.engine.record(particle));
         }
     }
 
@@ -333,7 +336,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     fn summarize(&mut self) {
         self.summaries.clear();
         for at in 0..self.saved.len() {
-            let particle = self.saved[at].0;
+            let particle = self.saved[at].number;
             if self.is_shared(particle) {
                 let record = self.engine.record(particle);
                 let number = |number: u32| self.held.get(number as usize).map_or(NO_PARTICLE, |held| held.whole);
@@ -358,44 +361,5 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.saved = saved;
         *self.engine.counts = self.engine.no_counts();
         self.begin_window();
-    }
-
-    /// Adds copies of particles that have not been here, of whose numbers there are records.
-    pub fn add_copies(&mut self, records: &[(u32, Record)]) {
-        let first = self.engine.particles().end;
-        let mut new: Vec<&(u32, Record)> = records.iter().filter(|(particle, _)| *particle >= first).collect();
-        new.sort_by_key(|(particle, _)| *particle);
-        new.dedup_by_key(|(particle, _)| *particle);
-        for (_, record) in &new {
-            self.engine.push_record(record);
-        }
-        if !new.is_empty() {
-            self.engine.scratch = None;
-        }
-        for (particle, record) in new {
-            for pair in record.captured.iter().flatten() {
-                self.engine.set_pair_state(*particle, pair.partner, pair.state, pair.interaction);
-            }
-            self.engine.fill_list(*particle);
-        }
-    }
-
-    /// Writes records by the numbers here, has lists follow, and puts predictions into the queue.
-    pub fn write(&mut self, records: &[(u32, Record)]) {
-        let mut moved = Vec::new();
-        for (particle, record) in records {
-            let is_moved = record.place != Some(self.engine.neighbours.place(*particle))
-                || record.captured.as_ref().is_some_and(|captured| self.engine.pairs.states.of(*particle) != captured);
-            if is_moved {
-                moved.push(*particle);
-            }
-            self.engine.write_record(*particle, record);
-        }
-        for particle in moved {
-            self.engine.fill_list(particle);
-        }
-        for (particle, _) in records {
-            self.engine.enqueue(*particle);
-        }
     }
 }

@@ -158,7 +158,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         for one in published.iter().flatten().filter(|one| one.to & self.bit != 0) {
             let mut record = one.record.clone();
             self.take_in(&mut record);
-            records.push((self.here[one.particle as usize], record));
+            record.number = self.here[one.particle as usize];
+            records.push(record);
         }
         self.add_copies(&records);
         self.write(&records);
@@ -168,6 +169,46 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 let known_to = if transfer.owner == self.bit { transfer.known_to } else { 0 };
                 self.held[here as usize].known_to = known_to;
             }
+        }
+    }
+
+    /// Adds copies of particles that have not been here, of whose numbers there are records.
+    pub fn add_copies(&mut self, records: &[Record]) {
+        let first = self.engine.particles().end;
+        let mut new: Vec<&Record> = records.iter().filter(|record| record.number >= first).collect();
+        new.sort_by_key(|record| record.number);
+        new.dedup_by_key(|record| record.number);
+        for record in &new {
+            self.engine.push_record(record);
+        }
+        if !new.is_empty() {
+            self.engine.scratch = None;
+        }
+        for record in new {
+            for pair in record.captured.iter().flatten() {
+                self.engine.set_pair_state(record.number, pair.partner, pair.state, pair.interaction);
+            }
+            self.engine.fill_list(record.number);
+        }
+    }
+
+    /// Writes records by the numbers here, has lists follow, and puts predictions into the queue.
+    pub fn write(&mut self, records: &[Record]) {
+        let mut moved = Vec::new();
+        for record in records {
+            let particle = record.number;
+            let is_moved = record.place != Some(self.engine.neighbours.place(particle))
+                || record.captured.as_ref().is_some_and(|captured| self.engine.pairs.states.of(particle) != captured);
+            if is_moved {
+                moved.push(particle);
+            }
+            self.engine.write_record(particle, record);
+        }
+        for particle in moved {
+            self.engine.fill_list(particle);
+        }
+        for record in records {
+            self.engine.enqueue(record.number);
         }
     }
 

@@ -44,7 +44,7 @@ fn compare<const FALLING: bool, const TABLE: bool>(
     let (events, snapshot, engine) = advance::<FALLING, TABLE>(scene, until, None);
     let mut work = DomainWork::default();
     for &count in counts {
-        let mut domains = Domains::<FALLING, TABLE>::new(count, 2, halo);
+        let mut domains = Domains::<FALLING, TABLE>::with_halo(count, 2, halo);
         let (seen, there, other) = advance(scene, until, Some(&mut domains));
         let first = events.iter().zip(&seen).position(|(one, other)| one != other);
         assert_eq!(first, None, "{name} {count}: {:?}", domains.work);

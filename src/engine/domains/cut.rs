@@ -1,0 +1,157 @@
+//! A system that is cut into domains: a window of all of them, and what is decided over all.
+
+use super::domain::{Domain, Seen};
+use super::exchange::{Compared, Published};
+use super::regions::Regions;
+use super::work::DomainWork;
+use crate::engine::clock::SHORTEST_ADVANCE;
+use crate::engine::parts::Engine;
+use std::thread;
+use std::time::Instant;
+
+/// A system that is cut.
+#[derive(Debug, Clone)]
+pub struct Cut<const FALLING: bool, const TABLE: bool> {
+    pub regions: Regions,
+    pub domains: Vec<Domain<FALLING, TABLE>>,
+    /// Up to where all domains have come, since the epoch.
+    pub now: f64,
+    /// Steps of the epoch so far.
+    pub steps: u64,
+    /// Whether the one engine has what the domains have.
+    pub is_settled: bool,
+    /// Whether no window has agreed yet.
+    pub is_fresh: bool,
+    /// By domain, what has come of the last comparison.
+    pub compared: Vec<Compared>,
+}
+
+/// How a window ended.
+pub enum End {
+    /// All agree.
+    Agreed,
+    /// Nothing can be done before this: a difference of copies, or a particle that came too far.
+    Difference(f64),
+    Uncovered(f64),
+}
+
+impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
+    /// Has each domain run alone, and compares.
+    pub fn run(&mut self, threads: usize, stop: f64, is_observed: bool, work: &mut DomainWork) -> End {
+        let regions = &self.regions;
+        let begin = Instant::now();
+        let trouble = in_parallel(threads, self.domains.iter_mut().collect(), |domain| {
+            domain.begin_window();
+            domain.run(regions, stop, is_observed);
+            domain.trouble
+        });
+        work.simulating += begin.elapsed();
+        let begin = Instant::now();
+        let earliest = |times: Vec<Option<f64>>| times.into_iter().flatten().min_by(f64::total_cmp);
+        if let Some(time) = earliest(trouble) {
+            return End::Uncovered(time);
+        }
+        let domains = &self.domains;
+        self.compared = in_parallel(threads, domains.iter().collect(), |domain| domain.compare(regions, domains));
+        work.comparing += begin.elapsed();
+        let differences = self.compared.iter().map(|compared| compared.difference).collect();
+        earliest(differences).map_or(End::Agreed, End::Difference)
+    }
+
+    pub fn undo(&mut self, threads: usize) {
+        let now = self.now;
+        in_parallel(threads, self.domains.iter_mut().collect(), |domain| domain.undo(now));
+    }
+
+    /// Makes all copies what their owners have.
+    pub fn exchange(&mut self, threads: usize) {
+        let with_compared = self.domains.iter().zip(&self.compared);
+        let published: Vec<Vec<Published>> =
+            in_parallel(threads, with_compared.collect(), |(domain, compared)| domain.publish(&compared.to_publish));
+        let compared = &self.compared;
+        in_parallel(threads, self.domains.iter_mut().enumerate().collect(), |(number, domain)| {
+            domain.refresh(&published, compared, number);
+        });
+    }
+
+    /// The time of the last event of this window, and how many transitions came after it.
+    pub fn quiet(&self) -> (Option<f64>, u64) {
+        let last = self.domains.iter().filter_map(|domain| domain.last.last().copied()).max_by(f64::total_cmp);
+        let after = |domain: &Domain<FALLING, TABLE>| {
+            domain.quiet.iter().filter(|time| last.is_none_or(|last| **time > last)).count() as u64
+        };
+        (last, self.domains.iter().map(after).sum())
+    }
+
+    /// Since when time stands still, and the number of events since then; none if that cannot be told.
+    pub fn standstill(&self, whole: &Engine<FALLING, TABLE>) -> Option<(f64, u64)> {
+        let shortest = whole.schedule.queue.span() * SHORTEST_ADVANCE;
+        let is_complete = |domain: &Domain<FALLING, TABLE>| domain.engine.counts.executed == domain.last.len() as u64;
+        let mut times: Vec<f64> = self.domains.iter().flat_map(|domain| domain.last.iter().copied()).collect();
+        times.sort_by(f64::total_cmp);
+        let mut standstill = (whole.clock.standstill.since, whole.clock.standstill.events);
+        let known = self.domains.iter().filter(|domain| !is_complete(domain));
+        if let Some(first) = known.filter_map(|domain| domain.last.first().copied()).max_by(f64::total_cmp) {
+            times.retain(|time| *time >= first);
+            let moves = (1..times.len()).rev().find(|&k| times[k] - times[k - 1] > shortest)?;
+            standstill = (times[moves], 0);
+            times.drain(..=moves);
+        }
+        for time in times {
+            standstill = if time - standstill.0 > shortest { (time, 0) } else { (standstill.0, standstill.1 + 1) };
+            if standstill.1 > whole.clock.standstill.most {
+                return None;
+            }
+        }
+        Some(standstill)
+    }
+}
+
+/// The events of all domains in the order in which they happened; none if two happened at the same time in two domains.
+pub fn merged<const FALLING: bool, const TABLE: bool>(domains: &mut [Domain<FALLING, TABLE>]) -> Option<Vec<Seen>> {
+    let mut events: Vec<(usize, Seen)> = Vec::new();
+    for (number, domain) in domains.iter_mut().enumerate() {
+        events.extend(domain.events.drain(..).map(|seen| (number, seen)));
+    }
+    events.sort_by(|(_, one), (_, other)| one.time.total_cmp(&other.time));
+    let is_tied = |pair: &[(usize, Seen)]| pair[0].1.time == pair[1].1.time && pair[0].0 != pair[1].0;
+    if events.windows(2).any(is_tied) {
+        return None;
+    }
+    Some(events.into_iter().map(|(_, seen)| seen).collect())
+}
+
+/// Does something with each of some items on so many threads, and collects the results in their order.
+pub fn in_parallel<I: Send, R: Send>(threads: usize, items: Vec<I>, work: impl Fn(I) -> R + Sync) -> Vec<R> {
+    if threads < 2 || items.len() < 2 {
+        return items.into_iter().map(work).collect();
+    }
+    let each = items.len().div_ceil(threads);
+    let mut shares: Vec<Vec<I>> = Vec::new();
+    let mut items = items.into_iter();
+    loop {
+        let share: Vec<I> = items.by_ref().take(each).collect();
+        if share.is_empty() {
+            break;
+        }
+        shares.push(share);
+    }
+    let work = &work;
+    thread::scope(|scope| {
+        let last = shares.pop();
+        let others: Vec<_> = shares
+            .into_iter()
+            .map(|share| scope.spawn(move || share.into_iter().map(work).collect::<Vec<R>>()))
+            .collect();
+        let last: Vec<R> = last.into_iter().flatten().map(work).collect();
+        let mut results: Vec<R> = Vec::new();
+        for other in others {
+            match other.join() {
+                Ok(some) => results.extend(some),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        results.extend(last);
+        results
+    })
+}

@@ -1,0 +1,93 @@
+//! A simulation on several threads: the state is that of its domains until it is taken over.
+
+use super::domains::{DomainWork, Domains, SingleThread};
+use super::observe::Observe;
+use super::parts::Engine;
+use super::{Chosen, EngineError, Reason, Simulation, Until};
+
+impl Simulation {
+    /// Takes over what the domains have.
+    pub(crate) fn settle(&mut self) {
+        with_engine!(&mut self.engine, engine => engine.settle());
+    }
+
+    /// How the work of domains went, on several cores.
+    #[must_use]
+    pub fn domain_work(&self) -> Option<DomainWork> {
+        with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
+    }
+
+    /// Why it runs in one thread now, whatever [`Self::set_threads`] was given.
+    #[must_use]
+    pub fn single_thread(&self) -> Option<SingleThread> {
+        with_engine!(&self.engine, engine => Domains::obstacle(engine))
+    }
+
+    /// Spreads the system over so many threads from now on, 64 at most: the box is cut into as many domains. Events, states and sums have the
+    /// same bits as with one.
+    ///
+    /// Nothing of this is written to a checkpoint. What is not covered runs in one thread: heat baths, growth, sheared boxes, and pairs
+    /// with interactions of their own that are longer than those of their species ([`Self::single_thread`] tells). Measured so far, two threads are
+    /// no faster than one (`docs/speed.md`): this is for tests of the method.
+    ///
+    /// ```
+    /// use carom::{Potential, SceneBuilder, Simulation, Until};
+    /// use carom::scene::{Amount, Lattice};
+    ///
+    /// let scene = SceneBuilder::new("fluid")
+    ///     .species("sphere", 1.0, 1.0)
+    ///     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
+    ///     .fill(Lattice::FaceCentredCubic, "sphere", 4_000, Amount::PackingFraction(0.4))
+    ///     .temperature(1.0)
+    ///     .build()?;
+    /// let (mut one, mut two) = (Simulation::new(scene.clone())?, Simulation::new(scene)?);
+    /// two.set_threads(2);
+    /// one.advance(Until::time(0.5))?;
+    /// two.advance(Until::time(0.5))?;
+    /// assert_eq!(one.snapshot(), two.snapshot());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[doc(alias = "parallel")]
+    #[doc(alias = "cores")]
+    pub fn set_threads(&mut self, threads: usize) {
+        self.threads = threads;
+        with_engine!(&mut self.engine, engine => engine.set_domains(threads, threads));
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Runs in so many domains on so many threads from now on; in one without any of this.
+    pub(super) fn set_domains(&mut self, domains: usize, threads: usize) {
+        self.join();
+        self.domains = (domains > 1).then(|| Box::new(Domains::new(domains, threads)));
+    }
+
+    /// Goes on as [`Self::advance_for`] does, in domains if there are some. Then it is behind them until [`Self::settle`].
+    pub(super) fn advance_on_cores(
+        &mut self,
+        steps: u64,
+        until: Until,
+        observe: &mut Observe<'_>,
+    ) -> Result<Option<Reason>, EngineError> {
+        let Some(mut domains) = self.domains.take() else { return self.advance_for(steps, until, observe) };
+        let reason = domains.advance_for(self, steps, until, observe);
+        self.domains = Some(domains);
+        reason
+    }
+
+    /// Takes over what the domains have.
+    pub(super) fn settle(&mut self) {
+        if let Some(mut domains) = self.domains.take() {
+            domains.settle(self);
+            self.domains = Some(domains);
+        }
+    }
+
+    /// Takes over what the domains have before it is changed from outside.
+    pub(super) fn join(&mut self) {
+        if let Some(mut domains) = self.domains.take() {
+            domains.join(self);
+            self.domains = Some(domains);
+        }
+    }
+}
