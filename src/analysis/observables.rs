@@ -116,7 +116,7 @@ pub struct Observer {
     averages: Vec<BlockAverage>,
 }
 
-/// What was integrated and counted up to a row.
+/// Integrals and counts up to a row.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Reading {
     piece: Piece,

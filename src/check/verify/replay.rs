@@ -40,7 +40,7 @@ impl RunEnd {
     }
 }
 
-/// What is asked now and then whether to go on.
+/// Function that is asked now and then whether to go on.
 type Watch<'w> = &'w mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>;
 
 /// Progress of a verification.

@@ -37,7 +37,7 @@ pub struct Verifier {
     overdue: Vec<Due>,
     pub(super) pace: Pace,
     pub(super) start_time: f64,
-    /// What has been proven so far.
+    /// The certificate so far.
     pub(super) proof: Certificate,
 }
 

