@@ -5,6 +5,9 @@ use super::observe::Observe;
 use super::parts::Engine;
 use super::{Chosen, EngineError, Reason, Simulation, Until};
 
+/// Domains of so few particles run one after the other.
+const FEW: usize = 4_000;
+
 impl Simulation {
     /// Takes over what the domains have.
     pub(crate) fn settle(&mut self) {
@@ -59,6 +62,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Runs in so many domains on so many threads from now on; in one without any of this.
     pub(super) fn set_domains(&mut self, domains: usize, threads: usize) {
         self.join();
+        // To begin a thread takes longer than a window of few particles.
+        let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
         self.domains = (domains > 1).then(|| Box::new(Domains::new(domains, threads)));
     }
 
