@@ -119,7 +119,7 @@ pub enum Ending {
     Time,
     /// The number of events was reached.
     Events,
-    /// An instrument of the user has come to what it was to end at: [`Instrument::is_done`](crate::analysis::instruments::Instrument::is_done).
+    /// An instrument of the user has come to what it was to end at: [`Instrument::is_done`].
     Condition,
     /// Nothing will happen any more, as can be shown, and there is no time limit.
     Idle,

@@ -152,7 +152,7 @@ pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 /// Where a killed run has cut the trajectory off, the frames before count.
 ///
 /// # Errors
-/// - [`ViewError::Format`], [`ViewError::Option`], [`ViewError::FastGif`], [`ViewError::OddSize`] or [`ViewError::Render`] if the
+/// - [`ViewError::Format`], [`ViewError::Option`], [`ViewError::FastGif`] or [`ViewError::OddSize`] if the
 ///   options make no movie, [`ViewError::NoFfmpeg`] if there is no ffmpeg for an MP4;
 /// - [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::Changed`], [`ViewError::NoSuchFrame`], [`ViewError::EmptyMovie`] or
 ///   [`ViewError::Frame`] if the trajectory does not;
