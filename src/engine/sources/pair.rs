@@ -22,7 +22,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (body.position, body.velocity, body.time) = (position, velocity, time);
     }
 
-    /// A pair reaches a discontinuity.
+    /// A pair reaches a discontinuity. Where it is called, what changes stays in registers.
+    #[inline(always)]
     pub(in crate::engine) fn execute_pair(
         &mut self,
         [i, j]: [u32; 2],
