@@ -3,10 +3,6 @@
 //! A column is registered once, in the macro `columns`. From there particles are put in another order, left out, taken in and copied, and times
 //! are counted from another epoch; nothing else knows which columns there are.
 
-#[cfg_attr(
-    not(test),
-    allow(dead_code, reason = "for particles that come and go, and for parts of a system: no scene has either yet")
-)]
 pub(super) mod records;
 
 use super::images::travelled::Travelled;
@@ -26,6 +22,8 @@ pub(super) struct Order {
     pub old: Vec<u32>,
     /// [`NO_PARTICLE`] for those that are missing.
     pub new: Vec<u32>,
+    /// Room for so many particles more: arrays that had to be moved for them would lose their large pages.
+    pub room: usize,
 }
 
 impl Order {
@@ -35,17 +33,22 @@ impl Order {
         for (&old, number) in old.iter().zip(0..) {
             new[old as usize] = number;
         }
-        Self { old, new }
+        Self { old, new, room: 0 }
     }
 
     /// Elements in the new order.
     pub fn permuted<T: Copy>(&self, values: &[T]) -> Vec<T> {
-        self.old.iter().map(|&old| values[old as usize]).collect()
+        let mut permuted = Vec::with_capacity(self.old.len() + self.room);
+        permuted.extend(self.old.iter().map(|&old| values[old as usize]));
+        permuted
     }
 }
 
 /// Data with an entry for each particle.
 pub(super) trait Column {
+    /// Whether a contact can change the entries of the two that meet.
+    const CHANGES_IN_CONTACTS: bool = true;
+
     /// Puts the entries in another order, and renumbers particles that they name.
     fn permute(&mut self, order: &Order);
 
@@ -85,6 +88,8 @@ impl Column for Vec<Body> {
 }
 
 impl Column for Vec<u16> {
+    const CHANGES_IN_CONTACTS: bool = false;
+
     /// Empty where all particles are of one species.
     fn permute(&mut self, order: &Order) {
         if !self.is_empty() {
@@ -105,6 +110,8 @@ impl Column for Vec<u16> {
 }
 
 impl Column for Travelled {
+    const CHANGES_IN_CONTACTS: bool = false;
+
     fn permute(&mut self, order: &Order) {
         match self {
             Self::Near(images) => *images = order.permuted(images),
@@ -113,15 +120,17 @@ impl Column for Travelled {
     }
 
     fn copy(&self, particle: u32, record: &mut Record) {
-        record.images = self.of(particle);
+        record.images = Some(self.of(particle));
     }
 
     fn push(&mut self, record: &Record) {
-        self.push(record.images);
+        self.push(record.images.unwrap_or_default());
     }
 
     fn set(&mut self, particle: u32, record: &Record) {
-        self.put(particle, record.images);
+        if let Some(images) = record.images {
+            self.put(particle, images);
+        }
     }
 }
 
@@ -231,6 +240,8 @@ impl Column for CapturedPairs {
 }
 
 impl Column for Neighbours {
+    const CHANGES_IN_CONTACTS: bool = false;
+
     fn permute(&mut self, order: &Order) {
         match self {
             Self::Cells(cells) => cells.permute(order),
@@ -316,6 +327,13 @@ impl Visit for Set<'_> {
     }
 }
 
+#[inline(always)]
+fn copy_if_it_changes<C: Column>(column: &C, particle: u32, record: &mut Record) {
+    if C::CHANGES_IN_CONTACTS {
+        column.copy(particle, record);
+    }
+}
+
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Visits every column.
     #[inline(always)]
@@ -329,6 +347,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
         record.number = particle;
         columns!(self, as_ref, column: => column.copy(particle, &mut record));
+        record
+    }
+
+    /// Whether contacts change no other column than that of motions and predictions.
+    pub(super) fn changes_motion_only(&self) -> bool {
+        self.pairs.states.is_empty() && self.pairs.contact_times.is_none() && self.sources.surface_random.is_none()
+    }
+
+    /// A copy of all that a contact of a particle can change.
+    #[inline(always)]
+    pub(super) fn record_before_contact(&self, particle: u32) -> Record {
+        let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
+        record.number = particle;
+        columns!(self, as_ref, column: => copy_if_it_changes(column, particle, &mut record));
         record
     }
 

@@ -15,20 +15,22 @@ mod cut;
 mod domain;
 mod exchange;
 mod regions;
+mod window;
 mod work;
+mod workers;
 
 use super::observe::Observe;
 use super::parts::Engine;
 use super::{EngineError, Reason, Until};
-use cut::{Cut, End, in_parallel, merged};
+use cut::{Cut, End, merged};
 use domain::Domain;
-pub(super) use exchange::hash;
 use regions::{Halo, MOST_DOMAINS, Regions};
 use std::time::Instant;
 pub use work::{DomainWork, SingleThread};
+use workers::Workers;
 
 /// Steps of a window in each domain, at most and at the start.
-const MOST_STEPS: f64 = 40_000.0;
+const MOST_STEPS: f64 = 10_000.0;
 
 /// Steps of the one engine where the domains cannot go on.
 const SERIAL_STEPS: u64 = 2_000;
@@ -38,13 +40,13 @@ const MOST_UNDONE: f64 = 4.0;
 const WIDER: Halo = Halo { slack: 0.1, margin: 0.3 };
 
 /// The halo that windows of so many steps need.
-const HALO: Halo = Halo { slack: 0.4, margin: 1.2 };
+const HALO: Halo = Halo { slack: 0.2, margin: 1.1 };
 
 /// The domains of a system.
 #[derive(Debug, Clone)]
 pub struct Domains<const FALLING: bool, const TABLE: bool> {
     count: usize,
-    threads: usize,
+    workers: Workers,
     halo: Halo,
     /// Steps in a window, of each domain.
     steps_of_window: f64,
@@ -60,7 +62,8 @@ pub struct Domains<const FALLING: bool, const TABLE: bool> {
 /// How the domains go on.
 enum Next {
     Done,
-    Serial,
+    /// The one engine does so many steps.
+    Serial(u64),
     Return(Reason),
 }
 
@@ -73,7 +76,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     fn with_halo(count: usize, threads: usize, halo: Halo) -> Self {
         Self {
             count: count.clamp(1, MOST_DOMAINS),
-            threads,
+            workers: Workers::new(threads),
             halo,
             steps_of_window: MOST_STEPS,
             length: 0.0,
@@ -117,18 +120,18 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 left = left.saturating_sub((whole.counts.totals.transition + whole.counts.executed - done).max(1));
                 next
             } else {
-                Next::Serial
+                Next::Serial(SERIAL_STEPS)
             };
             match next {
                 Next::Done => {}
                 Next::Return(reason) => return Ok(Some(reason)),
-                Next::Serial => {
+                Next::Serial(steps) => {
                     self.work.serial += 1;
                     self.join(whole);
-                    if let Some(reason) = whole.advance_for(left.min(SERIAL_STEPS), until, observe)? {
+                    if let Some(reason) = whole.advance_for(left.min(steps), until, observe)? {
                         return Ok(Some(reason));
                     }
-                    left = left.saturating_sub(SERIAL_STEPS);
+                    left = left.saturating_sub(steps);
                 }
             }
         }
@@ -142,7 +145,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         observe: &mut Observe<'_>,
     ) -> Result<Next, EngineError> {
         if whole.counts.executed >= until.events {
-            return Ok(Next::Serial);
+            return Ok(Next::Serial(SERIAL_STEPS));
         }
         let end = whole.since_epoch(until.time);
         let mut cut = match self.cut.take() {
@@ -153,19 +156,19 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let mut stop = (cut.now + self.length).min(tick.next_down()).min(end);
         // A window that is undone ends the second time before what was wrong.
         for _ in 0..2 {
-            match cut.run(self.threads, stop, observe.is_some(), &mut self.work) {
+            match cut.run(&self.workers, stop, observe.is_some(), &mut self.work) {
                 End::Agreed => {
                     return self.finish(whole, cut, (stop, end, tick), until, observe);
                 }
                 End::Difference(time) => {
                     self.work.differences += 1;
                     self.steps_of_window *= 0.7;
-                    cut.undo(self.threads);
+                    cut.undo(&self.workers);
                     stop = time.next_down();
                 }
                 End::Uncovered(time) => {
                     self.work.uncovered += 1;
-                    cut.undo(self.threads);
+                    cut.undo(&self.workers);
                     stop = time.next_down();
                 }
             }
@@ -178,7 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let is_fresh = cut.is_fresh;
         self.cut = Some(cut);
         self.join(whole);
-        Ok(if is_fresh { Next::Serial } else { Next::Done })
+        Ok(if is_fresh { Next::Serial(SERIAL_STEPS) } else { Next::Done })
     }
 
     /// Accepts a window whose steps agree, unless it is for the one engine to end it.
@@ -194,16 +197,17 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let events = merged(&mut cut.domains);
         let standstill = cut.standstill(whole);
         let (Some(events), Some(standstill)) = (events, standstill) else {
-            return Ok(self.give_up(cut));
+            return Ok(self.give_up(cut, SERIAL_STEPS));
         };
         if whole.counts.executed + executed >= until.events {
-            return Ok(self.give_up(cut));
+            // The last events of the run.
+            return Ok(self.give_up(cut, u64::MAX));
         }
         if let Some(observe) = observe {
             for (shown, seen) in (1..).zip(&events) {
                 if observe(&seen.event).is_break() {
                     let executed = whole.counts.executed + shown;
-                    let _ = self.give_up(cut);
+                    let _ = self.give_up(cut, 0);
                     self.join(whole);
                     whole.advance(Until { events: executed, ..until }, &mut None)?;
                     return Ok(Next::Return(Reason::Observer));
@@ -260,7 +264,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         self.undone *= 0.95;
         self.steps_of_window = (self.steps_of_window * 1.01).min(MOST_STEPS);
         let begin = Instant::now();
-        cut.exchange(self.threads);
+        cut.exchange(&self.workers);
         self.work.exchanging += begin.elapsed();
         cut.steps += done;
         (cut.now, cut.is_settled, cut.is_fresh) = (stop, false, false);
@@ -289,17 +293,17 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             let begin = Instant::now();
             (cut.now, cut.steps) = (whole.clock.now, 0);
             let whole = &*whole;
-            in_parallel(self.threads, cut.domains.iter_mut().collect(), |domain| domain.follow(whole, moved));
+            self.workers.each(cut.domains.iter_mut().collect(), |domain| domain.follow(whole, moved));
             self.work.cutting += begin.elapsed();
         }
         Next::Done
     }
 
     /// Undoes a window that the one engine is to do.
-    fn give_up(&mut self, mut cut: Cut<FALLING, TABLE>) -> Next {
-        cut.undo(self.threads);
+    fn give_up(&mut self, mut cut: Cut<FALLING, TABLE>, steps: u64) -> Next {
+        cut.undo(&self.workers);
         self.cut = Some(cut);
-        Next::Serial
+        Next::Serial(steps)
     }
 
     /// Cuts the system.
@@ -313,7 +317,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         if self.length == 0.0 {
             self.length = queue.span() * share.min(1.0);
         }
-        let domains = in_parallel(self.threads, numbers, |number| Domain::of(whole, &regions, number));
+        let domains = self.workers.each(numbers, |number| Domain::of(whole, &regions, number));
         self.work.cutting += begin.elapsed();
         Cut {
             domains,

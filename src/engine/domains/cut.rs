@@ -4,9 +4,9 @@ use super::domain::{Domain, Seen};
 use super::exchange::{Compared, Published};
 use super::regions::Regions;
 use super::work::DomainWork;
+use super::workers::Workers;
 use crate::engine::clock::SHORTEST_ADVANCE;
 use crate::engine::parts::Engine;
-use std::thread;
 use std::time::Instant;
 
 /// A system that is cut.
@@ -37,10 +37,10 @@ pub enum End {
 
 impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
     /// Has each domain run alone, and compares.
-    pub fn run(&mut self, threads: usize, stop: f64, is_observed: bool, work: &mut DomainWork) -> End {
+    pub fn run(&mut self, workers: &Workers, stop: f64, is_observed: bool, work: &mut DomainWork) -> End {
         let regions = &self.regions;
         let begin = Instant::now();
-        let trouble = in_parallel(threads, self.domains.iter_mut().collect(), |domain| {
+        let trouble = workers.each(self.domains.iter_mut().collect(), |domain| {
             domain.begin_window();
             domain.run(regions, stop, is_observed);
             domain.trouble
@@ -52,26 +52,24 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
             return End::Uncovered(time);
         }
         let domains = &self.domains;
-        self.compared = in_parallel(threads, domains.iter().collect(), |domain| domain.compare(regions, domains));
+        self.compared = workers.each(domains.iter().collect(), |domain| domain.compare(regions, domains));
         work.comparing += begin.elapsed();
         let differences = self.compared.iter().map(|compared| compared.difference).collect();
         earliest(differences).map_or(End::Agreed, End::Difference)
     }
 
-    pub fn undo(&mut self, threads: usize) {
+    pub fn undo(&mut self, workers: &Workers) {
         let now = self.now;
-        in_parallel(threads, self.domains.iter_mut().collect(), |domain| domain.undo(now));
+        workers.each(self.domains.iter_mut().collect(), |domain| domain.undo(now));
     }
 
     /// Makes all copies what their owners have.
-    pub fn exchange(&mut self, threads: usize) {
+    pub fn exchange(&mut self, workers: &Workers) {
         let with_compared = self.domains.iter().zip(&self.compared);
         let published: Vec<Vec<Published>> =
-            in_parallel(threads, with_compared.collect(), |(domain, compared)| domain.publish(&compared.to_publish));
+            workers.each(with_compared.collect(), |(domain, compared)| domain.publish(&compared.to_publish));
         let compared = &self.compared;
-        in_parallel(threads, self.domains.iter_mut().enumerate().collect(), |(number, domain)| {
-            domain.refresh(&published, compared, number);
-        });
+        workers.each(self.domains.iter_mut().collect(), |domain| domain.refresh(&published, compared));
     }
 
     /// The time of the last event of this window, and how many transitions came after it.
@@ -119,39 +117,4 @@ pub fn merged<const FALLING: bool, const TABLE: bool>(domains: &mut [Domain<FALL
         return None;
     }
     Some(events.into_iter().map(|(_, seen)| seen).collect())
-}
-
-/// Does something with each of some items on so many threads, and collects the results in their order.
-pub fn in_parallel<I: Send, R: Send>(threads: usize, items: Vec<I>, work: impl Fn(I) -> R + Sync) -> Vec<R> {
-    if threads < 2 || items.len() < 2 {
-        return items.into_iter().map(work).collect();
-    }
-    let each = items.len().div_ceil(threads);
-    let mut shares: Vec<Vec<I>> = Vec::new();
-    let mut items = items.into_iter();
-    loop {
-        let share: Vec<I> = items.by_ref().take(each).collect();
-        if share.is_empty() {
-            break;
-        }
-        shares.push(share);
-    }
-    let work = &work;
-    thread::scope(|scope| {
-        let last = shares.pop();
-        let others: Vec<_> = shares
-            .into_iter()
-            .map(|share| scope.spawn(move || share.into_iter().map(work).collect::<Vec<R>>()))
-            .collect();
-        let last: Vec<R> = last.into_iter().flatten().map(work).collect();
-        let mut results: Vec<R> = Vec::new();
-        for other in others {
-            match other.join() {
-                Ok(some) => results.extend(some),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        results.extend(last);
-        results
-    })
 }

@@ -10,25 +10,24 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 /// A step of a particle that more than one domain has: what the domains compare.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
+    /// The domain that owns the particle.
+    pub owner: u8,
+    /// Whether it has only predicted the particle anew: nobody can have read this.
+    pub is_void: bool,
     /// By its number in the whole.
     pub particle: u32,
+    /// Its number among the steps of the window.
+    pub number: u32,
+    /// Domains that have the particle, as its owner knows.
+    pub known_to: u64,
     /// Since the epoch.
     pub time: f64,
     /// Of the step and of the motion that it leaves.
     pub hash: u64,
+    /// Of all that it leaves, the prediction included: what is the same before a step and has the same hash is the same after it.
+    pub after: u64,
     /// Domains that can read the particle where it was before or is afterwards.
     pub readers: u64,
-}
-
-/// State of a particle at the end of a window that has touched it, as a hash.
-#[derive(Debug, Clone, Copy)]
-pub struct Summary {
-    /// By its number in the whole.
-    pub particle: u32,
-    /// Of all that belongs to it.
-    pub hash: u64,
-    /// Where it is among those that were saved.
-    pub saved: u32,
 }
 
 /// A particle as its owner has it, for other domains.
@@ -46,63 +45,76 @@ pub struct Published {
 pub struct Transfer {
     /// By its number in the whole.
     pub particle: u32,
-    /// Domains that have it from now on, and the one that owns it.
+    /// Domains that have it from now on, and the number of the one that owns it.
     pub known_to: u64,
-    pub owner: u64,
+    pub owner: u8,
 }
 
 /// Result of a comparison.
 #[derive(Debug, Clone, Default)]
 pub struct Compared {
-    /// Time of the first step that is another one than that of a copy's owner, of copies that owned particles can have read.
+    /// Time of the first step of an owned particle that is another one in a domain whose own particles can have read it there.
     pub difference: Option<f64>,
     /// Owned particles that others have otherwise at the end, and who has: by their numbers here.
     pub to_publish: Vec<(u32, u64)>,
-    /// Copies that this domain has touched and their owners have not: where they are among those that were saved.
-    pub to_revert: Vec<u32>,
     /// Owned particles that others are to have, or to own.
     pub transfers: Vec<Transfer>,
 }
 
+/// Takes the steps of a particle, which come first if there are any.
+fn take<'a>(steps: &mut &'a [Step], particle: u32) -> &'a [Step] {
+    let count = steps.iter().take_while(|step| step.particle == particle).count();
+    let (taken, rest) = steps.split_at(count);
+    *steps = rest;
+    taken
+}
+
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
-    /// Compares this domain with all others after a window.
+    /// Compares what this domain owns with the copies of all others after a window.
     pub fn compare(&self, regions: &Regions, all: &[Self]) -> Compared {
-        let difference = self.first_difference(regions, all);
-        if difference.is_some() {
-            return Compared { difference, ..Compared::default() };
-        }
         let mut compared = Compared::default();
-        let others: Vec<&Self> = all.iter().filter(|other| other.bit != self.bit).collect();
-        let mut places = vec![0; others.len()];
-        for summary in &self.summaries {
-            let particle = self.here[summary.particle as usize];
-            let held = self.held[particle as usize];
-            let is_owned = held.is_owned();
-            let (mut differing, mut is_reverted) = (0, !is_owned);
-            for (other, place) in others.iter().zip(&mut places) {
-                while other.summaries.get(*place).is_some_and(|theirs| theirs.particle < summary.particle) {
-                    *place += 1;
-                }
-                let theirs = other.summaries.get(*place).filter(|theirs| theirs.particle == summary.particle);
-                if is_owned {
-                    let has_it = held.known_to & other.bit != 0;
-                    if has_it && theirs.is_none_or(|theirs| theirs.hash != summary.hash) {
-                        differing |= other.bit;
-                    }
-                } else if theirs.is_some() && other.held[other.here[summary.particle as usize] as usize].is_owned() {
-                    // Either it is the same, or it is published.
-                    is_reverted = false;
-                }
-            }
-            if differing != 0 {
-                compared.to_publish.push((particle, differing));
-            }
-            if is_reverted {
-                compared.to_revert.push(summary.saved);
-            }
+        for other in all.iter().filter(|other| other.bit != self.bit) {
+            self.compare_with(other, &mut compared);
         }
-        self.find_transfers(regions, &mut compared);
+        if compared.difference.is_none() {
+            self.find_transfers(regions, &mut compared);
+        }
         compared
+    }
+
+    /// Steps of the particles that a domain owns.
+    fn steps_of(&self, owner: u8) -> &[Step] {
+        let first = self.steps.partition_point(|step| step.owner < owner);
+        let end = self.steps.partition_point(|step| step.owner <= owner);
+        &self.steps[first..end]
+    }
+
+    /// Compares the steps of what this domain owns with those of the copies that another has.
+    fn compare_with(&self, other: &Self, compared: &mut Compared) {
+        let (mut mine, mut theirs) = (self.steps_of(self.number), other.steps_of(self.number));
+        while let Some(particle) = [mine, theirs].iter().filter_map(|steps| Some(steps.first()?.particle)).min() {
+            let (one, copy) = (take(&mut mine, particle), take(&mut theirs, particle));
+            let is_known = one.first().is_none_or(|step| step.known_to & other.bit != 0);
+            if !is_known || one.iter().map(|step| step.after).eq(copy.iter().map(|step| step.after)) {
+                continue;
+            }
+            compared.to_publish.push((self.here[particle as usize], other.bit));
+            // Where it was at the start, its first step knows.
+            let readers = one.iter().chain(copy).fold(0, |readers, step| readers | step.readers);
+            if readers & other.bit == 0 {
+                continue;
+            }
+            let mut one = one.iter().filter(|step| !step.is_void);
+            let mut copy = copy.iter().filter(|step| !step.is_void);
+            let difference = loop {
+                match (one.next(), copy.next()) {
+                    (None, None) => break None,
+                    (Some(one), Some(copy)) if one.hash == copy.hash => {}
+                    (one, copy) => break one.into_iter().chain(copy).map(|step| step.time).min_by(f64::total_cmp),
+                }
+            };
+            compared.difference = compared.difference.into_iter().chain(difference).min_by(f64::total_cmp);
+        }
     }
 
     /// Owned particles that have come to where other domains have copies, or into another region.
@@ -112,9 +124,9 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             let column = regions.column(&self.engine, particle);
             let Held { known_to, whole, .. } = self.held[particle as usize];
             let new = regions.holders[column] & !known_to;
-            let owner = 1 << regions.owner[column];
-            let owner = if known_to & owner == 0 { self.bit } else { owner };
-            if new == 0 && owner == self.bit {
+            let owner = regions.owner[column];
+            let owner = if known_to & 1 << owner == 0 { self.number } else { owner };
+            if new == 0 && owner == self.number {
                 continue;
             }
             if new != 0 {
@@ -143,19 +155,17 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 
     /// Makes copies what their owners have.
-    pub fn refresh(&mut self, published: &[Vec<Published>], compared: &[Compared], mine: usize) {
-        let for_this = || published.iter().flatten().filter(|one| one.to & self.bit != 0);
-        let mut coming: Vec<u32> = for_this().map(|one| one.particle).collect();
-        coming.retain(|&particle| self.here[particle as usize] == NO_PARTICLE);
-        for &particle in &coming {
-            if self.here[particle as usize] == NO_PARTICLE {
-                self.here[particle as usize] = id(self.held.len());
-                self.held.push(Held::new(particle, 0));
+    pub fn refresh(&mut self, published: &[Vec<Published>], compared: &[Compared]) {
+        let bit = self.bit;
+        let for_this = || published.iter().zip(0..).flat_map(|(all, owner)| all.iter().map(move |one| (one, owner)));
+        let mut records = Vec::new();
+        for (one, owner) in for_this().filter(|(one, _)| one.to & bit != 0) {
+            if self.here[one.particle as usize] == NO_PARTICLE {
+                self.here[one.particle as usize] = id(self.held.len());
+                self.hold(Held { known_to: 0, whole: one.particle, owner });
             }
         }
-        let reverted = compared[mine].to_revert.iter();
-        let mut records: Vec<_> = reverted.map(|&saved| self.saved[saved as usize].clone()).collect();
-        for one in published.iter().flatten().filter(|one| one.to & self.bit != 0) {
+        for (one, _) in for_this().filter(|(one, _)| one.to & bit != 0) {
             let mut record = one.record.clone();
             self.take_in(&mut record);
             record.number = self.here[one.particle as usize];
@@ -166,8 +176,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         for transfer in compared.iter().flat_map(|compared| &compared.transfers) {
             let here = self.here[transfer.particle as usize];
             if here != NO_PARTICLE {
-                let known_to = if transfer.owner == self.bit { transfer.known_to } else { 0 };
-                self.held[here as usize].known_to = known_to;
+                let known_to = if transfer.owner == self.number { transfer.known_to } else { 0 };
+                self.set_held(here, Held { known_to, owner: transfer.owner, whole: transfer.particle });
             }
         }
     }
@@ -192,65 +202,25 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Writes records by the numbers here, has lists follow, and puts predictions into the queue.
+    /// Writes records by the numbers here, one after the other, has lists follow, and puts predictions into the queue.
     pub fn write(&mut self, records: &[Record]) {
-        let mut moved = Vec::new();
+        let (mut written, mut moved) = (Vec::with_capacity(records.len()), Vec::new());
         for record in records {
             let particle = record.number;
-            let is_moved = record.place != Some(self.engine.neighbours.place(particle))
+            let is_moved = record.place.is_some_and(|place| place != self.engine.neighbours.place(particle))
                 || record.captured.as_ref().is_some_and(|captured| self.engine.pairs.states.of(particle) != captured);
             if is_moved {
                 moved.push(particle);
             }
+            written.push(particle);
             self.engine.write_record(particle, record);
         }
-        for particle in moved {
-            self.engine.fill_list(particle);
+        for particles in [&mut moved, &mut written] {
+            particles.sort_unstable();
+            particles.dedup();
         }
-        for record in records {
-            self.engine.enqueue(record.number);
-        }
-    }
-
-    /// The time of the earliest step of this window that is another one than that of a copy's owner, of copies that owned particles can have read.
-    fn first_difference(&self, regions: &Regions, all: &[Self]) -> Option<f64> {
-        let is_copy = |step: &&Step| !self.held[self.here[step.particle as usize] as usize].is_owned();
-        let mine: Vec<&Step> = self.steps.iter().filter(is_copy).collect();
-        let mut theirs: Vec<&Step> = Vec::new();
-        for other in all.iter().filter(|other| other.bit != self.bit) {
-            let is_known =
-                |step: &&Step| other.held[other.here[step.particle as usize] as usize].known_to & self.bit != 0;
-            theirs.extend(other.steps.iter().filter(is_known));
-        }
-        theirs.sort_by_key(|step| step.particle);
-        let (mut mine, mut theirs) = (&mine[..], &theirs[..]);
-        let mut first: Option<f64> = None;
-        loop {
-            let particle = match (mine.first(), theirs.first()) {
-                (Some(one), Some(other)) => one.particle.min(other.particle),
-                (Some(one), None) => one.particle,
-                (None, Some(other)) => other.particle,
-                (None, None) => return first,
-            };
-            let count = |steps: &[&Step]| steps.iter().take_while(|step| step.particle == particle).count();
-            let (one, mine_after) = mine.split_at(count(mine));
-            let (other, theirs_after) = theirs.split_at(count(theirs));
-            (mine, theirs) = (mine_after, theirs_after);
-            let differs = |k: &usize| match (one.get(*k), other.get(*k)) {
-                (Some(a), Some(b)) => a.hash != b.hash,
-                _ => true,
-            };
-            let Some(k) = (0..one.len().max(other.len())).find(differs) else { continue };
-            // A copy without a step is where it was at the start.
-            let stays = || regions.readers[regions.column(&self.engine, self.here[particle as usize])];
-            let at_start = if one.is_empty() { stays() } else { 0 };
-            let readers = one.iter().chain(other).fold(at_start, |readers, step| readers | step.readers);
-            if readers & self.bit != 0 {
-                let time = |steps: &[&Step]| steps.get(k).map_or(f64::INFINITY, |step| step.time);
-                let time = time(one).min(time(other));
-                first = Some(first.map_or(time, |first| first.min(time)));
-            }
-        }
+        moved.into_iter().for_each(|particle| self.engine.fill_list(particle));
+        written.into_iter().for_each(|particle| self.engine.enqueue(particle));
     }
 }
 

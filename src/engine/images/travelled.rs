@@ -1,7 +1,6 @@
 //! How many periods each particle has travelled along the axes.
 
 use crate::base::numbers::id;
-use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
 
 /// Periods travelled by all particles, by their numbers in memory: three bytes of each, until one has travelled so far that all take twelve.
@@ -25,15 +24,6 @@ impl Travelled {
         match self {
             Self::Near(images) => images[particle as usize].map(i32::from),
             Self::Far(images) => images[particle as usize],
-        }
-    }
-
-    /// Prefetches those of a particle.
-    #[inline]
-    pub fn prefetch(&self, particle: u32) {
-        match self {
-            Self::Near(images) => prefetch(images, particle as usize),
-            Self::Far(images) => prefetch(images, particle as usize),
         }
     }
 

@@ -93,6 +93,7 @@ impl Lists {
     /// Renumbers the particles, and puts the lists next to each other in their order.
     pub fn permute(&mut self, order: &Order) {
         let old = std::mem::replace(self, Self::new(order.old.len()));
+        self.spans.reserve(order.room);
         let mut list = Vec::new();
         for (&before, particle) in order.old.iter().zip(0..) {
             list.clear();
@@ -100,6 +101,7 @@ impl Lists {
             list.extend(others.filter(|other| *other != NO_PARTICLE));
             self.set(particle, &list);
         }
+        self.entries.reserve(self.entries.len() / order.old.len().max(1) * order.room);
     }
 
     /// Asks for large pages.

@@ -1,6 +1,6 @@
 //! The buckets of the calendar: lists of numbers in chunks of a cache line, from one pool.
 
-use crate::engine::hardware::pages::{enlarge, enlarge_room};
+use crate::engine::hardware::pages::enlarge;
 use serde::{Deserialize, Serialize};
 
 /// Entries of a chunk: with the number of the next one it fills a cache line.
@@ -36,7 +36,7 @@ impl Buckets {
     pub fn new(count: usize) -> Self {
         // Enough for an entry of each particle and a chunk in each bucket.
         let chunks = Vec::with_capacity(2 * count);
-        enlarge_room(&chunks);
+        enlarge(&chunks);
         let buckets = vec![Bucket::default(); count];
         enlarge(&buckets);
         Self { buckets, chunks, free: Vec::new() }

@@ -1,0 +1,207 @@
+//! A window of a domain: its steps, what they have changed, and what other domains are to know of them.
+
+use super::domain::{Domain, Held, Saved, Seen};
+use super::exchange::{Step, hash};
+use super::regions::Regions;
+use crate::base::numbers::id;
+use crate::engine::event::Event;
+use crate::engine::hardware::prefetch::prefetch;
+use crate::engine::look_ahead::SELF;
+use crate::engine::neighbours::Place;
+use crate::engine::neighbours::cells::NO_PARTICLE;
+use crate::engine::observe::Observe;
+use crate::engine::prediction::{Due, Prediction};
+use crate::engine::schedule::Pending;
+use std::ops::ControlFlow;
+
+/// Events whose times are kept at the end of a window, to know whether time stands still.
+const LAST_EVENTS: usize = 32;
+
+impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
+    /// Runs alone up to a time, that included.
+    pub fn run(&mut self, regions: &Regions, stop: f64, is_observed: bool) {
+        while self.trouble.is_none() {
+            let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };
+            let Some(entry) = self.engine.schedule.queue.peek(&due) else { break };
+            if due.entry(entry.particle) != entry {
+                self.engine.schedule.queue.discard();
+                continue;
+            }
+            if entry.time > stop {
+                break;
+            }
+            if self.engine.hardware.looks_ahead {
+                self.engine.prefetch_coming();
+                self.prefetch_held();
+            }
+            self.engine.schedule.queue.pop();
+            self.engine.clock.now = entry.time;
+            self.done += u64::from(self.owned.has(entry.particle));
+            self.done_in_all += 1;
+            let prediction = self.engine.schedule.predictions[entry.particle as usize];
+            if prediction.is_transition() {
+                self.transition(regions, entry.particle, entry.time);
+            } else {
+                self.contact(regions, entry.particle, &prediction, is_observed);
+            }
+        }
+        self.steps.sort_unstable_by_key(|step| (step.owner, step.particle, step.number));
+        self.moved.sort_unstable();
+        self.moved.dedup();
+    }
+
+    fn transition(&mut self, regions: &Regions, particle: u32, time: f64) {
+        self.records.push(self.engine.record(particle));
+        self.saved.push(Saved::Record);
+        let before = regions.readers[regions.column(&self.engine, particle)];
+        let is_done = self.engine.execute_transition(particle, time).is_ok();
+        let column = regions.column(&self.engine, particle);
+        if self.owned.has(particle) {
+            self.quiet.push(time);
+            self.moved.push(particle);
+            let unknown = regions.readers[column] & !self.held[particle as usize].known_to;
+            if regions.near[column] & self.bit == 0 || unknown != 0 {
+                self.trouble = Some(time);
+            }
+        } else {
+            self.engine.counts.totals.transition -= 1;
+        }
+        if !is_done {
+            self.trouble = Some(time);
+        }
+        if self.shared.has(particle) {
+            let place = match self.engine.neighbours.place(particle) {
+                Place::Cell(cell) => u64::from(cell),
+                Place::Centre(centre) => hash(1, centre.iter().map(|x| x.to_bits())),
+            };
+            let images = self.engine.state.images.of(particle).map(|image| u64::from(image.cast_unsigned()));
+            let hash = hash(2, [time.to_bits(), place].into_iter().chain(images));
+            self.note(particle, Some(hash), time, before | regions.readers[column]);
+        }
+    }
+
+    fn contact(&mut self, regions: &Regions, particle: u32, prediction: &Prediction, is_observed: bool) {
+        let time = self.engine.clock.now;
+        let partner = prediction.partner_in_contact();
+        if let Some(partner) = partner {
+            if self.engine.state.bodies[partner as usize].events != prediction.partner_events {
+                self.save(particle);
+                self.engine.repredict(particle, time);
+                if self.shared.has(particle) {
+                    self.note(particle, None, time, 0);
+                }
+                return;
+            }
+            self.save(partner);
+        }
+        self.save(particle);
+        let first = match partner {
+            Some(partner) if self.engine.name(partner) < self.engine.name(particle) => partner,
+            _ => particle,
+        };
+        let is_counted = self.owned.has(first);
+        if !is_counted {
+            std::mem::swap(&mut self.engine.counts, &mut self.elsewhere);
+        }
+        let events = &mut self.events;
+        let mut see = |event: &Event| {
+            events.push(Seen { time, event: *event });
+            ControlFlow::Continue(())
+        };
+        let mut observe: Observe<'_> = if is_observed && is_counted { Some(&mut see) } else { None };
+        let executed = self.engine.execute(particle, prediction, time, &mut observe);
+        self.engine.counts.executed += 1;
+        if !is_counted {
+            std::mem::swap(&mut self.engine.counts, &mut self.elsewhere);
+        }
+        let has_lost_speed = self.engine.clock.standstill.lost_speed.take().is_some();
+        if has_lost_speed || !matches!(executed, Ok(Some(_))) {
+            self.trouble = Some(time);
+            return;
+        }
+        self.engine.repredict(particle, time);
+        if let Some(partner) = partner
+            && !self.engine.is_static(partner)
+        {
+            self.engine.repredict(partner, time);
+        }
+        if is_counted {
+            if self.last.len() == 2 * LAST_EVENTS {
+                self.last.drain(..LAST_EVENTS);
+            }
+            self.last.push(time);
+            self.quiet.clear();
+        }
+        self.note_contact(regions, particle, partner, time);
+        if let Some(partner) = partner {
+            self.note_contact(regions, partner, Some(particle), time);
+        }
+    }
+
+    /// Keeps what a contact of a particle can change.
+    #[inline(always)]
+    fn save(&mut self, particle: u32) {
+        if self.is_plain {
+            let body = self.engine.state.bodies[particle as usize];
+            let prediction = self.engine.schedule.predictions[particle as usize];
+            self.saved.push(Saved::Motion { particle, body, prediction });
+        } else {
+            self.records.push(self.engine.record_before_contact(particle));
+            self.saved.push(Saved::Record);
+        }
+    }
+
+    /// Takes note of a contact of a particle that another domain has, too.
+    #[inline]
+    fn note_contact(&mut self, regions: &Regions, particle: u32, other: Option<u32>, time: f64) {
+        if !self.shared.has(particle) || self.engine.is_static(particle) {
+            return;
+        }
+        let body = &self.engine.state.bodies[particle as usize];
+        let of_body = body.position.iter().chain(&body.velocity).map(|x| x.to_bits());
+        let with = other.map_or(u64::MAX, |other| {
+            u64::from(self.engine.pair_state(particle, other).0) << 32 | u64::from(self.engine.name(other).0)
+        });
+        let hash = hash(3, [time.to_bits(), with].into_iter().chain(of_body));
+        self.note(particle, Some(hash), time, regions.readers[regions.column(&self.engine, particle)]);
+    }
+
+    /// Asks for how the particles that come next are held, where it will be looked at.
+    #[inline]
+    fn prefetch_held(&self) {
+        if let Some((particle, prediction)) = self.engine.coming(SELF) {
+            for particle in [particle, prediction.partner] {
+                if particle != NO_PARTICLE && self.shared.has(particle) {
+                    prefetch(&self.held, particle as usize);
+                }
+            }
+        }
+    }
+
+    /// Takes note of a step of a particle that another domain has, too; `None` for one that changes nothing that others can read.
+    fn note(&mut self, particle: u32, hash_of_step: Option<u64>, time: f64, readers: u64) {
+        let Held { known_to, whole, owner } = self.held[particle as usize];
+        let prediction = self.engine.schedule.predictions[particle as usize];
+        let partner =
+            self.engine.state.bodies.get(prediction.partner as usize).map_or(u64::MAX, |body| body.name.into());
+        let after = hash(
+            hash_of_step.unwrap_or_default(),
+            [
+                prediction.contact_time.to_bits(),
+                prediction.transition_time.to_bits(),
+                partner << 32 | u64::from(prediction.partner_events),
+            ],
+        );
+        self.steps.push(Step {
+            owner,
+            is_void: hash_of_step.is_none(),
+            particle: whole,
+            number: id(self.steps.len()),
+            known_to,
+            time,
+            after,
+            hash: hash_of_step.unwrap_or_default(),
+            readers,
+        });
+    }
+}

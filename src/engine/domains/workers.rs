@@ -1,0 +1,25 @@
+//! The threads that domains run on.
+
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::Arc;
+
+/// Threads that wait for work; none where everything is done in the one that asks.
+#[derive(Debug, Clone)]
+pub struct Workers(Option<Arc<ThreadPool>>);
+
+impl Workers {
+    /// So many threads, or none if the system gives none.
+    pub fn new(threads: usize) -> Self {
+        let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build().ok()).flatten();
+        Self(pool.map(Arc::new))
+    }
+
+    /// Does something with each of some items, and collects the results in their order.
+    pub fn each<I: Send, R: Send>(&self, items: Vec<I>, work: impl Fn(I) -> R + Send + Sync) -> Vec<R> {
+        match &self.0 {
+            Some(pool) if items.len() > 1 => pool.install(|| items.into_par_iter().with_max_len(1).map(work).collect()),
+            _ => items.into_iter().map(work).collect(),
+        }
+    }
+}
