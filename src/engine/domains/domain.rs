@@ -22,6 +22,7 @@ pub struct Seen {
 
 /// A particle as a domain has it.
 #[derive(Debug, Clone, Copy)]
+#[repr(align(32))]
 pub struct Held {
     /// Of one that is owned, all domains that have it, this one included; none of a copy.
     pub known_to: u64,
@@ -29,9 +30,17 @@ pub struct Held {
     pub whole: u32,
     /// The number of the domain that owns it.
     pub owner: u8,
+    /// Of all its steps in this window, and of all that they leave, the prediction included; 0 before the first. What is the same before a window and
+    /// has the same digest is the same after it.
+    pub digest: u64,
 }
 
 impl Held {
+    /// A particle before a window.
+    pub fn new(whole: u32, owner: u8, known_to: u64) -> Self {
+        Self { known_to, whole, owner, digest: 0 }
+    }
+
     #[inline]
     pub fn is_owned(self) -> bool {
         self.known_to != 0
@@ -54,10 +63,10 @@ pub struct Marks(Vec<u64>);
 impl Marks {
     #[inline]
     pub fn has(&self, particle: u32) -> bool {
-        self.0[particle as usize / 64] >> (particle % 64) & 1 != 0
+        self.0.get(particle as usize / 64).is_some_and(|marks| marks >> (particle % 64) & 1 != 0)
     }
 
-    fn put(&mut self, particle: u32, is_in: bool) {
+    pub fn put(&mut self, particle: u32, is_in: bool) {
         let at = particle as usize / 64;
         if at >= self.0.len() {
             self.0.resize(at + 1, 0);
@@ -89,8 +98,9 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub records: Vec<Record>,
     /// Whether a contact changes nothing but motion and prediction.
     pub is_plain: bool,
-    /// Steps of this window of particles that others have, too: after it by owner and particle, those of each as they happened.
+    /// Steps of this window of particles that others have, too, and these particles, each once.
     pub steps: Vec<Step>,
+    pub touched: Vec<u32>,
     /// Owned particles that have changed their place in this window.
     pub moved: Vec<u32>,
     /// Steps of the queue of owned particles, and of all.
@@ -122,7 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 old.push(particle);
                 let owner = regions.owner[column];
                 let known_to = if owner == number { regions.holders[column] } else { 0 };
-                held.push(Held { known_to, whole: particle, owner });
+                held.push(Held::new(particle, owner, known_to));
             }
         }
         let mut engine = whole.clone();
@@ -132,7 +142,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         *engine.counts = whole.no_counts();
         engine.schedule.queue = whole.schedule.queue.of_part(whole.clock.now, held.len(), count);
         engine.scratch = None;
-        engine.enlarge();
         let mut domain = Self {
             number,
             bit,
@@ -146,6 +155,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             records: Vec::new(),
             is_plain: engine.changes_motion_only(),
             steps: Vec::new(),
+            touched: Vec::new(),
             moved: Vec::new(),
             done: 0,
             done_in_all: 0,
@@ -156,9 +166,17 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             engine,
         };
         held.into_iter().for_each(|held| domain.hold(held));
-        enlarge(&domain.held);
         domain.enqueue_all();
+        domain.enlarge();
         domain
+    }
+
+    /// Asks for large pages: arrays that have grown have lost theirs.
+    fn enlarge(&self) {
+        self.engine.enlarge();
+        enlarge(&self.held);
+        enlarge(&self.here);
+        enlarge(&self.saved);
     }
 
     /// Adds a particle to those that are held.
@@ -193,6 +211,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
         self.engine.schedule.queue = whole.schedule.queue.of_part(0.0, self.held.len(), self.here.len());
         self.enqueue_all();
+        self.enlarge();
     }
 
     /// Gives a record of the whole the numbers here.
@@ -210,6 +229,9 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.saved.clear();
         self.records.clear();
         self.steps.clear();
+        for particle in self.touched.drain(..) {
+            self.held[particle as usize].digest = 0;
+        }
         self.moved.clear();
         self.events.clear();
         self.last.clear();

@@ -1,6 +1,6 @@
 //! Comparison of domains after a window, and exchange of what differs.
 
-use super::domain::{Domain, Held};
+use super::domain::{Domain, Held, Marks};
 use super::regions::Regions;
 use crate::base::numbers::id;
 use crate::engine::columns::records::Record;
@@ -10,22 +10,14 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 /// A step of a particle that more than one domain has: what the domains compare.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
-    /// The domain that owns the particle.
-    pub owner: u8,
+    /// By its number here.
+    pub particle: u32,
     /// Whether it has only predicted the particle anew: nobody can have read this.
     pub is_void: bool,
-    /// By its number in the whole.
-    pub particle: u32,
-    /// Its number among the steps of the window.
-    pub number: u32,
-    /// Domains that have the particle, as its owner knows.
-    pub known_to: u64,
     /// Since the epoch.
     pub time: f64,
     /// Of the step and of the motion that it leaves.
     pub hash: u64,
-    /// Of all that it leaves, the prediction included: what is the same before a step and has the same hash is the same after it.
-    pub after: u64,
     /// Domains that can read the particle where it was before or is afterwards.
     pub readers: u64,
 }
@@ -61,14 +53,6 @@ pub struct Compared {
     pub transfers: Vec<Transfer>,
 }
 
-/// Takes the steps of a particle, which come first if there are any.
-fn take<'a>(steps: &mut &'a [Step], particle: u32) -> &'a [Step] {
-    let count = steps.iter().take_while(|step| step.particle == particle).count();
-    let (taken, rest) = steps.split_at(count);
-    *steps = rest;
-    taken
-}
-
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     /// Compares what this domain owns with the copies of all others after a window.
     pub fn compare(&self, regions: &Regions, all: &[Self]) -> Compared {
@@ -82,39 +66,44 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         compared
     }
 
-    /// Steps of the particles that a domain owns.
-    fn steps_of(&self, owner: u8) -> &[Step] {
-        let first = self.steps.partition_point(|step| step.owner < owner);
-        let end = self.steps.partition_point(|step| step.owner <= owner);
-        &self.steps[first..end]
-    }
-
     /// Compares the steps of what this domain owns with those of the copies that another has.
     fn compare_with(&self, other: &Self, compared: &mut Compared) {
-        let (mut mine, mut theirs) = (self.steps_of(self.number), other.steps_of(self.number));
-        while let Some(particle) = [mine, theirs].iter().filter_map(|steps| Some(steps.first()?.particle)).min() {
-            let (one, copy) = (take(&mut mine, particle), take(&mut theirs, particle));
-            let is_known = one.first().is_none_or(|step| step.known_to & other.bit != 0);
-            if !is_known || one.iter().map(|step| step.after).eq(copy.iter().map(|step| step.after)) {
-                continue;
-            }
-            compared.to_publish.push((self.here[particle as usize], other.bit));
-            // Where it was at the start, its first step knows.
-            let readers = one.iter().chain(copy).fold(0, |readers, step| readers | step.readers);
-            if readers & other.bit == 0 {
-                continue;
-            }
-            let mut one = one.iter().filter(|step| !step.is_void);
-            let mut copy = copy.iter().filter(|step| !step.is_void);
-            let difference = loop {
-                match (one.next(), copy.next()) {
-                    (None, None) => break None,
-                    (Some(one), Some(copy)) if one.hash == copy.hash => {}
-                    (one, copy) => break one.into_iter().chain(copy).map(|step| step.time).min_by(f64::total_cmp),
+        // Of each, its numbers here and there.
+        let mut differing = Vec::new();
+        for &mine in &self.touched {
+            let Held { known_to, whole, digest, .. } = self.held[mine as usize];
+            if known_to & other.bit != 0 {
+                let theirs = other.here[whole as usize];
+                if other.held[theirs as usize].digest != digest {
+                    differing.push((mine, theirs));
                 }
-            };
+            }
+        }
+        for &theirs in &other.touched {
+            let Held { whole, owner, .. } = other.held[theirs as usize];
+            if owner == self.number {
+                let mine = self.here[whole as usize];
+                if self.held[mine as usize].digest == 0 {
+                    differing.push((mine, theirs));
+                }
+            }
+        }
+        let (mine, theirs): (Vec<u32>, Vec<u32>) = differing.iter().copied().unzip();
+        let (mine, theirs) = (self.steps_of(&mine), other.steps_of(&theirs));
+        for (one, copy) in differing {
+            compared.to_publish.push((one, other.bit));
+            let difference = first_difference(of_particle(&mine, one), of_particle(&theirs, copy), other.bit);
             compared.difference = compared.difference.into_iter().chain(difference).min_by(f64::total_cmp);
         }
+    }
+
+    /// The steps of some particles, those of each as they happened.
+    fn steps_of(&self, particles: &[u32]) -> Vec<Step> {
+        let mut wanted = Marks::default();
+        particles.iter().for_each(|&particle| wanted.put(particle, true));
+        let mut steps: Vec<Step> = self.steps.iter().filter(|step| wanted.has(step.particle)).copied().collect();
+        steps.sort_by_key(|step| step.particle);
+        steps
     }
 
     /// Owned particles that have come to where other domains have copies, or into another region.
@@ -162,7 +151,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         for (one, owner) in for_this().filter(|(one, _)| one.to & bit != 0) {
             if self.here[one.particle as usize] == NO_PARTICLE {
                 self.here[one.particle as usize] = id(self.held.len());
-                self.hold(Held { known_to: 0, whole: one.particle, owner });
+                self.hold(Held::new(one.particle, owner, 0));
             }
         }
         for (one, _) in for_this().filter(|(one, _)| one.to & bit != 0) {
@@ -177,7 +166,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             let here = self.here[transfer.particle as usize];
             if here != NO_PARTICLE {
                 let known_to = if transfer.owner == self.number { transfer.known_to } else { 0 };
-                self.set_held(here, Held { known_to, owner: transfer.owner, whole: transfer.particle });
+                self.set_held(here, Held::new(transfer.particle, transfer.owner, known_to));
             }
         }
     }
@@ -224,11 +213,35 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 }
 
+/// Those of one particle, of the steps of some.
+fn of_particle(steps: &[Step], particle: u32) -> &[Step] {
+    let first = steps.partition_point(|step| step.particle < particle);
+    let end = steps.partition_point(|step| step.particle <= particle);
+    &steps[first..end]
+}
+
+/// The time of the first step of a particle that is another one than that of its copy, if the domain of that copy can have read it.
+fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
+    // Where it was at the start, its first step knows.
+    if one.iter().chain(copy).all(|step| step.readers & bit == 0) {
+        return None;
+    }
+    let mut one = one.iter().filter(|step| !step.is_void);
+    let mut copy = copy.iter().filter(|step| !step.is_void);
+    loop {
+        match (one.next(), copy.next()) {
+            (None, None) => return None,
+            (Some(one), Some(copy)) if one.hash == copy.hash => {}
+            (one, copy) => return one.into_iter().chain(copy).map(|step| step.time).min_by(f64::total_cmp),
+        }
+    }
+}
+
 /// A hash of some numbers: each is mixed in by a multiplication of which all bits are kept.
-#[inline]
-pub fn hash(kind: u64, numbers: impl IntoIterator<Item = u64>) -> u64 {
+#[inline(always)]
+pub fn hash<const N: usize>(start: u64, numbers: [u64; N]) -> u64 {
     const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
-    numbers.into_iter().fold(kind ^ FACTOR, |hash, number| {
+    numbers.into_iter().fold(start ^ FACTOR, |hash, number| {
         let product = u128::from(hash ^ number) * u128::from(FACTOR);
         #[expect(clippy::cast_possible_truncation, reason = "both halves are taken")]
         let folded = (product >> 64) as u64 ^ product as u64;

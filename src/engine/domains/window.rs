@@ -1,9 +1,8 @@
 //! A window of a domain: its steps, what they have changed, and what other domains are to know of them.
 
-use super::domain::{Domain, Held, Saved, Seen};
+use super::domain::{Domain, Saved, Seen};
 use super::exchange::{Step, hash};
 use super::regions::Regions;
-use crate::base::numbers::id;
 use crate::engine::event::Event;
 use crate::engine::hardware::prefetch::prefetch;
 use crate::engine::look_ahead::SELF;
@@ -45,7 +44,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 self.contact(regions, entry.particle, &prediction, is_observed);
             }
         }
-        self.steps.sort_unstable_by_key(|step| (step.owner, step.particle, step.number));
         self.moved.sort_unstable();
         self.moved.dedup();
     }
@@ -72,10 +70,10 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         if self.shared.has(particle) {
             let place = match self.engine.neighbours.place(particle) {
                 Place::Cell(cell) => u64::from(cell),
-                Place::Centre(centre) => hash(1, centre.iter().map(|x| x.to_bits())),
+                Place::Centre(centre) => hash(1, <[f64; 3]>::from(centre).map(f64::to_bits)),
             };
-            let images = self.engine.state.images.of(particle).map(|image| u64::from(image.cast_unsigned()));
-            let hash = hash(2, [time.to_bits(), place].into_iter().chain(images));
+            let [x, y, z] = self.engine.state.images.of(particle).map(|image| u64::from(image.cast_unsigned()));
+            let hash = hash(2, [time.to_bits(), place, x, y, z]);
             self.note(particle, Some(hash), time, before | regions.readers[column]);
         }
     }
@@ -158,11 +156,12 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             return;
         }
         let body = &self.engine.state.bodies[particle as usize];
-        let of_body = body.position.iter().chain(&body.velocity).map(|x| x.to_bits());
+        let [[x, y, z], [u, v, w]] =
+            [body.position, body.velocity].map(|vector| <[f64; 3]>::from(vector).map(f64::to_bits));
         let with = other.map_or(u64::MAX, |other| {
             u64::from(self.engine.pair_state(particle, other).0) << 32 | u64::from(self.engine.name(other).0)
         });
-        let hash = hash(3, [time.to_bits(), with].into_iter().chain(of_body));
+        let hash = hash(3, [time.to_bits(), with, x, y, z, u, v, w]);
         self.note(particle, Some(hash), time, regions.readers[regions.column(&self.engine, particle)]);
     }
 
@@ -179,29 +178,19 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 
     /// Takes note of a step of a particle that another domain has, too; `None` for one that changes nothing that others can read.
+    #[inline]
     fn note(&mut self, particle: u32, hash_of_step: Option<u64>, time: f64, readers: u64) {
-        let Held { known_to, whole, owner } = self.held[particle as usize];
         let prediction = self.engine.schedule.predictions[particle as usize];
         let partner =
             self.engine.state.bodies.get(prediction.partner as usize).map_or(u64::MAX, |body| body.name.into());
-        let after = hash(
-            hash_of_step.unwrap_or_default(),
-            [
-                prediction.contact_time.to_bits(),
-                prediction.transition_time.to_bits(),
-                partner << 32 | u64::from(prediction.partner_events),
-            ],
-        );
-        self.steps.push(Step {
-            owner,
-            is_void: hash_of_step.is_none(),
-            particle: whole,
-            number: id(self.steps.len()),
-            known_to,
-            time,
-            after,
-            hash: hash_of_step.unwrap_or_default(),
-            readers,
-        });
+        let (is_void, of_step) = (hash_of_step.is_none(), hash_of_step.unwrap_or_default());
+        let held = &mut self.held[particle as usize];
+        if held.digest == 0 {
+            self.touched.push(particle);
+        }
+        let due = [prediction.contact_time, prediction.transition_time].map(f64::to_bits);
+        let digest = hash(held.digest, [of_step, due[0], due[1], partner << 32 | u64::from(prediction.partner_events)]);
+        held.digest = digest.max(1);
+        self.steps.push(Step { particle, is_void, time, hash: of_step, readers });
     }
 }
