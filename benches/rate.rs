@@ -87,8 +87,8 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     #[expect(clippy::cast_possible_truncation, reason = "some thousands of events per particle")]
     let before = (before * particles) as u64;
     simulation.advance(Until::events(before))?;
-    // Some seconds, or an event or four of each particle: at its end several threads give the one engine what they have.
-    let chunk = simulation.time() / before as f64 * (4.0 * particles).max(1e6);
+    // A second or more: at its end several threads give the one engine all that it needs to go on alone.
+    let chunk = simulation.time() / before as f64 * (8.0 * particles).max(1e6);
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     while begin.elapsed() < TIMED {
         simulation.advance(Until::time(simulation.time() + chunk))?;

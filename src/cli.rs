@@ -13,6 +13,7 @@ mod run;
 mod schema;
 mod signals;
 mod sweep;
+mod threads;
 mod validate;
 mod verify;
 

@@ -268,11 +268,11 @@ impl Simulation {
         observe: Observe<'_>,
     ) -> Result<Option<Reason>, EngineError> {
         let reason = self.advance_unsettled(steps, until, observe);
-        self.settle();
+        self.complete();
         reason
     }
 
-    /// Goes on as [`Self::advance_for`] does. With several threads only the counts of events are up to date until [`Self::settle`].
+    /// Goes on as [`Self::advance_for`] does. With several threads only the counts of events are up to date until [`Self::settle`] or [`Self::complete`].
     pub(crate) fn advance_unsettled(
         &mut self,
         steps: u64,
@@ -300,7 +300,7 @@ impl Simulation {
             let reason =
                 with_engine!(&mut self.engine, engine => engine.advance_on_cores(u64::MAX, until, &mut observe));
             if let Some(reason) = reason.transpose() {
-                self.settle();
+                self.complete();
                 return reason;
             }
         }

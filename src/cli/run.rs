@@ -19,6 +19,7 @@ use super::Changes;
 use super::failure::Failure;
 use super::progress::Display;
 use super::signals;
+use super::threads::{Threads, threads};
 
 /// Simulates a scene
 #[derive(Debug, Args)]
@@ -56,6 +57,9 @@ pub struct Run {
     /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = "300")]
     checkpoint_every: Duration,
+    /// Simulates on so many threads, with the same bits as on one; auto takes as many as there are cores, one for each 250000 particles
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads, default_value = "1")]
+    threads: Threads,
     /// Replaces the run in the folder, when the new one is complete; also writes more than 10 GB, or a tenth of the free disk
     #[arg(long)]
     force: bool,
@@ -127,7 +131,7 @@ impl Run {
             super::warn(&format!("warning: {warning}"));
         }
         let display = Display::new(&scene, self.quiet);
-        execute(run::Run::without_start(scene), folder, display)
+        execute(self.on_threads(run::Run::without_start(scene)), folder, display)
     }
 
     /// A run from its last checkpoint.
@@ -136,7 +140,12 @@ impl Run {
         let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
         let folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
         let display = Display::new(checkpoint.simulation.scene(), self.quiet);
-        execute(run::Run::resume(checkpoint), folder, display)
+        execute(self.on_threads(run::Run::resume(checkpoint)), folder, display)
+    }
+
+    fn on_threads(&self, run: run::Run) -> run::Run {
+        let threads = self.threads.of(run.simulation());
+        run.threads(threads)
     }
 
     /// Largest size of the files; a run that will write more is begun with --force only.

@@ -267,14 +267,16 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         cut.exchange(&self.workers);
         self.work.exchanging += begin.elapsed();
         cut.steps += done;
-        (cut.now, cut.is_settled, cut.is_fresh) = (stop, false, false);
+        (cut.now, cut.is_fresh) = (stop, false);
+        (cut.is_settled, cut.is_complete) = (false, false);
         whole.clock.now = stop;
         done as f64 / self.count as f64
     }
 
     /// Ends the epoch as the event loop does, and has the domains follow.
     fn move_epoch(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
-        self.gather(whole);
+        self.settle(whole);
+        self.settle_lists(whole);
         if until.time == f64::INFINITY && whole.is_shown_to_be_over() {
             return Next::Return(Reason::Idle);
         }
@@ -291,7 +293,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             self.cut = None;
         } else {
             let begin = Instant::now();
-            (cut.now, cut.steps) = (whole.clock.now, 0);
+            (cut.now, cut.steps, cut.is_complete) = (whole.clock.now, 0, true);
             let whole = &*whole;
             self.workers.each(cut.domains.iter_mut().collect(), |domain| domain.follow(whole, moved));
             self.work.cutting += begin.elapsed();
@@ -325,58 +327,63 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             now: whole.clock.now,
             steps: queue.steps(),
             is_settled: true,
+            is_complete: true,
             is_fresh: true,
             compared: Vec::new(),
         }
     }
 
-    /// Gives the one engine what the domains have.
+    /// Gives the one engine what the domains have of all particles: its state is up to date, but it cannot go on until [`Self::complete`].
     pub fn settle(&mut self, whole: &mut Engine<FALLING, TABLE>) {
-        if self.gather(whole) {
-            for particle in whole.particles() {
-                whole.enqueue(particle);
-            }
-        }
-    }
-
-    /// Gives the one engine what the domains have, but entries for its queue; whether there was anything to give.
-    fn gather(&mut self, whole: &mut Engine<FALLING, TABLE>) -> bool {
-        let Some(cut) = self.cut.as_mut().filter(|cut| !cut.is_settled) else { return false };
+        let Some(cut) = self.cut.as_mut().filter(|cut| !cut.is_settled) else { return };
         let begin = Instant::now();
         cut.is_settled = true;
         whole.clock.now = cut.now;
         whole.schedule.queue.resume(cut.now, cut.steps);
-        for domain in &mut cut.domains {
-            for particle in domain
-                .engine
-                .particles()
-                .filter(|&particle| domain.held[particle as usize].is_owned())
-                .collect::<Vec<_>>()
-            {
+        for domain in &cut.domains {
+            for particle in domain.engine.particles().filter(|&particle| domain.owned.has(particle)) {
                 let mut record = domain.engine.record(particle);
                 record.renumber(|number| domain.held.get(number as usize).map(|held| held.whole));
                 whole.write_record(domain.held[particle as usize].whole, &record);
             }
         }
-        if let Some(lists) = whole.neighbours.lists_mut() {
-            let mut list = Vec::new();
-            for domain in &cut.domains {
-                let Some(verlet) = domain.engine.neighbours.verlet() else { continue };
-                for particle in domain.engine.particles().filter(|&particle| domain.held[particle as usize].is_owned())
-                {
-                    list.clear();
-                    list.extend(verlet.lists.of(particle).iter().map(|&other| domain.held[other as usize].whole));
-                    lists.set(domain.held[particle as usize].whole, &list);
-                }
+        self.work.gathering += begin.elapsed();
+    }
+
+    /// Gives the one engine the lists of all particles.
+    fn settle_lists(&mut self, whole: &mut Engine<FALLING, TABLE>) {
+        let (Some(cut), Some(lists)) = (&self.cut, whole.neighbours.lists_mut()) else { return };
+        let begin = Instant::now();
+        let mut list = Vec::new();
+        for domain in &cut.domains {
+            let Some(verlet) = domain.engine.neighbours.verlet() else { continue };
+            for particle in domain.engine.particles().filter(|&particle| domain.owned.has(particle)) {
+                list.clear();
+                list.extend(verlet.lists.of(particle).iter().map(|&other| domain.held[other as usize].whole));
+                lists.set(domain.held[particle as usize].whole, &list);
             }
         }
         self.work.gathering += begin.elapsed();
-        true
+    }
+
+    /// Gives the one engine all that it needs to go on where the domains are.
+    pub fn complete(&mut self, whole: &mut Engine<FALLING, TABLE>) {
+        self.settle(whole);
+        if self.cut.as_ref().is_none_or(|cut| cut.is_complete) {
+            return;
+        }
+        self.settle_lists(whole);
+        for particle in whole.particles() {
+            whole.enqueue(particle);
+        }
+        if let Some(cut) = &mut self.cut {
+            cut.is_complete = true;
+        }
     }
 
     /// Leaves everything to the one engine.
     pub fn join(&mut self, whole: &mut Engine<FALLING, TABLE>) {
-        self.settle(whole);
+        self.complete(whole);
         self.cut = None;
     }
 }

@@ -9,9 +9,20 @@ use super::{Chosen, EngineError, Reason, Simulation, Until};
 const FEW: usize = 4_000;
 
 impl Simulation {
-    /// Takes over what the domains have.
+    /// Takes over the state that the domains have, to look at it.
     pub(crate) fn settle(&mut self) {
         with_engine!(&mut self.engine, engine => engine.settle());
+    }
+
+    /// Takes over all that the domains have, to be kept.
+    pub(crate) fn complete(&mut self) {
+        with_engine!(&mut self.engine, engine => engine.complete());
+    }
+
+    /// The number of threads that it was given.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        self.threads
     }
 
     /// How the work of domains went, on several cores.
@@ -30,8 +41,8 @@ impl Simulation {
     /// same bits as with one.
     ///
     /// Nothing of this is written to a checkpoint. What is not covered runs in one thread: heat baths, growth, sheared boxes, and pairs
-    /// with interactions of their own that are longer than those of their species ([`Self::single_thread`] tells). Measured so far, two threads are
-    /// no faster than one (`docs/speed.md`): this is for tests of the method.
+    /// with interactions of their own that are longer than those of their species ([`Self::single_thread`] tells). It pays from
+    /// some 250,000 particles for each thread on, and takes three times the memory (`docs/speed.md`).
     ///
     /// ```
     /// use carom::{Potential, SceneBuilder, Simulation, Until};
@@ -80,10 +91,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         reason
     }
 
-    /// Takes over what the domains have.
+    /// Takes over the state that the domains have, to look at it.
     pub(super) fn settle(&mut self) {
         if let Some(mut domains) = self.domains.take() {
             domains.settle(self);
+            self.domains = Some(domains);
+        }
+    }
+
+    /// Takes over all that the domains have, to be kept or to go on from.
+    pub(super) fn complete(&mut self) {
+        if let Some(mut domains) = self.domains.take() {
+            domains.complete(self);
             self.domains = Some(domains);
         }
     }

@@ -102,6 +102,12 @@ impl Run {
         self
     }
 
+    /// The simulation as it is before the run, or where it goes on.
+    #[must_use]
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
     /// Measures with an instrument of one's own, which `begin` makes at the start of the measurement; [`Instrument`] shows one.
     /// [`Finished::instrument`] and [`Finished::take_instrument`] give it back after the run.
     ///

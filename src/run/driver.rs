@@ -179,6 +179,7 @@ impl Driver<'_> {
 
     /// Hands out what is needed to go on from here later.
     fn keep(&mut self) -> Result<(), Failed> {
+        self.simulation.complete();
         let seconds = self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
         let mut state = self.state.clone();
         state.earlier_seconds += seconds;

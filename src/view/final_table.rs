@@ -5,6 +5,7 @@ use std::fmt::Write;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::base::text::{self, clock, digits, short};
+use crate::engine::Simulation;
 use crate::engine::event::EventCounts;
 use crate::io::Summary;
 use crate::io::rates::{rates, told_apart};
@@ -28,6 +29,7 @@ pub fn text(finished: &Finished) -> String {
     lines.pair("particles", &describe::population_of(scene, &simulation.population()));
     lines.pair("engine", &simulation.engine().to_string());
     lines.pair("", &describe::reasons(scene, simulation.engine()));
+    lines.threads(simulation);
     lines.pair("ended", &ending(finished));
     let event_counts = &measurement.event_counts;
     let seconds = measurement.wall_seconds;
@@ -137,6 +139,18 @@ impl Lines {
             let verdict = verdicts.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
             let words = describe::observable(name, estimate, verdict, counted.physical());
             self.pair(&name.replace('_', " "), &format!("{words} [{}]", text::unit(unit, dimensions)));
+        }
+    }
+
+    /// How the work went, if several threads were asked for.
+    fn threads(&mut self, simulation: &Simulation) {
+        let Some(work) = simulation.domain_work() else { return };
+        let text = match simulation.single_thread() {
+            Some(why) => format!("1 of {}: {why}", simulation.threads()),
+            None => format!("{}: {work}", simulation.threads()),
+        };
+        for (line, name) in text.lines().zip(["threads", "", ""]) {
+            self.pair(name, line);
         }
     }
 

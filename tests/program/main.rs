@@ -21,3 +21,4 @@ mod stages;
 mod start;
 mod sweep;
 mod sweep_inputs;
+mod threads;

@@ -18,8 +18,9 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub now: f64,
     /// Steps of the epoch so far.
     pub steps: u64,
-    /// Whether the one engine has what the domains have.
+    /// Whether the one engine has the state that the domains have, and whether it has all that it needs to go on from there.
     pub is_settled: bool,
+    pub is_complete: bool,
     /// Whether no window has agreed yet.
     pub is_fresh: bool,
     /// By domain, what has come of the last comparison.

@@ -110,7 +110,6 @@ impl Driver<'_> {
                 Err(error) => return Ok(Err(error.into())),
             }
             if !self.is_pilot && self.recorder.is_checkpoint_due() {
-                self.simulation.settle();
                 self.keep()?;
             }
             if self.is_stopped() {

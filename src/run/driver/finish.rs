@@ -16,6 +16,7 @@ impl Driver<'_> {
 
     /// The last row and frame, and the audit.
     pub(super) fn finish(mut self, ending: Ending) -> Result<Finished, Failed> {
+        self.simulation.complete();
         let stage = self.state.stage.stage;
         if let Stage::MeasurementOf(_) = stage {
             self.end_measured_stage()?;

@@ -1,0 +1,68 @@
+//! `--threads`: one system on several threads, with the bits of one.
+
+use std::cell::Cell;
+use std::fs;
+use std::process::Stdio;
+
+use super::place::{FLUID, Place, code, errors, kill_until_done, line, run, words};
+
+/// Several hundred particles, so that there are windows between two rows.
+fn fluid() -> Place {
+    Place::with(&FLUID.replace("count = 108", "count = 500"))
+}
+
+/// All that a run has measured.
+fn measured(place: &Place, folder: &str) -> String {
+    let mut summary = place.summary(folder);
+    summary.as_object_mut().unwrap().remove("speed");
+    format!("{}{}{summary}", place.measured(folder), place.read(&format!("{folder}/trajectory.xyz")))
+}
+
+#[test]
+fn rows_frames_contacts_and_means_are_the_same_on_any_number_of_threads() {
+    let place = fluid();
+    let contacts = ["scene.toml", "--until-events", "20000", "--set", "output.contacts=true"];
+    run(&place, &[&contacts[..], &["--out", "one"]].concat());
+    for (folder, threads) in [("two", "2"), ("five", "5"), ("auto", "auto")] {
+        run(&place, &[&contacts[..], &["--out", folder, "--threads", threads]].concat());
+        assert_eq!(measured(&place, folder), measured(&place, "one"), "{threads}");
+        let log = |folder: &str| fs::read(place.path().join(folder).join("contacts.csv")).unwrap();
+        assert!(log(folder) == log("one"), "{threads}");
+        let says = place.read(&format!("{folder}/report.txt")).contains(" steps for each one needed");
+        assert_eq!(says, threads != "auto", "{threads}");
+    }
+}
+
+#[test]
+fn a_run_that_is_killed_goes_on_with_another_number_of_threads() {
+    let place = fluid();
+    let end = ["--until-events", "400000"];
+    run(&place, &[&["scene.toml", "--out", "one"], &end[..]].concat());
+    let starts = Cell::new(0);
+    let kills = kill_until_done(40, || {
+        let threads = ["3", "1", "2", "5"][starts.replace(starts.get() + 1) % 4];
+        let is_there = place.path().join("killed/checkpoint").exists();
+        let what = if is_there { ["--resume", "killed"] } else { ["scene.toml", "--out=killed"] };
+        let force: &[&str] = if is_there || !place.path().join("killed").exists() { &[] } else { &["--force"] };
+        let more = ["--threads", threads, "--checkpoint-every", "0.01", "-q"];
+        let arguments = [&["run"], &what[..], &end, &more, force].concat();
+        place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    });
+    assert!(kills > 2, "{kills}");
+    assert_eq!(measured(&place, "killed"), measured(&place, "one"));
+}
+
+#[test]
+fn what_threads_cannot_share_runs_in_one_and_the_report_says_why() {
+    let place = Place::with(&format!("{FLUID}thermostat = {{ kind = \"andersen\", rate = 1.0, temperature = 1.0 }}\n"));
+    let output = place.carom(&["run", "scene.toml", "--threads", "2"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let report = words(&output);
+    let line_of_threads = report.lines().find(|line| line.starts_with("threads ")).unwrap();
+    assert!(line_of_threads.ends_with("1 of 2: a heat bath acts on all particles"), "{line_of_threads}");
+    for bad in ["0", "65", "-1", "two", "1.5"] {
+        let output = place.carom(&["run", "scene.toml", "--threads", bad]);
+        assert_eq!(code(&output), 2, "{bad}");
+        assert!(line(&output).contains("expected a number of threads from 1 to 64, or auto"), "{}", errors(&output));
+    }
+}
