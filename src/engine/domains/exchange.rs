@@ -213,7 +213,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 }
 
-/// Those of one particle, of the steps of some.
+/// Steps of one particle, out of those of some.
 fn of_particle(steps: &[Step], particle: u32) -> &[Step] {
     let first = steps.partition_point(|step| step.particle < particle);
     let end = steps.partition_point(|step| step.particle <= particle);
