@@ -7,7 +7,7 @@ use super::cores;
 /// Domains of fewer particles than this on average have been no faster than one engine for all, or hardly so.
 const PARTICLES_PER_THREAD: usize = 250_000;
 
-/// What was asked for.
+/// Choice of the user.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Threads {
     Number(usize),

@@ -93,7 +93,7 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub elsewhere: Box<Counts>,
     /// How many particles it began with.
     first: usize,
-    /// What the steps of this window have changed, as it was before, by the numbers here: the latest comes last.
+    /// Particles as they were before each step of this window, by the numbers here: the latest comes last.
     pub saved: Vec<Saved>,
     pub records: Vec<Record>,
     /// Whether a contact changes nothing but motion and prediction.
