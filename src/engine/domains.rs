@@ -14,6 +14,7 @@
 mod cut;
 mod domain;
 mod exchange;
+mod marks;
 mod regions;
 mod window;
 mod work;
@@ -163,15 +164,14 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 End::Difference(time) => {
                     self.work.differences += 1;
                     self.steps_of_window *= 0.7;
-                    cut.undo(&self.workers);
                     stop = time.next_down();
                 }
                 End::Uncovered(time) => {
                     self.work.uncovered += 1;
-                    cut.undo(&self.workers);
                     stop = time.next_down();
                 }
             }
+            cut.undo(&self.workers);
             self.undone += 1.0;
             if stop <= cut.now {
                 break;
@@ -197,17 +197,19 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let events = merged(&mut cut.domains);
         let standstill = cut.standstill(whole);
         let (Some(events), Some(standstill)) = (events, standstill) else {
-            return Ok(self.give_up(cut, SERIAL_STEPS));
+            self.give_up(cut);
+            return Ok(Next::Serial(SERIAL_STEPS));
         };
         if whole.counts.executed + executed >= until.events {
             // The last events of the run.
-            return Ok(self.give_up(cut, u64::MAX));
+            self.give_up(cut);
+            return Ok(Next::Serial(u64::MAX));
         }
         if let Some(observe) = observe {
             for (shown, seen) in (1..).zip(&events) {
                 if observe(&seen.event).is_break() {
                     let executed = whole.counts.executed + shown;
-                    let _ = self.give_up(cut, 0);
+                    self.give_up(cut);
                     self.join(whole);
                     whole.advance(Until { events: executed, ..until }, &mut None)?;
                     return Ok(Next::Return(Reason::Observer));
@@ -302,10 +304,9 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     }
 
     /// Undoes a window that the one engine is to do.
-    fn give_up(&mut self, mut cut: Cut<FALLING, TABLE>, steps: u64) -> Next {
+    fn give_up(&mut self, mut cut: Cut<FALLING, TABLE>) {
         cut.undo(&self.workers);
         self.cut = Some(cut);
-        Next::Serial(steps)
     }
 
     /// Cuts the system.
@@ -341,7 +342,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         whole.clock.now = cut.now;
         whole.schedule.queue.resume(cut.now, cut.steps);
         for domain in &cut.domains {
-            for particle in domain.engine.particles().filter(|&particle| domain.owned.has(particle)) {
+            for particle in domain.owned_particles() {
                 let mut record = domain.engine.record(particle);
                 record.renumber(|number| domain.held.get(number as usize).map(|held| held.whole));
                 whole.write_record(domain.held[particle as usize].whole, &record);
@@ -357,7 +358,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let mut list = Vec::new();
         for domain in &cut.domains {
             let Some(verlet) = domain.engine.neighbours.verlet() else { continue };
-            for particle in domain.engine.particles().filter(|&particle| domain.owned.has(particle)) {
+            for particle in domain.owned_particles() {
                 list.clear();
                 list.extend(verlet.lists.of(particle).iter().map(|&other| domain.held[other as usize].whole));
                 lists.set(domain.held[particle as usize].whole, &list);

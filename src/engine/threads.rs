@@ -85,33 +85,30 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         until: Until,
         observe: &mut Observe<'_>,
     ) -> Result<Option<Reason>, EngineError> {
-        let Some(mut domains) = self.domains.take() else { return self.advance_for(steps, until, observe) };
-        let reason = domains.advance_for(self, steps, until, observe);
-        self.domains = Some(domains);
-        reason
+        let in_domains = self.with_domains(|domains, whole| domains.advance_for(whole, steps, until, observe));
+        in_domains.unwrap_or_else(|| self.advance_for(steps, until, observe))
     }
 
     /// Takes over the state that the domains have, to look at it.
     pub(super) fn settle(&mut self) {
-        if let Some(mut domains) = self.domains.take() {
-            domains.settle(self);
-            self.domains = Some(domains);
-        }
+        self.with_domains(Domains::settle);
     }
 
     /// Takes over all that the domains have, to be kept or to go on from.
     pub(super) fn complete(&mut self) {
-        if let Some(mut domains) = self.domains.take() {
-            domains.complete(self);
-            self.domains = Some(domains);
-        }
+        self.with_domains(Domains::complete);
     }
 
     /// Takes over what the domains have before it is changed from outside.
     pub(super) fn join(&mut self) {
-        if let Some(mut domains) = self.domains.take() {
-            domains.join(self);
-            self.domains = Some(domains);
-        }
+        self.with_domains(Domains::join);
+    }
+
+    /// Has the domains do something to the one engine, if there are some.
+    fn with_domains<R>(&mut self, work: impl FnOnce(&mut Domains<FALLING, TABLE>, &mut Self) -> R) -> Option<R> {
+        let mut domains = self.domains.take()?;
+        let result = work(&mut domains, self);
+        self.domains = Some(domains);
+        Some(result)
     }
 }

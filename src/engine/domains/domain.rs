@@ -1,6 +1,7 @@
 //! A domain: an engine over the particles that it owns and copies of those around them, which runs alone for a window.
 
 use super::exchange::Step;
+use super::marks::Marks;
 use super::regions::Regions;
 use crate::base::numbers::id;
 use crate::engine::clock::Moved;
@@ -54,25 +55,6 @@ pub enum Saved {
     Motion { particle: u32, body: Body, prediction: Prediction },
     /// It is the next one of the records.
     Record,
-}
-
-/// A set of particles: few enough bytes that it is always at hand.
-#[derive(Debug, Clone, Default)]
-pub struct Marks(Vec<u64>);
-
-impl Marks {
-    #[inline]
-    pub fn has(&self, particle: u32) -> bool {
-        self.0.get(particle as usize / 64).is_some_and(|marks| marks >> (particle % 64) & 1 != 0)
-    }
-
-    pub fn put(&mut self, particle: u32, is_in: bool) {
-        let at = particle as usize / 64;
-        if at >= self.0.len() {
-            self.0.resize(at + 1, 0);
-        }
-        self.0[at] = self.0[at] & !(1 << (particle % 64)) | u64::from(is_in) << (particle % 64);
-    }
 }
 
 /// An engine over some particles. They have numbers here, and those of the one engine for all: of the whole.
@@ -190,6 +172,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.held[particle as usize] = held;
         self.owned.put(particle, held.is_owned());
         self.shared.put(particle, held.known_to != self.bit);
+    }
+
+    /// The particles that it owns, by their numbers here.
+    pub fn owned_particles(&self) -> impl Iterator<Item = u32> {
+        self.engine.particles().filter(|&particle| self.owned.has(particle))
     }
 
     fn enqueue_all(&mut self) {

@@ -1,6 +1,7 @@
 //! Comparison of domains after a window, and exchange of what differs.
 
-use super::domain::{Domain, Held, Marks};
+use super::domain::{Domain, Held};
+use super::marks::Marks;
 use super::regions::Regions;
 use crate::base::numbers::id;
 use crate::engine::columns::records::Record;
@@ -146,20 +147,24 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     /// Makes copies what their owners have.
     pub fn refresh(&mut self, published: &[Vec<Published>], compared: &[Compared]) {
         let bit = self.bit;
-        let for_this = || published.iter().zip(0..).flat_map(|(all, owner)| all.iter().map(move |one| (one, owner)));
-        let mut records = Vec::new();
-        for (one, owner) in for_this().filter(|(one, _)| one.to & bit != 0) {
-            if self.here[one.particle as usize] == NO_PARTICLE {
-                self.here[one.particle as usize] = id(self.held.len());
-                self.hold(Held::new(one.particle, owner, 0));
+        let mut for_this: Vec<&Published> = Vec::new();
+        for (published, owner) in published.iter().zip(0..) {
+            for one in published.iter().filter(|one| one.to & bit != 0) {
+                if self.here[one.particle as usize] == NO_PARTICLE {
+                    self.here[one.particle as usize] = id(self.held.len());
+                    self.hold(Held::new(one.particle, owner, 0));
+                }
+                for_this.push(one);
             }
         }
-        for (one, _) in for_this().filter(|(one, _)| one.to & bit != 0) {
+        // The records name each other.
+        let as_here = for_this.into_iter().map(|one| {
             let mut record = one.record.clone();
             self.take_in(&mut record);
             record.number = self.here[one.particle as usize];
-            records.push(record);
-        }
+            record
+        });
+        let records: Vec<Record> = as_here.collect();
         self.add_copies(&records);
         self.write(&records);
         for transfer in compared.iter().flat_map(|compared| &compared.transfers) {
