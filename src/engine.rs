@@ -272,7 +272,8 @@ impl Simulation {
         reason
     }
 
-    /// Goes on as [`Self::advance_for`] does. With several threads only the counts of events are up to date until [`Self::settle`] or [`Self::complete`].
+    /// Goes on as [`Self::advance_for`] does. With several threads only the counts of events are up to date where it pauses, until [`Self::settle`]; where it
+    /// ends, the state is, too.
     pub(crate) fn advance_unsettled(
         &mut self,
         steps: u64,

@@ -5,6 +5,8 @@ use crate::Vector;
 use crate::engine::Snapshot;
 use crate::engine::columns::tests::{mixture, spheres};
 use crate::engine::event::Event;
+use crate::engine::neighbours::cells::NO_PARTICLE;
+use crate::engine::prediction::Prediction;
 use crate::model::Scene;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
@@ -103,4 +105,111 @@ fn windows_that_are_wrong_are_undone() {
     ];
     assert!(work.iter().all(|work| work.differences > 5), "{work:?}");
     assert!(work.iter().map(|work| work.uncovered).sum::<u64>() > 5, "{work:?}");
+}
+
+/// All that an engine has of a particle, with ids for numbers, in an order that says nothing, and its next contact.
+fn all_of<const FALLING: bool, const TABLE: bool>(
+    engine: &Engine<FALLING, TABLE>,
+    particle: u32,
+) -> (String, Option<String>) {
+    let name = |number: u32| engine.state.bodies.get(number as usize).map(|body| body.name);
+    let mut record = engine.record(particle);
+    let mut captured: Vec<_> = record.captured.take().into_iter().flatten().collect();
+    captured.iter_mut().for_each(|pair| pair.partner = name(pair.partner).unwrap());
+    captured.sort_by_key(|pair| pair.partner);
+    let prediction = record.prediction.take().unwrap();
+    let Prediction { contact_time, partner, partner_events, contact, transition_time, .. } = prediction;
+    let contact = format!("{contact:?} {contact_time} {partner_events} {:?}", name(partner));
+    record.number = 0;
+    let all = format!("{record:?} {captured:?} {transition_time}");
+    (all, (contact_time < f64::INFINITY).then_some(contact))
+}
+
+/// The ids in a particle's list.
+fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> Vec<u32> {
+    let list = engine.neighbours.verlet().map_or(&[][..], |verlet| verlet.lists.of(particle));
+    let mut names: Vec<u32> = list.iter().map(|&other| engine.state.bodies[other as usize].name).collect();
+    names.sort_unstable();
+    names
+}
+
+/// After a hundred steps or a window, holds what is owned against one engine, and copies against what their owners have; how often it could.
+fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, count: usize, halo: Halo) -> usize {
+    let (mut one, mut whole) = (Engine::<FALLING, TABLE>::new(scene), Engine::<FALLING, TABLE>::new(scene));
+    let mut domains = Domains::<FALLING, TABLE>::with_halo(count, 2, halo);
+    let end = Until::time(f64::INFINITY);
+    let mut compared = 0;
+    for _ in 0..60 {
+        assert_eq!(domains.advance_for(&mut whole, 100, end, &mut None).unwrap(), None, "{name}");
+        let Some(cut) = &domains.cut else { continue };
+        let time = one.clock.start + (whole.clock.epoch + cut.now);
+        one.advance(Until { time, ..end }, &mut None).unwrap();
+        // Not where that time is rounded, or between two epochs.
+        if one.clock.epoch != whole.clock.epoch || one.since_epoch(time) != cut.now {
+            continue;
+        }
+        compared += 1;
+        for domain in &cut.domains {
+            for particle in domain.engine.particles() {
+                let held = domain.held[particle as usize];
+                if domain.owned.has(particle) {
+                    let there = one.state.number(domain.engine.state.bodies[particle as usize].name).unwrap();
+                    assert_eq!(all_of(&domain.engine, particle), all_of(&one, there), "{name} {compared}");
+                    assert_eq!(listed(&domain.engine, particle), listed(&one, there), "{name} {compared}");
+                    continue;
+                }
+                let owner = &cut.domains[usize::from(held.owner)];
+                let there = owner.here[held.whole as usize];
+                assert!(owner.owned.has(there) && owner.held[there as usize].known_to & domain.bit != 0, "{name}");
+                // Partners that are not here are left out.
+                let is_here = |other: u32| {
+                    let other = owner.held.get(other as usize).map(|held| domain.here[held.whole as usize]);
+                    other.is_none_or(|other| other != NO_PARTICLE)
+                };
+                let record = owner.engine.record(there);
+                let captured = record.captured.iter().flatten().map(|pair| pair.partner);
+                if captured.chain(record.prediction.map(|prediction| prediction.partner)).all(is_here) {
+                    let (copy, original) = (all_of(&domain.engine, particle), all_of(&owner.engine, there));
+                    assert_eq!(copy.0, original.0, "{name} {compared}");
+                    // A copy may have dropped a contact with one that was not here then.
+                    assert!(copy.1.is_none() || copy.1 == original.1, "{name} {compared}: {copy:?} {original:?}");
+                }
+            }
+        }
+    }
+    compared
+}
+
+#[test]
+fn at_each_barrier_all_state_is_that_of_one_engine_and_copies_are_what_their_owners_have() {
+    let hard = || Potential::hard_sphere(1.0).unwrap();
+    let (thin, dense) = (spheres(hard(), 0.1, 1_000).build().unwrap(), spheres(hard(), 0.45, 1_000).build().unwrap());
+    let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
+    let wells = spheres(well, 0.3, 1_000).build().unwrap();
+    for (halo, least) in [(WIDE, 40), (THIN, 2)] {
+        let compared = [
+            barriers::<false, false>(&thin, "cells", 3, halo),
+            barriers::<false, false>(&dense, "lists", 3, halo),
+            barriers::<false, true>(&mixture().build().unwrap(), "mixture", 5, halo),
+            barriers::<false, true>(&wells, "wells", 4, halo),
+        ];
+        assert!(compared.iter().all(|compared| *compared > least), "{compared:?}");
+    }
+}
+
+#[test]
+fn a_copy_that_has_steps_alone_is_sent_anew_and_is_a_difference_if_it_can_have_been_read() {
+    let scene = spheres(Potential::hard_sphere(1.0).unwrap(), 0.45, 4_000).build().unwrap();
+    let engine = Engine::<false, false>::new(&scene);
+    let mut domains = Domains::with_halo(2, 1, WIDE);
+    let mut cut = domains.cut_up(&engine);
+    let copies: Vec<u32> = cut.domains[1].engine.particles().filter(|&id| !cut.domains[1].owned.has(id)).collect();
+    for (hash, readers, difference) in [(Some(7), 2, Some(0.5)), (Some(7), 1, None), (None, 2, None)] {
+        cut.domains[1].begin_window();
+        cut.domains[1].note(copies[3], hash, 0.5, readers);
+        let compared = cut.domains[0].compare(&cut.regions, &cut.domains);
+        assert_eq!(compared.difference, difference);
+        let whole = cut.domains[1].held[copies[3] as usize].whole;
+        assert_eq!(compared.to_publish, [(cut.domains[0].here[whole as usize], 2)]);
+    }
 }

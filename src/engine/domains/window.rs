@@ -179,7 +179,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
 
     /// Takes note of a step of a particle that another domain has, too; `None` for one that changes nothing that others can read.
     #[inline]
-    fn note(&mut self, particle: u32, hash_of_step: Option<u64>, time: f64, readers: u64) {
+    pub fn note(&mut self, particle: u32, hash_of_step: Option<u64>, time: f64, readers: u64) {
         let prediction = self.engine.schedule.predictions[particle as usize];
         let partner =
             self.engine.state.bodies.get(prediction.partner as usize).map_or(u64::MAX, |body| body.name.into());

@@ -92,9 +92,6 @@ impl Driver<'_> {
             let nearer = Until { time: until.time.min(pause.time), events: until.events.min(pause.events) };
             let reached = self.steps(nearer)?;
             self.steps = steps_after(self.steps, started.elapsed());
-            if !matches!(reached, Ok(None)) {
-                self.simulation.settle();
-            }
             if self.work() > self.patience {
                 return Ok(Err(Ending::Idle));
             }
