@@ -13,7 +13,6 @@ mod run;
 mod schema;
 mod signals;
 mod sweep;
-mod threads;
 mod validate;
 mod verify;
 

@@ -52,7 +52,7 @@ mod threads;
 
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::model::space::Boundary;
-use crate::model::{Limit, ParticleId, Scene};
+use crate::model::{Limit, ParticleId, Scene, Threads};
 use parts::Engine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -186,9 +186,9 @@ pub struct Simulation {
     scale: f64,
     /// Diameters of the species at the start `[length]`.
     first_diameters: Vec<f64>,
-    /// Threads that it runs on; part of no state.
+    /// Threads that it was given; part of no state.
     #[serde(skip)]
-    threads: usize,
+    threads: Threads,
 }
 
 impl Simulation {

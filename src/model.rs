@@ -18,6 +18,7 @@ pub mod space;
 pub mod species_pairs;
 pub mod static_surface;
 pub mod thermostat;
+pub mod threads;
 
 pub use error::PotentialError;
 pub use exchange_plan::ExchangePlan;
@@ -33,3 +34,4 @@ pub use space::Space;
 pub use species_pairs::SpeciesPairs;
 pub use static_surface::StaticSurface;
 pub use thermostat::{Thermostat, ThermostatError};
+pub use threads::Threads;

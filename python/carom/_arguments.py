@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["finite", "flag", "path_of", "real", "vectors", "whole"]
+__all__ = ["finite", "flag", "path_of", "real", "threads_of", "vectors", "whole"]
 
 
 def _is_number(value: Any) -> bool:
@@ -54,6 +54,18 @@ def whole(name: str, value: Any, least: int = 0) -> int:
     if not least <= number < 2**63:
         raise ValueError(f"{name}: expected a whole number from {least} to 2^63 - 1, found {number}")
     return number
+
+
+def threads_of(value: Any) -> str | None:
+    """A number of threads, ``"auto"``, or ``None`` for what the scene says."""
+    if value is None or (isinstance(value, str) and value == "auto"):
+        return value
+    if isinstance(value, str):
+        raise ValueError(f"threads: expected a number from 1 to 64 or 'auto', found {value!r}")
+    number = whole("threads", value, 1)
+    if number > 64:
+        raise ValueError(f"threads: expected a number from 1 to 64 or 'auto', found {number}")
+    return str(number)
 
 
 def flag(name: str, value: Any) -> bool:

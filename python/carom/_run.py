@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Literal
 
 from carom import _carom
-from carom._arguments import flag, path_of, real, whole
+from carom._arguments import flag, path_of, real, threads_of, whole
 from carom._errors import FolderError, SimulationError
 from carom._folder import InFolder, json_of
 from carom._progress import Progress
@@ -38,6 +38,7 @@ def run(
     until_events: int | None = None,
     force: bool = False,
     checkpoint_every: float = 300.0,
+    threads: int | Literal["auto"] | None = None,
     progress: bool = True,
 ) -> Run:
     """Runs a scene with all that it plans, as ``carom run`` does: the same files, the same bits.
@@ -60,6 +61,9 @@ def run(
         Whether a run that is in the folder is replaced when the new one is complete, and more than 10 GB are written.
     checkpoint_every : float
         Wall time between two checkpoints `[seconds]`.
+    threads : int or "auto", optional
+        Simulates on so many threads, whatever the scene says, with the same bits as on one; ``"auto"`` takes as many as there are cores, but one for
+        each 250,000 particles at most.
     progress : bool
         Whether a bar is shown, where tqdm is installed.
 
@@ -83,13 +87,14 @@ def run(
     made = Scene(scene, seed=seed, set=set)
     limits = _limits(until_time, until_events)
     is_forced, interval = flag("force", force), real("checkpoint_every", checkpoint_every)
+    on = threads_of(threads)
     folder = None if out is None else path_of("out", out)
     temporary = None
     if folder is None:
         temporary = tempfile.TemporaryDirectory(prefix="carom-")
         folder = Path(temporary.name) / made.name
     with Progress(progress, made.name) as bar:
-        trouble = _carom.run(made._core, folder, is_forced, interval, *limits, bar.callback)
+        trouble = _carom.run(made._core, folder, is_forced, interval, *limits, on, bar.callback)
     return _ended(Run(folder, _temporary=temporary), trouble)
 
 
@@ -99,6 +104,7 @@ def resume(
     until_time: float | None = None,
     until_events: int | None = None,
     checkpoint_every: float = 300.0,
+    threads: int | Literal["auto"] | None = None,
     progress: bool = True,
 ) -> Run:
     """Goes on with a run from its last checkpoint, to the same bits as if it had never stopped.
@@ -109,7 +115,7 @@ def resume(
         The folder of a run that was interrupted or killed, or one that is over, with another end.
     until_time, until_events
         Another end of the measurement, as for :func:`run`.
-    checkpoint_every, progress
+    checkpoint_every, threads, progress
         As for :func:`run`.
 
     Raises
@@ -128,9 +134,9 @@ def resume(
     """
     path = path_of("folder", folder)
     limits = _limits(until_time, until_events)
-    interval = real("checkpoint_every", checkpoint_every)
+    interval, on = real("checkpoint_every", checkpoint_every), threads_of(threads)
     with Progress(progress, path.name) as bar:
-        trouble = _carom.resume(path, interval, *limits, bar.callback)
+        trouble = _carom.resume(path, interval, *limits, on, bar.callback)
     return _ended(Run(path), trouble)
 
 

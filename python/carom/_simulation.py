@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from carom import _carom
-from carom._arguments import finite, flag, vectors, whole
+from carom._arguments import finite, flag, threads_of, vectors, whole
 from carom._arrays import fixed
 from carom._frame import Frame
 from carom._scene import Scene, SceneLike
@@ -86,6 +86,8 @@ class Simulation:
         leaves the plan out, with its thermostat, and takes the dynamics alone.
     seed, set
         As for :class:`Scene`.
+    threads : int or "auto", optional
+        As for :func:`run`.
 
     Raises
     ------
@@ -109,10 +111,16 @@ class Simulation:
     _scene: Scene
 
     def __init__(
-        self, scene: SceneLike, *, plan: bool = True, seed: int | None = None, set: dict[str, Any] | None = None
+        self,
+        scene: SceneLike,
+        *,
+        plan: bool = True,
+        seed: int | None = None,
+        set: dict[str, Any] | None = None,
+        threads: int | Literal["auto"] | None = None,
     ) -> None:
         self._scene = Scene(scene, seed=seed, set=set)
-        self._core = _carom.Simulation(self._scene._core, flag("plan", plan))
+        self._core = _carom.Simulation(self._scene._core, flag("plan", plan), threads_of(threads))
         self._is_asking = False
 
     # Going on

@@ -9,7 +9,7 @@ use carom::analysis::observables::OBSERVABLES;
 use carom::base::text::{self, with_causes};
 use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
 use carom::io::{Existing, Folder, refuse_input};
-use carom::model::Limit;
+use carom::model::{Limit, Threads};
 use carom::run::{Ending, Progress, Run, Stage, expected_rate};
 use carom::view::{final_table, report};
 use pyo3::exceptions::PyValueError;
@@ -95,6 +95,11 @@ pub fn interval_of(seconds: f64) -> PyResult<Duration> {
     Ok(Duration::from_secs_f64(seconds))
 }
 
+pub fn threads_of(threads: Option<&str>) -> PyResult<Option<Threads>> {
+    let parsed = threads.map(str::parse).transpose();
+    parsed.map_err(|error: String| PyValueError::new_err(format!("threads: {error}")))
+}
+
 /// Runs a scene in a folder. What comes back is why it is not sound, if it is not.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
@@ -106,10 +111,12 @@ pub fn run(
     checkpoint_every: f64,
     until_time: Option<f64>,
     until_events: Option<u64>,
+    threads: Option<&str>,
     callback: Option<Py<PyAny>>,
 ) -> PyResult<Option<String>> {
     let limit = limit_of(until_time, until_events)?;
     let interval = interval_of(checkpoint_every)?;
+    let threads = threads_of(threads)?;
     if scene.model.exchange().is_some() {
         let message = "the scene has [exchange], replicas at several temperatures";
         return Err(error::cured("SceneError", message, Some("use carom.exchange, or leave [exchange] out")));
@@ -129,31 +136,35 @@ pub fn run(
         let folder = Folder::create(&out, &model, existing).map_err(|error| error::output(&error))?;
         let mut folder = folder.checkpoint_every(interval).at_most(most);
         folder.keep_scene(&record).map_err(|error| error::output(&error))?;
-        execute(Run::without_start(model), folder, &mut watch)
+        execute(Run::without_start(model), threads, folder, &mut watch)
     })
 }
 
 /// Goes on with the run in a folder, from its last checkpoint.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
 pub fn resume(
     py: Python<'_>,
     path: PathBuf,
     checkpoint_every: f64,
     until_time: Option<f64>,
     until_events: Option<u64>,
+    threads: Option<&str>,
     callback: Option<Py<PyAny>>,
 ) -> PyResult<Option<String>> {
     let limit = limit_of(until_time, until_events)?;
     let interval = interval_of(checkpoint_every)?;
+    let threads = threads_of(threads)?;
     let mut watch = Watch::new(callback);
     py.detach(|| {
         let (folder, checkpoint) = Folder::resume(&path, limit).map_err(|error| error::output(&error))?;
         let folder = folder.checkpoint_every(interval).at_most(allowance(free_disk(&path)));
-        execute(Run::resume(checkpoint), folder, &mut watch)
+        execute(Run::resume(checkpoint), threads, folder, &mut watch)
     })
 }
 
-fn execute(run: Run, mut folder: Folder, watch: &mut Watch) -> PyResult<Option<String>> {
+fn execute(run: Run, threads: Option<Threads>, mut folder: Folder, watch: &mut Watch) -> PyResult<Option<String>> {
+    let run = if let Some(threads) = threads { run.threads(threads) } else { run };
     let finished = run.execute(&mut folder, &mut |progress| watch.see(progress));
     let finished = finished.map_err(|error| error::run(&error))?;
     let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);

@@ -12,6 +12,7 @@ use pyo3::types::{PyByteArray, PyDict};
 
 use crate::array::{Number, array};
 use crate::error;
+use crate::run::threads_of;
 use crate::scene::{Scene, dictionary};
 use crate::signals::Signals;
 
@@ -75,10 +76,14 @@ fn until(time: f64, events: u64) -> PyResult<Until> {
 impl Simulation {
     /// The dynamics of a scene from its start. With a plan, what only a run does is refused; without, it is left out.
     #[new]
-    fn new(py: Python<'_>, scene: &Scene, plan: bool) -> PyResult<Self> {
+    fn new(py: Python<'_>, scene: &Scene, plan: bool, threads: Option<&str>) -> PyResult<Self> {
         let model = scene.model.clone();
+        let threads = threads_of(threads)?;
         let made = py.detach(|| if plan { Engine::new(model) } else { Ok(Engine::without_plan(model)) });
-        let engine = made.map_err(|error| error::needs_run(&error))?;
+        let mut engine = made.map_err(|error| error::needs_run(&error))?;
+        if let Some(threads) = threads {
+            engine.set_threads(threads);
+        }
         Ok(Self(Mutex::new(State { engine, pending: Vec::new() })))
     }
 

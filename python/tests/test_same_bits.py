@@ -49,6 +49,20 @@ def test_a_run_is_that_of_the_program(scene: str, program: str, tmp_path: Path) 
     assert alike(tmp_path / "a", tmp_path / "b") == []
 
 
+def test_threads_have_the_bits_of_one(fluid: dict, tmp_path: Path) -> None:
+    for name, threads in (("one", None), ("three", 3), ("auto", "auto")):
+        carom.run(fluid, tmp_path / name, threads=threads)
+        assert alike(tmp_path / "one", tmp_path / name) == [], name
+    one = carom.resume(tmp_path / "one", until_events=30_000)
+    two = carom.resume(tmp_path / "three", until_events=30_000, threads=2)
+    assert " steps for each one needed" in two.report and " steps for each one needed" not in one.report
+    assert alike(tmp_path / "one", tmp_path / "three") == []
+    simulations = [carom.Simulation(fluid, plan=False, threads=threads) for threads in (1, 2)]
+    for simulation in simulations:
+        simulation.advance(events=20_000)
+    assert (simulations[0].positions == simulations[1].positions).all()
+
+
 def test_a_simulation_is_a_run(mixture: dict, tmp_path: Path) -> None:
     run = carom.run(mixture, tmp_path / "run")
     simulation = carom.Simulation(mixture)

@@ -8,7 +8,7 @@ use carom::engine::InvariantBroken;
 use carom::exchange::ExchangeFolder;
 use carom::io::estimate::{SizeEstimate, allowance, free_disk};
 use carom::io::{Completed, Folder, OutputError, refuse_input};
-use carom::model::{Limit, Scene};
+use carom::model::{Limit, Scene, Threads};
 use carom::run::checkpoint::CheckpointError;
 use carom::run::{self, Ending, Finished, Jam};
 use carom::sweep::SweepFolder;
@@ -19,7 +19,6 @@ use super::Changes;
 use super::failure::Failure;
 use super::progress::Display;
 use super::signals;
-use super::threads::{Threads, threads};
 
 /// Simulates a scene
 #[derive(Debug, Args)]
@@ -57,9 +56,10 @@ pub struct Run {
     /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = "300")]
     checkpoint_every: Duration,
-    /// Simulates on so many threads, with the same bits as on one; auto takes as many as there are cores, one for each 250000 particles
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads, default_value = "1")]
-    threads: Threads,
+    /// Simulates on so many threads, whatever the scene says, with the same bits as on one; auto takes as many as there are cores, one for each
+    /// 250000 particles
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    threads: Option<Threads>,
     /// Replaces the run in the folder, when the new one is complete; also writes more than 10 GB, or a tenth of the free disk
     #[arg(long)]
     force: bool,
@@ -144,8 +144,10 @@ impl Run {
     }
 
     fn on_threads(&self, run: run::Run) -> run::Run {
-        let threads = self.threads.of(run.simulation());
-        run.threads(threads)
+        match self.threads {
+            Some(threads) => run.threads(threads),
+            None => run,
+        }
     }
 
     /// Largest size of the files; a run that will write more is begun with --force only.

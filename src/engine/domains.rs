@@ -14,18 +14,21 @@
 mod cut;
 mod domain;
 mod exchange;
+mod gather;
 mod marks;
 mod regions;
 mod window;
 mod work;
 mod workers;
 
+use super::event::Event;
 use super::observe::Observe;
 use super::parts::Engine;
 use super::{EngineError, Reason, Until};
 use cut::{Cut, End, merged};
 use domain::Domain;
 use regions::{Halo, MOST_DOMAINS, Regions};
+use std::ops::ControlFlow;
 use std::time::Instant;
 pub use work::{DomainWork, SingleThread};
 use workers::Workers;
@@ -89,12 +92,11 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 
     /// Why a system cannot be cut, if it cannot.
     pub fn obstacle(engine: &Engine<FALLING, TABLE>) -> Option<SingleThread> {
-        let reaches = engine.pairs.has_own_interactions || !engine.ranges.are_captured_near();
+        let reach_far = engine.pairs.has_own_interactions || engine.ranges.may_be_overstretched;
         match () {
-            () if engine.sources.andersen.is_some() => Some(SingleThread::HeatBath),
-            () if !engine.distances.are_constant() => Some(SingleThread::Growth),
             () if engine.images.slide() => Some(SingleThread::SlidingImages),
-            () if reaches || engine.ranges.may_be_overstretched => Some(SingleThread::LongInteractions),
+            () if reach_far => Some(SingleThread::LongInteractions),
+            () if !engine.distances.are_constant() => Some(SingleThread::Growth),
             () => None,
         }
     }
@@ -157,6 +159,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let mut stop = (cut.now + self.length).min(tick.next_down()).min(end);
         // A window that is undone ends the second time before what was wrong.
         for _ in 0..2 {
+            cut.draw_collisions(whole, stop);
             match cut.run(&self.workers, stop, observe.is_some(), &mut self.work) {
                 End::Agreed => {
                     return self.finish(whole, cut, (stop, end, tick), until, observe);
@@ -171,7 +174,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                     stop = time.next_down();
                 }
             }
-            cut.undo(&self.workers);
+            cut.undo(whole, &self.workers);
             self.undone += 1.0;
             if stop <= cut.now {
                 break;
@@ -197,21 +200,25 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let events = merged(&mut cut.domains);
         let standstill = cut.standstill(whole);
         let (Some(events), Some(standstill)) = (events, standstill) else {
-            self.give_up(cut);
+            self.give_up(whole, cut);
             return Ok(Next::Serial(SERIAL_STEPS));
         };
         if whole.counts.executed + executed >= until.events {
             // The last events of the run.
-            self.give_up(cut);
+            self.give_up(whole, cut);
             return Ok(Next::Serial(u64::MAX));
         }
         if let Some(observe) = observe {
-            for (shown, seen) in (1..).zip(&events) {
+            for (shown, seen) in (1_u64..).zip(&events) {
                 if observe(&seen.event).is_break() {
-                    let executed = whole.counts.executed + shown;
-                    self.give_up(cut);
+                    self.give_up(whole, cut);
                     self.join(whole);
-                    whole.advance(Until { events: executed, ..until }, &mut None)?;
+                    let mut left = shown;
+                    let mut until_there = |_: &Event| {
+                        left -= 1;
+                        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                    };
+                    whole.advance(until, &mut Some(&mut until_there))?;
                     return Ok(Next::Return(Reason::Observer));
                 }
             }
@@ -253,6 +260,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let mut done = 0;
         for domain in &mut cut.domains {
             done += domain.done;
+            cut.latest = cut.latest.max(domain.latest);
             self.work.steps[1] += domain.done_in_all;
             whole.counts.merge(&domain.engine.counts);
             *domain.engine.counts = domain.engine.no_counts();
@@ -279,10 +287,12 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     fn move_epoch(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         self.settle(whole);
         self.settle_lists(whole);
+        let Some(cut) = &mut self.cut else { return Next::Done };
+        // Where nothing more happens, it ends with the last step.
+        whole.clock.now = cut.latest;
         if until.time == f64::INFINITY && whole.is_shown_to_be_over() {
             return Next::Return(Reason::Idle);
         }
-        let Some(cut) = &mut self.cut else { return Next::Done };
         whole.schedule.queue.resume(cut.now, cut.steps);
         let Some(moved) = whole.move_epoch() else {
             if until.time == f64::INFINITY {
@@ -291,6 +301,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             whole.clock.now = whole.since_epoch(until.time);
             return Next::Return(Reason::Time);
         };
+        cut.latest = whole.clock.now;
+        whole.clock.now = cut.now - moved.shift;
         if moved.is_rearranged {
             self.cut = None;
         } else {
@@ -304,8 +316,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     }
 
     /// Undoes a window that the one engine is to do.
-    fn give_up(&mut self, mut cut: Cut<FALLING, TABLE>) {
-        cut.undo(&self.workers);
+    fn give_up(&mut self, whole: &mut Engine<FALLING, TABLE>, mut cut: Cut<FALLING, TABLE>) {
+        cut.undo(whole, &self.workers);
         self.cut = Some(cut);
     }
 
@@ -326,66 +338,14 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             domains,
             regions,
             now: whole.clock.now,
+            latest: whole.clock.now,
             steps: queue.steps(),
             is_settled: true,
             is_complete: true,
             is_fresh: true,
             compared: Vec::new(),
+            bath: None,
         }
-    }
-
-    /// Gives the one engine what the domains have of all particles: its state is up to date, but it cannot go on until [`Self::complete`].
-    pub fn settle(&mut self, whole: &mut Engine<FALLING, TABLE>) {
-        let Some(cut) = self.cut.as_mut().filter(|cut| !cut.is_settled) else { return };
-        let begin = Instant::now();
-        cut.is_settled = true;
-        whole.clock.now = cut.now;
-        whole.schedule.queue.resume(cut.now, cut.steps);
-        for domain in &cut.domains {
-            for particle in domain.owned_particles() {
-                let mut record = domain.engine.record(particle);
-                record.renumber(|number| domain.held.get(number as usize).map(|held| held.whole));
-                whole.write_record(domain.held[particle as usize].whole, &record);
-            }
-        }
-        self.work.gathering += begin.elapsed();
-    }
-
-    /// Gives the one engine the lists of all particles.
-    fn settle_lists(&mut self, whole: &mut Engine<FALLING, TABLE>) {
-        let (Some(cut), Some(lists)) = (&self.cut, whole.neighbours.lists_mut()) else { return };
-        let begin = Instant::now();
-        let mut list = Vec::new();
-        for domain in &cut.domains {
-            let Some(verlet) = domain.engine.neighbours.verlet() else { continue };
-            for particle in domain.owned_particles() {
-                list.clear();
-                list.extend(verlet.lists.of(particle).iter().map(|&other| domain.held[other as usize].whole));
-                lists.set(domain.held[particle as usize].whole, &list);
-            }
-        }
-        self.work.gathering += begin.elapsed();
-    }
-
-    /// Gives the one engine all that it needs to go on where the domains are.
-    pub fn complete(&mut self, whole: &mut Engine<FALLING, TABLE>) {
-        self.settle(whole);
-        if self.cut.as_ref().is_none_or(|cut| cut.is_complete) {
-            return;
-        }
-        self.settle_lists(whole);
-        for particle in whole.particles() {
-            whole.enqueue(particle);
-        }
-        if let Some(cut) = &mut self.cut {
-            cut.is_complete = true;
-        }
-    }
-
-    /// Leaves everything to the one engine.
-    pub fn join(&mut self, whole: &mut Engine<FALLING, TABLE>) {
-        self.complete(whole);
-        self.cut = None;
     }
 }
 

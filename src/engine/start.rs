@@ -83,7 +83,7 @@ impl Simulation {
         if let Some(last) = last {
             scene.forget_last_state();
             let mut simulation = Self { first_diameters: diameters(&scene), scene, scale: 1.0, ..last };
-            simulation.set_threads(1);
+            simulation.set_threads(simulation.scene.run.threads);
             return simulation;
         }
         let choice = EngineChoice::new(&scene);
@@ -98,7 +98,11 @@ impl Simulation {
         }
         with_engine!(&mut engine, engine => engine.begin(&scene, choice.search));
         scene.forget_last_state();
-        Self { first_diameters: diameters(&scene), scene, choice, engine, scale: 1.0, threads: 1 }
+        let threads = scene.run.threads;
+        let first_diameters = diameters(&scene);
+        let mut simulation = Self { first_diameters, scene, choice, engine, scale: 1.0, threads };
+        simulation.set_threads(threads);
+        simulation
     }
 
     /// The simulation that a run has ended with, for a scene that changes nothing of its dynamics; events are counted from zero.

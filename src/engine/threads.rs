@@ -4,6 +4,8 @@ use super::domains::{DomainWork, Domains, SingleThread};
 use super::observe::Observe;
 use super::parts::Engine;
 use super::{Chosen, EngineError, Reason, Simulation, Until};
+use crate::model::Threads;
+use std::num::NonZero;
 
 /// Domains of so few particles run one after the other.
 const FEW: usize = 4_000;
@@ -19,10 +21,16 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.complete());
     }
 
-    /// The number of threads that it was given.
+    /// The number of threads that it has.
     #[must_use]
     pub fn threads(&self) -> usize {
-        self.threads
+        let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+        self.threads.of(self.population().iter().sum(), cores)
+    }
+
+    /// Whether it was left to it how many threads it has.
+    pub(crate) fn chooses_threads(&self) -> bool {
+        self.threads == Threads::Auto
     }
 
     /// How the work of domains went, on several cores.
@@ -37,11 +45,11 @@ impl Simulation {
         with_engine!(&self.engine, engine => Domains::obstacle(engine))
     }
 
-    /// Spreads the system over so many threads from now on, 64 at most: the box is cut into as many domains. Events, states and sums have the
-    /// same bits as with one.
+    /// Spreads the system over so many threads from now on, 64 at most, whatever [`RunPlan::threads`](crate::model::RunPlan::threads) says: the box is
+    /// cut into as many domains. Events, states and sums have the same bits as with one.
     ///
-    /// Nothing of this is written to a checkpoint. What is not covered runs in one thread: heat baths, growth, sheared boxes, and pairs
-    /// with interactions of their own that are longer than those of their species ([`Self::single_thread`] tells). It pays from
+    /// Nothing of this is written to a checkpoint. What is not covered runs in one thread: growth, sheared boxes, starts with overlaps that are allowed, and
+    /// pairs with interactions of their own that do not hold them together ([`Self::single_thread`] tells). It pays from
     /// some 250,000 particles for each thread on, and takes three times the memory (`docs/speed.md`).
     ///
     /// ```
@@ -63,8 +71,9 @@ impl Simulation {
     /// ```
     #[doc(alias = "parallel")]
     #[doc(alias = "cores")]
-    pub fn set_threads(&mut self, threads: usize) {
-        self.threads = threads;
+    pub fn set_threads(&mut self, threads: impl Into<Threads>) {
+        self.threads = threads.into();
+        let threads = self.threads();
         with_engine!(&mut self.engine, engine => engine.set_domains(threads, threads));
     }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::thermostat::Thermostat;
+use super::threads::Threads;
 
 /// Name in tables of the equilibration before the last measurement.
 pub(crate) const EQUILIBRATION: &str = "equilibration";
@@ -46,6 +47,8 @@ pub struct RunPlan {
     pub limit: Limit,
     /// Thermostat of the measurement.
     pub thermostat: Option<Thermostat>,
+    /// Threads that everything of it runs on.
+    pub threads: Threads,
 }
 
 impl RunPlan {

@@ -14,7 +14,7 @@ use super::state::{Beginning, RunState};
 use super::{Finished, Recorder};
 use crate::analysis::instruments::{Instrument, InstrumentError, Registry, Setup};
 use crate::engine::Simulation;
-use crate::model::{Scene, Species};
+use crate::model::{Scene, Species, Threads};
 
 /// Why a run did not come to its end: `E` is the error of its [`Recorder`].
 #[derive(Debug, Error)]
@@ -92,12 +92,13 @@ impl Run {
 
     /// From a checkpoint, to the same bits as if the run had never stopped.
     pub fn resume(checkpoint: Checkpoint) -> Self {
-        let Checkpoint { simulation, state, .. } = checkpoint;
+        let Checkpoint { mut simulation, state, .. } = checkpoint;
+        simulation.set_threads(simulation.scene().run().threads);
         Self { simulation, state, registry: Registry::default(), is_new: false }
     }
 
-    /// Runs on so many threads, with the same bits: [`Simulation::set_threads`].
-    pub fn threads(mut self, threads: usize) -> Self {
+    /// Runs on so many threads, whatever the scene says, with the same bits: [`Simulation::set_threads`].
+    pub fn threads(mut self, threads: impl Into<Threads>) -> Self {
         self.simulation.set_threads(threads);
         self
     }

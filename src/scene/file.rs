@@ -12,7 +12,7 @@ mod particles;
 mod space;
 
 pub(crate) use diameter::{DiameterFile, DistributionFile};
-pub(crate) use drive::{ExchangeFile, GrowthFile, StageFile, ThermostatFile};
+pub(crate) use drive::{ExchangeFile, GrowthFile, StageFile, ThermostatFile, ThreadsFile};
 pub(crate) use interaction::InteractionFile;
 pub(crate) use measure::MeasureFile;
 pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshFile, ParticleFile, RegionFile};
@@ -166,6 +166,8 @@ pub(crate) struct RunFile {
     pub until_events: Option<u64>,
     /// Thermostat while the run is measured; none if not given.
     pub thermostat: Option<ThermostatFile>,
+    /// Threads that everything runs on, with the same bits for any number; 1 if not given, as many as there are cores where it pays for `auto`.
+    pub threads: Option<ThreadsFile>,
 }
 
 /// `[output]`: what to write, in intervals of simulated time.

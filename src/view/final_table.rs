@@ -144,10 +144,12 @@ impl Lines {
 
     /// How the work went, if several threads were asked for.
     fn threads(&mut self, simulation: &Simulation) {
-        let Some(work) = simulation.domain_work() else { return };
-        let text = match simulation.single_thread() {
-            Some(why) => format!("1 of {}: {why}", simulation.threads()),
-            None => format!("{}: {work}", simulation.threads()),
+        let threads = simulation.threads();
+        let text = match (simulation.domain_work(), simulation.single_thread()) {
+            (Some(_), Some(why)) => format!("1 of {threads}: {why}"),
+            (Some(work), None) => format!("{threads}: {work}"),
+            (None, _) if simulation.chooses_threads() => format!("1: {}", describe::AUTO_THREADS),
+            (None, _) => return,
         };
         for (line, name) in text.lines().zip(["threads", "", ""]) {
             self.pair(name, line);

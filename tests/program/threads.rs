@@ -24,7 +24,8 @@ fn rows_frames_contacts_and_means_are_the_same_on_any_number_of_threads() {
     let contacts = ["scene.toml", "--until-events", "20000", "--set", "output.contacts=true"];
     run(&place, &[&contacts[..], &["--out", "one"]].concat());
     for (folder, threads) in [("two", "2"), ("five", "5"), ("auto", "auto")] {
-        run(&place, &[&contacts[..], &["--out", folder, "--threads", threads]].concat());
+        let asked = [format!("--threads={threads}"), format!("--set=run.threads={threads}")];
+        run(&place, &[&contacts[..], &["--out", folder, &asked[usize::from(threads == "2")]]].concat());
         assert_eq!(measured(&place, folder), measured(&place, "one"), "{threads}");
         let log = |folder: &str| fs::read(place.path().join(folder).join("contacts.csv")).unwrap();
         assert!(log(folder) == log("one"), "{threads}");
@@ -54,12 +55,27 @@ fn a_run_that_is_killed_goes_on_with_another_number_of_threads() {
 
 #[test]
 fn what_threads_cannot_share_runs_in_one_and_the_report_says_why() {
-    let place = Place::with(&format!("{FLUID}thermostat = {{ kind = \"andersen\", rate = 1.0, temperature = 1.0 }}\n"));
-    let output = place.carom(&["run", "scene.toml", "--threads", "2"]);
+    let place = Place::with(&format!("{FLUID}threads = 2\n"));
+    let sheared = ["--set", "space.shear_rate=0.1"];
+    let output = place.carom(&[&["run", "scene.toml"], &sheared[..]].concat());
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let report = words(&output);
     let line_of_threads = report.lines().find(|line| line.starts_with("threads ")).unwrap();
-    assert!(line_of_threads.ends_with("1 of 2: a heat bath acts on all particles"), "{line_of_threads}");
+    assert!(line_of_threads.ends_with("1 of 2: the box is sheared"), "{line_of_threads}");
+    let says = |more: &[&str]| {
+        let checked = words(&place.carom(&[&["check", "scene.toml"], more].concat()));
+        checked.lines().find_map(|line| line.trim().strip_prefix("threads ").map(|text| text.trim().to_owned()))
+    };
+    assert_eq!(says(&sheared).as_deref(), Some("1, whatever is asked for: the box is sheared"));
+    assert_eq!(says(&[]).as_deref(), Some("2"));
+    assert_eq!(says(&["--set", "run.threads=1"]), None);
+    let auto = says(&["--set", "run.threads=auto"]).unwrap();
+    assert!(auto.starts_with("as many as there are cores"), "{auto}");
+    for (bad, found) in [("0", "found 0"), ("65", "found 65"), ("1.5", "found 1.5"), ("all", "`all`"), ("{}", "map")] {
+        let output = place.carom(&["check", "scene.toml", "--set", &format!("run.threads={bad}")]);
+        assert_eq!(code(&output), 2, "{bad}");
+        assert!(errors(&output).contains(found), "{bad}: {}", errors(&output));
+    }
     for bad in ["0", "65", "-1", "two", "1.5"] {
         let output = place.carom(&["run", "scene.toml", "--threads", bad]);
         assert_eq!(code(&output), 2, "{bad}");

@@ -11,6 +11,7 @@ mod degenerate;
 mod dice;
 mod generator;
 mod metamorphic;
+mod threads;
 
 use std::ops::ControlFlow;
 use std::panic::catch_unwind;

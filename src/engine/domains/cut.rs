@@ -6,7 +6,9 @@ use super::regions::Regions;
 use super::work::DomainWork;
 use super::workers::Workers;
 use crate::engine::clock::SHORTEST_ADVANCE;
+use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::parts::Engine;
+use crate::engine::sources::andersen::Andersen;
 use std::time::Instant;
 
 /// A system that is cut.
@@ -16,6 +18,8 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub domains: Vec<Domain<FALLING, TABLE>>,
     /// Up to where all domains have come, since the epoch.
     pub now: f64,
+    /// When the last step of all was.
+    pub latest: f64,
     /// Steps of the epoch so far.
     pub steps: u64,
     /// Whether the one engine has the state that the domains have, and whether it has all that it needs to go on from there.
@@ -25,6 +29,8 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub is_fresh: bool,
     /// By domain, what has come of the last comparison.
     pub compared: Vec<Compared>,
+    /// The heat bath as it was before this window.
+    pub bath: Option<Andersen>,
 }
 
 /// How a window ended.
@@ -37,6 +43,22 @@ pub enum End {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
+    /// Draws the collisions with the heat bath of a window, for the domains that have their particles.
+    pub fn draw_collisions(&mut self, whole: &mut Engine<FALLING, TABLE>, stop: f64) {
+        self.bath.clone_from(&whole.sources.andersen);
+        if self.bath.is_none() {
+            return;
+        }
+        let collisions = whole.draw_collisions(stop);
+        for domain in &mut self.domains {
+            let of_domain = collisions.iter().rev().map(|collision| {
+                let number = whole.state.numbers[collision.id];
+                (domain.here[number as usize], *collision)
+            });
+            domain.collisions = of_domain.filter(|(here, _)| *here != NO_PARTICLE).collect();
+        }
+    }
+
     /// Has each domain run alone, and compares.
     pub fn run(&mut self, workers: &Workers, stop: f64, is_observed: bool, work: &mut DomainWork) -> End {
         let regions = &self.regions;
@@ -59,7 +81,11 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
         earliest(differences).map_or(End::Agreed, End::Difference)
     }
 
-    pub fn undo(&mut self, workers: &Workers) {
+    pub fn undo(&mut self, whole: &mut Engine<FALLING, TABLE>, workers: &Workers) {
+        if self.bath.is_some() {
+            whole.sources.andersen.clone_from(&self.bath);
+            whole.schedule_global();
+        }
         let now = self.now;
         workers.each(self.domains.iter_mut().collect(), |domain| domain.undo(now));
     }

@@ -12,6 +12,7 @@ use crate::engine::hardware::pages::enlarge;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::parts::{Counts, Engine};
 use crate::engine::prediction::{Due, Prediction};
+use crate::engine::sources::andersen::Collision;
 use crate::engine::state::Body;
 
 /// An event and when it happened, since the epoch.
@@ -88,11 +89,15 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     /// Steps of the queue of owned particles, and of all.
     pub done: u64,
     pub done_in_all: u64,
+    /// Time of the last step of an owned particle, or of the heat bath.
+    pub latest: f64,
     /// Events of this window, if they are asked for.
     pub events: Vec<Seen>,
     /// Times of the last events, and of transitions since then.
     pub last: Vec<f64>,
     pub quiet: Vec<f64>,
+    /// Collisions of its particles with the heat bath that are to come in this window, by the numbers here: the next one comes last.
+    pub collisions: Vec<(u32, Collision)>,
     /// When something has happened for which this domain alone is not enough.
     pub trouble: Option<f64>,
 }
@@ -124,6 +129,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         *engine.counts = whole.no_counts();
         engine.schedule.queue = whole.schedule.queue.of_part(whole.clock.now, held.len(), count);
         engine.scratch = None;
+        engine.sources.andersen = None;
+        engine.schedule_global();
         let mut domain = Self {
             number,
             bit,
@@ -141,9 +148,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             moved: Vec::new(),
             done: 0,
             done_in_all: 0,
+            latest: f64::NEG_INFINITY,
             events: Vec::new(),
             last: Vec::new(),
             quiet: Vec::new(),
+            collisions: Vec::new(),
             trouble: None,
             engine,
         };
@@ -223,7 +232,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.events.clear();
         self.last.clear();
         self.quiet.clear();
-        (self.done, self.done_in_all, self.trouble) = (0, 0, None);
+        (self.done, self.done_in_all, self.latest, self.trouble) = (0, 0, f64::NEG_INFINITY, None);
     }
 
     /// Undoes this window.

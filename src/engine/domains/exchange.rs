@@ -123,7 +123,9 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 compared.to_publish.push((particle, new));
                 // They have dropped contacts with it.
                 self.engine.neighbours.find_candidates(particle, &mut near);
-                for &other in near.found() {
+                let captured = if TABLE { self.engine.pairs.states.of(particle) } else { &[] };
+                let captured = captured.iter().map(|pair| pair.partner);
+                for other in near.found().iter().copied().chain(captured) {
                     let to = self.held[other as usize].known_to & new;
                     if to != 0 && self.engine.schedule.predictions[other as usize].partner == particle {
                         compared.to_publish.push((other, to));

@@ -52,10 +52,17 @@ impl Regions {
         let extent = |axis: usize| if space.boundary[axis] == Boundary::Flat { 0.0 } else { space.size[axis] };
         let axis = (0..3).fold(0, |longest, axis| if extent(axis) > extent(longest) { axis } else { longest });
         // The columns that one can be read across, and those of the slack and of the margin.
+        // Partners that are held together may be further apart than those that are searched for.
+        let longest = engine.ranges.longest;
+        let further = (longest - engine.ranges.of_cells).max(0.0);
         let (columns, reach) = match &engine.neighbours {
-            Neighbours::Cells(cells) => (cells.grid.counts()[axis] as usize, 1.0),
+            Neighbours::Cells(cells) => {
+                let columns = cells.grid.counts()[axis];
+                let next = if further > 0.0 { (longest / extent(axis) * f64::from(columns)).floor() } else { 0.0 };
+                (columns as usize, next + 1.0)
+            }
             Neighbours::Lists(verlet) => {
-                let range = verlet.reaches.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+                let range = verlet.reaches.iter().copied().fold(f64::MIN_POSITIVE, f64::max) + further;
                 let columns = (extent(axis) / range * COLUMNS_PER_REACH).clamp(1.0, MOST_COLUMNS).floor();
                 // One more, because centres are anywhere in their columns.
                 (trunc_to_usize(columns), (range * columns / extent(axis)).ceil() + 1.0)

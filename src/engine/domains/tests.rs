@@ -4,21 +4,31 @@ use super::*;
 use crate::Vector;
 use crate::engine::Snapshot;
 use crate::engine::columns::tests::{mixture, spheres};
-use crate::engine::event::Event;
+use crate::engine::event::{Event, EventKind};
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::Prediction;
-use crate::model::Scene;
+use crate::engine::sources::andersen::Bath;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::scene::{Arrangement, Fill, SceneBuilder};
+use crate::model::{RunPlan, Scene, Thermostat};
+use crate::scene::{Arrangement, Chain, Fill, SceneBuilder};
 use std::ops::ControlFlow;
+
+/// An engine for a scene, with its heat bath.
+fn begun<const FALLING: bool, const TABLE: bool>(scene: &Scene) -> Engine<FALLING, TABLE> {
+    let mut engine = Engine::new(scene);
+    if let Some(Thermostat::Andersen { temperature, rate, axes }) = scene.run().thermostat {
+        engine.set_bath(Some(Bath { temperature, rate, axes }), scene.seed(), 0);
+    }
+    engine
+}
 
 fn advance<const FALLING: bool, const TABLE: bool>(
     scene: &Scene,
     until: Until,
     domains: Option<&mut Domains<FALLING, TABLE>>,
 ) -> (Vec<Event>, Snapshot, Engine<FALLING, TABLE>) {
-    let mut engine = Engine::<FALLING, TABLE>::new(scene);
+    let mut engine = begun(scene);
     let mut events = Vec::new();
     let mut see = |event: &Event| {
         events.push(*event);
@@ -93,6 +103,73 @@ fn domains_have_the_bits_of_one_engine() {
     compare::<false, false>(&disks.build().unwrap(), "disks", Until::time(6.0), (&[2, 5], WIDE));
 }
 
+/// Chains whose bonds are much longer than the range in which pairs are looked for.
+fn chains() -> SceneBuilder {
+    let chain = Chain {
+        species: "bead".into(),
+        length: 8,
+        count: 60,
+        bond: "link".into(),
+        spacing: Some(1.3),
+        straight: None,
+        temperature: Some(1.0),
+        speed: None,
+    };
+    SceneBuilder::new("chains")
+        .species("bead", 0.7, 1.0)
+        .interaction("bead", "bead", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .bond_interaction("link", Potential::bond(0.8, 2.6).unwrap(), 1.0)
+        .space(Space { size: Vector::new(30.0, 9.0, 8.0), ..Space::periodic_cube(1.0) })
+        .chain(chain)
+}
+
+/// A scene in a heat bath that acts along two axes.
+fn bathed(builder: SceneBuilder, rate: f64) -> Scene {
+    let bath = Thermostat::Andersen { temperature: 1.7, rate, axes: [true, false, true] };
+    builder.run(RunPlan { thermostat: Some(bath), ..RunPlan::default() }).build().unwrap()
+}
+
+#[test]
+fn domains_in_a_heat_bath_and_of_long_bonds_have_the_bits_of_one_engine() {
+    let hard = || Potential::hard_sphere(1.0).unwrap();
+    for (halo, counts) in [(WIDE, [1, 2, 3, 8]), (THIN, [1, 2, 5, 13])] {
+        let halo = (&counts[..], halo);
+        compare::<false, true>(&chains().build().unwrap(), "chains", Until::time(6.0), halo);
+        compare::<false, true>(&bathed(chains(), 0.4), "chains in a bath", Until::time(4.0), halo);
+        let events = Until::events(20_000);
+        compare::<false, false>(&bathed(spheres(hard(), 0.45, 1_000), 0.3), "lists in a bath", events, halo);
+        compare::<false, false>(&bathed(spheres(hard(), 0.1, 1_000), 3.0), "cells in a bath", events, halo);
+        compare::<false, true>(&bathed(mixture(), 0.5), "mixture in a bath", Until::time(4.0), halo);
+    }
+}
+
+#[test]
+fn an_observer_ends_a_run_at_any_event_also_of_a_heat_bath() {
+    let scene = bathed(mixture(), 2.0);
+    let (mut one, mut whole) = (begun::<false, true>(&scene), begun::<false, true>(&scene));
+    let mut domains = Domains::with_halo(3, 2, WIDE);
+    let mut baths = 0;
+    for stretch in 0..60 {
+        let (mut seen, mut seen_there) = (Vec::new(), Vec::new());
+        let most = 1 + stretch * 37 % 800;
+        let keep = |event: &Event, seen: &mut Vec<Event>| {
+            seen.push(*event);
+            if seen.len() == most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let end = Until::time(1e9);
+        let reason = one.advance(end, &mut Some(&mut |event| keep(event, &mut seen))).unwrap();
+        assert_eq!(reason, Reason::Observer);
+        let mut see = |event: &Event| keep(event, &mut seen_there);
+        while domains.advance_for(&mut whole, 1_000, end, &mut Some(&mut see)).unwrap().is_none() {}
+        domains.settle(&mut whole);
+        assert_eq!(seen_there, seen, "{stretch}");
+        assert_eq!(whole.snapshot(), one.snapshot(), "{stretch}");
+        assert_eq!(whole.counts.totals, one.counts.totals, "{stretch}");
+        baths += usize::from(seen[most - 1].kind == EventKind::Thermostat);
+    }
+    assert!(baths > 5, "{baths}");
+}
+
 #[test]
 fn windows_that_are_wrong_are_undone() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
@@ -135,7 +212,7 @@ fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE
 
 /// After a hundred steps or a window, holds what is owned against one engine, and copies against what their owners have; how often it could.
 fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, count: usize, halo: Halo) -> usize {
-    let (mut one, mut whole) = (Engine::<FALLING, TABLE>::new(scene), Engine::<FALLING, TABLE>::new(scene));
+    let (mut one, mut whole) = (begun::<FALLING, TABLE>(scene), begun::<FALLING, TABLE>(scene));
     let mut domains = Domains::<FALLING, TABLE>::with_halo(count, 2, halo);
     let end = Until::time(f64::INFINITY);
     let mut compared = 0;
@@ -186,12 +263,15 @@ fn at_each_barrier_all_state_is_that_of_one_engine_and_copies_are_what_their_own
     let (thin, dense) = (spheres(hard(), 0.1, 1_000).build().unwrap(), spheres(hard(), 0.45, 1_000).build().unwrap());
     let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let wells = spheres(well, 0.3, 1_000).build().unwrap();
+    let bath = bathed(spheres(hard(), 0.45, 1_000), 0.3);
     for (halo, least) in [(WIDE, 40), (THIN, 2)] {
         let compared = [
             barriers::<false, false>(&thin, "cells", 3, halo),
             barriers::<false, false>(&dense, "lists", 3, halo),
             barriers::<false, true>(&mixture().build().unwrap(), "mixture", 5, halo),
             barriers::<false, true>(&wells, "wells", 4, halo),
+            barriers::<false, true>(&chains().build().unwrap(), "chains", 3, halo),
+            barriers::<false, false>(&bath, "bath", 3, halo),
         ];
         assert!(compared.iter().all(|compared| *compared > least), "{compared:?}");
     }

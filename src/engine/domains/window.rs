@@ -9,34 +9,50 @@ use crate::engine::look_ahead::SELF;
 use crate::engine::neighbours::Place;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::observe::Observe;
+use crate::engine::parts::Engine;
 use crate::engine::prediction::{Due, Prediction};
 use crate::engine::schedule::Pending;
+use crate::engine::sources::andersen::Collision;
 use std::ops::ControlFlow;
 
 /// Events whose times are kept at the end of a window, to know whether time stands still.
 const LAST_EVENTS: usize = 32;
+
+/// A domain ends a window after so many steps: particles are faster than when its length was chosen, and all that it changes is kept.
+const LONGEST_WINDOW: u64 = 100_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     /// Runs alone up to a time, that included.
     pub fn run(&mut self, regions: &Regions, stop: f64, is_observed: bool) {
         while self.trouble.is_none() {
             let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };
-            let Some(entry) = self.engine.schedule.queue.peek(&due) else { break };
-            if due.entry(entry.particle) != entry {
+            let entry = self.engine.schedule.queue.peek(&due);
+            if let Some(entry) = entry
+                && due.entry(entry.particle) != entry
+            {
                 self.engine.schedule.queue.discard();
                 continue;
             }
-            if entry.time > stop {
-                break;
+            let next = entry.map_or(f64::INFINITY, |entry| entry.time);
+            if let Some((particle, collision)) = self.collisions.pop_if(|(_, collision)| collision.time < next) {
+                self.meet_bath(regions, particle, &collision, is_observed);
+                continue;
             }
+            let Some(entry) = entry.filter(|entry| entry.time <= stop) else { break };
             if self.engine.hardware.looks_ahead {
                 self.engine.prefetch_coming();
                 self.prefetch_held();
             }
             self.engine.schedule.queue.pop();
             self.engine.clock.now = entry.time;
-            self.done += u64::from(self.owned.has(entry.particle));
+            if self.owned.has(entry.particle) {
+                self.done += 1;
+                self.latest = entry.time;
+            }
             self.done_in_all += 1;
+            if self.done_in_all > LONGEST_WINDOW {
+                self.trouble = Some(entry.time);
+            }
             let prediction = self.engine.schedule.predictions[entry.particle as usize];
             if prediction.is_transition() {
                 self.transition(regions, entry.particle, entry.time);
@@ -97,21 +113,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             Some(partner) if self.engine.name(partner) < self.engine.name(particle) => partner,
             _ => particle,
         };
-        let is_counted = self.owned.has(first);
-        if !is_counted {
-            std::mem::swap(&mut self.engine.counts, &mut self.elsewhere);
-        }
-        let events = &mut self.events;
-        let mut see = |event: &Event| {
-            events.push(Seen { time, event: *event });
-            ControlFlow::Continue(())
-        };
-        let mut observe: Observe<'_> = if is_observed && is_counted { Some(&mut see) } else { None };
-        let executed = self.engine.execute(particle, prediction, time, &mut observe);
-        self.engine.counts.executed += 1;
-        if !is_counted {
-            std::mem::swap(&mut self.engine.counts, &mut self.elsewhere);
-        }
+        let executed = self.counting(first, is_observed, |engine, observe| {
+            let executed = engine.execute(particle, prediction, time, observe);
+            engine.counts.executed += 1;
+            executed
+        });
         let has_lost_speed = self.engine.clock.standstill.lost_speed.take().is_some();
         if has_lost_speed || !matches!(executed, Ok(Some(_))) {
             self.trouble = Some(time);
@@ -123,7 +129,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         {
             self.engine.repredict(partner, time);
         }
-        if is_counted {
+        if self.owned.has(first) {
             if self.last.len() == 2 * LAST_EVENTS {
                 self.last.drain(..LAST_EVENTS);
             }
@@ -134,6 +140,41 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         if let Some(partner) = partner {
             self.note_contact(regions, partner, Some(particle), time);
         }
+    }
+
+    /// Executes an event of a particle, which is counted and shown where that is owned.
+    #[inline(always)]
+    fn counting<R>(
+        &mut self,
+        particle: u32,
+        is_observed: bool,
+        execute: impl FnOnce(&mut Engine<FALLING, TABLE>, &mut Observe<'_>) -> R,
+    ) -> R {
+        let is_counted = self.owned.has(particle);
+        if !is_counted {
+            std::mem::swap(&mut self.engine.counts, &mut self.elsewhere);
+        }
+        let (events, time) = (&mut self.events, self.engine.clock.now);
+        let mut see = |event: &Event| {
+            events.push(Seen { time, event: *event });
+            ControlFlow::Continue(())
+        };
+        let mut observe: Observe<'_> = if is_observed && is_counted { Some(&mut see) } else { None };
+        let executed = execute(&mut self.engine, &mut observe);
+        if !is_counted {
+            std::mem::swap(&mut self.engine.counts, &mut self.elsewhere);
+        }
+        executed
+    }
+
+    /// Executes a collision with the heat bath.
+    #[cold]
+    fn meet_bath(&mut self, regions: &Regions, particle: u32, collision: &Collision, is_observed: bool) {
+        self.save(particle);
+        (self.engine.clock.now, self.latest) = (collision.time, collision.time);
+        let _ = self.counting(particle, is_observed, |engine, observe| engine.collide(particle, collision, observe));
+        self.engine.repredict(particle, collision.time);
+        self.note_contact(regions, particle, None, collision.time);
     }
 
     /// Keeps what a contact of a particle can change.

@@ -1,5 +1,6 @@
 //! Why a system runs in one thread, and how the work in several went.
 
+use crate::model::{Bond, Scene};
 use std::fmt;
 use std::time::Duration;
 
@@ -7,23 +8,33 @@ use std::time::Duration;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SingleThread {
-    /// Particles of a heat bath are drawn among all.
-    HeatBath,
     /// Diameters grow.
     Growth,
     /// The sides of the box slide past each other.
     SlidingImages,
-    /// Some pairs have interactions of their own that the neighbour search does not reach, or may start further apart than they reach.
+    /// Some pairs have interactions of their own that do not hold them together, or may start further apart than they reach.
     LongInteractions,
+}
+
+impl SingleThread {
+    /// Why a scene runs in one thread from its start to its end, if it does; while diameters grow, every scene does.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Option<Self> {
+        let holds = |bond: &Bond| scene.interactions()[bond.interaction.0 as usize].potential.is_bond();
+        match () {
+            () if scene.shear_rate().is_some() => Some(Self::SlidingImages),
+            () if !scene.bonds().iter().all(holds) || scene.allow_invalid_start() => Some(Self::LongInteractions),
+            () => None,
+        }
+    }
 }
 
 impl fmt::Display for SingleThread {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::HeatBath => "a heat bath acts on all particles",
             Self::Growth => "the diameters grow",
             Self::SlidingImages => "the box is sheared",
-            Self::LongInteractions => "bonds or starts reach further than the neighbour search",
+            Self::LongInteractions => "some pairs have interactions of their own at any distance",
         })
     }
 }

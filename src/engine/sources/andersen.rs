@@ -52,6 +52,32 @@ impl Andersen {
     fn wait(&mut self) {
         self.next += self.random.exponential() / self.rate;
     }
+
+    /// Draws the next one, of so many ids, and the time of that after it. There is one that moves, or there were no bath.
+    fn draw(&mut self, ids: usize, is_moving: impl Fn(usize) -> bool) -> Collision {
+        let time = self.next;
+        let id = loop {
+            let id = self.random.below(ids);
+            if is_moving(id) {
+                break id;
+            }
+        };
+        let normal = std::array::from_fn(|axis| self.axes[axis].then(|| self.random.normal()));
+        self.wait();
+        Collision { time, id, temperature: self.temperature, normal }
+    }
+}
+
+/// A collision of a particle with the heat bath.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::engine) struct Collision {
+    /// Since the epoch.
+    pub time: f64,
+    pub id: usize,
+    /// Of the bath `[energy]`.
+    temperature: f64,
+    /// By axis, a normal number; none where the velocity stays what it is.
+    normal: [Option<f64>; 3],
 }
 
 /// Settings of a heat bath.
@@ -71,32 +97,55 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &mut self,
         observe: &mut Observe<'_>,
     ) -> Result<(Repredict, ControlFlow<()>), InvariantBroken> {
-        let Some(mut bath) = self.sources.andersen.take() else {
+        let Some(collision) = self.draw_collision() else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
-        let time = bath.next;
-        self.clock.now = time;
-        // By id, so that the order in memory decides nothing. There is one that moves, or there were no bath.
-        let particle = loop {
-            let particle = self.state.numbers[bath.random.below(self.state.numbers.len())];
-            if !self.is_static(particle) {
-                break particle;
-            }
-        };
-        self.stream(particle, time);
-        let inverse_mass = self.pairs.rules.species[usize::from(self.row(particle))].inverse_mass;
-        let width = (bath.temperature * inverse_mass).sqrt();
-        let before = self.state.bodies[particle as usize].velocity;
-        let mut after = before;
-        let streaming = self.streaming_velocity(&self.state.bodies[particle as usize].position);
-        for axis in (0..3).filter(|&axis| bath.axes[axis]) {
-            after[axis] = streaming[axis] + width * bath.random.normal();
-        }
-        bath.wait();
-        self.sources.andersen = Some(bath);
-        let change = Change::of_one(With::Bath, particle, &before, after, inverse_mass);
-        let flow = self.apply(&Change { counted: Some(CountedKind::Thermostat), ..change }, observe);
+        self.clock.now = collision.time;
+        // By id, so that the order in memory decides nothing.
+        let particle = self.state.numbers[collision.id];
+        let flow = self.collide(particle, &collision, observe);
         Ok((Repredict::One(particle), flow))
+    }
+
+    /// Draws all collisions with the heat bath up to a time, that included.
+    pub(in crate::engine) fn draw_collisions(&mut self, stop: f64) -> Vec<Collision> {
+        let mut collisions = Vec::new();
+        while self.sources.andersen.as_ref().is_some_and(|bath| bath.next <= stop) {
+            collisions.extend(self.draw_collision());
+        }
+        self.schedule_global();
+        collisions
+    }
+
+    /// Draws the next collision with the heat bath, if there is one.
+    fn draw_collision(&mut self) -> Option<Collision> {
+        let mut bath = self.sources.andersen.take()?;
+        let numbers = &self.state.numbers;
+        let collision = bath.draw(numbers.len(), |id| !self.is_static(numbers[id]));
+        self.sources.andersen = Some(bath);
+        Some(collision)
+    }
+
+    /// Gives a particle the velocity that it has after a collision with the heat bath now.
+    pub(in crate::engine) fn collide(
+        &mut self,
+        particle: u32,
+        collision: &Collision,
+        observe: &mut Observe<'_>,
+    ) -> ControlFlow<()> {
+        self.stream(particle, collision.time);
+        let inverse_mass = self.pairs.rules.species[usize::from(self.row(particle))].inverse_mass;
+        let width = (collision.temperature * inverse_mass).sqrt();
+        let before = self.state.bodies[particle as usize].velocity;
+        let streaming = self.streaming_velocity(&self.state.bodies[particle as usize].position);
+        let mut after = before;
+        for axis in 0..3 {
+            if let Some(normal) = collision.normal[axis] {
+                after[axis] = streaming[axis] + width * normal;
+            }
+        }
+        let change = Change::of_one(With::Bath, particle, &before, after, inverse_mass);
+        self.apply(&Change { counted: Some(CountedKind::Thermostat), ..change }, observe)
     }
 
     /// Starts or ends the heat bath.

@@ -1,12 +1,14 @@
 //! Stages, thermostats and replica exchange in the file of a scene.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::json;
 
+use super::either::Either;
 use crate::base::whole;
 use crate::model::exchange_plan::MOST_TEMPERATURES;
 use crate::model::space::AXES;
+use crate::model::threads::MOST_THREADS;
 use crate::scene::names::WORDS;
 use crate::scene::parse::plan::{AUTOMATIC, THERMOSTATS};
 use crate::scene::schema::{keys_by_kind, words};
@@ -65,6 +67,21 @@ pub(crate) struct ThermostatFile {
     /// Time between two scalings `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
+}
+
+/// A number, or `auto`.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub(crate) enum ThreadsFile {
+    Number(#[schemars(with = "usize", range(min = 1, max = MOST_THREADS))] f64),
+    Word(#[schemars(extend("enum" = AUTOMATIC))] String),
+}
+
+impl<'de> Deserialize<'de> for ThreadsFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let either = Either::<(), _>::plain("a number or \"auto\"");
+        Either { of_number: Some(Self::Number), of_word: Some(Self::Word), ..either }.deserialize(deserializer)
+    }
 }
 
 /// `{ rate = 0.01, packing_fraction = 0.62 }`, or up to a `compressibility_factor`

@@ -13,13 +13,18 @@ pub(super) struct Either<T, V> {
     pub of_bool: Option<fn(bool) -> V>,
     pub of_number: Option<fn(f64) -> V>,
     pub of_word: Option<fn(String) -> V>,
-    pub of_table: fn(T) -> V,
+    pub of_table: Option<fn(T) -> V>,
 }
 
 impl<'de, T: Deserialize<'de>, V> Either<T, V> {
     /// A table only.
     pub fn new(expected: &'static str, of_table: fn(T) -> V) -> Self {
-        Self { expected, of_bool: None, of_number: None, of_word: None, of_table }
+        Self { of_table: Some(of_table), ..Self::plain(expected) }
+    }
+
+    /// No way yet.
+    pub fn plain(expected: &'static str) -> Self {
+        Self { expected, of_bool: None, of_number: None, of_word: None, of_table: None }
     }
 
     pub fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<V, D::Error> {
@@ -55,6 +60,9 @@ impl<'de, T: Deserialize<'de>, V> Visitor<'de> for Either<T, V> {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<V, A::Error> {
-        T::deserialize(MapAccessDeserializer::new(map)).map(self.of_table)
+        match self.of_table {
+            Some(of) => T::deserialize(MapAccessDeserializer::new(map)).map(of),
+            None => Err(A::Error::invalid_type(Unexpected::Map, &self)),
+        }
     }
 }

@@ -1,12 +1,15 @@
 //! Parses the tables `[run]`, `[[stage]]`, `[exchange]` and `[measure]` into plans.
 
 use super::Keys;
+use crate::base::numbers::trunc_to_usize;
+use crate::base::text::shortest;
 use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
-use crate::model::{Equilibration, ExchangePlan, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
+use crate::model::{Equilibration, ExchangePlan, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat, Threads};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
-use crate::scene::file::{ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile};
+use crate::scene::file::{ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile, ThreadsFile};
+use crate::scene::validate::plan::SO_MANY_THREADS;
 
 /// How long to run, and what to do first.
 pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<RunPlan, SceneError> {
@@ -26,7 +29,19 @@ pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<
         until_stationary: equilibration.until_stationary,
         limit: Limit { time: run.until_time, events: run.until_events },
         thermostat: run.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
+        threads: run.threads.map_or(Ok(Threads::default()), |file| parse_threads(file, at.key("threads")))?,
     })
+}
+
+fn parse_threads(file: ThreadsFile, at: ConfigPath) -> Result<Threads, SceneError> {
+    match file {
+        ThreadsFile::Word(word) if AUTOMATIC.contains(&word.as_str()) => Ok(Threads::Auto),
+        ThreadsFile::Word(word) => Err(unknown(&at, "number of threads", &word, AUTOMATIC)),
+        ThreadsFile::Number(number) if number.fract() == 0.0 && number.abs() <= f64::from(u32::MAX) => {
+            Ok(Threads::Number(trunc_to_usize(number.max(0.0))))
+        }
+        ThreadsFile::Number(number) => refuse(at, shortest(number), SO_MANY_THREADS),
+    }
 }
 
 /// The word that lets an equilibration end by itself.

@@ -3,7 +3,7 @@
 use crate::base::text::shortest;
 use crate::model::exchange_plan::{MOST_ATTEMPTS, MOST_TEMPERATURES};
 use crate::model::space::{AXES, Boundary, Face};
-use crate::model::{ExchangePlan, Format, MeasurementPlan, Scene, SceneParts};
+use crate::model::{ExchangePlan, Format, MeasurementPlan, Scene, SceneParts, Threads};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -70,6 +70,11 @@ impl SceneParts {
         if self.run.thermostat.is_some() {
             let expected = "none beside [exchange], which has temperatures and a rate of its own";
             return refuse(root.key("run").key("thermostat"), "given", expected);
+        }
+        if self.run.threads != Threads::default() {
+            let expected =
+                "1 beside [exchange], whose replicas have a thread each: `carom exchange --jobs` says how many at once";
+            return refuse(root.key("run").key("threads"), self.run.threads, expected);
         }
         if let Some(key) = instrument(&self.measure) {
             let expected = "none beside [exchange], which measures energies, temperatures, pressures, heat capacities and populations: \

@@ -3,13 +3,16 @@
 use crate::Vector;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{Boundary, Space};
+use crate::model::threads::MOST_THREADS;
 use crate::model::{
-    Growth, GrowthTarget, Limit, Scene, SceneParts, Species, SpeciesId, StagePlan, Thermostat, ThermostatError,
+    Growth, GrowthTarget, Limit, Scene, SceneParts, Species, SpeciesId, StagePlan, Thermostat, ThermostatError, Threads,
 };
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{finite, positive, positive_if_given};
+
+pub(in crate::scene) const SO_MANY_THREADS: &str = "a whole number from 1 to 64, or \"auto\"";
 
 pub(super) fn check_limit(limit: Limit, time: ConfigPath, events: ConfigPath) -> Result<(), SceneError> {
     positive_if_given(limit.time, time)?;
@@ -32,6 +35,11 @@ impl SceneParts {
         check_limit(self.run.equilibration, at.key("equilibration_time"), at.key("equilibration_events"))?;
         check_limit(self.run.limit, at.key("until_time"), at.key("until_events"))?;
         check_thermostat(self.run.thermostat.as_ref(), &at.key("thermostat"))?;
+        if let Threads::Number(number) = self.run.threads
+            && !(1..=MOST_THREADS).contains(&number)
+        {
+            return refuse(at.key("threads"), number, SO_MANY_THREADS);
+        }
         for (index, stage) in self.run.stages.iter().enumerate() {
             let at = ConfigPath::entry("stage", index);
             if [EQUILIBRATION, MEASUREMENT].contains(&stage.name.as_str()) {

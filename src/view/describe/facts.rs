@@ -1,6 +1,6 @@
 //! Facts of a scene, each said once: for `carom check` and for the page about a run.
 
-use super::{counts, equilibration, exchange, interactions, population, space, stage, start, thermostat};
+use super::{counts, equilibration, exchange, interactions, population, space, stage, start, thermostat, threads};
 use crate::base::text::{digits, plural};
 use crate::model::{Limit, Scene, Species, StaticSurface};
 
@@ -19,7 +19,7 @@ pub struct Fact {
 pub fn facts(scene: &Scene) -> Vec<Fact> {
     let run = &scene.run;
     let equilibrates = run.until_stationary || run.equilibration != Limit::default();
-    let all: [(&'static str, Vec<String>); 12] = [
+    let all: [(&'static str, Vec<String>); 13] = [
         ("start", start(scene).into_iter().collect()),
         ("particles", vec![population(scene)]),
         ("species", scene.species.iter().zip(counts(scene)).map(species).collect()),
@@ -32,6 +32,7 @@ pub fn facts(scene: &Scene) -> Vec<Fact> {
         ("equilibration", equilibrates.then(|| equilibration(run)).into_iter().collect()),
         ("thermostat", run.thermostat.as_ref().map(thermostat).into_iter().collect()),
         ("exchange", scene.exchange().map(exchange).into_iter().collect()),
+        ("threads", threads(scene).into_iter().collect()),
     ];
     all.into_iter().filter(|(_, values)| !values.is_empty()).map(|(label, values)| Fact { label, values }).collect()
 }

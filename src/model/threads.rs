@@ -1,0 +1,91 @@
+//! Threads: how many a system is spread over.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// Domains of fewer particles than this on average have been no faster than one engine for all, or hardly so.
+pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
+
+/// The largest number of threads.
+pub(crate) const MOST_THREADS: usize = 64;
+
+/// How many threads a system is spread over. All results have the same bits for any number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Threads {
+    /// So many, from 1 to 64.
+    Number(usize),
+    /// As many as there are cores, but one for each 250,000 particles at most: below that it does not pay.
+    Auto,
+}
+
+impl Threads {
+    /// The number of threads for so many particles on a machine of so many cores.
+    #[must_use]
+    pub fn of(self, particles: usize, cores: usize) -> usize {
+        let number = match self {
+            Self::Number(number) => number,
+            Self::Auto => (particles / PARTICLES_PER_THREAD).min(cores),
+        };
+        number.clamp(1, MOST_THREADS)
+    }
+}
+
+impl Default for Threads {
+    fn default() -> Self {
+        Self::Number(1)
+    }
+}
+
+impl From<usize> for Threads {
+    fn from(number: usize) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl FromStr for Threads {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(number @ 1..=MOST_THREADS) => Ok(Self::Number(number)),
+            Err(_) if text == "auto" => Ok(Self::Auto),
+            _ => Err("expected a number of threads from 1 to 64, or auto".to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for Threads {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => number.fmt(f),
+            Self::Auto => f.write_str("auto"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_are_a_number_or_auto() {
+        for (text, threads) in [("1", Threads::Number(1)), ("64", Threads::Number(64)), ("auto", Threads::Auto)] {
+            assert_eq!(text.parse(), Ok(threads));
+            assert_eq!(threads.to_string(), text);
+        }
+        for bad in ["0", "65", "-2", "1.5", "", "Auto", "99999999999999999999"] {
+            assert!(bad.parse::<Threads>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn auto_takes_cores_where_there_are_particles_for_them() {
+        let auto = |particles, cores| Threads::Auto.of(particles, cores);
+        assert_eq!([0, 249_999, 499_999, 500_000, 10_000_000].map(|n| auto(n, 8)), [1, 1, 1, 2, 8]);
+        assert_eq!(auto(100_000_000, 500), 64);
+        assert_eq!(Threads::Number(3).of(10, 1), 3);
+        assert_eq!(Threads::Number(0).of(10, 1), 1);
+    }
+}

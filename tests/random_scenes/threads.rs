@@ -1,0 +1,249 @@
+//! Scenes at random on any number of threads: the events, the state and the counts of one, to the bit.
+//!
+//! A run is cut into stretches at random: to a time, to a number of events, or to where an observer breaks. Between them it changes its number of
+//! threads, and is written and read as a checkpoint is, now and then.
+//!
+//! ```text
+//! CAROM_FUZZ_SCENES=5000 cargo test --release --test random_scenes threads -- --nocapture
+//! ```
+
+use std::fmt::Write;
+use std::ops::ControlFlow;
+
+use carom::engine::event::Event;
+use carom::engine::{Reason, Simulation};
+use carom::{Scene, Until};
+
+use super::dice::Dice;
+use super::{PATIENCE, generator, setting};
+
+/// Numbers of threads, which are those of domains.
+const THREADS: [usize; 7] = [1, 2, 2, 3, 4, 8, 13];
+/// Stretches of a run.
+const STRETCHES: usize = 6;
+/// Steps between two looks at how long it takes.
+const STEPS: u64 = 20_000;
+
+/// Outcomes of scenes.
+#[derive(Debug, Default)]
+struct Count {
+    refused: usize,
+    given_up: usize,
+    /// Of all stretches of all scenes, those on several threads, and the windows, differences and serial stretches of these.
+    compared: usize,
+    spread: usize,
+    windows: u64,
+    undone: u64,
+    serial: u64,
+    events: usize,
+}
+
+/// What a stretch is to be.
+#[derive(Debug, Clone, Copy)]
+enum Stretch {
+    Time(f64),
+    Events(u64),
+    Shown(usize),
+}
+
+/// Events of a stretch, and how it ended; none if it takes too long.
+fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>, Result<Reason, String>)> {
+    let mut events = Vec::new();
+    let (until, most) = match stretch {
+        Stretch::Time(time) => (Until::time(time), usize::MAX),
+        Stretch::Events(events) => (Until { time: f64::INFINITY, events }, usize::MAX),
+        Stretch::Shown(most) => (Until::time(f64::INFINITY), most),
+    };
+    for _ in 0..PATIENCE {
+        let mut see = |event: &Event| {
+            events.push(*event);
+            if events.len() == most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        match simulation.advance_for(STEPS, until, Some(&mut see)) {
+            Ok(None) => {}
+            Ok(Some(reason)) => return Some((events, Ok(reason))),
+            Err(error) => return Some((events, Err(error.to_string()))),
+        }
+    }
+    None
+}
+
+/// A stretch from where a simulation is.
+fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
+    let events = 1 + dice.below(3_000);
+    let few = if events.is_multiple_of(2) { events as u64 } else { 1 };
+    match dice.below(3) {
+        0 => Stretch::Time(simulation.time() + dice.power(-2.0, 1.0)),
+        1 => Stretch::Events(simulation.event_counts().physical() + few),
+        _ => Stretch::Shown(events),
+    }
+}
+
+/// What is different, if anything is.
+fn compare(text: &str, dice: &mut Dice, count: &mut Count) -> Option<String> {
+    let Ok(scene) = Scene::from_toml(text, "random.toml") else {
+        count.refused += 1;
+        return None;
+    };
+    let begin = |scene: Scene| Simulation::new(scene.clone()).unwrap_or_else(|_| Simulation::without_plan(scene));
+    let (mut one, mut other) = (begin(scene.clone()), begin(scene));
+    for at in 0..STRETCHES {
+        let threads = if dice.chance(0.02) { 64 } else { dice.pick(&THREADS) };
+        other.set_threads(threads);
+        let stretch = stretch(&one, dice);
+        let Some((seen, end)) = advance(&mut one, stretch) else {
+            count.given_up += 1;
+            return None;
+        };
+        let what = format!("stretch {at}, {threads} threads, {stretch:?}");
+        let Some((seen_there, end_there)) = advance(&mut other, stretch) else {
+            return Some(format!("{what}: takes too long"));
+        };
+        if let Some(first) = (0..seen.len().max(seen_there.len())).find(|&at| seen.get(at) != seen_there.get(at)) {
+            let both = [seen.get(first), seen_there.get(first)];
+            return Some(format!("{what}: event {first}: {both:#?}, {:?}", other.domain_work()));
+        }
+        let all = |simulation: &Simulation| {
+            let by_species = simulation.event_counts_by_species();
+            (simulation.snapshot(), *simulation.event_counts(), format!("{by_species:?}"))
+        };
+        let (here, there) = (all(&one), all(&other));
+        if end != end_there || here != there {
+            let same = [here.0 == there.0, here.1 == there.1, here.2 == there.2];
+            return Some(format!(
+                "{what}: {end:?}, {end_there:?}, same state and counts {same:?} at {}, {}, {:?}",
+                one.time(),
+                other.time(),
+                other.domain_work()
+            ));
+        }
+        count.compared += 1;
+        count.events += seen.len();
+        if let Some(work) = other.domain_work() {
+            count.spread += usize::from(other.single_thread().is_none());
+            count.windows += work.windows;
+            count.undone += work.differences + work.uncovered;
+            count.serial += work.serial;
+        }
+        if end.is_err() || end == Ok(Reason::Idle) {
+            return None;
+        }
+        if dice.chance(0.3) {
+            let bytes = postcard::to_stdvec(&other).unwrap();
+            other = postcard::from_bytes(&bytes).unwrap();
+        }
+        if dice.chance(0.2) {
+            let velocities: Vec<_> = one.snapshot().velocities.iter().map(|velocity| velocity * 1.1).collect();
+            let [first, second] = [&mut one, &mut other].map(|simulation| simulation.set_velocities(&velocities));
+            assert_eq!(format!("{first:?}"), format!("{second:?}"), "{what}");
+        }
+    }
+    None
+}
+
+/// A box, cubic or long, for so many particles.
+fn space(text: &mut String, dice: &mut Dice, count: usize, is_flat: bool) {
+    let fraction = dice.between(0.02, if is_flat { 0.4 } else { 0.3 });
+    let long = dice.pick(&[1.0, 2.5, 8.0]);
+    let edge = if is_flat {
+        (count as f64 * 0.8 / fraction / long).sqrt()
+    } else {
+        (count as f64 * 0.55 / fraction / long).cbrt()
+    };
+    let edge = edge.max(5.0);
+    let mut size = [edge, edge, if is_flat { 0.0 } else { edge }];
+    let along = dice.below(if is_flat { 2 } else { 3 });
+    size[along] *= long;
+    let _ = writeln!(text, "[space]\nsize = {size:?}");
+    for (axis, edge) in ["x", "y", "z"].into_iter().zip(size) {
+        let hot = "{ lower = { temperature = 1.5 }, upper = { temperature = 0.8 } }";
+        let sides = match dice.below(6) {
+            _ if edge == 0.0 => "\"flat\"",
+            0 => "\"walls\"",
+            1 => hot,
+            2 if dice.chance(0.3) => "{ lower = \"wall\", upper = \"open\", restitution = 0.9 }",
+            _ => "\"periodic\"",
+        };
+        let _ = writeln!(text, "{axis} = {sides}");
+    }
+}
+
+/// A scene of hundreds or thousands of particles: mixtures of wells, steps and cores, chains, walls, gravity, restitution, contact times and heat baths.
+fn large(seed: u64) -> String {
+    let mut dice = Dice::new(seed ^ 0x5eed);
+    let dice = &mut dice;
+    let count = if dice.chance(0.1) { 4_000 + dice.below(3_000) } else { 80 + dice.below(1_200) };
+    let mut text = format!("name = \"large\"\nseed = {seed}\n");
+    let is_flat = dice.chance(0.3);
+    space(&mut text, dice, count, is_flat);
+    let restitution = if dice.chance(0.3) { dice.pick(&[0.9, 0.6]) } else { 1.0 };
+    let _ = writeln!(text, "[dynamics]");
+    if restitution < 1.0 {
+        let _ = writeln!(text, "contact_time = {:?}", dice.power(-4.0, -1.0));
+    }
+    if dice.chance(0.4) {
+        let down = if is_flat { [0.0, -0.3, 0.0] } else { [0.0, 0.1, -0.3] };
+        let _ = writeln!(text, "gravity = {down:?}");
+    }
+    let masses = [0.7, dice.pick(&[0.7, 3.1, 40.0])];
+    let diameters = [1.0, dice.pick(&[1.0, 0.45])];
+    for k in 0..2 {
+        let _ = write!(text, "[[species]]\nname = \"S{k}\"\nmass = {:?}\ndiameter = {:?}\n", masses[k], diameters[k]);
+    }
+    let kind = dice.below(4);
+    for (a, b) in [(0, 0), (0, 1), (1, 1)] {
+        let potential = match kind {
+            0 => format!("\"square-well\"\nlambda = 1.6\nwell_depth = {:?}", dice.pick(&[1.0, 0.3])),
+            1 => "\"square-shoulder\"\nlambda = 1.3\nheight = 0.7".to_owned(),
+            _ => "\"hard-sphere\"".to_owned(),
+        };
+        let _ = write!(
+            text,
+            "[[interaction]]\nspecies = [\"S{a}\", \"S{b}\"]\npotential = {potential}\nrestitution = {restitution}\n"
+        );
+    }
+    let chains = if dice.chance(0.3) { count / 20 } else { 0 };
+    if chains > 0 {
+        let longest = dice.pick(&[1.3, 2.6]);
+        let _ = write!(
+            text,
+            "[[interaction]]\nname = \"link\"\npotential = \"bond\"\nshortest = 0.9\nlongest = {longest}\n\
+             [[chain]]\nspecies = \"S0\"\nlength = 5\ncount = {chains}\nbond = \"link\"\ntemperature = 1.1\n"
+        );
+    }
+    let rest = count - 5 * chains;
+    for (species, share) in [(0, rest / 2), (1, rest - rest / 2)] {
+        let _ = write!(
+            text,
+            "[[fill]]\nspecies = \"S{species}\"\narrangement = \"random\"\ncount = {share}\ntemperature = 1.1\n"
+        );
+    }
+    text += "[run]\nuntil_events = 1\n";
+    if dice.chance(0.25) {
+        let rate = dice.power(-2.0, 0.5);
+        let _ = writeln!(text, "thermostat = {{ kind = \"andersen\", temperature = 1.2, rate = {rate:?} }}");
+    }
+    text
+}
+
+#[test]
+fn threads_have_the_bits_of_one() {
+    let (first, scenes) = (setting("CAROM_FUZZ_SEED", 1), setting("CAROM_FUZZ_SCENES", 40));
+    let is_told = std::env::var_os("CAROM_FUZZ_TELL").is_some();
+    let (mut count, mut different) = (Count::default(), Vec::new());
+    for seed in first..first + scenes {
+        if is_told {
+            eprintln!("{seed}");
+        }
+        let text = if seed % 2 == 0 { generator::scene(seed) } else { large(seed) };
+        if let Some(words) = compare(&text, &mut Dice::new(!seed), &mut count) {
+            eprintln!("seed {seed}: {words}");
+            different.push((seed, text));
+        }
+    }
+    println!("{count:?}");
+    if let Some((seed, text)) = different.first() {
+        panic!("{} of {scenes} scenes; the first is {seed}:\n{text}", different.len());
+    }
+    assert!(count.spread as u64 > scenes && count.windows > 10 * scenes && count.undone > 0, "{count:?}");
+}
