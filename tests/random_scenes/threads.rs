@@ -38,7 +38,7 @@ struct Count {
     events: usize,
 }
 
-/// What a stretch is to be.
+/// How a stretch ends.
 #[derive(Debug, Clone, Copy)]
 enum Stretch {
     Time(f64),
@@ -79,7 +79,7 @@ fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
     }
 }
 
-/// What is different, if anything is.
+/// First difference of a scene on several threads, if there is one.
 fn compare(text: &str, dice: &mut Dice, count: &mut Count) -> Option<String> {
     let Ok(scene) = Scene::from_toml(text, "random.toml") else {
         count.refused += 1;
