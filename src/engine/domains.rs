@@ -96,7 +96,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         match () {
             () if engine.images.slide() => Some(SingleThread::SlidingImages),
             () if reach_far => Some(SingleThread::LongInteractions),
-            () if !engine.distances.are_constant() => Some(SingleThread::Growth),
+            () if !engine.distances.are_constant() => Some(SingleThread::ChangingDistances),
             () => None,
         }
     }

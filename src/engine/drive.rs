@@ -1,11 +1,11 @@
-//! External drive of a simulation: thermostats, growing diameters.
+//! External drive of a simulation: thermostats, and velocities that are scaled.
 
 use super::sources::andersen::Bath;
-use super::{Chosen, InvariantBroken, Simulation, Snapshot};
+use super::{Chosen, InvariantBroken, Simulation};
 use crate::Vector;
 use crate::engine::contact::apply::{Change, With};
 use crate::engine::parts::Engine;
-use crate::model::{Growth, Thermostat, ThermostatError};
+use crate::model::{Thermostat, ThermostatError};
 
 impl Simulation {
     /// Starts a heat bath in place of the one that there is, or ends it with `None`. `stage` tells the random numbers of one stage from those of another.
@@ -48,13 +48,6 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.scale_velocities(factor, drift));
     }
 
-    /// Lets all diameters grow from now on, to at most `largest` times what they are.
-    ///
-    /// Only for hard spheres without gravity in a periodic box, as a scene with a stage of growth has been checked to be.
-    pub(crate) fn grow(&mut self, growth: &Growth, largest: f64) {
-        with_engine!(&mut self.engine, engine => engine.grow(growth.rate, largest));
-    }
-
     /// The impossible state that it is in, if it is.
     pub(crate) fn broken(&self) -> Option<InvariantBroken> {
         with_engine!(&self.engine, engine => engine.broken)
@@ -84,33 +77,6 @@ impl Simulation {
     /// Simulated time since the start, to which no time at the start has been added `[time]`.
     pub(crate) fn elapsed(&self) -> f64 {
         with_engine!(&self.engine, engine => engine.elapsed())
-    }
-
-    /// Ends the growth: from now on the diameters are those that they have grown to.
-    pub(crate) fn end_growth(&mut self) {
-        let scale = with_engine!(&self.engine, engine => engine.scale());
-        let snapshot = self.snapshot();
-        self.scene.grow(scale);
-        self.scale *= scale;
-        for (particle, (position, velocity)) in
-            self.scene.particles.iter_mut().zip(snapshot.positions.iter().zip(&snapshot.velocities))
-        {
-            (particle.position, particle.velocity) = (*position, *velocity);
-        }
-        self.scene.start_time = snapshot.time;
-        let scene = &self.scene;
-        let carried = with_engine!(&self.engine, engine => engine.carried());
-        let Snapshot { images, .. } = snapshot;
-        with_engine!(&mut self.engine, engine => engine.let_go());
-        match &mut self.engine {
-            Chosen::FreeHard(engine) => *engine = Engine::new(scene),
-            Chosen::FreeTable(engine) => *engine = Engine::new(scene),
-            Chosen::FallingHard(engine) => *engine = Engine::new(scene),
-            Chosen::FallingTable(engine) => *engine = Engine::new(scene),
-        }
-        with_engine!(&mut self.engine, engine => engine.carry(carried, &images));
-        self.choice = super::EngineChoice::new(&self.scene);
-        self.set_threads(self.threads);
     }
 }
 

@@ -10,7 +10,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum NeedsRun {
-    /// A stage of preparation, such as a growth.
+    /// A stage of preparation.
     #[error(
         "stage `{name}` of the scene is done by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]

@@ -48,7 +48,7 @@ impl Simulation {
     /// Spreads the system over so many threads from now on, 64 at most, whatever [`RunPlan::threads`](crate::model::RunPlan::threads) says: the box is
     /// cut into as many domains. Events, states and sums have the same bits as with one.
     ///
-    /// Nothing of this is written to a checkpoint. What is not covered runs in one thread: growth, sheared boxes, starts with overlaps that are allowed, and
+    /// Nothing of this is written to a checkpoint. What is not covered runs in one thread: diameters that grow, sheared boxes, starts with overlaps that are allowed, and
     /// pairs with interactions of their own that do not hold them together ([`Self::single_thread`] tells). It pays from
     /// some 250,000 particles for each thread on, and takes three times the memory (`docs/speed.md`).
     ///

@@ -8,7 +8,8 @@ use crate::engine::event::{EventCounts, EventCountsBySpecies};
 use crate::engine::neighbours::Search;
 use crate::engine::parts::Engine;
 use crate::engine::sources::Repredict;
-use crate::engine::{Invariant, InvariantBroken};
+use crate::engine::{Chosen, EngineChoice, Invariant, InvariantBroken, Simulation, Snapshot};
+use crate::model::Growth;
 use crate::physics::detection::plane;
 use crate::physics::motion::RelativeState;
 
@@ -130,6 +131,42 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The longest distance at which a pair meets before the spheres are sorted anew.
     fn longest_meeting(&self) -> f64 {
         self.distances.reach_factor() * self.ranges.between.iter().copied().fold(0.0, f64::max)
+    }
+}
+
+impl Simulation {
+    /// Lets all diameters grow from now on, to at most `largest` times what they are.
+    ///
+    /// Only for hard spheres without gravity in a periodic box, as a scene with a stage of growth has been checked to be.
+    pub(crate) fn grow(&mut self, growth: &Growth, largest: f64) {
+        with_engine!(&mut self.engine, engine => engine.grow(growth.rate, largest));
+    }
+
+    /// Ends the growth: from now on the diameters are those that they have grown to.
+    pub(crate) fn end_growth(&mut self) {
+        let scale = with_engine!(&self.engine, engine => engine.scale());
+        let snapshot = self.snapshot();
+        self.scene.grow(scale);
+        self.scale *= scale;
+        for (particle, (position, velocity)) in
+            self.scene.particles.iter_mut().zip(snapshot.positions.iter().zip(&snapshot.velocities))
+        {
+            (particle.position, particle.velocity) = (*position, *velocity);
+        }
+        self.scene.start_time = snapshot.time;
+        let scene = &self.scene;
+        let carried = with_engine!(&self.engine, engine => engine.carried());
+        let Snapshot { images, .. } = snapshot;
+        with_engine!(&mut self.engine, engine => engine.let_go());
+        match &mut self.engine {
+            Chosen::FreeHard(engine) => *engine = Engine::new(scene),
+            Chosen::FreeTable(engine) => *engine = Engine::new(scene),
+            Chosen::FallingHard(engine) => *engine = Engine::new(scene),
+            Chosen::FallingTable(engine) => *engine = Engine::new(scene),
+        }
+        with_engine!(&mut self.engine, engine => engine.carry(carried, &images));
+        self.choice = EngineChoice::new(&self.scene);
+        self.set_threads(self.threads);
     }
 }
 

@@ -9,7 +9,7 @@ use std::time::Duration;
 #[non_exhaustive]
 pub enum SingleThread {
     /// Diameters grow.
-    Growth,
+    ChangingDistances,
     /// The sides of the box slide past each other.
     SlidingImages,
     /// Some pairs have interactions of their own that do not hold them together, or may start further apart than they reach.
@@ -32,7 +32,7 @@ impl SingleThread {
 impl fmt::Display for SingleThread {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Growth => "the diameters grow",
+            Self::ChangingDistances => "the diameters grow",
             Self::SlidingImages => "the box is sheared",
             Self::LongInteractions => "some pairs have interactions of their own at any distance",
         })
