@@ -39,6 +39,10 @@ const MOST_STEPS: f64 = 10_000.0;
 /// Steps of the one engine where the domains cannot go on.
 const SERIAL_STEPS: u64 = 2_000;
 
+/// After so many windows of fewer steps than these, one after the other, the one engine does some: it is faster then.
+const MOST_SHORT: u32 = 8;
+const FEWEST_STEPS: u64 = 8;
+
 /// So many windows that were undone of late are a sign of a halo that is too thin, and how much wider it becomes.
 const MOST_UNDONE: f64 = 4.0;
 const WIDER: Halo = Halo { slack: 0.1, margin: 0.3 };
@@ -58,6 +62,8 @@ pub struct Domains<const FALLING: bool, const TABLE: bool> {
     length: f64,
     /// Windows that were undone, of which each later one that agrees makes a twentieth forgotten.
     undone: f64,
+    /// Windows of few steps since the last one of more.
+    short: u32,
     /// Empty while the one engine has all.
     cut: Option<Cut<FALLING, TABLE>>,
     pub work: DomainWork,
@@ -85,6 +91,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             steps_of_window: MOST_STEPS,
             length: 0.0,
             undone: 0.0,
+            short: 0,
             cut: None,
             work: DomainWork::default(),
         }
@@ -120,8 +127,15 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             let next = if Self::obstacle(whole).is_none() {
                 let done = whole.counts.totals.transition + whole.counts.executed;
                 let next = self.window(whole, until, observe)?;
-                left = left.saturating_sub((whole.counts.totals.transition + whole.counts.executed - done).max(1));
-                next
+                let done = whole.counts.totals.transition + whole.counts.executed - done;
+                left = left.saturating_sub(done.max(1));
+                self.short = if done < FEWEST_STEPS { self.short + 1 } else { 0 };
+                if self.short > MOST_SHORT && matches!(next, Next::Done) {
+                    self.short = 0;
+                    Next::Serial(SERIAL_STEPS)
+                } else {
+                    next
+                }
             } else {
                 Next::Serial(SERIAL_STEPS)
             };

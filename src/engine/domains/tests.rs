@@ -210,13 +210,18 @@ fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE
     names
 }
 
+/// How often each system is compared: `CAROM_BARRIERS=10000 cargo test --release --lib barrier` is a campaign.
+fn rounds() -> usize {
+    std::env::var("CAROM_BARRIERS").map_or(60, |rounds| rounds.parse().unwrap())
+}
+
 /// After a hundred steps or a window, holds what is owned against one engine, and copies against what their owners have; how often it could.
 fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, count: usize, halo: Halo) -> usize {
     let (mut one, mut whole) = (begun::<FALLING, TABLE>(scene), begun::<FALLING, TABLE>(scene));
     let mut domains = Domains::<FALLING, TABLE>::with_halo(count, 2, halo);
     let end = Until::time(f64::INFINITY);
     let mut compared = 0;
-    for _ in 0..60 {
+    for _ in 0..rounds() {
         assert_eq!(domains.advance_for(&mut whole, 100, end, &mut None).unwrap(), None, "{name}");
         let Some(cut) = &domains.cut else { continue };
         let time = one.clock.start + (whole.clock.epoch + cut.now);
@@ -273,7 +278,8 @@ fn at_each_barrier_all_state_is_that_of_one_engine_and_copies_are_what_their_own
             barriers::<false, true>(&chains().build().unwrap(), "chains", 3, halo),
             barriers::<false, false>(&bath, "bath", 3, halo),
         ];
-        assert!(compared.iter().all(|compared| *compared > least), "{compared:?}");
+        println!("{compared:?}");
+        assert!(compared.iter().all(|compared| compared * 60 > least * rounds()), "{compared:?}");
     }
 }
 

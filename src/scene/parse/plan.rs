@@ -36,7 +36,7 @@ pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<
 fn parse_threads(file: ThreadsFile, at: ConfigPath) -> Result<Threads, SceneError> {
     match file {
         ThreadsFile::Word(word) if AUTOMATIC.contains(&word.as_str()) => Ok(Threads::Auto),
-        ThreadsFile::Word(word) => Err(unknown(&at, "number of threads", &word, AUTOMATIC)),
+        ThreadsFile::Word(word) => refuse(at, format!("{word:?}"), SO_MANY_THREADS),
         ThreadsFile::Number(number) if number.fract() == 0.0 && number.abs() <= f64::from(u32::MAX) => {
             Ok(Threads::Number(trunc_to_usize(number.max(0.0))))
         }
