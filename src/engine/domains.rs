@@ -248,6 +248,9 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         if is_tick && !ends_epoch {
             cut.now = tick;
         }
+        if stop == end {
+            cut.latest = stop;
+        }
         self.cut = Some(cut);
         if stop == end {
             self.settle(whole);

@@ -10,7 +10,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let Some(cut) = self.cut.as_mut().filter(|cut| !cut.is_settled) else { return };
         let begin = Instant::now();
         cut.is_settled = true;
-        whole.clock.now = cut.now;
+        // As where the one engine pauses: at its last step, however far it has looked.
+        whole.clock.now = cut.latest;
         whole.schedule.queue.resume(cut.now, cut.steps);
         for domain in &cut.domains {
             for particle in domain.owned_particles() {
