@@ -25,9 +25,10 @@ use super::event::Event;
 use super::observe::Observe;
 use super::parts::Engine;
 use super::{EngineError, Reason, Until};
+use crate::model::threads::MOST_THREADS;
 use cut::{Cut, End, merged};
 use domain::Domain;
-use regions::{Halo, MOST_DOMAINS, Regions};
+use regions::{Halo, Regions};
 use std::ops::ControlFlow;
 use std::time::Instant;
 pub use work::{DomainWork, SingleThread};
@@ -85,7 +86,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 
     fn with_halo(count: usize, threads: usize, halo: Halo) -> Self {
         Self {
-            count: count.clamp(1, MOST_DOMAINS),
+            count: count.clamp(1, MOST_THREADS),
             workers: Workers::new(threads),
             halo,
             steps_of_window: MOST_STEPS,

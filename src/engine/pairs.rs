@@ -29,12 +29,11 @@ impl Pairs {
     #[must_use]
     pub fn of(scene: &Scene, has_states: bool) -> Self {
         let count = scene.particles().len();
-        let holds = |id: crate::model::InteractionId| scene.interactions()[id.0 as usize].potential.is_bond();
         Self {
             rules: Rules::new(scene),
             states: CapturedPairs::new(if has_states { count } else { 0 }),
             contact_times: scene.contact_time().map(|contact_time| ContactTimes::new(contact_time, count)),
-            has_own_interactions: scene.bonds().iter().any(|bond| !holds(bond.interaction)),
+            has_own_interactions: scene.has_loose_bonds(),
         }
     }
 }

@@ -242,6 +242,11 @@ impl Scene {
         self.table.get(a.0 as usize, b.0 as usize)
     }
 
+    /// Whether some bonds have interactions that do not hold their particles together.
+    pub(crate) fn has_loose_bonds(&self) -> bool {
+        self.bonds.iter().any(|bond| !self.interactions[bond.interaction.0 as usize].potential.is_bond())
+    }
+
     /// The distance beyond which no two particles and no particle and wall interact, unless they are bonded `[length]`.
     #[must_use]
     pub fn longest_range(&self) -> f64 {

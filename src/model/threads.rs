@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Domains of fewer particles than this on average have been no faster than one engine for all, or hardly so.
 pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
 
-/// The largest number of threads.
+/// The largest number of threads: each has a domain, and sets of domains are bits of a number.
 pub(crate) const MOST_THREADS: usize = 64;
 
 /// How many threads a system is spread over. All results have the same bits for any number.

@@ -4,18 +4,19 @@ mod estimate;
 mod facts;
 
 pub use estimate::{estimate, observable};
+pub(crate) use facts::AUTO_THREADS;
 pub use facts::{Fact, facts};
 
 use std::path::Path;
 
 use crate::base::numbers::id;
 use crate::base::text::{digits, listed, plural};
-use crate::engine::{EngineChoice, SingleThread};
+use crate::engine::EngineChoice;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{
     Equilibration, ExchangePlan, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId,
-    StagePlan, Thermostat, Threads,
+    StagePlan, Thermostat,
 };
 
 /// Numbers of particles of each species.
@@ -88,24 +89,6 @@ fn face(face: &Face, temperature: Option<f64>) -> String {
         (Face::Wall { .. }, Some(temperature)) => format!("wall (temperature {temperature})"),
         (Face::Wall { restitution }, None) => format!("wall (restitution {restitution})"),
     }
-}
-
-/// How `auto` chooses the number of threads.
-pub(crate) const AUTO_THREADS: &str = "as many as there are cores, but one for each 250000 particles at most";
-
-/// Threads that the scene asks for, if it does, and why it has one where it asks for several.
-pub(crate) fn threads(scene: &Scene) -> Option<String> {
-    let asked = match scene.run.threads {
-        Threads::Number(1) => return None,
-        Threads::Number(number) => number.to_string(),
-        Threads::Auto => AUTO_THREADS.to_owned(),
-    };
-    let grows = scene.run.stages.iter().any(|stage| stage.growth.is_some());
-    Some(match SingleThread::of(scene) {
-        Some(why) => format!("1, whatever is asked for: {why}"),
-        None if grows => format!("{asked}; 1 while the diameters grow"),
-        None => asked,
-    })
 }
 
 /// Why an engine was chosen.

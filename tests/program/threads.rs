@@ -71,7 +71,9 @@ fn what_threads_cannot_share_runs_in_one_and_the_report_says_why() {
     assert_eq!(says(&["--set", "run.threads=1"]), None);
     let auto = says(&["--set", "run.threads=auto"]).unwrap();
     assert!(auto.starts_with("as many as there are cores"), "{auto}");
-    for (bad, found) in [("0", "is 0,"), ("65", "is 65,"), ("1.5", "is 1.5,"), ("all", "is \"all\","), ("{}", "map")] {
+    for (bad, found) in
+        [("0", "is 0,"), ("65", "is 65,"), ("1.5", "is 1.5,"), ("-3", "is -3,"), ("all", "is \"all\","), ("{}", "map")]
+    {
         let output = place.carom(&["check", "scene.toml", "--set", &format!("run.threads={bad}")]);
         assert_eq!(code(&output), 2, "{bad}");
         assert!(errors(&output).contains(found), "{bad}: {}", errors(&output));

@@ -5,9 +5,6 @@ use crate::engine::neighbours::{Neighbours, Place};
 use crate::engine::parts::Engine;
 use crate::model::space::Boundary;
 
-/// Domains are bits of a number.
-pub const MOST_DOMAINS: usize = 64;
-
 /// Columns for each range of the neighbour search: places are known as finely as this.
 const COLUMNS_PER_REACH: f64 = 8.0;
 

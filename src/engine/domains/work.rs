@@ -1,6 +1,6 @@
 //! Why a system runs in one thread, and how the work in several went.
 
-use crate::model::{Bond, Scene};
+use crate::model::Scene;
 use std::fmt;
 use std::time::Duration;
 
@@ -20,10 +20,9 @@ impl SingleThread {
     /// Why a scene runs in one thread from its start to its end, if it does; while diameters grow, every scene does.
     #[must_use]
     pub fn of(scene: &Scene) -> Option<Self> {
-        let holds = |bond: &Bond| scene.interactions()[bond.interaction.0 as usize].potential.is_bond();
         match () {
             () if scene.shear_rate().is_some() => Some(Self::SlidingImages),
-            () if !scene.bonds().iter().all(holds) || scene.allow_invalid_start() => Some(Self::LongInteractions),
+            () if scene.has_loose_bonds() || scene.allow_invalid_start() => Some(Self::LongInteractions),
             () => None,
         }
     }

@@ -1,8 +1,9 @@
 //! Facts of a scene, each said once: for `carom check` and for the page about a run.
 
-use super::{counts, equilibration, exchange, interactions, population, space, stage, start, thermostat, threads};
+use super::{counts, equilibration, exchange, interactions, population, space, stage, start, thermostat};
 use crate::base::text::{digits, plural};
-use crate::model::{Limit, Scene, Species, StaticSurface};
+use crate::engine::SingleThread;
+use crate::model::{Limit, Scene, Species, StaticSurface, Threads};
 
 /// A fact of a scene: its label and its values, a line for each.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,4 +61,22 @@ fn contact_time(time: f64) -> String {
 
 fn shear(rate: f64) -> String {
     format!("along x across y, at a rate of {}", digits(rate))
+}
+
+/// How `auto` chooses the number of threads.
+pub(crate) const AUTO_THREADS: &str = "as many as there are cores, but one for each 250000 particles at most";
+
+/// Threads that the scene asks for, if it does, and why it has one where it asks for several.
+fn threads(scene: &Scene) -> Option<String> {
+    let asked = match scene.run.threads {
+        Threads::Number(1) => return None,
+        Threads::Number(number) => number.to_string(),
+        Threads::Auto => AUTO_THREADS.to_owned(),
+    };
+    let grows = scene.run.stages.iter().any(|stage| stage.growth.is_some());
+    Some(match SingleThread::of(scene) {
+        Some(why) => format!("1, whatever is asked for: {why}"),
+        None if grows => format!("{asked}; 1 while the diameters grow"),
+        None => asked,
+    })
 }
