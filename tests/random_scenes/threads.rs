@@ -230,7 +230,8 @@ fn large(seed: u64) -> String {
 
 #[test]
 fn threads_have_the_bits_of_one() {
-    let scenes = setting("CAROM_FUZZ_SCENES", 40);
+    // Among them those whose windows had no end (42), and that ended at another time (40).
+    let scenes = setting("CAROM_FUZZ_SCENES", 44);
     let text = |seed: u64| if seed.is_multiple_of(2) { generator::scene(seed) } else { large(seed) };
     let mut count = Count::default();
     let different = over_seeds(scenes, |seed| compare(&text(seed), &mut Dice::new(!seed), &mut count));
