@@ -253,8 +253,9 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
                 if captured.chain(record.prediction.map(|prediction| prediction.partner)).all(is_here) {
                     let (copy, original) = (all_of(&domain.engine, particle), all_of(&owner.engine, there));
                     assert_eq!(copy.0, original.0, "{name} {compared}");
-                    // A copy may have dropped a contact with one that was not here then.
-                    assert!(copy.1.is_none() || copy.1 == original.1, "{name} {compared}: {copy:?} {original:?}");
+                    // A copy may have dropped a contact with one that was not here then, if that came from a third domain.
+                    let may_be_dropped = count > 2 && copy.1.is_none();
+                    assert!(may_be_dropped || copy.1 == original.1, "{name} {compared}: {copy:?} {original:?}");
                 }
             }
         }
@@ -276,6 +277,8 @@ fn at_each_barrier_all_state_is_that_of_one_engine_and_copies_are_what_their_own
             barriers::<false, true>(&mixture().build().unwrap(), "mixture", 5, halo),
             barriers::<false, true>(&wells, "wells", 4, halo),
             barriers::<false, true>(&chains().build().unwrap(), "chains", 3, halo),
+            barriers::<false, true>(&chains().build().unwrap(), "chains in two", 2, halo),
+            barriers::<false, false>(&dense, "lists in two", 2, halo),
             barriers::<false, false>(&bath, "bath", 3, halo),
         ];
         println!("{compared:?}");
