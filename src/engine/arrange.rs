@@ -23,15 +23,13 @@ const LARGE_IN_CELLS: usize = 32_768;
 const LARGE_IN_LISTS: usize = 2_048;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Puts particles that have wandered away from each other in order; whether it does.
-    pub(super) fn reorder_if_due(&mut self) -> bool {
+    /// Puts particles that have wandered away from each other in order.
+    pub(super) fn reorder_if_due(&mut self) {
         let since = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_order);
-        let is_due = since >= WANDERED * self.state.bodies.len() as u64;
-        if is_due {
+        if since >= WANDERED * self.state.bodies.len() as u64 {
             self.reorder();
             self.enlarge();
         }
-        is_due
     }
 
     /// Searches for neighbours in the other way, or with another skin, if that pays, at the epoch; whether it does from now on.

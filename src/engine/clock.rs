@@ -29,8 +29,6 @@ pub(super) struct Clock {
 pub(super) struct Moved {
     /// By how much.
     pub shift: f64,
-    /// Whether particles have other numbers in memory, or are looked for in another way, from now on.
-    pub is_rearranged: bool,
 }
 
 impl Moved {
@@ -65,6 +63,11 @@ impl Clock {
             lost_speed: None,
         };
         Self { start, epoch: 0.0, now: 0.0, epochs: 0, last_reached: 0.0, standstill }
+    }
+
+    /// Whether it is asked after so many epochs how particles are kept and looked for: densities change slowly, but for the start.
+    pub fn is_looked_at(epochs: u64) -> bool {
+        epochs.is_power_of_two() || epochs.is_multiple_of(16)
     }
 }
 
@@ -113,6 +116,25 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if next == f64::INFINITY {
             return None;
         }
+        let moved = self.begin_epoch(next);
+        self.shift_columns(moved.shift);
+        let is_looked_at = Clock::is_looked_at(self.clock.epochs);
+        if is_looked_at {
+            self.reorder_if_due();
+        }
+        if !(is_looked_at && self.change_search_if_due()) {
+            for particle in self.particles() {
+                self.bring_forward(particle, moved.oldest());
+            }
+        }
+        for particle in self.particles() {
+            self.enqueue(particle);
+        }
+        Some(moved)
+    }
+
+    /// Moves the epoch of all that there is one of, and empties the queue, where something is due `next`.
+    pub(super) fn begin_epoch(&mut self, next: f64) -> Moved {
         let reached = self.schedule.queue.reached();
         self.clock.last_reached = reached.max(0.5 * self.clock.last_reached);
         let shift = reached * (next / reached).floor().max(1.0);
@@ -120,36 +142,25 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now -= shift;
         self.clock.standstill.since -= shift;
         self.shift_sources(shift);
-        self.shift_columns(shift);
         self.clock.epochs += 1;
-        // Densities change slowly, but for the start.
-        let is_looked_at = self.clock.epochs.is_power_of_two() || self.clock.epochs.is_multiple_of(16);
-        let is_reordered = is_looked_at && self.reorder_if_due();
-        let has_other_search = is_looked_at && self.change_search_if_due();
-        if !has_other_search {
-            self.refresh(-2.0 * shift);
-        }
         self.schedule.queue.restart();
-        for particle in self.particles() {
-            self.enqueue(particle);
-        }
-        Some(Moved { shift, is_rearranged: is_reordered || has_other_search })
+        Moved { shift }
     }
 
-    /// Brings forward what nothing has happened to since `oldest`, to the epoch.
+    /// Brings a particle forward to the epoch if nothing has happened to it since `oldest`; whether it does.
     ///
     /// A state from long ago has its position rounded at the whole distance flown since, with every wrap, and its contact is
     /// predicted from as far away.
     ///
     /// Who comes first decides nothing: others see a particle at the epoch with the same bits before and after.
-    fn refresh(&mut self, oldest: f64) {
-        for particle in self.particles() {
-            if self.state.bodies[particle as usize].time < oldest {
-                self.stream(particle, 0.0);
-                if !self.is_static(particle) {
-                    self.predict_anew(particle, 0.0);
-                }
+    pub(super) fn bring_forward(&mut self, particle: u32, oldest: f64) -> bool {
+        let is_old = self.state.bodies[particle as usize].time < oldest;
+        if is_old {
+            self.stream(particle, 0.0);
+            if !self.is_static(particle) {
+                self.predict_anew(particle, 0.0);
             }
         }
+        is_old
     }
 }

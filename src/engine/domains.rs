@@ -21,6 +21,7 @@ mod window;
 mod work;
 mod workers;
 
+use super::clock::Clock;
 use super::event::Event;
 use super::observe::Observe;
 use super::parts::Engine;
@@ -301,8 +302,30 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         done as f64 / self.count as f64
     }
 
-    /// Ends the epoch as the event loop does, and has the domains follow.
+    /// Ends the epoch as the event loop does: in the domains, or in the one engine where all particles are looked at.
     fn move_epoch(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
+        let is_looked_at = Clock::is_looked_at(whole.clock.epochs + 1);
+        let is_proof_due = until.time == f64::INFINITY && whole.is_proof_due();
+        let Some(cut) = &mut self.cut else { return Next::Done };
+        let next = self.workers.each(cut.domains.iter().collect(), |domain| domain.next_due());
+        let next = next.into_iter().fold(whole.sources.next_global, f64::min);
+        if is_looked_at || is_proof_due || next == f64::INFINITY {
+            return self.move_epoch_of_whole(whole, until);
+        }
+        let begin = Instant::now();
+        whole.schedule.queue.resume(cut.now, cut.steps);
+        let moved = whole.begin_epoch(next);
+        cut.now -= moved.shift;
+        cut.latest -= moved.shift;
+        (cut.steps, cut.is_settled, cut.is_complete) = (0, false, false);
+        whole.clock.now = cut.now;
+        cut.follow(whole, moved, &self.workers);
+        self.work.moving += begin.elapsed();
+        Next::Done
+    }
+
+    /// Has the one engine end the epoch, and cuts it anew.
+    fn move_epoch_of_whole(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         self.settle(whole);
         self.settle_lists(whole);
         let Some(cut) = &mut self.cut else { return Next::Done };
@@ -312,25 +335,15 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             return Next::Return(Reason::Idle);
         }
         whole.schedule.queue.resume(cut.now, cut.steps);
-        let Some(moved) = whole.move_epoch() else {
-            if until.time == f64::INFINITY {
-                return Next::Return(Reason::Idle);
-            }
-            whole.clock.now = whole.since_epoch(until.time);
-            return Next::Return(Reason::Time);
-        };
-        cut.latest = whole.clock.now;
-        whole.clock.now = cut.now - moved.shift;
-        if moved.is_rearranged {
+        if whole.move_epoch().is_some() {
             self.cut = None;
-        } else {
-            let begin = Instant::now();
-            (cut.now, cut.steps, cut.is_complete) = (whole.clock.now, 0, true);
-            let whole = &*whole;
-            self.workers.each(cut.domains.iter_mut().collect(), |domain| domain.follow(whole, moved));
-            self.work.cutting += begin.elapsed();
+            return Next::Done;
         }
-        Next::Done
+        if until.time == f64::INFINITY {
+            return Next::Return(Reason::Idle);
+        }
+        whole.clock.now = whole.since_epoch(until.time);
+        Next::Return(Reason::Time)
     }
 
     /// Undoes a window that the one engine is to do.
@@ -355,7 +368,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Cut {
             domains,
             regions,
-            now: whole.clock.now,
+            // Nothing is due before the epoch.
+            now: whole.clock.now.max(0.0),
             latest: whole.clock.now,
             steps: queue.steps(),
             is_settled: true,

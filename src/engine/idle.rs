@@ -27,15 +27,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Whether it can be shown at the end of an epoch that nothing will ever happen again. It is tried after twice as many transitions without an
     /// event each time.
     pub(super) fn is_shown_to_be_over(&mut self) -> bool {
+        if !self.is_proof_due() {
+            return false;
+        }
+        self.counts.transitions_at_proof = self.counts.totals.transition;
+        self.is_over()
+    }
+
+    /// Whether it is time to try.
+    pub(super) fn is_proof_due(&self) -> bool {
         let done = self.counts.totals.transition;
         let quiet = done.wrapping_sub(self.counts.transitions_at_event);
         let since_proof = done.wrapping_sub(self.counts.transitions_at_proof);
         let pairs = (self.state.bodies.len() as u64).saturating_pow(2);
-        if quiet < FIRST_PROOF.max(pairs / 16) || since_proof < quiet / 2 {
-            return false;
-        }
-        self.counts.transitions_at_proof = done;
-        self.is_over()
+        quiet >= FIRST_PROOF.max(pairs / 16) && since_proof >= quiet / 2
     }
 
     /// Whether it can be shown that nothing will ever happen again, by the states now.

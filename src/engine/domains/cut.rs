@@ -5,7 +5,7 @@ use super::exchange::{Compared, Published};
 use super::regions::Regions;
 use super::work::DomainWork;
 use super::workers::Workers;
-use crate::engine::clock::SHORTEST_ADVANCE;
+use crate::engine::clock::{Moved, SHORTEST_ADVANCE};
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::parts::Engine;
 use crate::engine::sources::andersen::Andersen;
@@ -97,6 +97,14 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
             workers.each(with_compared.collect(), |(domain, compared)| domain.publish(&compared.to_publish));
         let compared = &self.compared;
         workers.each(self.domains.iter_mut().collect(), |domain| domain.refresh(&published, compared));
+    }
+
+    /// Has all domains follow the whole into the next epoch.
+    pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved, workers: &Workers) {
+        let to_publish = workers.each(self.domains.iter_mut().collect(), |domain| domain.follow(whole, moved));
+        self.compared =
+            to_publish.into_iter().map(|to_publish| Compared { to_publish, ..Compared::default() }).collect();
+        self.exchange(workers);
     }
 
     /// The time of the last event of this window, and how many transitions came after it.

@@ -194,20 +194,30 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Follows the whole into the next epoch.
-    pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved) {
+    /// When the next step is due of what it owns.
+    pub fn next_due(&self) -> f64 {
+        let due = |particle: u32| self.engine.schedule.predictions[particle as usize].due_time();
+        self.owned_particles().map(due).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Follows the clock of the whole into the next epoch. What it owns and what nothing has happened to for long is brought forward, and is to be published
+    /// where others have copies: by the numbers here.
+    pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved) -> Vec<(u32, u64)> {
         self.engine.clock = whole.clock.clone();
         self.engine.shift_columns(moved.shift);
+        let mut to_publish = Vec::new();
         for particle in self.engine.particles() {
-            if self.engine.state.bodies[particle as usize].time < moved.oldest() {
-                let mut record = whole.record(self.held[particle as usize].whole);
-                self.take_in(&mut record);
-                self.engine.write_record(particle, &record);
+            if self.owned.has(particle) && self.engine.bring_forward(particle, moved.oldest()) {
+                let others = self.held[particle as usize].known_to & !self.bit;
+                if others != 0 {
+                    to_publish.push((particle, others));
+                }
             }
         }
         self.engine.schedule.queue = whole.schedule.queue.of_part(0.0, self.held.len(), self.here.len());
         self.enqueue_all();
         self.enlarge();
+        to_publish
     }
 
     /// Gives a record of the whole the numbers here.

@@ -64,6 +64,8 @@ pub struct DomainWork {
     pub gathering: Duration,
     /// Wall time until domains have what one engine has.
     pub cutting: Duration,
+    /// Wall time in which domains begin new epochs.
+    pub moving: Duration,
 }
 
 impl fmt::Display for DomainWork {
@@ -71,13 +73,13 @@ impl fmt::Display for DomainWork {
         let Self { windows, differences, uncovered, cuts, serial, steps, .. } = self;
         let undone = differences + uncovered;
         let [own, all] = steps.map(|steps| steps as f64);
-        let times = [self.simulating, self.comparing, self.exchanging, self.gathering, self.cutting];
-        let [simulating, comparing, exchanging, gathering, cutting] = times.map(|time| time.as_secs_f64());
+        let times = [self.simulating, self.comparing, self.exchanging, self.gathering, self.cutting, self.moving];
+        let [simulating, comparing, exchanging, gathering, cutting, moving] = times.map(|time| time.as_secs_f64());
         write!(
             f,
             "{windows} windows, {undone} undone; domains cut {cuts} times, {serial} stretches in one thread\n\
              {:.2} steps for each one needed; {simulating:.1} s simulating, {comparing:.1} s comparing, {exchanging:.1} s exchanging, \
-             {gathering:.1} s gathering, {cutting:.1} s cutting",
+             {gathering:.1} s gathering, {cutting:.1} s cutting, {moving:.1} s in new epochs",
             if own > 0.0 { all / own } else { 1.0 },
         )
     }
