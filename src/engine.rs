@@ -49,6 +49,7 @@ mod state;
 mod states;
 pub(crate) mod surfaces;
 mod threads;
+mod transport;
 
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::model::space::Boundary;
@@ -56,6 +57,7 @@ use crate::model::{Limit, ParticleId, Scene, Threads};
 use parts::Engine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::sync::Arc;
 
 pub use audit::Overlap;
 pub use domains::{DomainWork, SingleThread};
@@ -67,6 +69,7 @@ pub use set_state::{PairStates, SetStateError};
 pub use snapshot::{Energy, ParticleNow, Snapshot};
 pub use start::NeedsRun;
 pub use states::{Elapsed, States};
+pub use transport::Transport;
 
 /// How far to go: whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -189,6 +192,9 @@ pub struct Simulation {
     /// Threads that it was given; part of no state.
     #[serde(skip)]
     threads: Threads,
+    /// How it talks to other processes that simulate it, too; part of no state.
+    #[serde(skip)]
+    transport: Option<Arc<dyn Transport>>,
 }
 
 impl Simulation {

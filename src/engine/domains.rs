@@ -16,7 +16,9 @@ mod domain;
 mod exchange;
 mod gather;
 mod marks;
+mod outcome;
 mod regions;
+mod team;
 mod window;
 mod work;
 mod workers;
@@ -25,15 +27,16 @@ use super::clock::Clock;
 use super::event::Event;
 use super::observe::Observe;
 use super::parts::Engine;
+use super::transport::Transport;
 use super::{EngineError, Reason, Until};
-use crate::model::threads::MOST_THREADS;
-use cut::{Cut, End, merged};
+use cut::{Cut, End};
 use domain::Domain;
 use regions::{Halo, Regions};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::Instant;
+use team::Team;
 pub use work::{DomainWork, SingleThread};
-use workers::Workers;
 
 /// Steps of a window in each domain, at most and at the start.
 const MOST_STEPS: f64 = 10_000.0;
@@ -55,8 +58,7 @@ const HALO: Halo = Halo { slack: 0.2, margin: 1.1 };
 /// The domains of a system.
 #[derive(Debug, Clone)]
 pub struct Domains<const FALLING: bool, const TABLE: bool> {
-    count: usize,
-    workers: Workers,
+    team: Team,
     halo: Halo,
     /// Steps in a window, of each domain.
     steps_of_window: f64,
@@ -80,15 +82,14 @@ enum Next {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Domains of a number, 64 at most, on so many threads.
-    pub fn new(count: usize, threads: usize) -> Self {
-        Self::with_halo(count, threads, HALO)
+    /// Domains of a number for each process, 64 in all at most, on so many threads of this one.
+    pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
+        Self::with(Team::new(domains, threads, transport), HALO)
     }
 
-    fn with_halo(count: usize, threads: usize, halo: Halo) -> Self {
+    fn with(team: Team, halo: Halo) -> Self {
         Self {
-            count: count.clamp(1, MOST_THREADS),
-            workers: Workers::new(threads),
+            team,
             halo,
             steps_of_window: MOST_STEPS,
             length: 0.0,
@@ -176,7 +177,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         // A window that is undone ends the second time before what was wrong.
         for _ in 0..2 {
             cut.draw_collisions(whole, stop);
-            match cut.run(&self.workers, stop, observe.is_some(), &mut self.work) {
+            match cut.run(&self.team, stop, observe.is_some(), &mut self.work) {
                 End::Agreed => {
                     return self.finish(whole, cut, (stop, end, tick), until, observe);
                 }
@@ -190,7 +191,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                     stop = time.next_down();
                 }
             }
-            cut.undo(whole, &self.workers);
+            cut.undo(whole, &self.team);
             self.undone += 1.0;
             if stop <= cut.now {
                 break;
@@ -212,9 +213,9 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         until: Until,
         observe: &mut Observe<'_>,
     ) -> Result<Next, EngineError> {
-        let executed = cut.domains.iter().map(|domain| domain.engine.counts.executed).sum::<u64>();
-        let events = merged(&mut cut.domains);
-        let standstill = cut.standstill(whole);
+        let executed = cut.outcomes.iter().map(|outcome| outcome.counts.executed).sum::<u64>();
+        let events = outcome::merged(&mut cut.outcomes);
+        let standstill = outcome::standstill(&cut.outcomes, &whole.clock.standstill, whole.schedule.queue.span());
         let (Some(events), Some(standstill)) = (events, standstill) else {
             self.give_up(whole, cut);
             return Ok(Next::Serial(SERIAL_STEPS));
@@ -267,7 +268,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             self.halo.slack += WIDER.slack;
             self.halo.margin += WIDER.margin;
         }
-        if is_thin || self.cut.iter().flat_map(|cut| &cut.domains).any(Domain::has_grown) {
+        if is_thin || self.cut.iter().flat_map(|cut| &cut.outcomes).any(|outcome| outcome.has_grown) {
             self.join(whole);
         }
         Ok(Next::Done)
@@ -275,14 +276,15 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 
     /// Counts what the domains have done up to a time, and makes copies what their owners have; returns the steps of each domain, in the mean.
     fn accept(&mut self, whole: &mut Engine<FALLING, TABLE>, cut: &mut Cut<FALLING, TABLE>, stop: f64) -> f64 {
-        let (last, quiet) = cut.quiet();
+        let (last, quiet) = outcome::quiet(&cut.outcomes);
         let mut done = 0;
+        for outcome in &cut.outcomes {
+            done += outcome.done;
+            cut.latest = cut.latest.max(outcome.latest);
+            self.work.steps[1] += outcome.done_in_all;
+            whole.counts.merge(&outcome.counts);
+        }
         for domain in &mut cut.domains {
-            done += domain.done;
-            cut.latest = cut.latest.max(domain.latest);
-            self.work.steps[1] += domain.done_in_all;
-            whole.counts.merge(&domain.engine.counts);
-            *domain.engine.counts = domain.engine.no_counts();
             domain.engine.counts.accepted_overlap = whole.counts.accepted_overlap;
         }
         if last.is_some() {
@@ -293,13 +295,13 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         self.undone *= 0.95;
         self.steps_of_window = (self.steps_of_window * 1.01).min(MOST_STEPS);
         let begin = Instant::now();
-        cut.exchange(&self.workers);
+        cut.exchange(&self.team);
         self.work.exchanging += begin.elapsed();
         cut.steps += done;
         (cut.now, cut.is_fresh) = (stop, false);
         (cut.is_settled, cut.is_complete) = (false, false);
         whole.clock.now = stop;
-        done as f64 / self.count as f64
+        done as f64 / self.team.domains() as f64
     }
 
     /// Ends the epoch as the event loop does: in the domains, or in the one engine where all particles are looked at.
@@ -307,7 +309,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let is_looked_at = Clock::is_looked_at(whole.clock.epochs + 1);
         let is_proof_due = until.time == f64::INFINITY && whole.is_proof_due();
         let Some(cut) = &mut self.cut else { return Next::Done };
-        let next = self.workers.each(cut.domains.iter().collect(), |domain| domain.next_due());
+        let next = self.team.all(self.team.each(cut.domains.iter().collect(), |domain| domain.next_due()));
         let next = next.into_iter().fold(whole.sources.next_global, f64::min);
         if is_looked_at || is_proof_due || next == f64::INFINITY {
             return self.move_epoch_of_whole(whole, until);
@@ -319,7 +321,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         cut.latest -= moved.shift;
         (cut.steps, cut.is_settled, cut.is_complete) = (0, false, false);
         whole.clock.now = cut.now;
-        cut.follow(whole, moved, &self.workers);
+        cut.follow(whole, moved, &self.team);
         self.work.moving += begin.elapsed();
         Next::Done
     }
@@ -348,7 +350,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 
     /// Undoes a window that the one engine is to do.
     fn give_up(&mut self, whole: &mut Engine<FALLING, TABLE>, mut cut: Cut<FALLING, TABLE>) {
-        cut.undo(whole, &self.workers);
+        cut.undo(whole, &self.team);
         self.cut = Some(cut);
     }
 
@@ -356,14 +358,14 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     fn cut_up(&mut self, whole: &Engine<FALLING, TABLE>) -> Cut<FALLING, TABLE> {
         self.work.cuts += 1;
         let begin = Instant::now();
-        let regions = Regions::of(whole, self.count, self.halo);
-        let numbers: Vec<u8> = (0..).take(self.count).collect();
+        let regions = Regions::of(whole, self.team.domains(), self.halo);
+        let numbers: Vec<u8> = self.team.numbers().filter_map(|number| u8::try_from(number).ok()).collect();
         let queue = &whole.schedule.queue;
-        let share = self.steps_of_window * self.count as f64 / queue.target() as f64;
+        let share = self.steps_of_window * self.team.domains() as f64 / queue.target() as f64;
         if self.length == 0.0 {
             self.length = queue.span() * share.min(1.0);
         }
-        let domains = self.workers.each(numbers, |number| Domain::of(whole, &regions, number));
+        let domains = self.team.each(numbers, |number| Domain::of(whole, &regions, number));
         self.work.cutting += begin.elapsed();
         Cut {
             domains,
@@ -376,6 +378,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             is_complete: true,
             is_fresh: true,
             compared: Vec::new(),
+            outcomes: Vec::new(),
             bath: None,
         }
     }

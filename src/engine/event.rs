@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub use crate::physics::response::Outcome;
 
 /// Kind of a physical event.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum EventKind {
     /// Two particles at a discontinuity of their potential.
@@ -24,7 +24,7 @@ pub enum EventKind {
 }
 
 /// The other side of an event.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Other {
     /// Another particle.
@@ -41,7 +41,7 @@ pub enum Other {
 }
 
 /// A physical event, as it happened.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Event {
     /// Simulated time `[time]`.

@@ -48,7 +48,7 @@ pub enum Neighbours {
 }
 
 /// Where a particle is looked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Place {
     /// The number of its cell.
     Cell(u32),

@@ -100,7 +100,7 @@ impl Simulation {
         scene.forget_last_state();
         let threads = scene.run.threads;
         let first_diameters = diameters(&scene);
-        let mut simulation = Self { first_diameters, scene, choice, engine, scale: 1.0, threads };
+        let mut simulation = Self { first_diameters, scene, choice, engine, scale: 1.0, threads, transport: None };
         simulation.set_threads(threads);
         simulation
     }

@@ -3,9 +3,10 @@
 use super::domains::{DomainWork, Domains, SingleThread};
 use super::observe::Observe;
 use super::parts::Engine;
-use super::{Chosen, EngineError, Reason, Simulation, Until};
+use super::{Chosen, EngineError, Reason, Simulation, Transport, Until};
 use crate::model::Threads;
 use std::num::NonZero;
+use std::sync::Arc;
 
 /// Domains of so few particles run one after the other.
 const FEW: usize = 4_000;
@@ -25,7 +26,23 @@ impl Simulation {
     #[must_use]
     pub fn threads(&self) -> usize {
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
-        self.threads.of(self.population().iter().sum(), cores)
+        self.threads.of(self.population().iter().sum::<usize>() / self.processes(), cores)
+    }
+
+    /// Number of processes that simulate it together.
+    #[must_use]
+    pub fn processes(&self) -> usize {
+        self.transport.as_ref().map_or(1, |transport| transport.size())
+    }
+
+    /// What the first of all processes has found, where that may differ.
+    pub(crate) fn agreed(&self, found: u64) -> u64 {
+        let Some(transport) = &self.transport else { return found };
+        let all = transport.share(found.to_le_bytes().to_vec());
+        match all.first().and_then(|first| first.as_slice().try_into().ok()) {
+            Some(first) => u64::from_le_bytes(first),
+            None => transport.abort("another process is not at the same place"),
+        }
     }
 
     /// Whether it was left to it how many threads it has.
@@ -73,18 +90,35 @@ impl Simulation {
     #[doc(alias = "cores")]
     pub fn set_threads(&mut self, threads: impl Into<Threads>) {
         self.threads = threads.into();
-        let threads = self.threads();
-        with_engine!(&mut self.engine, engine => engine.set_domains(threads, threads));
+        self.spread();
+    }
+
+    /// Spreads the system over processes from now on, of which each has the same simulation, and as many threads: of as many domains as all have threads,
+    /// 64 at most, each has its part. What is not covered, all do.
+    ///
+    /// From now on all have to do the same with it: what changes or advances it waits for the others, and what only looks at it does not.
+    #[doc(alias = "mpi")]
+    #[doc(alias = "machines")]
+    pub fn set_transport(&mut self, transport: Arc<dyn Transport>) {
+        self.transport = Some(transport);
+        self.spread();
+    }
+
+    fn spread(&mut self) {
+        let threads = usize::try_from(self.agreed(self.threads() as u64)).unwrap_or(1);
+        let transport = self.transport.clone();
+        with_engine!(&mut self.engine, engine => engine.set_domains(threads, threads, transport));
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Runs in so many domains on so many threads from now on; in one without any of this.
-    pub(super) fn set_domains(&mut self, domains: usize, threads: usize) {
+    /// Runs in so many domains of each process on so many threads from now on; in one without any of this.
+    pub(super) fn set_domains(&mut self, domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) {
         self.join();
         // To begin a thread takes longer than a window of few particles.
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
-        self.domains = (domains > 1).then(|| Box::new(Domains::new(domains, threads)));
+        let has_domains = domains > 1 || transport.is_some();
+        self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, transport)));
     }
 
     /// Goes on as [`Self::advance_for`] does, in domains if there are some. Then it is behind them until [`Self::settle`].

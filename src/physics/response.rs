@@ -4,9 +4,10 @@
 //! step and the radial kinetic energy decide the outcome (theory: Bannerman and Strobl, section 1).
 
 use crate::physics::overlap::Side;
+use serde::{Deserialize, Serialize};
 
 /// Outcome of an event at a discontinuity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Outcome {
     /// Reflection off an infinite inner barrier, with restitution.
     Core,

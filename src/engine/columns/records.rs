@@ -9,9 +9,10 @@ use crate::engine::pairs::states::PairState;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::{Contact, Prediction};
 use crate::engine::state::Body;
+use serde::{Deserialize, Serialize};
 
 /// Everything about one particle. Other particles that it names are ids.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Record {
     pub body: Body,
     /// Its number in memory.

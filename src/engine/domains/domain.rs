@@ -2,25 +2,18 @@
 
 use super::exchange::Step;
 use super::marks::Marks;
+use super::outcome::{Outcome, Seen};
 use super::regions::Regions;
 use crate::base::numbers::id;
 use crate::engine::clock::Moved;
 use crate::engine::columns::Order;
 use crate::engine::columns::records::Record;
-use crate::engine::event::Event;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::parts::{Counts, Engine};
 use crate::engine::prediction::{Due, Prediction};
 use crate::engine::sources::andersen::Collision;
 use crate::engine::state::Body;
-
-/// An event and when it happened, since the epoch.
-#[derive(Debug, Clone, Copy)]
-pub struct Seen {
-    pub time: f64,
-    pub event: Event,
-}
 
 /// A particle as a domain has it.
 #[derive(Debug, Clone, Copy)]
@@ -226,8 +219,24 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 
     /// Whether so many copies have come that it is worth it to leave out those that have gone away.
-    pub fn has_grown(&self) -> bool {
+    fn has_grown(&self) -> bool {
         self.held.len() > most(self.first)
+    }
+
+    /// What has come of this window, of which the counts begin anew then.
+    pub fn outcome(&mut self, difference: Option<f64>) -> Outcome {
+        let none = Box::new(self.engine.no_counts());
+        Outcome {
+            difference,
+            counts: std::mem::replace(&mut self.engine.counts, none),
+            done: self.done,
+            done_in_all: self.done_in_all,
+            latest: self.latest,
+            events: std::mem::take(&mut self.events),
+            last: std::mem::take(&mut self.last),
+            quiet: std::mem::take(&mut self.quiet),
+            has_grown: self.has_grown(),
+        }
     }
 
     /// Forgets the last window.

@@ -7,11 +7,12 @@ use crate::base::numbers::id;
 use crate::engine::columns::records::Record;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::cells::NO_PARTICLE;
+use serde::{Deserialize, Serialize};
 
 /// A step of a particle that more than one domain has: what the domains compare.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Step {
-    /// By its number here.
+    /// By its number here, or in the whole in what other domains are told.
     pub particle: u32,
     /// Whether it has only predicted the particle anew: nobody can have read this.
     pub is_void: bool,
@@ -23,9 +24,22 @@ pub struct Step {
     pub readers: u64,
 }
 
+/// What a domain has done in a window to the copies that it has of what another one owns.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Report {
+    pub from: u8,
+    pub to: u8,
+    /// Particles that have had steps, by their numbers in the whole, and the digests of these.
+    pub touched: Vec<(u32, u64)>,
+    /// All these steps, by the numbers in the whole.
+    pub steps: Vec<Step>,
+}
+
 /// A particle as its owner has it, for other domains.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Published {
+    /// The number of the domain that owns it.
+    pub from: u8,
     /// By its number in the whole, as all in the record.
     pub particle: u32,
     /// The domains that it is for.
@@ -34,7 +48,7 @@ pub struct Published {
 }
 
 /// A particle that has come near to other domains, or into the region of one.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Transfer {
     /// By its number in the whole.
     pub particle: u32,
@@ -55,11 +69,31 @@ pub struct Compared {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
-    /// Compares what this domain owns with the copies of all others after a window.
-    pub fn compare(&self, regions: &Regions, all: &[Self]) -> Compared {
+    /// What it has done to the copies that it has, for those that own them, of so many domains.
+    pub fn reports(&self, domains: usize) -> Vec<Report> {
+        let new = |to: u8| Report { from: self.number, to, touched: Vec::new(), steps: Vec::new() };
+        let mut reports: Vec<Report> = (0..).take(domains).map(new).collect();
+        for &particle in &self.touched {
+            let held = self.held[particle as usize];
+            if !held.is_owned() {
+                reports[usize::from(held.owner)].touched.push((held.whole, held.digest));
+            }
+        }
+        for step in &self.steps {
+            let held = self.held[step.particle as usize];
+            if !held.is_owned() {
+                reports[usize::from(held.owner)].steps.push(Step { particle: held.whole, ..*step });
+            }
+        }
+        reports.swap_remove(usize::from(self.number));
+        reports
+    }
+
+    /// Compares what this domain owns with the copies of all others after a window, of which they report.
+    pub fn compare(&self, regions: &Regions, reports: &[Report]) -> Compared {
         let mut compared = Compared::default();
-        for other in all.iter().filter(|other| other.bit != self.bit) {
-            self.compare_with(other, &mut compared);
+        for report in reports.iter().filter(|report| report.to == self.number) {
+            self.compare_with(report, &mut compared);
         }
         if compared.difference.is_none() {
             self.find_transfers(regions, &mut compared);
@@ -68,43 +102,31 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 
     /// Compares the steps of what this domain owns with those of the copies that another has.
-    fn compare_with(&self, other: &Self, compared: &mut Compared) {
-        // Of each, its numbers here and there.
+    fn compare_with(&self, report: &Report, compared: &mut Compared) {
+        let bit = 1 << report.from;
+        // Of each, its numbers here and in the whole.
         let mut differing = Vec::new();
-        for &mine in &self.touched {
-            let Held { known_to, whole, digest, .. } = self.held[mine as usize];
-            if known_to & other.bit != 0 {
-                let theirs = other.here[whole as usize];
-                if other.held[theirs as usize].digest != digest {
-                    differing.push((mine, theirs));
-                }
+        let mut are_touched = Marks::default();
+        for &(whole, digest) in &report.touched {
+            let mine = self.here[whole as usize];
+            are_touched.put(mine, true);
+            if self.held[mine as usize].digest != digest {
+                differing.push((mine, whole));
             }
         }
-        for &theirs in &other.touched {
-            let Held { whole, owner, .. } = other.held[theirs as usize];
-            if owner == self.number {
-                let mine = self.here[whole as usize];
-                if self.held[mine as usize].digest == 0 {
-                    differing.push((mine, theirs));
-                }
+        for &mine in &self.touched {
+            let Held { known_to, whole, .. } = self.held[mine as usize];
+            if known_to & bit != 0 && !are_touched.has(mine) {
+                differing.push((mine, whole));
             }
         }
         let (mine, theirs): (Vec<u32>, Vec<u32>) = differing.iter().copied().unzip();
-        let (mine, theirs) = (self.steps_of(&mine), other.steps_of(&theirs));
+        let (mine, theirs) = (steps_of(&self.steps, &mine), steps_of(&report.steps, &theirs));
         for (one, copy) in differing {
-            compared.to_publish.push((one, other.bit));
-            let difference = first_difference(of_particle(&mine, one), of_particle(&theirs, copy), other.bit);
+            compared.to_publish.push((one, bit));
+            let difference = first_difference(of_particle(&mine, one), of_particle(&theirs, copy), bit);
             compared.difference = compared.difference.into_iter().chain(difference).min_by(f64::total_cmp);
         }
-    }
-
-    /// The steps of some particles, those of each as they happened.
-    fn steps_of(&self, particles: &[u32]) -> Vec<Step> {
-        let mut wanted = Marks::default();
-        particles.iter().for_each(|&particle| wanted.put(particle, true));
-        let mut steps: Vec<Step> = self.steps.iter().filter(|step| wanted.has(step.particle)).copied().collect();
-        steps.sort_by_key(|step| step.particle);
-        steps
     }
 
     /// Owned particles that have come to where other domains have copies, or into another region.
@@ -141,23 +163,21 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let published = to_publish.iter().map(|&(particle, to)| {
             let mut record = self.engine.record(particle);
             record.renumber(|number| self.held.get(number as usize).map(|held| held.whole));
-            Published { particle: self.held[particle as usize].whole, to, record }
+            Published { from: self.number, particle: self.held[particle as usize].whole, to, record }
         });
         published.collect()
     }
 
     /// Makes copies what their owners have.
-    pub fn refresh(&mut self, published: &[Vec<Published>], compared: &[Compared]) {
+    pub fn refresh(&mut self, published: &[Published], transfers: &[Transfer]) {
         let bit = self.bit;
         let mut for_this: Vec<&Published> = Vec::new();
-        for (published, owner) in published.iter().zip(0..) {
-            for one in published.iter().filter(|one| one.to & bit != 0) {
-                if self.here[one.particle as usize] == NO_PARTICLE {
-                    self.here[one.particle as usize] = id(self.held.len());
-                    self.hold(Held::new(one.particle, owner, 0));
-                }
-                for_this.push(one);
+        for one in published.iter().filter(|one| one.to & bit != 0) {
+            if self.here[one.particle as usize] == NO_PARTICLE {
+                self.here[one.particle as usize] = id(self.held.len());
+                self.hold(Held::new(one.particle, one.from, 0));
             }
+            for_this.push(one);
         }
         // The records name each other.
         let as_here = for_this.into_iter().map(|one| {
@@ -169,7 +189,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let records: Vec<Record> = as_here.collect();
         self.add_copies(&records);
         self.write(&records);
-        for transfer in compared.iter().flat_map(|compared| &compared.transfers) {
+        for transfer in transfers {
             let here = self.here[transfer.particle as usize];
             if here != NO_PARTICLE {
                 let known_to = if transfer.owner == self.number { transfer.known_to } else { 0 };
@@ -218,6 +238,15 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         moved.into_iter().for_each(|particle| self.engine.fill_list(particle));
         written.into_iter().for_each(|particle| self.engine.enqueue(particle));
     }
+}
+
+/// The steps of some particles, those of each as they happened.
+fn steps_of(steps: &[Step], particles: &[u32]) -> Vec<Step> {
+    let mut wanted = Marks::default();
+    particles.iter().for_each(|&particle| wanted.put(particle, true));
+    let mut steps: Vec<Step> = steps.iter().filter(|step| wanted.has(step.particle)).copied().collect();
+    steps.sort_by_key(|step| step.particle);
+    steps
 }
 
 /// Steps of one particle, out of those of some.

@@ -1,8 +1,16 @@
 //! The one engine for all takes over what its domains have.
 
 use super::Domains;
+use super::cut::Cut;
+use super::domain::Domain;
+use super::team::Team;
 use crate::engine::parts::Engine;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::time::Instant;
+
+/// Particles of each domain that are sent at once.
+const MOST_AT_ONCE: usize = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     /// Gives the one engine what the domains have of all particles: its state is up to date, but it cannot go on until [`Self::complete`].
@@ -13,13 +21,12 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         // As where the one engine pauses: at its last step, however far it has looked.
         whole.clock.now = cut.latest;
         whole.schedule.queue.resume(cut.now, cut.steps);
-        for domain in &cut.domains {
-            for particle in domain.owned_particles() {
-                let mut record = domain.engine.record(particle);
-                record.renumber(|number| domain.held.get(number as usize).map(|held| held.whole));
-                whole.write_record(domain.held[particle as usize].whole, &record);
-            }
-        }
+        let record = |domain: &Domain<FALLING, TABLE>, particle: u32| {
+            let mut record = domain.engine.record(particle);
+            record.renumber(|number| domain.held.get(number as usize).map(|held| held.whole));
+            (domain.held[particle as usize].whole, record)
+        };
+        cut.gather(&self.team, record, |(particle, record)| whole.write_record(particle, &record));
         self.work.gathering += begin.elapsed();
     }
 
@@ -27,15 +34,12 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     pub(super) fn settle_lists(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         let (Some(cut), Some(lists)) = (&self.cut, whole.neighbours.lists_mut()) else { return };
         let begin = Instant::now();
-        let mut list = Vec::new();
-        for domain in &cut.domains {
-            let Some(verlet) = domain.engine.neighbours.verlet() else { continue };
-            for particle in domain.owned_particles() {
-                list.clear();
-                list.extend(verlet.lists.of(particle).iter().map(|&other| domain.held[other as usize].whole));
-                lists.set(domain.held[particle as usize].whole, &list);
-            }
-        }
+        let list = |domain: &Domain<FALLING, TABLE>, particle: u32| {
+            let list = domain.engine.neighbours.verlet().map_or(&[][..], |verlet| verlet.lists.of(particle));
+            let list = list.iter().map(|&other| domain.held[other as usize].whole).collect::<Vec<u32>>();
+            (domain.held[particle as usize].whole, list)
+        };
+        cut.gather(&self.team, list, |(particle, list)| lists.set(particle, &list));
         self.work.gathering += begin.elapsed();
     }
 
@@ -58,5 +62,30 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     pub fn join(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         self.complete(whole);
         self.cut = None;
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
+    /// Takes something of each particle from the domain that owns it, and writes it here.
+    fn gather<T: Serialize + DeserializeOwned>(
+        &self,
+        team: &Team,
+        take: impl Fn(&Domain<FALLING, TABLE>, u32) -> T,
+        mut write: impl FnMut(T),
+    ) {
+        let owned = |domain| Domain::owned_particles(domain).map(move |particle| (domain, particle));
+        let mut left = self.domains.iter().flat_map(owned);
+        if !team.has_others() {
+            left.for_each(|(domain, particle)| write(take(domain, particle)));
+            return;
+        }
+        loop {
+            let some = left.by_ref().take(MOST_AT_ONCE).map(|(domain, particle)| take(domain, particle)).collect();
+            let all = team.all(some);
+            if all.is_empty() {
+                return;
+            }
+            all.into_iter().for_each(&mut write);
+        }
     }
 }

@@ -8,6 +8,7 @@ use crate::engine::event::{Event, EventKind};
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::Prediction;
 use crate::engine::sources::andersen::Bath;
+use crate::engine::transport::tests::in_processes;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{RunPlan, Scene, Thermostat};
@@ -53,26 +54,70 @@ fn compare<const FALLING: bool, const TABLE: bool>(
     until: Until,
     (counts, halo): (&[usize], Halo),
 ) -> DomainWork {
-    let (events, snapshot, engine) = advance::<FALLING, TABLE>(scene, until, None);
+    let one = advance::<FALLING, TABLE>(scene, until, None);
     let mut work = DomainWork::default();
     for &count in counts {
-        let mut domains = Domains::<FALLING, TABLE>::with_halo(count, 2, halo);
-        let (seen, there, other) = advance(scene, until, Some(&mut domains));
-        let first = events.iter().zip(&seen).position(|(one, other)| one != other);
-        assert_eq!(first, None, "{name} {count}: {:?}", domains.work);
-        assert_eq!(events.len(), seen.len(), "{name} {count}");
-        assert_eq!(there, snapshot, "{name} {count}");
-        assert_eq!(other.counts.totals, engine.counts.totals, "{name} {count}");
-        assert_eq!(other.counts.by_species, engine.counts.by_species, "{name} {count}");
-        assert_eq!(other.counts.transitions_at_event, engine.counts.transitions_at_event, "{name} {count}");
-        let standstill =
-            |engine: &Engine<FALLING, TABLE>| (engine.clock.standstill.since, engine.clock.standstill.events);
-        assert_eq!(standstill(&other), standstill(&engine), "{name} {count}");
-        assert!(domains.work.windows > 20, "{name} {count}: {:?}", domains.work);
-        work.differences += domains.work.differences;
-        work.uncovered += domains.work.uncovered;
+        let there = compare_with(&one, scene, &format!("{name} {count}"), until, Team::new(count, 2, None), halo);
+        work.differences += there.differences;
+        work.uncovered += there.uncovered;
     }
     work
+}
+
+/// Compares the run of a team with that of one engine.
+fn compare_with<const FALLING: bool, const TABLE: bool>(
+    (events, snapshot, engine): &(Vec<Event>, Snapshot, Engine<FALLING, TABLE>),
+    scene: &Scene,
+    name: &str,
+    until: Until,
+    team: Team,
+    halo: Halo,
+) -> DomainWork {
+    let mut domains = Domains::<FALLING, TABLE>::with(team, halo);
+    let (seen, there, other) = advance(scene, until, Some(&mut domains));
+    let first = events.iter().zip(&seen).position(|(one, other)| one != other);
+    assert_eq!(first, None, "{name}: {:?}", domains.work);
+    assert_eq!(events.len(), seen.len(), "{name}");
+    assert_eq!(there, *snapshot, "{name}");
+    assert_eq!(other.counts.totals, engine.counts.totals, "{name}");
+    assert_eq!(other.counts.by_species, engine.counts.by_species, "{name}");
+    assert_eq!(other.counts.transitions_at_event, engine.counts.transitions_at_event, "{name}");
+    let standstill = |engine: &Engine<FALLING, TABLE>| (engine.clock.standstill.since, engine.clock.standstill.events);
+    assert_eq!(standstill(&other), standstill(engine), "{name}");
+    assert!(domains.work.windows > 20, "{name}: {:?}", domains.work);
+    domains.work
+}
+
+#[test]
+fn processes_have_the_bits_of_one_engine_each() {
+    let hard = || Potential::hard_sphere(1.0).unwrap();
+    let dense = spheres(hard(), 0.45, 4_000).build().unwrap();
+    let one = advance::<false, false>(&dense, Until::events(40_000), None);
+    for (processes, each, halo) in [(2, 1, WIDE), (3, 2, WIDE), (2, 2, THIN), (5, 1, WIDE)] {
+        let work = in_processes(processes, |transport| {
+            let team = Team::new(each, 1, Some(transport));
+            compare_with(&one, &dense, &format!("{processes} x {each}"), Until::events(40_000), team, halo)
+        });
+        // All know what is undone.
+        let undone = |work: &DomainWork| (work.windows, work.differences, work.uncovered, work.steps);
+        assert!(work.iter().all(|one| undone(one) == undone(&work[0])), "{work:?}");
+        assert!(halo.margin > 0.0 || work[0].differences > 5, "{work:?}");
+    }
+    let small = spheres(hard(), 0.2, 1_000).build().unwrap();
+    let one = advance::<false, false>(&small, Until::events(150_000), None);
+    assert!(one.2.clock.epochs > 10, "{}", one.2.clock.epochs);
+    in_processes(2, |transport| {
+        let team = Team::new(1, 1, Some(transport));
+        compare_with(&one, &small, "small", Until::events(150_000), team, WIDE)
+    });
+    let mixture = bathed(mixture(), 0.2);
+    let one = advance::<false, true>(&mixture, Until::time(3.0), None);
+    for (processes, each) in [(2, 1), (4, 2)] {
+        in_processes(processes, |transport| {
+            let team = Team::new(each, 1, Some(transport));
+            compare_with(&one, &mixture, &format!("{processes} x {each}"), Until::time(3.0), team, WIDE)
+        });
+    }
 }
 
 /// As wide as it is chosen.
@@ -88,6 +133,9 @@ fn domains_have_the_bits_of_one_engine() {
     compare::<false, false>(&thin, "cells", events, (&[2, 3, 8], WIDE));
     compare::<false, false>(&dense, "lists", events, (&[2, 3, 8], WIDE));
     compare::<false, true>(&mixture().build().unwrap(), "mixture", Until::time(5.0), (&[1, 2, 5, 13], WIDE));
+    // Many epochs.
+    let small = spheres(hard(), 0.45, 1_000).build().unwrap();
+    compare::<false, false>(&small, "small", Until::events(150_000), (&[2, 3], WIDE));
     // Walls, a floor that dissipates, gravity, in three dimensions and in two.
     let boundary = [Boundary::walls(0.9); 3];
     let walls = |builder: SceneBuilder, size| builder.space(Space { boundary, ..Space::periodic_cube(size) });
@@ -147,7 +195,7 @@ fn domains_in_a_heat_bath_and_of_long_bonds_have_the_bits_of_one_engine() {
 fn an_observer_ends_a_run_at_any_event_also_of_a_heat_bath() {
     let scene = bathed(mixture(), 2.0);
     let (mut one, mut whole) = (begun::<false, true>(&scene), begun::<false, true>(&scene));
-    let mut domains = Domains::with_halo(3, 2, WIDE);
+    let mut domains = Domains::with(Team::new(3, 2, None), WIDE);
     let mut baths = 0;
     for stretch in 0..60 {
         let (mut seen, mut seen_there) = (Vec::new(), Vec::new());
@@ -218,7 +266,7 @@ fn rounds() -> usize {
 /// After a hundred steps or a window, holds what is owned against one engine, and copies against what their owners have; how often it could.
 fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, count: usize, halo: Halo) -> usize {
     let (mut one, mut whole) = (begun::<FALLING, TABLE>(scene), begun::<FALLING, TABLE>(scene));
-    let mut domains = Domains::<FALLING, TABLE>::with_halo(count, 2, halo);
+    let mut domains = Domains::<FALLING, TABLE>::with(Team::new(count, 2, None), halo);
     let end = Until::time(f64::INFINITY);
     let mut compared = 0;
     for _ in 0..rounds() {
@@ -290,13 +338,13 @@ fn at_each_barrier_all_state_is_that_of_one_engine_and_copies_are_what_their_own
 fn a_copy_that_has_steps_alone_is_sent_anew_and_is_a_difference_if_it_can_have_been_read() {
     let scene = spheres(Potential::hard_sphere(1.0).unwrap(), 0.45, 4_000).build().unwrap();
     let engine = Engine::<false, false>::new(&scene);
-    let mut domains = Domains::with_halo(2, 1, WIDE);
+    let mut domains = Domains::with(Team::new(2, 1, None), WIDE);
     let mut cut = domains.cut_up(&engine);
     let copies: Vec<u32> = cut.domains[1].engine.particles().filter(|&id| !cut.domains[1].owned.has(id)).collect();
     for (hash, readers, difference) in [(Some(7), 2, Some(0.5)), (Some(7), 1, None), (None, 2, None)] {
         cut.domains[1].begin_window();
         cut.domains[1].note(copies[3], hash, 0.5, readers);
-        let compared = cut.domains[0].compare(&cut.regions, &cut.domains);
+        let compared = cut.domains[0].compare(&cut.regions, &cut.domains[1].reports(2));
         assert_eq!(compared.difference, difference);
         let whole = cut.domains[1].held[copies[3] as usize].whole;
         assert_eq!(compared.to_publish, [(cut.domains[0].here[whole as usize], 2)]);

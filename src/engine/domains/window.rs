@@ -1,7 +1,8 @@
 //! A window of a domain: its steps, what they have changed, and what other domains are to know of them.
 
-use super::domain::{Domain, Saved, Seen};
+use super::domain::{Domain, Saved};
 use super::exchange::{Step, hash};
+use super::outcome::Seen;
 use super::regions::Regions;
 use crate::engine::event::Event;
 use crate::engine::hardware::prefetch::prefetch;

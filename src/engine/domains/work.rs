@@ -56,6 +56,8 @@ pub struct DomainWork {
     pub steps: [u64; 2],
     /// Wall time in the steps of windows.
     pub simulating: Duration,
+    /// Wall time in which threads and processes wait for the slowest one.
+    pub waiting: Duration,
     /// Wall time in the comparison of domains.
     pub comparing: Duration,
     /// Wall time in the exchange of copies.
@@ -68,17 +70,27 @@ pub struct DomainWork {
     pub moving: Duration,
 }
 
+impl DomainWork {
+    /// A window has taken so long, of which each thread has worked for a while in the mean.
+    pub(super) fn simulate(&mut self, took: Duration, busy: Duration) {
+        self.simulating += busy.min(took);
+        self.waiting += took.saturating_sub(busy);
+    }
+}
+
 impl fmt::Display for DomainWork {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { windows, differences, uncovered, cuts, serial, steps, .. } = self;
         let undone = differences + uncovered;
         let [own, all] = steps.map(|steps| steps as f64);
-        let times = [self.simulating, self.comparing, self.exchanging, self.gathering, self.cutting, self.moving];
-        let [simulating, comparing, exchanging, gathering, cutting, moving] = times.map(|time| time.as_secs_f64());
+        let times =
+            [self.simulating, self.waiting, self.comparing, self.exchanging, self.gathering, self.cutting, self.moving];
+        let [simulating, waiting, comparing, exchanging, gathering, cutting, moving] =
+            times.map(|time| time.as_secs_f64());
         write!(
             f,
             "{windows} windows, {undone} undone; domains cut {cuts} times, {serial} stretches in one thread\n\
-             {:.2} steps for each one needed; {simulating:.1} s simulating, {comparing:.1} s comparing, {exchanging:.1} s exchanging, \
+             {:.2} steps for each one needed; {simulating:.1} s simulating, {waiting:.1} s waiting, {comparing:.1} s comparing, {exchanging:.1} s exchanging, \
              {gathering:.1} s gathering, {cutting:.1} s cutting, {moving:.1} s in new epochs",
             if own > 0.0 { all / own } else { 1.0 },
         )

@@ -15,6 +15,11 @@ impl Workers {
         Self(pool.map(Arc::new))
     }
 
+    /// How many there are, the one that asks being one if it is alone.
+    pub fn threads(&self) -> usize {
+        self.0.as_ref().map_or(1, |pool| pool.current_num_threads())
+    }
+
     /// Does something with each of some items, and collects the results in their order.
     pub fn each<I: Send, R: Send>(&self, items: Vec<I>, work: impl Fn(I) -> R + Send + Sync) -> Vec<R> {
         match &self.0 {

@@ -1,0 +1,79 @@
+//! What a domain has come to in a window, as all processes are to know it.
+
+use crate::engine::clock::{SHORTEST_ADVANCE, StandstillWatch};
+use crate::engine::event::Event;
+use crate::engine::parts::Counts;
+use serde::{Deserialize, Serialize};
+
+/// An event and when it happened, since the epoch.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct Seen {
+    pub time: f64,
+    pub event: Event,
+}
+
+/// What has come of a window in one domain.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Outcome {
+    /// When what it owns did the first step that is another one where it can have been read.
+    pub difference: Option<f64>,
+    /// Counts of what it owns.
+    pub counts: Box<Counts>,
+    /// Steps of what it owns, and of all that it has.
+    pub done: u64,
+    pub done_in_all: u64,
+    /// Time of the last one of what it owns.
+    pub latest: f64,
+    /// Events, if they are asked for.
+    pub events: Vec<Seen>,
+    /// Times of the last events, and of transitions since then.
+    pub last: Vec<f64>,
+    pub quiet: Vec<f64>,
+    /// Whether it has become so large that it is worth it to cut anew.
+    pub has_grown: bool,
+}
+
+/// The time of the last event of a window, and how many transitions came after it.
+pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
+    let last = outcomes.iter().filter_map(|outcome| outcome.last.last().copied()).max_by(f64::total_cmp);
+    let after = |outcome: &Outcome| outcome.quiet.iter().filter(|time| last.is_none_or(|last| **time > last)).count();
+    (last, outcomes.iter().map(after).sum::<usize>() as u64)
+}
+
+/// Since when time stands still, and the number of events since then, as a watch has it after a window of a queue of such a span; none if that cannot be
+/// told.
+pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> Option<(f64, u64)> {
+    let shortest = span * SHORTEST_ADVANCE;
+    let is_complete = |outcome: &Outcome| outcome.counts.executed == outcome.last.len() as u64;
+    let mut times: Vec<f64> = outcomes.iter().flat_map(|outcome| outcome.last.iter().copied()).collect();
+    times.sort_by(f64::total_cmp);
+    let mut standstill = (watch.since, watch.events);
+    let known = outcomes.iter().filter(|outcome| !is_complete(outcome));
+    if let Some(first) = known.filter_map(|outcome| outcome.last.first().copied()).max_by(f64::total_cmp) {
+        times.retain(|time| *time >= first);
+        let moves = (1..times.len()).rev().find(|&k| times[k] - times[k - 1] > shortest)?;
+        standstill = (times[moves], 0);
+        times.drain(..=moves);
+    }
+    for time in times {
+        standstill = if time - standstill.0 > shortest { (time, 0) } else { (standstill.0, standstill.1 + 1) };
+        if standstill.1 > watch.most {
+            return None;
+        }
+    }
+    Some(standstill)
+}
+
+/// The events of all domains in the order in which they happened; none if two happened at the same time in two domains.
+pub fn merged(outcomes: &mut [Outcome]) -> Option<Vec<Seen>> {
+    let mut events: Vec<(usize, Seen)> = Vec::new();
+    for (number, outcome) in outcomes.iter_mut().enumerate() {
+        events.extend(outcome.events.drain(..).map(|seen| (number, seen)));
+    }
+    events.sort_by(|(_, one), (_, other)| one.time.total_cmp(&other.time));
+    let is_tied = |pair: &[(usize, Seen)]| pair[0].1.time == pair[1].1.time && pair[0].0 != pair[1].0;
+    if events.windows(2).any(is_tied) {
+        return None;
+    }
+    Some(events.into_iter().map(|(_, seen)| seen).collect())
+}

@@ -1,0 +1,89 @@
+//! The threads that domains run on, of this process and of others that simulate the system together with it.
+
+use super::workers::Workers;
+use crate::base::numbers::trunc_to_u32;
+use crate::engine::transport::Transport;
+use crate::model::threads::MOST_THREADS;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Threads of this process, and how it talks to others. Each has as many domains, by their numbers one after the other.
+#[derive(Debug, Clone)]
+pub struct Team {
+    workers: Workers,
+    transport: Option<Arc<dyn Transport>>,
+    /// Domains of each process.
+    share: usize,
+}
+
+impl Team {
+    /// So many domains for each process, as far as there can be as many in all, on so many threads of this one.
+    pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
+        let processes = transport.as_ref().map_or(1, |transport| transport.size());
+        Self { workers: Workers::new(threads), transport, share: domains.clamp(1, (MOST_THREADS / processes).max(1)) }
+    }
+
+    /// Domains of all processes.
+    pub fn domains(&self) -> usize {
+        self.share * self.transport.as_ref().map_or(1, |transport| transport.size())
+    }
+
+    /// The numbers of the domains of this process.
+    pub fn numbers(&self) -> Range<usize> {
+        let rank = self.transport.as_ref().map_or(0, |transport| transport.rank());
+        rank * self.share..(rank + 1) * self.share
+    }
+
+    /// The domains of a process, as a set.
+    fn domains_of(&self, rank: usize) -> u64 {
+        (rank * self.share..(rank + 1) * self.share).fold(0, |set, domain| set | 1 << domain)
+    }
+
+    /// Whether there is more than this process.
+    pub fn has_others(&self) -> bool {
+        self.transport.is_some()
+    }
+
+    /// The threads of this process that so many domains keep busy.
+    pub fn busy_threads(&self, domains: usize) -> u32 {
+        trunc_to_u32(self.workers.threads().min(domains).max(1) as f64)
+    }
+
+    /// Does something with each of some items on the threads of this process, and collects the results in their order.
+    pub fn each<I: Send, R: Send>(&self, items: Vec<I>, work: impl Fn(I) -> R + Send + Sync) -> Vec<R> {
+        self.workers.each(items, work)
+    }
+
+    /// What all processes have, in the order of their domains.
+    pub fn all<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>) -> Vec<T> {
+        let Some(transport) = &self.transport else { return mine };
+        let shared = transport.share(encode(&**transport, &mine));
+        shared.iter().flat_map(|bytes| decode::<Vec<T>>(&**transport, bytes)).collect()
+    }
+
+    /// What all processes have for domains of this one, of which `to` says the set, in the order of the domains that it is from.
+    pub fn deliver<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>, to: impl Fn(&T) -> u64) -> Vec<T> {
+        let Some(transport) = &self.transport else { return mine };
+        let of_rank = |rank: usize| {
+            let domains = self.domains_of(rank);
+            let messages: Vec<&T> = mine.iter().filter(|message| to(message) & domains != 0).collect();
+            encode(&**transport, &messages)
+        };
+        let received = transport.exchange((0..transport.size()).map(of_rank).collect());
+        received.iter().flat_map(|bytes| decode::<Vec<T>>(&**transport, bytes)).collect()
+    }
+}
+
+fn encode<T: Serialize>(transport: &dyn Transport, message: &T) -> Vec<u8> {
+    postcard::to_stdvec(message)
+        .unwrap_or_else(|error| transport.abort(&format!("a message cannot be written: {error}")))
+}
+
+fn decode<T: DeserializeOwned>(transport: &dyn Transport, bytes: &[u8]) -> T {
+    postcard::from_bytes(bytes).unwrap_or_else(|error| {
+        transport
+            .abort(&format!("a message of another process cannot be read, which is not at the same place: {error}"))
+    })
+}
