@@ -6,6 +6,7 @@ mod exchange;
 mod failure;
 mod movie;
 mod new;
+mod processes;
 mod progress;
 mod render;
 mod report;

@@ -10,6 +10,7 @@ mod forecast;
 mod frames;
 mod measured_stage;
 mod outlook;
+mod processes;
 mod progress;
 mod rate;
 mod stage;

@@ -1,10 +1,11 @@
 //! `carom run`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use carom::base::text::with_causes;
-use carom::engine::InvariantBroken;
+use carom::engine::{InvariantBroken, Transport};
 use carom::exchange::ExchangeFolder;
 use carom::io::estimate::{SizeEstimate, allowance, free_disk};
 use carom::io::{Completed, Folder, OutputError, refuse_input};
@@ -18,7 +19,7 @@ use clap::Args;
 use super::Changes;
 use super::failure::Failure;
 use super::progress::Display;
-use super::signals;
+use super::{processes, signals};
 
 /// Simulates a scene
 #[derive(Debug, Args)]
@@ -98,6 +99,22 @@ pub fn count(text: &str) -> Result<u64, String> {
 
 impl Run {
     pub fn execute(&self) -> Result<(), Failure> {
+        let Some(transport) = processes::join() else { return self.ready()?.execute(None) };
+        let are_same = processes::refuse_different_arguments(&*transport);
+        if transport.rank() > 0 {
+            return processes::take_part(&transport);
+        }
+        match are_same.and_then(|()| self.ready()) {
+            Ok(ready) => ready.execute(Some(&transport)),
+            Err(failure) => {
+                run::Run::shared(None, &transport);
+                Err(failure)
+            }
+        }
+    }
+
+    /// The run, before its first step.
+    fn ready(&self) -> Result<Ready, Failure> {
         match (&self.resume, &self.scene) {
             (Some(path), _) => self.go_on(path),
             (None, Some(scene)) => self.begin(scene),
@@ -107,7 +124,7 @@ impl Run {
     }
 
     /// A run from its start.
-    fn begin(&self, file: &Path) -> Result<(), Failure> {
+    fn begin(&self, file: &Path) -> Result<Ready, Failure> {
         let mut scene = self.changes.load(file)?;
         super::refuse_exchange(
             &scene,
@@ -131,16 +148,16 @@ impl Run {
             super::warn(&format!("warning: {warning}"));
         }
         let display = Display::new(&scene, self.quiet);
-        execute(self.on_threads(run::Run::without_start(scene)), folder, display)
+        Ok(Ready { run: self.on_threads(run::Run::without_start(scene)), folder, display })
     }
 
     /// A run from its last checkpoint.
-    fn go_on(&self, path: &Path) -> Result<(), Failure> {
+    fn go_on(&self, path: &Path) -> Result<Ready, Failure> {
         let (folder, checkpoint) = Folder::resume(path, self.limit()).map_err(|error| not_a_run(path, error))?;
         let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
         let folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
         let display = Display::new(checkpoint.simulation.scene(), self.quiet);
-        execute(self.on_threads(run::Run::resume(checkpoint)), folder, display)
+        Ok(Ready { run: self.on_threads(run::Run::resume(checkpoint)), folder, display })
     }
 
     fn on_threads(&self, run: run::Run) -> run::Run {
@@ -184,15 +201,38 @@ fn not_a_run(path: &Path, error: OutputError) -> Failure {
     Failure::bad_input(format!("{folder} is the folder of {what}, not of a run"), Some(&cure))
 }
 
-/// A run up to its end.
-fn execute(run: run::Run, mut folder: Folder, mut display: Display) -> Result<(), Failure> {
-    signals::watch();
-    let result = run.execute(&mut folder, &mut |progress| {
-        display.show(progress);
-        signals::flow()
-    });
-    display.clear();
-    end(&result?, folder)
+/// A run that is ready, where it goes, and who is told.
+struct Ready {
+    run: run::Run,
+    folder: Folder,
+    display: Display,
+}
+
+impl Ready {
+    /// A run up to its end, with other processes if there are some.
+    fn execute(self, transport: Option<&Arc<dyn Transport>>) -> Result<(), Failure> {
+        let Self { run, mut folder, mut display } = self;
+        let run = match transport {
+            Some(transport) => run::Run::shared(Some(run), transport),
+            None => Some(run),
+        };
+        let Some(run) = run else { return Ok(()) };
+        signals::watch();
+        let result = run.execute(&mut folder, &mut |progress| {
+            display.show(progress);
+            signals::flow()
+        });
+        display.clear();
+        match (result, transport) {
+            (Ok(finished), _) => end(&finished, folder),
+            (Err(error), None) => Err(error.into()),
+            (Err(error), Some(transport)) => {
+                // The others cannot know.
+                Failure::from(error).report();
+                transport.abort("the run ends here")
+            }
+        }
+    }
 }
 
 /// Files, table and verdict.

@@ -64,10 +64,10 @@ pub fn run<R: Recorder>(
 #[derive(Debug)]
 #[must_use = "a run does nothing until `execute` or `finish`"]
 pub struct Run {
-    simulation: Simulation,
-    state: RunState,
-    registry: Registry,
-    is_new: bool,
+    pub(super) simulation: Simulation,
+    pub(super) state: RunState,
+    pub(super) registry: Registry,
+    pub(super) is_new: bool,
 }
 
 impl Run {

@@ -132,7 +132,7 @@ impl Driver<'_> {
             if done >= events {
                 return Ok(Some(Ending::Events));
             }
-            if !self.is_pilot && self.recorder.is_checkpoint_due() {
+            if self.is_checkpoint_due() {
                 self.keep()?;
             }
             if self.is_stopped() {
@@ -189,7 +189,17 @@ impl Driver<'_> {
     /// Whether the caller wants no more, or no more can be kept.
     fn is_stopped(&mut self) -> bool {
         let progress = self.progress();
-        (self.watch)(&progress).is_break() || self.recorder.is_full()
+        let is_stopped = (self.watch)(&progress).is_break() || self.recorder.is_full();
+        self.agreed(is_stopped)
+    }
+
+    fn is_checkpoint_due(&self) -> bool {
+        !self.is_pilot && self.agreed(self.recorder.is_checkpoint_due())
+    }
+
+    /// What the first process finds, of those that simulate the system together: clocks, disks and signals differ.
+    fn agreed(&self, found: bool) -> bool {
+        self.simulation.agreed(u64::from(found)) != 0
     }
 
     fn progress(&self) -> Progress {

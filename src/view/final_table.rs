@@ -144,7 +144,10 @@ impl Lines {
 
     /// How the work went, if several threads were asked for.
     fn threads(&mut self, simulation: &Simulation) {
-        let threads = simulation.threads();
+        let threads = match simulation.processes() {
+            1 => simulation.threads().to_string(),
+            processes => format!("{} in each of {processes} processes", simulation.threads()),
+        };
         let text = match (simulation.domain_work(), simulation.single_thread()) {
             (Some(_), Some(why)) => format!("1 of {threads}: {why}"),
             (Some(work), None) => format!("{threads}: {work}"),

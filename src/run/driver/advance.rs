@@ -91,7 +91,7 @@ impl Driver<'_> {
             let pause = self.pause;
             let nearer = Until { time: until.time.min(pause.time), events: until.events.min(pause.events) };
             let reached = self.steps(nearer)?;
-            self.steps = steps_after(self.steps, started.elapsed());
+            self.steps = self.simulation.agreed(steps_after(self.steps, started.elapsed()));
             if self.work() > self.patience {
                 return Ok(Err(Ending::Idle));
             }
@@ -106,7 +106,7 @@ impl Driver<'_> {
                 Ok(None) => {}
                 Err(error) => return Ok(Err(error.into())),
             }
-            if !self.is_pilot && self.recorder.is_checkpoint_due() {
+            if self.is_checkpoint_due() {
                 self.keep()?;
             }
             if self.is_stopped() {
@@ -119,10 +119,13 @@ impl Driver<'_> {
     /// Advances without a check of anything but events, until the next pause at most.
     fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, Failed> {
         let is_measuring = self.state.stage.stage.is_measured() && !self.is_pilot;
+        let has_events = is_measuring && self.agreed(self.recorder.has_events());
+        // One process cannot end alone.
+        let is_alone = self.simulation.processes() == 1;
         let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
         let instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
         let mut instruments = instruments.zip(self.system.as_ref());
-        let mut recorder = (is_measuring && self.recorder.has_events()).then_some(&mut *self.recorder);
+        let mut recorder = has_events.then_some(&mut *self.recorder);
         if instruments.is_none() && recorder.is_none() {
             return Ok(self.simulation.advance_unsettled(self.steps, until, None));
         }
@@ -131,11 +134,11 @@ impl Driver<'_> {
             if let Some((instruments, system)) = &mut instruments {
                 instruments.event(event, system);
             }
-            if let Some(recorder) = &mut recorder {
+            if let Some(recorder) = recorder.as_mut().filter(|_| failure.is_none()) {
                 failure = recorder.event(event).err();
             }
             let is_done = instruments.as_ref().is_some_and(|(instruments, _)| instruments.is_done());
-            if is_done || failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if is_done || (is_alone && failure.is_some()) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let reason = self.simulation.advance_unsettled(self.steps, until, Some(&mut show));
         failure.map_or(Ok(reason), Err)

@@ -1,0 +1,45 @@
+//! The processes that `carom run` was started in together.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use carom::engine::Transport;
+use carom::run::Run;
+
+use super::failure::Failure;
+use super::signals;
+
+/// Joins the processes that `mpiexec` has started together with this one, if there are any.
+#[cfg(feature = "mpi")]
+pub fn join() -> Option<Arc<dyn Transport>> {
+    carom::engine::Mpi::join().map(|mpi| Arc::new(mpi) as Arc<dyn Transport>)
+}
+
+/// None: this program knows no MPI.
+#[cfg(not(feature = "mpi"))]
+pub fn join() -> Option<Arc<dyn Transport>> {
+    None
+}
+
+/// Refuses processes that were started together to do different things.
+pub fn refuse_different_arguments(transport: &dyn Transport) -> Result<(), Failure> {
+    let arguments = std::env::args_os().flat_map(|argument| [argument.as_encoded_bytes(), b"\0"].concat());
+    let all = transport.share(arguments.collect());
+    if all.iter().all(|other| *other == all[0]) {
+        return Ok(());
+    }
+    let cure = "start all of them with the same arguments, or each one alone, not with mpiexec";
+    Err(Failure::bad_input("the processes that were started together have different arguments", Some(cure)))
+}
+
+/// Takes part in the run that the first process has, which also says what is to be said.
+pub fn take_part(transport: &Arc<dyn Transport>) -> Result<(), Failure> {
+    let Some(run) = Run::shared(None, transport) else { return Ok(()) };
+    signals::watch();
+    // The first process gets the signals, too, and decides.
+    let result = run.execute(&mut (), &mut |_| {
+        let _ = signals::flow();
+        ControlFlow::Continue(())
+    });
+    result.map(|_| ()).map_err(|error| Failure::failed(error.to_string(), None))
+}
