@@ -3,6 +3,7 @@
 //! A column is registered once, in the macro `columns`. From there particles are put in another order, left out, taken in and copied, and times
 //! are counted from another epoch; nothing else knows which columns there are.
 
+mod part;
 pub(super) mod records;
 
 use super::images::travelled::Travelled;
@@ -45,12 +46,12 @@ impl Order {
 }
 
 /// Data with an entry for each particle.
-pub(super) trait Column {
+pub(super) trait Column: Sized {
     /// Whether a contact can change the entries of the two that meet.
     const CHANGES_IN_CONTACTS: bool = true;
 
-    /// Puts the entries in another order, and renumbers particles that they name.
-    fn permute(&mut self, order: &Order);
+    /// The entries in another order, with other numbers for particles that they name.
+    fn permuted(&self, order: &Order) -> Self;
 
     /// Counts times from an epoch that is later by `shift`.
     fn shift(&mut self, _shift: f64) {}
@@ -66,8 +67,8 @@ pub(super) trait Column {
 }
 
 impl Column for Vec<Body> {
-    fn permute(&mut self, order: &Order) {
-        *self = order.permuted(self);
+    fn permuted(&self, order: &Order) -> Self {
+        order.permuted(self)
     }
 
     fn shift(&mut self, shift: f64) {
@@ -91,10 +92,8 @@ impl Column for Vec<u16> {
     const CHANGES_IN_CONTACTS: bool = false;
 
     /// Empty where all particles are of one species.
-    fn permute(&mut self, order: &Order) {
-        if !self.is_empty() {
-            *self = order.permuted(self);
-        }
+    fn permuted(&self, order: &Order) -> Self {
+        if self.is_empty() { Self::new() } else { order.permuted(self) }
     }
 
     fn copy(&self, particle: u32, record: &mut Record) {
@@ -112,10 +111,10 @@ impl Column for Vec<u16> {
 impl Column for Travelled {
     const CHANGES_IN_CONTACTS: bool = false;
 
-    fn permute(&mut self, order: &Order) {
+    fn permuted(&self, order: &Order) -> Self {
         match self {
-            Self::Near(images) => *images = order.permuted(images),
-            Self::Far(images) => *images = order.permuted(images),
+            Self::Near(images) => Self::Near(order.permuted(images)),
+            Self::Far(images) => Self::Far(order.permuted(images)),
         }
     }
 
@@ -135,9 +134,10 @@ impl Column for Travelled {
 }
 
 impl Column for Vec<Prediction> {
-    fn permute(&mut self, order: &Order) {
-        *self = order.permuted(self);
-        self.iter_mut().for_each(|prediction| prediction.renumber(&order.new));
+    fn permuted(&self, order: &Order) -> Self {
+        let mut permuted = order.permuted(self);
+        permuted.iter_mut().for_each(|prediction| prediction.renumber(&order.new));
+        permuted
     }
 
     fn shift(&mut self, shift: f64) {
@@ -164,8 +164,8 @@ impl Column for Vec<Prediction> {
 }
 
 impl Column for ContactTimes {
-    fn permute(&mut self, order: &Order) {
-        self.last = order.permuted(&self.last);
+    fn permuted(&self, order: &Order) -> Self {
+        Self { last: order.permuted(&self.last), ..*self }
     }
 
     fn shift(&mut self, shift: f64) {
@@ -186,8 +186,8 @@ impl Column for ContactTimes {
 }
 
 impl Column for SurfaceRandom {
-    fn permute(&mut self, order: &Order) {
-        self.contacts = order.permuted(&self.contacts);
+    fn permuted(&self, order: &Order) -> Self {
+        Self { contacts: order.permuted(&self.contacts), stream: self.stream.clone() }
     }
 
     fn copy(&self, particle: u32, record: &mut Record) {
@@ -205,9 +205,9 @@ impl Column for SurfaceRandom {
 
 impl Column for CapturedPairs {
     /// Empty where no pair can be captured.
-    fn permute(&mut self, order: &Order) {
+    fn permuted(&self, order: &Order) -> Self {
         if self.is_empty() {
-            return;
+            return Self::new(0);
         }
         let mut states = Self::new(order.old.len());
         for (&old, particle) in order.old.iter().zip(0..) {
@@ -218,7 +218,7 @@ impl Column for CapturedPairs {
                 }
             }
         }
-        *self = states;
+        states
     }
 
     fn copy(&self, particle: u32, record: &mut Record) {
@@ -242,10 +242,10 @@ impl Column for CapturedPairs {
 impl Column for Neighbours {
     const CHANGES_IN_CONTACTS: bool = false;
 
-    fn permute(&mut self, order: &Order) {
+    fn permuted(&self, order: &Order) -> Self {
         match self {
-            Self::Cells(cells) => cells.permute(order),
-            Self::Lists(verlet) => verlet.permute(order),
+            Self::Cells(cells) => Self::Cells(cells.permuted(order)),
+            Self::Lists(verlet) => Self::Lists(verlet.permuted(order)),
         }
     }
 
@@ -298,7 +298,7 @@ struct Permute<'a>(&'a Order);
 
 impl Visit for Permute<'_> {
     fn column(&mut self, column: &mut impl Column) {
-        column.permute(self.0);
+        *column = column.permuted(self.0);
     }
 }
 

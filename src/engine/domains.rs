@@ -355,7 +355,9 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     }
 
     /// Cuts the system.
-    fn cut_up(&mut self, whole: &Engine<FALLING, TABLE>) -> Cut<FALLING, TABLE> {
+    ///
+    /// What costs the one engine much memory, and is of no use until it goes on, it lets go.
+    fn cut_up(&mut self, whole: &mut Engine<FALLING, TABLE>) -> Cut<FALLING, TABLE> {
         self.work.cuts += 1;
         let begin = Instant::now();
         let regions = Regions::of(whole, self.team.domains(), self.halo);
@@ -365,7 +367,15 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         if self.length == 0.0 {
             self.length = queue.span() * share.min(1.0);
         }
-        let domains = self.team.each(numbers, |number| Domain::of(whole, &regions, number));
+        let steps = queue.steps();
+        let domains = {
+            let whole = &*whole;
+            self.team.each(numbers, |number| Domain::of(whole, &regions, number))
+        };
+        whole.schedule.queue.clear();
+        if let Some(lists) = whole.neighbours.lists_mut() {
+            lists.let_go();
+        }
         self.work.cutting += begin.elapsed();
         Cut {
             domains,
@@ -373,9 +383,9 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             // Nothing is due before the epoch.
             now: whole.clock.now.max(0.0),
             latest: whole.clock.now,
-            steps: queue.steps(),
-            is_settled: true,
-            is_complete: true,
+            steps,
+            is_settled: false,
+            is_complete: false,
             is_fresh: true,
             compared: Vec::new(),
             outcomes: Vec::new(),

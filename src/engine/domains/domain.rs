@@ -107,23 +107,18 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let count = whole.particles().len();
         let (mut old, mut held) = (Vec::new(), Vec::new());
         for particle in whole.particles() {
-            let column = regions.column(whole, particle);
-            if regions.holders[column] & bit != 0 {
+            let columns = regions.columns(whole, particle);
+            let holders = regions.holders(columns);
+            if holders & bit != 0 {
                 old.push(particle);
-                let owner = regions.owner[column];
-                let known_to = if owner == number { regions.holders[column] } else { 0 };
+                let owner = regions.owner(columns);
+                let known_to = if owner == number { holders } else { 0 };
                 held.push(Held::new(particle, owner, known_to));
             }
         }
-        let mut engine = whole.clone();
         let order = Order { room: most(held.len()) - held.len(), ..Order::of(old, count) };
-        engine.permute(&order);
+        let mut engine = whole.part(&order);
         engine.schedule.predictions.iter_mut().for_each(Prediction::drop_absent);
-        *engine.counts = whole.no_counts();
-        engine.schedule.queue = whole.schedule.queue.of_part(whole.clock.now, held.len(), count);
-        engine.scratch = None;
-        engine.sources.andersen = None;
-        engine.schedule_global();
         let mut domain = Self {
             number,
             bit,

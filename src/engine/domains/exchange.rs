@@ -133,10 +133,10 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     fn find_transfers(&self, regions: &Regions, compared: &mut Compared) {
         let mut near = Candidates::default();
         for &particle in &self.moved {
-            let column = regions.column(&self.engine, particle);
+            let columns = regions.columns(&self.engine, particle);
             let Held { known_to, whole, .. } = self.held[particle as usize];
-            let new = regions.holders[column] & !known_to;
-            let owner = regions.owner[column];
+            let new = regions.holders(columns) & !known_to;
+            let owner = regions.owner(columns);
             let owner = if known_to & 1 << owner == 0 { self.number } else { owner };
             if new == 0 && owner == self.number {
                 continue;

@@ -1,4 +1,4 @@
-//! Regions: slabs of the box across one axis, and which domains have to do with which place.
+//! Regions: blocks of the box, and which domains have to do with which place.
 
 use crate::base::numbers::{trunc_to_u32, trunc_to_usize};
 use crate::engine::neighbours::{Neighbours, Place};
@@ -11,23 +11,8 @@ const COLUMNS_PER_REACH: f64 = 8.0;
 /// No more columns than these, however long the box is.
 const MOST_COLUMNS: f64 = 65_536.0;
 
-/// Slabs of the box across one axis, in columns: those of the cells, or fine ones for the centres of lists.
-///
-/// A place is a cell or the centre of a list. Of each column there are sets of domains, as bits.
-#[derive(Debug, Clone)]
-pub struct Regions {
-    axis: usize,
-    lower: f64,
-    per_width: f64,
-    /// The domain whose region the column is in.
-    pub owner: Vec<u8>,
-    /// The domains of which an owned particle may be there.
-    pub near: Vec<u64>,
-    /// The domains of which an owned particle may read one that is there.
-    pub readers: Vec<u64>,
-    /// The domains that begin with a copy of one that is there.
-    pub holders: Vec<u64>,
-}
+/// So many particles are looked at to choose how the box is cut.
+const SAMPLE: usize = 20_000;
 
 /// Widths of the layers around a region, in ranges of the neighbour search.
 #[derive(Debug, Clone, Copy)]
@@ -38,86 +23,282 @@ pub struct Halo {
     pub margin: f64,
 }
 
+/// Where a particle is: its column along each axis that is cut.
+pub type Columns = [u32; 3];
+
+/// Blocks of the box: it is cut into slabs along some axes, and a block is where one of each meet.
+///
+/// A place is a cell or the centre of a list.
+#[derive(Debug, Clone)]
+pub struct Regions {
+    /// The axes that are cut; one in any case.
+    axes: Vec<Axis>,
+}
+
+/// An axis in columns: those of the cells, or fine ones for the centres of lists.
+#[derive(Debug, Clone)]
+struct Axis {
+    axis: usize,
+    lower: f64,
+    per_width: f64,
+    is_periodic: bool,
+    /// The last column.
+    last: u32,
+    /// Columns that a particle can be read across.
+    reach: f64,
+    /// Particles in each column.
+    load: Vec<usize>,
+    slabs: Slabs,
+}
+
+/// Of each column of an axis sets of domains, as bits, by this axis alone: what holds of a place is what all axes have in common.
+#[derive(Debug, Clone, Default)]
+struct Slabs {
+    /// The domains whose regions the column is in.
+    owners: Vec<u64>,
+    /// Those of which an owned particle may be there.
+    near: Vec<u64>,
+    /// Those of which an owned particle may read one that is there.
+    readers: Vec<u64>,
+    /// Those that begin with a copy of one that is there.
+    holders: Vec<u64>,
+}
+
 impl Regions {
-    /// Regions of a number of domains with about as many particles each.
+    /// Regions of a number of domains, 64 at most, with about as many particles each: of all blocks and slabs that there can be those of which the largest domain
+    /// is the smallest, its copies included.
     pub fn of<const FALLING: bool, const TABLE: bool>(
         engine: &Engine<FALLING, TABLE>,
         domains: usize,
         halo: Halo,
     ) -> Self {
+        let axes: Vec<Option<Axis>> = (0..3).map(|axis| Axis::of(engine, axis)).collect();
+        let mut best: Option<(usize, Self)> = None;
+        for numbers in factors(domains) {
+            let cut = (0..3).filter(|&axis| numbers[axis] > 1);
+            let cut = cut.map(|axis| axes[axis].as_ref().map(|axis| axis.cut(numbers, halo)));
+            let Some(axes) = cut.collect::<Option<Vec<Axis>>>() else { continue };
+            let regions = Self { axes };
+            let largest = regions.largest(engine, domains);
+            if best.as_ref().is_none_or(|(smallest, _)| largest < *smallest) {
+                best = Some((largest, regions));
+            }
+        }
+        best.map_or_else(|| Self { axes: Vec::new() }, |(_, regions)| regions)
+    }
+
+    /// The number of particles, of some, that the largest domain begins with.
+    fn largest<const FALLING: bool, const TABLE: bool>(
+        &self,
+        engine: &Engine<FALLING, TABLE>,
+        domains: usize,
+    ) -> usize {
+        let mut counts = vec![0; domains];
+        let step = (engine.particles().len() / SAMPLE).max(1);
+        for particle in engine.particles().step_by(step) {
+            let mut holders = self.holders(self.columns(engine, particle));
+            while holders != 0 && domains > 1 {
+                counts[holders.trailing_zeros() as usize] += 1;
+                holders &= holders - 1;
+            }
+        }
+        counts.into_iter().max().unwrap_or(0)
+    }
+
+    /// The columns of a particle's place.
+    #[inline]
+    pub fn columns<const FALLING: bool, const TABLE: bool>(
+        &self,
+        engine: &Engine<FALLING, TABLE>,
+        particle: u32,
+    ) -> Columns {
+        let mut columns = [0; 3];
+        for (column, axis) in columns.iter_mut().zip(&self.axes) {
+            *column = axis.column(engine, particle);
+        }
+        columns
+    }
+
+    /// The domain whose region a place is in.
+    #[inline]
+    pub fn owner(&self, columns: Columns) -> u8 {
+        #[expect(clippy::cast_possible_truncation, reason = "a number of a bit")]
+        let owner = self.common(columns, |slabs| &slabs.owners).trailing_zeros() as u8;
+        owner
+    }
+
+    /// The domains of which an owned particle may be in a place.
+    #[inline]
+    pub fn near(&self, columns: Columns) -> u64 {
+        self.common(columns, |slabs| &slabs.near)
+    }
+
+    /// The domains of which an owned particle may read one that is in a place.
+    #[inline]
+    pub fn readers(&self, columns: Columns) -> u64 {
+        self.common(columns, |slabs| &slabs.readers)
+    }
+
+    /// The domains that begin with a copy of one that is in a place.
+    #[inline]
+    pub fn holders(&self, columns: Columns) -> u64 {
+        self.common(columns, |slabs| &slabs.holders)
+    }
+
+    /// What all axes have in common; the first domain alone where nothing is cut.
+    #[inline(always)]
+    fn common(&self, columns: Columns, sets: impl Fn(&Slabs) -> &[u64]) -> u64 {
+        if self.axes.is_empty() {
+            return 1;
+        }
+        self.axes
+            .iter()
+            .zip(columns)
+            .fold(u64::MAX, |common, (axis, column)| common & sets(&axis.slabs)[column as usize])
+    }
+}
+
+impl Axis {
+    /// An axis that is not cut yet; none that is flat.
+    fn of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, axis: usize) -> Option<Self> {
         let space = &engine.state.space;
-        let extent = |axis: usize| if space.boundary[axis] == Boundary::Flat { 0.0 } else { space.size[axis] };
-        let axis = (0..3).fold(0, |longest, axis| if extent(axis) > extent(longest) { axis } else { longest });
-        // The columns that one can be read across, and those of the slack and of the margin.
-        // Partners that are held together may be further apart than those that are searched for.
-        let longest = engine.ranges.longest;
-        let further = (longest - engine.ranges.of_cells).max(0.0);
-        let (columns, reach) = match &engine.neighbours {
-            Neighbours::Cells(cells) => {
-                let columns = cells.grid.counts()[axis];
-                let next = if further > 0.0 { (longest / extent(axis) * f64::from(columns)).floor() } else { 0.0 };
-                (columns as usize, next + 1.0)
-            }
-            Neighbours::Lists(verlet) => {
-                let range = verlet.reaches.iter().copied().fold(f64::MIN_POSITIVE, f64::max) + further;
-                let columns = (extent(axis) / range * COLUMNS_PER_REACH).clamp(1.0, MOST_COLUMNS).floor();
-                // One more, because centres are anywhere in their columns.
-                (trunc_to_usize(columns), (range * columns / extent(axis)).ceil() + 1.0)
-            }
+        if space.boundary[axis] == Boundary::Flat {
+            return None;
+        }
+        let extent = space.size[axis];
+        let (columns, reach) = columns_and_reach(engine, axis, extent);
+        let mut of = Self {
+            axis,
+            lower: space.lower[axis],
+            per_width: columns as f64 / extent,
+            is_periodic: space.boundary[axis] == Boundary::Periodic,
+            last: trunc_to_u32((columns - 1) as f64),
+            reach,
+            load: vec![0; columns],
+            slabs: Slabs::default(),
         };
-        let wide = |part: f64| trunc_to_usize((part * reach).ceil());
+        for particle in engine.particles() {
+            let column = of.column(engine, particle);
+            of.load[column as usize] += 1;
+        }
+        Some(of)
+    }
+
+    /// The axis in slabs, of which there are some numbers along all axes, with about as many particles each.
+    fn cut(&self, numbers: [usize; 3], halo: Halo) -> Self {
+        let columns = self.load.len();
+        let none = || vec![0; columns];
+        let mut slabs = Slabs { owners: none(), near: none(), readers: none(), holders: none() };
+        let total = self.load.iter().sum::<usize>().max(1);
+        let mut before = 0;
+        for (owners, count) in slabs.owners.iter_mut().zip(&self.load) {
+            // By the middle of the column.
+            let slab = (2 * before + count) * numbers[self.axis] / (2 * total);
+            *owners = domains_of(numbers, self.axis, slab.min(numbers[self.axis] - 1));
+            before += count;
+        }
+        let wide = |part: f64| trunc_to_usize((part * self.reach).ceil());
         let slack = wide(halo.slack);
         let read = slack + wide(1.0);
         let held = read + wide(halo.margin);
-        let mut regions = Self {
-            axis,
-            lower: space.lower[axis],
-            per_width: columns as f64 / extent(axis),
-            owner: vec![0; columns],
-            near: vec![0; columns],
-            readers: vec![0; columns],
-            holders: vec![0; columns],
-        };
-        let mut load = vec![0_usize; columns];
-        for particle in engine.particles() {
-            load[regions.column(engine, particle)] += 1;
-        }
-        let total = load.iter().sum::<usize>().max(1);
-        let mut before = 0;
-        for (column, count) in load.iter().enumerate() {
-            // By the middle of the column.
-            let domain = (2 * before + count) * domains / (2 * total);
-            regions.owner[column] = u8::try_from(domain.min(domains - 1)).unwrap_or(u8::MAX);
-            before += count;
-        }
-        let is_periodic = space.boundary[axis] == Boundary::Periodic;
-        for column in 0..columns {
-            for (set, width) in [(&mut regions.near, slack), (&mut regions.readers, read), (&mut regions.holders, held)]
-            {
+        for (sets, width) in [(&mut slabs.near, slack), (&mut slabs.readers, read), (&mut slabs.holders, held)] {
+            for (column, set) in sets.iter_mut().enumerate() {
                 let around = (0..=2 * width.min(columns)).map(|k| column + columns * 2 + k - width.min(columns));
                 for other in around {
                     let is_inside = (2 * columns..3 * columns).contains(&other);
-                    if is_inside || is_periodic {
-                        set[column] |= 1 << regions.owner[other % columns];
+                    if is_inside || self.is_periodic {
+                        *set |= slabs.owners[other % columns];
                     }
                 }
             }
         }
-        regions
+        Self { slabs, load: Vec::new(), ..self.clone() }
     }
 
-    /// The column of a particle's place.
     #[inline]
-    pub fn column<const FALLING: bool, const TABLE: bool>(
-        &self,
-        engine: &Engine<FALLING, TABLE>,
-        particle: u32,
-    ) -> usize {
+    fn column<const FALLING: bool, const TABLE: bool>(&self, engine: &Engine<FALLING, TABLE>, particle: u32) -> u32 {
         let column = match (engine.neighbours.place(particle), &engine.neighbours) {
             (Place::Cell(cell), Neighbours::Cells(cells)) => cells.grid.index_along(cell, self.axis),
             (Place::Centre(centre), _) => trunc_to_u32((centre[self.axis] - self.lower) * self.per_width),
             _ => 0,
         };
-        (column as usize).min(self.owner.len() - 1)
+        column.min(self.last)
+    }
+}
+
+/// The number of columns of an axis, and how many of them a particle can be read across.
+///
+/// Partners that are held together may be further apart than those that are searched for.
+fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
+    engine: &Engine<FALLING, TABLE>,
+    axis: usize,
+    extent: f64,
+) -> (usize, f64) {
+    let longest = engine.ranges.longest;
+    let further = (longest - engine.ranges.of_cells).max(0.0);
+    match &engine.neighbours {
+        Neighbours::Cells(cells) => {
+            let columns = cells.grid.counts()[axis];
+            let next = if further > 0.0 { (longest / extent * f64::from(columns)).floor() } else { 0.0 };
+            (columns as usize, next + 1.0)
+        }
+        Neighbours::Lists(verlet) => {
+            let range = verlet.reaches.iter().copied().fold(f64::MIN_POSITIVE, f64::max) + further;
+            let columns = (extent / range * COLUMNS_PER_REACH).clamp(1.0, MOST_COLUMNS).floor();
+            // One more, because centres are anywhere in their columns.
+            (trunc_to_usize(columns), (range * columns / extent).ceil() + 1.0)
+        }
+    }
+}
+
+/// Three numbers, in every way, whose product is this; those with more ones come first.
+fn factors(product: usize) -> Vec<[usize; 3]> {
+    let divisors = |of: usize| (1..=of).filter(move |divisor| of.is_multiple_of(*divisor));
+    let with = |x: usize| divisors(product / x).map(move |y| [x, y, product / x / y]);
+    let mut factors: Vec<[usize; 3]> = divisors(product).flat_map(with).collect();
+    factors.sort_by_key(|numbers| numbers.iter().filter(|number| **number > 1).count());
+    factors
+}
+
+/// The domains of a slab of an axis.
+fn domains_of(numbers: [usize; 3], axis: usize, slab: usize) -> u64 {
+    let [_, ny, nz] = numbers;
+    let block = |domain: usize| [domain / (ny * nz), domain / nz % ny, domain % nz];
+    let domains = 0..numbers.iter().product();
+    domains.filter(|&domain| block(domain)[axis] == slab).fold(0, |set, domain| set | 1 << domain)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::columns::tests::spheres;
+    use crate::model::potential::Potential;
+
+    #[test]
+    fn each_place_has_one_owner_that_holds_it() {
+        let scene = spheres(Potential::hard_sphere(1.0).unwrap(), 0.3, 32_000).build().unwrap();
+        let engine = Engine::<false, false>::new(&scene);
+        for (domains, axes) in [(1, 0), (2, 1), (8, 2), (13, 1)] {
+            let regions = Regions::of(&engine, domains, Halo { slack: 0.2, margin: 1.1 });
+            assert_eq!(regions.axes.len(), axes, "{domains}");
+            let mut owned = vec![0; domains];
+            for particle in engine.particles() {
+                let columns = regions.columns(&engine, particle);
+                let owner = regions.owner(columns);
+                owned[usize::from(owner)] += 1;
+                let sets = [regions.near(columns), regions.readers(columns), regions.holders(columns)];
+                assert!(sets.iter().all(|set| set & 1 << owner != 0 && *set < 1 << domains), "{domains} {sets:?}");
+                assert_eq!((sets[0] & !sets[1], sets[1] & !sets[2]), (0, 0), "{domains} {sets:?}");
+            }
+            let mean = 32_000 / domains;
+            assert!(owned.iter().all(|count| (mean * 7 / 10..mean * 13 / 10 + 1).contains(count)), "{owned:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_blocks_are_all_that_there_are() {
+        assert_eq!(factors(4).len(), 6);
+        assert_eq!(factors(64).len(), 28);
+        assert!(factors(12).iter().all(|[x, y, z]| x * y * z == 12));
     }
 }

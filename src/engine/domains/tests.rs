@@ -337,9 +337,9 @@ fn at_each_barrier_all_state_is_that_of_one_engine_and_copies_are_what_their_own
 #[test]
 fn a_copy_that_has_steps_alone_is_sent_anew_and_is_a_difference_if_it_can_have_been_read() {
     let scene = spheres(Potential::hard_sphere(1.0).unwrap(), 0.45, 4_000).build().unwrap();
-    let engine = Engine::<false, false>::new(&scene);
+    let mut engine = Engine::<false, false>::new(&scene);
     let mut domains = Domains::with(Team::new(2, 1, None), WIDE);
-    let mut cut = domains.cut_up(&engine);
+    let mut cut = domains.cut_up(&mut engine);
     let copies: Vec<u32> = cut.domains[1].engine.particles().filter(|&id| !cut.domains[1].owned.has(id)).collect();
     for (hash, readers, difference) in [(Some(7), 2, Some(0.5)), (Some(7), 1, None), (None, 2, None)] {
         cut.domains[1].begin_window();

@@ -68,14 +68,14 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     fn transition(&mut self, regions: &Regions, particle: u32, time: f64) {
         self.records.push(self.engine.record(particle));
         self.saved.push(Saved::Record);
-        let before = regions.readers[regions.column(&self.engine, particle)];
+        let before = regions.readers(regions.columns(&self.engine, particle));
         let is_done = self.engine.execute_transition(particle, time).is_ok();
-        let column = regions.column(&self.engine, particle);
+        let columns = regions.columns(&self.engine, particle);
         if self.owned.has(particle) {
             self.quiet.push(time);
             self.moved.push(particle);
-            let unknown = regions.readers[column] & !self.held[particle as usize].known_to;
-            if regions.near[column] & self.bit == 0 || unknown != 0 {
+            let unknown = regions.readers(columns) & !self.held[particle as usize].known_to;
+            if regions.near(columns) & self.bit == 0 || unknown != 0 {
                 self.trouble = Some(time);
             }
         } else {
@@ -91,7 +91,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             };
             let [x, y, z] = self.engine.state.images.of(particle).map(|image| u64::from(image.cast_unsigned()));
             let hash = hash(2, [time.to_bits(), place, x, y, z]);
-            self.note(particle, Some(hash), time, before | regions.readers[column]);
+            self.note(particle, Some(hash), time, before | regions.readers(columns));
         }
     }
 
@@ -204,7 +204,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             u64::from(self.engine.pair_state(particle, other).0) << 32 | u64::from(self.engine.name(other).0)
         });
         let hash = hash(3, [time.to_bits(), with, x, y, z, u, v, w]);
-        self.note(particle, Some(hash), time, regions.readers[regions.column(&self.engine, particle)]);
+        self.note(particle, Some(hash), time, regions.readers(regions.columns(&self.engine, particle)));
     }
 
     /// Asks for how the particles that come next are held, where it will be looked at.

@@ -110,7 +110,7 @@ mod tests {
         images.add(0, 1, 100_000);
         let far = [[0, 100_000, 0], [128, 0, 0], [0, 0, -128]];
         assert_eq!([0, 1, 2].map(|particle| images.of(particle)), far);
-        images.permute(&Order::of(vec![2, 0, 1], 3));
+        images = images.permuted(&Order::of(vec![2, 0, 1], 3));
         assert_eq!([0, 1, 2].map(|particle| images.of(particle)), [far[2], far[0], far[1]]);
         images.set(|particle| [i32::MAX, -1, 0].map(|periods| if particle == 1 { periods } else { 0 }));
         images.add(1, 0, 1);

@@ -73,18 +73,20 @@ impl Cells {
         enlarge(&self.homes);
     }
 
-    /// Renumbers the particles, if they are sorted in.
-    pub fn permute(&mut self, order: &Order) {
+    /// The particles with other numbers, if they are sorted in.
+    pub fn permuted(&self, order: &Order) -> Self {
         if self.homes.is_empty() {
-            return;
+            return self.clone();
         }
-        self.homes = order.permuted(&self.homes);
-        self.next.truncate(self.homes.len());
-        self.first.fill(NO_PARTICLE);
+        let homes = order.permuted(&self.homes);
+        let mut next = Vec::with_capacity(homes.capacity());
+        next.resize(homes.len(), NO_PARTICLE);
+        let mut first = vec![NO_PARTICLE; self.first.len()];
         // Backwards, so that each list ends up in ascending order.
-        for (particle, home) in self.homes.iter().enumerate().rev() {
-            self.next[particle] = std::mem::replace(&mut self.first[*home as usize], id(particle));
+        for (particle, home) in homes.iter().enumerate().rev() {
+            next[particle] = std::mem::replace(&mut first[*home as usize], id(particle));
         }
+        Self { grid: self.grid.clone(), first, next, homes }
     }
 
     /// Adds a particle to a cell.

@@ -90,18 +90,24 @@ impl Lists {
         self.spans.push(Span::default());
     }
 
-    /// Renumbers the particles, and puts the lists next to each other in their order.
-    pub fn permute(&mut self, order: &Order) {
-        let old = std::mem::replace(self, Self::new(order.old.len()));
-        self.spans.reserve(order.room);
+    /// The lists of particles that have other numbers, next to each other in their order.
+    pub fn permuted(&self, order: &Order) -> Self {
+        let mut permuted = Self::new(order.old.len());
+        permuted.spans.reserve(order.room);
         let mut list = Vec::new();
         for (&before, particle) in order.old.iter().zip(0..) {
             list.clear();
-            let others = old.of(before).iter().map(|&other| order.new[other as usize]);
+            let others = self.of(before).iter().map(|&other| order.new[other as usize]);
             list.extend(others.filter(|other| *other != NO_PARTICLE));
-            self.set(particle, &list);
+            permuted.set(particle, &list);
         }
-        self.entries.reserve(self.entries.len() / order.old.len().max(1) * order.room);
+        permuted.entries.reserve(permuted.entries.len() / order.old.len().max(1) * order.room);
+        permuted
+    }
+
+    /// Frees the memory of all lists, which are empty then.
+    pub fn let_go(&mut self) {
+        *self = Self::new(self.spans.len());
     }
 
     /// Asks for large pages.

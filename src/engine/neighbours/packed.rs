@@ -79,8 +79,8 @@ impl Packed {
         let grid = Grid::new(space, reach, positions, FINEST, CELLS_PER_PARTICLE);
         let corner = |k: usize| space.lower[k].abs().max(space.upper()[k].abs());
         let periodic = (0..3).filter(|&k| space.boundary[k] == Boundary::Periodic);
-        let mut packed = Self {
-            first: vec![NONE; grid.count()],
+        let empty = Self {
+            first: Vec::new(),
             blocks: Vec::new(),
             next: Vec::new(),
             free: Vec::new(),
@@ -89,17 +89,24 @@ impl Packed {
             width: Simd::most(),
             grid,
         };
-        packed.renew(positions);
-        packed
+        empty.of_others(positions)
     }
 
-    /// Puts in all centres anew, those of particles that are next to each other in memory next to each other.
-    pub fn renew(&mut self, centres: &[Vector]) {
-        self.first.fill(NONE);
-        (self.blocks, self.next, self.free) = (Vec::new(), Vec::new(), Vec::new());
+    /// Other centres in the same cells, those of particles that are next to each other in memory next to each other.
+    #[must_use]
+    pub fn of_others(&self, centres: &[Vector]) -> Self {
+        let mut others = Self {
+            grid: self.grid.clone(),
+            first: vec![NONE; self.grid.count()],
+            blocks: Vec::new(),
+            next: Vec::new(),
+            free: Vec::new(),
+            ..*self
+        };
         for (centre, particle) in centres.iter().zip(0..) {
-            self.put(particle, centre);
+            others.put(particle, centre);
         }
+        others
     }
 
     /// Asks for large pages.

@@ -118,11 +118,18 @@ impl VerletLists {
         }
     }
 
-    /// Renumbers the particles.
-    pub fn permute(&mut self, order: &Order) {
-        self.centres = order.permuted(&self.centres);
-        self.cells.renew(&self.centres);
-        self.lists.permute(order);
+    /// The lists of particles that have other numbers.
+    pub fn permuted(&self, order: &Order) -> Self {
+        let centres = order.permuted(&self.centres);
+        let cells = self.cells.of_others(&centres);
+        Self {
+            centres,
+            cells,
+            lists: self.lists.permuted(order),
+            reaches: self.reaches.clone(),
+            squared: self.squared.clone(),
+            ..*self
+        }
     }
 
     /// Asks for large pages.

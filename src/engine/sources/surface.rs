@@ -23,7 +23,7 @@ const STAGE: usize = 1 << 40;
 /// different particles decides nothing.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct SurfaceRandom {
-    stream: Random,
+    pub stream: Random,
     /// Contacts with thermal surfaces so far.
     pub contacts: Vec<u32>,
 }

@@ -1,0 +1,52 @@
+//! A part of the particles, as an engine of its own.
+
+use super::{Column, Order};
+use crate::engine::pairs::Pairs;
+use crate::engine::parts::Engine;
+use crate::engine::prediction::Schedule;
+use crate::engine::sources::Sources;
+use crate::engine::state::State;
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// An engine for some of the particles, in an order, with an empty queue that is still that of all: without ids, and sources that act on all.
+    pub(in crate::engine) fn part(&self, order: &Order) -> Self {
+        let (state, sources) = (&self.state, &self.sources);
+        Self {
+            state: State {
+                bodies: state.bodies.permuted(order),
+                numbers: Vec::new(),
+                species: state.species.permuted(order),
+                images: state.images.permuted(order),
+                space: state.space.clone(),
+                periods: state.periods,
+            },
+            clock: self.clock.clone(),
+            schedule: Schedule {
+                predictions: self.schedule.predictions.permuted(order),
+                queue: self.schedule.queue.of_part(self.clock.now, order.old.len(), order.new.len()),
+            },
+            neighbours: self.neighbours.permuted(order),
+            ranges: self.ranges.clone(),
+            pairs: Pairs {
+                rules: self.pairs.rules.clone(),
+                states: self.pairs.states.permuted(order),
+                contact_times: self.pairs.contact_times.as_ref().map(|column| column.permuted(order)),
+                has_own_interactions: self.pairs.has_own_interactions,
+            },
+            images: self.images.clone(),
+            distances: self.distances.clone(),
+            sources: Sources {
+                surfaces: sources.surfaces.clone(),
+                confinement: sources.confinement.clone(),
+                surface_random: sources.surface_random.as_ref().map(|column| column.permuted(order)),
+                andersen: None,
+                next_global: f64::INFINITY,
+            },
+            counts: Box::new(self.no_counts()),
+            hardware: self.hardware,
+            broken: self.broken,
+            domains: None,
+            scratch: None,
+        }
+    }
+}
