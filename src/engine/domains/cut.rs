@@ -64,6 +64,10 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
 
     /// Has each domain run alone, and compares.
     pub fn run(&mut self, team: &Team, stop: f64, is_observed: bool, work: &mut DomainWork) -> End {
+        team.within(|| self.run_and_compare(team, stop, is_observed, work))
+    }
+
+    fn run_and_compare(&mut self, team: &Team, stop: f64, is_observed: bool, work: &mut DomainWork) -> End {
         let regions = &self.regions;
         let begin = Instant::now();
         let took = team.each(self.domains.iter_mut().collect(), |domain| {
@@ -104,6 +108,10 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
 
     /// Makes all copies what their owners have.
     pub fn exchange(&mut self, team: &Team) {
+        team.within(|| self.refresh(team));
+    }
+
+    fn refresh(&mut self, team: &Team) {
         let with_compared = self.domains.iter().zip(&self.compared);
         let published = team.each(with_compared.collect(), |(domain, compared)| domain.publish(&compared.to_publish));
         let published: Vec<Published> = team.deliver(published.into_iter().flatten().collect(), |one| one.to);

@@ -51,6 +51,11 @@ impl Team {
         trunc_to_u32(self.workers.threads().min(domains).max(1) as f64)
     }
 
+    /// Does something on one of the threads of this process: what it has the others do begins sooner from there.
+    pub fn within<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        self.workers.within(work)
+    }
+
     /// Does something with each of some items on the threads of this process, and collects the results in their order.
     pub fn each<I: Send, R: Send>(&self, items: Vec<I>, work: impl Fn(I) -> R + Send + Sync) -> Vec<R> {
         self.workers.each(items, work)
