@@ -49,7 +49,7 @@ mod state;
 mod states;
 pub(crate) mod surfaces;
 mod threads;
-mod transport;
+pub(crate) mod transport;
 
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::model::space::Boundary;

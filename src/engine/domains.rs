@@ -11,6 +11,8 @@
 //! If they do not agree, the window is undone and ends before the first difference. What cannot be told apart this way (simultaneous events of
 //! two domains that someone watches, time that stands still, the end of a run at a number of events) is left to the one engine.
 
+#[cfg(debug_assertions)]
+mod checks;
 mod cut;
 mod domain;
 mod exchange;
@@ -68,6 +70,9 @@ pub struct Domains<const FALLING: bool, const TABLE: bool> {
     undone: f64,
     /// Windows of few steps since the last one of more.
     short: u32,
+    /// The number of windows when one was last checked.
+    #[cfg(debug_assertions)]
+    checked: u64,
     /// Empty while the one engine has all.
     cut: Option<Cut<FALLING, TABLE>>,
     pub work: DomainWork,
@@ -95,6 +100,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             length: 0.0,
             undone: 0.0,
             short: 0,
+            #[cfg(debug_assertions)]
+            checked: 0,
             cut: None,
             work: DomainWork::default(),
         }
@@ -129,7 +136,11 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             }
             let next = if Self::obstacle(whole).is_none() {
                 let done = whole.counts.totals.transition + whole.counts.executed;
+                #[cfg(debug_assertions)]
+                let other = self.to_be_checked(whole);
                 let next = self.window(whole, until, observe)?;
+                #[cfg(debug_assertions)]
+                self.check_window(whole, until, other);
                 let done = whole.counts.totals.transition + whole.counts.executed - done;
                 left = left.saturating_sub(done.max(1));
                 self.short = if done < FEWEST_STEPS { self.short + 1 } else { 0 };

@@ -104,10 +104,16 @@ impl Simulation {
         self.spread();
     }
 
+    /// Cuts the system into so many domains for each process, on so many threads: [`Self::set_threads`] takes as many of both. More domains than threads cost
+    /// more than they bring, but tell what more threads would: [`DomainWork::slowest`].
+    pub fn set_domains(&mut self, domains: usize, threads: usize) {
+        let transport = self.transport.clone();
+        with_engine!(&mut self.engine, engine => engine.set_domains(domains, threads, transport));
+    }
+
     fn spread(&mut self) {
         let threads = usize::try_from(self.agreed(self.threads() as u64)).unwrap_or(1);
-        let transport = self.transport.clone();
-        with_engine!(&mut self.engine, engine => engine.set_domains(threads, threads, transport));
+        self.set_domains(threads, threads);
     }
 }
 

@@ -54,3 +54,136 @@ impl Run {
         Some(Self { simulation, state, registry: Registry::default(), is_new }.transport(transport.clone()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::observables::Row;
+    use crate::engine::Snapshot;
+    use crate::engine::event::Event;
+    use crate::engine::transport::tests::in_processes;
+    use crate::model::{Growth, GrowthTarget, Limit, OutputPlan, Potential, RunPlan, Scene, StagePlan, Thermostat};
+    use crate::run::{Ending, Recorder, Scalar, Stage};
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use std::convert::Infallible;
+    use std::ops::ControlFlow;
+
+    /// All that a run hands out; it wants a checkpoint now and then.
+    #[derive(Debug, Default, PartialEq)]
+    struct All {
+        rows: Vec<String>,
+        frames: Vec<Snapshot>,
+        events: Vec<Event>,
+        checkpoints: usize,
+    }
+
+    impl Recorder for All {
+        type Error = Infallible;
+
+        fn row(&mut self, stage: Stage, row: &Row) -> Result<(), Infallible> {
+            self.rows.push(format!("{stage:?} {row:?}"));
+            Ok(())
+        }
+
+        fn frame(&mut self, snapshot: &Snapshot, _: Vec<Scalar>) -> Result<(), Infallible> {
+            self.frames.push(snapshot.clone());
+            Ok(())
+        }
+
+        fn has_events(&self) -> bool {
+            true
+        }
+
+        fn event(&mut self, event: &Event) -> Result<(), Infallible> {
+            self.events.push(*event);
+            Ok(())
+        }
+
+        fn is_checkpoint_due(&self) -> bool {
+            self.rows.len() % 3 == 1
+        }
+
+        fn checkpoint(&mut self, _: &Simulation, _: &RunState) -> Result<(), Infallible> {
+            self.checkpoints += 1;
+            Ok(())
+        }
+    }
+
+    /// Spheres that grow first, which is done in one thread, and are held at a temperature then.
+    fn scene() -> Scene {
+        let growth = Growth { rate: 0.1, until: GrowthTarget::PackingFraction(0.4) };
+        let grow = StagePlan { name: "growth".into(), growth: Some(growth), ..StagePlan::default() };
+        let thermostat = Thermostat::Andersen { temperature: 1.3, rate: 0.1, axes: [true; 3] };
+        SceneBuilder::new("fluid")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.3))
+            .temperature(1.0)
+            .run(RunPlan {
+                stages: vec![grow],
+                equilibration: Limit::events(5_000),
+                limit: Limit::events(20_000),
+                thermostat: Some(thermostat),
+                ..RunPlan::default()
+            })
+            .output(OutputPlan { thermo_interval: Some(0.05), frame_interval: Some(0.2), ..OutputPlan::default() })
+            .build()
+            .unwrap()
+    }
+
+    /// What the first of some processes hands out, which ends after being asked so often whether to go on, and how all of them end.
+    fn run_in(processes: usize, asked: usize) -> (All, Vec<(Ending, Snapshot)>) {
+        let mut results = in_processes(processes, |transport| {
+            let (mut all, mut left) = (All::default(), asked);
+            let is_first = transport.rank() == 0;
+            let run = Run::shared(is_first.then(|| Run::new(scene())), &transport).unwrap();
+            let mut watch = |_: &_| {
+                left -= 1;
+                if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
+            let finished = if is_first {
+                run.execute(&mut all, &mut watch)
+            } else {
+                run.execute(&mut (), &mut |_| ControlFlow::Continue(()))
+            };
+            let finished = finished.unwrap();
+            assert_eq!(finished.simulation.processes(), processes);
+            assert!(finished.simulation.domain_work().unwrap().windows > 20 || asked < usize::MAX);
+            (all, (finished.ending, finished.simulation.snapshot()))
+        });
+        let (all, _) = &mut results[0];
+        let all = std::mem::take(all);
+        (all, results.into_iter().map(|(_, end)| end).collect())
+    }
+
+    #[test]
+    fn a_run_on_processes_hands_out_what_it_does_on_one() {
+        let mut one = All::default();
+        let finished = Run::new(scene()).execute(&mut one, &mut |_| ControlFlow::Continue(())).unwrap();
+        let counts = [one.rows.len(), one.frames.len(), one.events.len(), one.checkpoints];
+        assert!(counts.iter().zip([10, 2, 20_000, 2]).all(|(count, least)| *count >= least), "{counts:?}");
+        for processes in [2, 3] {
+            let (all, ends) = run_in(processes, usize::MAX);
+            assert_eq!(all.rows, one.rows);
+            assert!(all.frames == one.frames && all.events == one.events, "{processes}");
+            for (ending, snapshot) in ends {
+                assert_eq!(ending, Ending::Events);
+                assert!(snapshot == finished.simulation.snapshot(), "{processes}");
+            }
+        }
+    }
+
+    #[test]
+    fn all_processes_end_where_the_first_one_is_told_to() {
+        for asked in [1, 7, 60] {
+            let (_, ends) = run_in(2, asked);
+            assert_eq!(ends[0].0, Ending::Interrupted);
+            assert!(ends[0] == ends[1], "{asked}");
+        }
+    }
+
+    #[test]
+    fn where_the_first_process_has_no_run_none_has() {
+        assert!(in_processes(3, |transport| Run::shared(None, &transport).is_none()).into_iter().all(|none| none));
+    }
+}

@@ -10,7 +10,7 @@ use crate::engine::clock::Moved;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::parts::Engine;
 use crate::engine::sources::andersen::Andersen;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// A system that is cut.
 #[derive(Debug, Clone)]
@@ -76,7 +76,7 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
             domain.run(regions, stop, is_observed);
             begin.elapsed()
         });
-        work.simulate(begin.elapsed(), took.iter().sum::<Duration>() / team.busy_threads(took.len()));
+        work.simulate(begin.elapsed(), &took, team.busy_threads(took.len()));
         let begin = Instant::now();
         let earliest = |times: Vec<Option<f64>>| times.into_iter().flatten().min_by(f64::total_cmp);
         let trouble = team.all(self.domains.iter().map(|domain| domain.trouble).collect());

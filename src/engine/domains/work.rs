@@ -56,6 +56,8 @@ pub struct DomainWork {
     pub steps: [u64; 2],
     /// Wall time in the steps of windows.
     pub simulating: Duration,
+    /// Wall time of the slowest domain of this process in each window: what the steps take where each domain has a core of its own.
+    pub slowest: Duration,
     /// Wall time in which threads and processes wait for the slowest one.
     pub waiting: Duration,
     /// Wall time in the comparison of domains.
@@ -71,10 +73,12 @@ pub struct DomainWork {
 }
 
 impl DomainWork {
-    /// A window has taken so long, of which each thread has worked for a while in the mean.
-    pub(super) fn simulate(&mut self, took: Duration, busy: Duration) {
+    /// The steps of a window have taken so long, and those of each of its domains on some threads.
+    pub(super) fn simulate(&mut self, took: Duration, domains: &[Duration], threads: u32) {
+        let busy = domains.iter().sum::<Duration>() / threads;
         self.simulating += busy.min(took);
         self.waiting += took.saturating_sub(busy);
+        self.slowest += domains.iter().max().copied().unwrap_or_default();
     }
 }
 

@@ -1,0 +1,56 @@
+//! In a debug build, windows at random are done by one engine, too.
+
+use super::Domains;
+use crate::engine::Until;
+use crate::engine::parts::Engine;
+use crate::engine::prediction::Prediction;
+
+/// One of so many windows.
+const ONE_OF: u64 = 32;
+
+impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
+    /// A copy of all, to do the next window alone, if that is to be checked.
+    pub(super) fn to_be_checked(&mut self, whole: &mut Engine<FALLING, TABLE>) -> Option<Engine<FALLING, TABLE>> {
+        // At random, but at the same in all processes.
+        let random = self.work.windows.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+        if self.work.windows == self.checked || !random.is_multiple_of(ONE_OF) {
+            return None;
+        }
+        self.checked = self.work.windows;
+        self.join(whole);
+        Some(whole.clone())
+    }
+
+    /// Holds all that the domains have come to after a window against what one engine does until then.
+    pub(super) fn check_window(
+        &mut self,
+        whole: &mut Engine<FALLING, TABLE>,
+        until: Until,
+        other: Option<Engine<FALLING, TABLE>>,
+    ) {
+        let Some(mut other) = other else { return };
+        self.settle(whole);
+        let Some(cut) = &self.cut else { return };
+        let time = whole.clock.start + (whole.clock.epoch + cut.now);
+        let result = other.advance(Until { time, ..until }, &mut None);
+        // Where that time is rounded, it is another one.
+        if other.clock.epoch != whole.clock.epoch || other.since_epoch(time) != cut.now || cut.now <= 0.0 {
+            return;
+        }
+        assert_eq!(result.map(|_| other.counts.executed), Ok(whole.counts.executed), "at time {time}");
+        for particle in whole.particles() {
+            let [one, two] = [&*whole, &other].map(|engine| all_of(engine, particle));
+            assert_eq!(one, two, "after a window at time {time}");
+        }
+    }
+}
+
+/// All that an engine has of a particle, but for what says nothing.
+fn all_of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> String {
+    let mut record = engine.record(particle);
+    record.captured.iter_mut().for_each(|captured| captured.sort_by_key(|pair| pair.partner));
+    if let Some(prediction) = record.prediction.as_mut().filter(|prediction| prediction.contact_time == f64::INFINITY) {
+        *prediction = Prediction { transition_time: prediction.transition_time, ..Prediction::NONE };
+    }
+    format!("{record:?}")
+}
