@@ -11,7 +11,7 @@
 //! If they do not agree, the window is undone and ends before the first difference. What cannot be told apart this way (simultaneous events of
 //! two domains that someone watches, time that stands still, the end of a run at a number of events) is left to the one engine.
 
-#[cfg(debug_assertions)]
+#[cfg(any(test, debug_assertions))]
 mod checks;
 mod cut;
 mod domain;
@@ -70,9 +70,9 @@ pub struct Domains<const FALLING: bool, const TABLE: bool> {
     undone: f64,
     /// Windows of few steps since the last one of more.
     short: u32,
-    /// The number of windows when one was last checked.
-    #[cfg(debug_assertions)]
-    checked: u64,
+    /// The number of windows when one was last checked; none if none is.
+    #[cfg(any(test, debug_assertions))]
+    checked: Option<u64>,
     /// Empty while the one engine has all.
     cut: Option<Cut<FALLING, TABLE>>,
     pub work: DomainWork,
@@ -100,8 +100,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             length: 0.0,
             undone: 0.0,
             short: 0,
-            #[cfg(debug_assertions)]
-            checked: 0,
+            #[cfg(any(test, debug_assertions))]
+            checked: cfg!(debug_assertions).then_some(0),
             cut: None,
             work: DomainWork::default(),
         }
@@ -136,10 +136,10 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             }
             let next = if Self::obstacle(whole).is_none() {
                 let done = whole.counts.totals.transition + whole.counts.executed;
-                #[cfg(debug_assertions)]
+                #[cfg(any(test, debug_assertions))]
                 let other = self.to_be_checked(whole);
                 let next = self.window(whole, until, observe)?;
-                #[cfg(debug_assertions)]
+                #[cfg(any(test, debug_assertions))]
                 self.check_window(whole, until, other);
                 let done = whole.counts.totals.transition + whole.counts.executed - done;
                 left = left.saturating_sub(done.max(1));
@@ -308,6 +308,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let begin = Instant::now();
         cut.exchange(&self.team);
         self.work.exchanging += begin.elapsed();
+        self.work.sent = self.team.sent();
         cut.steps += done;
         (cut.now, cut.is_fresh) = (stop, false);
         (cut.is_settled, cut.is_complete) = (false, false);

@@ -4,10 +4,10 @@
 //! is: particle, list or cells, those in it. The links are taken some entries ahead, one after the other, so that none is waited for.
 
 use super::parts::Engine;
-use super::prediction::Prediction;
+use super::prediction::{FIRST_ABSENT, Prediction};
 use crate::engine::hardware::prefetch::prefetch;
 use crate::engine::neighbours::Neighbours;
-use crate::engine::neighbours::cells::{Cells, NO_PARTICLE};
+use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 
 /// So many entries ahead, the particle and its partner are prefetched; where their neighbours are; and the neighbours.
@@ -21,7 +21,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn prefetch_coming(&self) {
         if let Some((particle, prediction)) = self.coming(SELF) {
             self.prefetch_self(particle);
-            if prediction.partner != NO_PARTICLE {
+            if prediction.partner < FIRST_ABSENT {
                 self.prefetch_self(prediction.partner);
                 prefetch(&self.schedule.predictions, prediction.partner as usize);
             }
@@ -56,7 +56,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn prefetch_listed(&self, verlet: &VerletLists) {
         let participants = |particle: u32, prediction: &Prediction| {
-            let second = if prediction.partner == NO_PARTICLE { particle } else { prediction.partner };
+            let second = if prediction.partner >= FIRST_ABSENT { particle } else { prediction.partner };
             [particle, second]
         };
         if let Some((particle, prediction)) = self.coming(WHERE) {

@@ -38,6 +38,21 @@ pub(super) struct Prediction {
 
 const _: () = assert!(size_of::<Prediction>() == 32);
 
+/// In a part of a system, partners from this number on are not there: their ids are counted from it. Contacts with them are void, because those have changed
+/// course. There are fewer than `2^29` particles.
+pub(super) const FIRST_ABSENT: u32 = 1 << 31;
+
+/// The partner that has an id, where it is not there.
+pub(super) fn absent(id: u32) -> u32 {
+    FIRST_ABSENT | id
+}
+
+/// The id of a particle, or of an absent partner.
+#[inline]
+pub(super) fn id_of(number: u32, bodies: &[Body]) -> u32 {
+    number.checked_sub(FIRST_ABSENT).unwrap_or_else(|| bodies[number as usize].name)
+}
+
 impl Prediction {
     pub const NONE: Self = Self {
         contact_time: f64::INFINITY,
@@ -63,7 +78,7 @@ impl Prediction {
     /// Whether a pair's event comes before the one foreseen; between simultaneous ones, whether its ids are the lower ones.
     #[inline]
     pub fn is_before(&self, particle: u32, other: u32, time: f64, bodies: &[Body]) -> bool {
-        let name = |particle: u32| bodies[particle as usize].name;
+        let name = |particle: u32| id_of(particle, bodies);
         let pair = |other: u32| (name(particle).min(name(other)), name(particle).max(name(other)));
         time < self.contact_time
             || (time == self.contact_time
@@ -92,17 +107,10 @@ impl Prediction {
         }
     }
 
-    /// Renumbers the particles that it names, by their numbers until now.
+    /// Renumbers the particles that it names, by their numbers until now. One that is not there any more keeps its number, as that of an absent one.
     pub fn renumber(&mut self, new: &[u32]) {
-        if let Some(partner) = new.get(self.partner as usize) {
-            self.partner = *partner;
-        }
-    }
-
-    /// Drops the contact with a partner that is not there.
-    pub fn drop_absent(&mut self) {
-        if matches!(self.contact, Contact::Pair(_)) && self.partner == NO_PARTICLE {
-            self.contact_time = f64::INFINITY;
+        if let Some(&number) = new.get(self.partner as usize) {
+            self.partner = if number == NO_PARTICLE { absent(self.partner) } else { number };
         }
     }
 
@@ -145,7 +153,7 @@ impl Pending for Due<'_> {
 
     /// The higher id of a pair, then the id of the particle.
     fn rank(&self, particle: u32) -> u64 {
-        let name = |particle: u32| u64::from(self.bodies[particle as usize].name);
+        let name = |particle: u32| u64::from(id_of(particle, self.bodies));
         let prediction = &self.predictions[particle as usize];
         let partner = if prediction.is_transition() { None } else { prediction.partner_in_contact() };
         partner.map_or(0, |partner| name(partner).max(name(particle))) << 32 | name(particle)

@@ -7,7 +7,7 @@ use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::pairs::states::PairState;
 use crate::engine::parts::Engine;
-use crate::engine::prediction::{Contact, Prediction};
+use crate::engine::prediction::{Contact, FIRST_ABSENT, Prediction, absent};
 use crate::engine::state::Body;
 use serde::{Deserialize, Serialize};
 
@@ -57,14 +57,16 @@ impl Record {
         Self { number, body, prediction: Some(prediction), ..record }
     }
 
-    /// Gives the particles that it names other numbers; what has none is not there.
+    /// Gives the particles that it names other numbers; what has none is not there: a pair with it is
+    /// forgotten, and as a partner it keeps its number, as that of an absent one.
     pub fn renumber(&mut self, number: impl Fn(u32) -> Option<u32>) {
         if let Some(captured) = &mut self.captured {
             captured.retain_mut(|pair| number(pair.partner).map(|partner| pair.partner = partner).is_some());
         }
         if let Some(prediction) = &mut self.prediction {
-            prediction.partner = number(prediction.partner).unwrap_or(NO_PARTICLE);
-            prediction.drop_absent();
+            if prediction.partner != NO_PARTICLE {
+                prediction.partner = number(prediction.partner).unwrap_or(absent(prediction.partner));
+            }
         }
     }
 }
@@ -103,7 +105,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for particle in self.particles() {
             let prediction = &self.schedule.predictions[particle as usize];
             let is_pair = matches!(prediction.contact, Contact::Pair(_)) && prediction.contact_time < f64::INFINITY;
-            if is_pair && prediction.partner == NO_PARTICLE {
+            if is_pair && prediction.partner >= FIRST_ABSENT {
                 self.predict_anew(particle, self.clock.now);
             }
             self.enqueue(particle);

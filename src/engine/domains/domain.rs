@@ -11,7 +11,7 @@ use crate::engine::columns::records::Record;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::parts::{Counts, Engine};
-use crate::engine::prediction::{Due, Prediction};
+use crate::engine::prediction::{Due, FIRST_ABSENT, Prediction, absent};
 use crate::engine::sources::andersen::Collision;
 use crate::engine::state::Body;
 
@@ -118,7 +118,13 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
         let order = Order { room: most(held.len()) - held.len(), ..Order::of(old, count) };
         let mut engine = whole.part(&order);
-        engine.schedule.predictions.iter_mut().for_each(Prediction::drop_absent);
+        for prediction in &mut engine.schedule.predictions {
+            if let Some(number) = prediction.partner.checked_sub(FIRST_ABSENT)
+                && prediction.partner != NO_PARTICLE
+            {
+                prediction.partner = absent(whole.state.bodies[number as usize].name);
+            }
+        }
         let mut domain = Self {
             number,
             bit,
@@ -208,9 +214,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         to_publish
     }
 
-    /// Gives a record of the whole the numbers here.
-    pub fn take_in(&self, record: &mut Record) {
-        record.renumber(|number| self.here.get(number as usize).copied().filter(|here| *here != NO_PARTICLE));
+    /// All about a particle, by the numbers in the whole; absent partners are what they are.
+    pub fn record_for_whole(&self, particle: u32) -> Record {
+        let mut record = self.engine.record(particle);
+        record.renumber(|number| self.held.get(number as usize).map(|held| held.whole));
+        record
     }
 
     /// Whether so many copies have come that it is worth it to leave out those that have gone away.

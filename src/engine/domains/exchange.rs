@@ -7,6 +7,7 @@ use crate::base::numbers::id;
 use crate::engine::columns::records::Record;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::cells::NO_PARTICLE;
+use crate::engine::prediction::{FIRST_ABSENT, absent, id_of};
 use serde::{Deserialize, Serialize};
 
 /// A step of a particle that more than one domain has: what the domains compare.
@@ -42,6 +43,8 @@ pub struct Published {
     pub from: u8,
     /// By its number in the whole, as all in the record.
     pub particle: u32,
+    /// The id of the partner in its prediction.
+    pub partner: u32,
     /// The domains that it is for.
     pub to: u64,
     pub record: Record,
@@ -141,9 +144,13 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             if new == 0 && owner == self.number {
                 continue;
             }
+            if owner != self.number && new & 1 << owner == 0 {
+                // Its copy may have another prediction, which did no harm there.
+                compared.to_publish.push((particle, 1 << owner));
+            }
             if new != 0 {
                 compared.to_publish.push((particle, new));
-                // They have dropped contacts with it.
+                // For them it was absent.
                 self.engine.neighbours.find_candidates(particle, &mut near);
                 let captured = if TABLE { self.engine.pairs.states.of(particle) } else { &[] };
                 let captured = captured.iter().map(|pair| pair.partner);
@@ -161,9 +168,14 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     /// Records for other domains.
     pub fn publish(&self, to_publish: &[(u32, u64)]) -> Vec<Published> {
         let published = to_publish.iter().map(|&(particle, to)| {
-            let mut record = self.engine.record(particle);
-            record.renumber(|number| self.held.get(number as usize).map(|held| held.whole));
-            Published { from: self.number, particle: self.held[particle as usize].whole, to, record }
+            let partner = self.engine.schedule.predictions[particle as usize].partner;
+            Published {
+                from: self.number,
+                particle: self.held[particle as usize].whole,
+                partner: if partner == NO_PARTICLE { partner } else { id_of(partner, &self.engine.state.bodies) },
+                to,
+                record: self.record_for_whole(particle),
+            }
         });
         published.collect()
     }
@@ -182,8 +194,13 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         // The records name each other.
         let as_here = for_this.into_iter().map(|one| {
             let mut record = one.record.clone();
-            self.take_in(&mut record);
+            record.renumber(|number| self.here.get(number as usize).copied().filter(|here| *here != NO_PARTICLE));
             record.number = self.here[one.particle as usize];
+            if let Some(prediction) = record.prediction.as_mut().filter(|it| it.partner >= FIRST_ABSENT)
+                && prediction.partner != NO_PARTICLE
+            {
+                prediction.partner = absent(one.partner);
+            }
             record
         });
         let records: Vec<Record> = as_here.collect();

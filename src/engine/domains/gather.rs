@@ -5,6 +5,7 @@ use super::cut::Cut;
 use super::domain::Domain;
 use super::team::Team;
 use crate::engine::parts::Engine;
+use crate::engine::prediction::FIRST_ABSENT;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::time::Instant;
@@ -22,11 +23,14 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         whole.clock.now = cut.latest;
         whole.schedule.queue.resume(cut.now, cut.steps);
         let record = |domain: &Domain<FALLING, TABLE>, particle: u32| {
-            let mut record = domain.engine.record(particle);
-            record.renumber(|number| domain.held.get(number as usize).map(|held| held.whole));
-            (domain.held[particle as usize].whole, record)
+            (domain.held[particle as usize].whole, domain.record_for_whole(particle))
         };
-        cut.gather(&self.team, record, |(particle, record)| whole.write_record(particle, &record));
+        cut.gather(&self.team, record, |(particle, mut record)| {
+            let of_id = |id: u32| whole.state.numbers.get(id as usize).copied();
+            // By the numbers in the whole already, but for absent partners.
+            record.renumber(|number| number.checked_sub(FIRST_ABSENT).map_or(Some(number), of_id));
+            whole.write_record(particle, &record);
+        });
         self.work.gathering += begin.elapsed();
     }
 

@@ -8,6 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Threads of this process, and how it talks to others. Each has as many domains, by their numbers one after the other.
 #[derive(Debug, Clone)]
@@ -16,13 +17,26 @@ pub struct Team {
     transport: Option<Arc<dyn Transport>>,
     /// Domains of each process.
     share: usize,
+    /// Bytes that were sent to other processes.
+    sent: Arc<AtomicU64>,
 }
 
 impl Team {
     /// So many domains for each process, as far as there can be as many in all, on so many threads of this one.
     pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
-        Self { workers: Workers::new(threads), transport, share: domains.clamp(1, (MOST_THREADS / processes).max(1)) }
+        let share = domains.clamp(1, (MOST_THREADS / processes).max(1));
+        Self { workers: Workers::new(threads), transport, share, sent: Arc::default() }
+    }
+
+    /// Bytes that this process has sent to others.
+    pub fn sent(&self) -> u64 {
+        self.sent.load(Ordering::Relaxed)
+    }
+
+    /// Counts what one process sends.
+    fn count_sent(&self, bytes: usize) {
+        self.sent.fetch_add(bytes as u64, Ordering::Relaxed);
     }
 
     /// Domains of all processes.
@@ -64,7 +78,9 @@ impl Team {
     /// What all processes have, in the order of their domains.
     pub fn all<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>) -> Vec<T> {
         let Some(transport) = &self.transport else { return mine };
-        let shared = transport.share(encode(&**transport, &mine));
+        let message = encode(&**transport, &mine);
+        self.count_sent(message.len() * (transport.size() - 1));
+        let shared = transport.share(message);
         shared.iter().flat_map(|bytes| decode::<Vec<T>>(&**transport, bytes)).collect()
     }
 
@@ -76,7 +92,9 @@ impl Team {
             let messages: Vec<&T> = mine.iter().filter(|message| to(message) & domains != 0).collect();
             encode(&**transport, &messages)
         };
-        let received = transport.exchange((0..transport.size()).map(of_rank).collect());
+        let messages: Vec<Vec<u8>> = (0..transport.size()).map(of_rank).collect();
+        self.count_sent(messages.iter().map(Vec::len).sum::<usize>() - messages[transport.rank()].len());
+        let received = transport.exchange(messages);
         received.iter().flat_map(|bytes| decode::<Vec<T>>(&**transport, bytes)).collect()
     }
 }

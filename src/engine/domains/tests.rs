@@ -6,7 +6,7 @@ use crate::engine::Snapshot;
 use crate::engine::columns::tests::{mixture, spheres};
 use crate::engine::event::{Event, EventKind};
 use crate::engine::neighbours::cells::NO_PARTICLE;
-use crate::engine::prediction::Prediction;
+use crate::engine::prediction::{Prediction, id_of};
 use crate::engine::sources::andersen::Bath;
 use crate::engine::transport::tests::in_processes;
 use crate::model::potential::Potential;
@@ -74,6 +74,7 @@ fn compare_with<const FALLING: bool, const TABLE: bool>(
     halo: Halo,
 ) -> DomainWork {
     let mut domains = Domains::<FALLING, TABLE>::with(team, halo);
+    domains.checked = Some(0);
     let (seen, there, other) = advance(scene, until, Some(&mut domains));
     let first = events.iter().zip(&seen).position(|(one, other)| one != other);
     assert_eq!(first, None, "{name}: {:?}", domains.work);
@@ -237,10 +238,10 @@ fn all_of<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     particle: u32,
 ) -> (String, Option<String>) {
-    let name = |number: u32| engine.state.bodies.get(number as usize).map(|body| body.name);
+    let name = |number: u32| id_of(number, &engine.state.bodies);
     let mut record = engine.record(particle);
     let mut captured: Vec<_> = record.captured.take().into_iter().flatten().collect();
-    captured.iter_mut().for_each(|pair| pair.partner = name(pair.partner).unwrap());
+    captured.iter_mut().for_each(|pair| pair.partner = name(pair.partner));
     captured.sort_by_key(|pair| pair.partner);
     let prediction = record.prediction.take().unwrap();
     let Prediction { contact_time, partner, partner_events, contact, transition_time, .. } = prediction;
@@ -291,19 +292,12 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
                 let owner = &cut.domains[usize::from(held.owner)];
                 let there = owner.here[held.whole as usize];
                 assert!(owner.owned.has(there) && owner.held[there as usize].known_to & domain.bit != 0, "{name}");
-                // Partners that are not here are left out.
-                let is_here = |other: u32| {
-                    let other = owner.held.get(other as usize).map(|held| domain.here[held.whole as usize]);
-                    other.is_none_or(|other| other != NO_PARTICLE)
-                };
-                let record = owner.engine.record(there);
-                let captured = record.captured.iter().flatten().map(|pair| pair.partner);
-                if captured.chain(record.prediction.map(|prediction| prediction.partner)).all(is_here) {
-                    let (copy, original) = (all_of(&domain.engine, particle), all_of(&owner.engine, there));
-                    assert_eq!(copy.0, original.0, "{name} {compared}");
-                    // A copy may have dropped a contact with one that was not here then, if that came from a third domain.
-                    let may_be_dropped = count > 2 && copy.1.is_none();
-                    assert!(may_be_dropped || copy.1 == original.1, "{name} {compared}: {copy:?} {original:?}");
+                // Pairs with those that are not here are left out.
+                let captured = owner.engine.record(there).captured.unwrap_or_default();
+                let here = |other: u32| domain.here[owner.held[other as usize].whole as usize];
+                if captured.iter().all(|pair| here(pair.partner) != NO_PARTICLE) {
+                    let copy = all_of(&domain.engine, particle);
+                    assert_eq!(copy, all_of(&owner.engine, there), "{name} {compared}");
                 }
             }
         }
@@ -315,12 +309,16 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
 fn at_each_barrier_all_state_is_that_of_one_engine_and_copies_are_what_their_owners_have() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let (thin, dense) = (spheres(hard(), 0.1, 1_000).build().unwrap(), spheres(hard(), 0.45, 1_000).build().unwrap());
+    // Partners that have changed course are far away when their contact would have been.
+    let rare = spheres(hard(), 0.005, 1_000).build().unwrap();
     let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let wells = spheres(well, 0.3, 1_000).build().unwrap();
     let bath = bathed(spheres(hard(), 0.45, 1_000), 0.3);
     for (halo, least) in [(WIDE, 40), (THIN, 2)] {
         let compared = [
             barriers::<false, false>(&thin, "cells", 3, halo),
+            barriers::<false, false>(&rare, "rare", 2, halo),
+            barriers::<false, false>(&rare, "rare", 3, halo),
             barriers::<false, false>(&dense, "lists", 3, halo),
             barriers::<false, true>(&mixture().build().unwrap(), "mixture", 5, halo),
             barriers::<false, true>(&wells, "wells", 4, halo),

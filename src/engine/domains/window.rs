@@ -11,7 +11,7 @@ use crate::engine::neighbours::Place;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
-use crate::engine::prediction::{Due, Prediction};
+use crate::engine::prediction::{Due, Prediction, id_of};
 use crate::engine::schedule::Pending;
 use crate::engine::sources::andersen::Collision;
 use std::ops::ControlFlow;
@@ -99,7 +99,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let time = self.engine.clock.now;
         let partner = prediction.partner_in_contact();
         if let Some(partner) = partner {
-            if self.engine.state.bodies[partner as usize].events != prediction.partner_events {
+            let body = self.engine.state.bodies.get(partner as usize);
+            if body.is_none_or(|body| body.events != prediction.partner_events) {
                 self.save(particle);
                 self.engine.repredict(particle, time);
                 if self.shared.has(particle) {
@@ -223,8 +224,10 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     #[inline]
     pub fn note(&mut self, particle: u32, hash_of_step: Option<u64>, time: f64, readers: u64) {
         let prediction = self.engine.schedule.predictions[particle as usize];
-        let partner =
-            self.engine.state.bodies.get(prediction.partner as usize).map_or(u64::MAX, |body| body.name.into());
+        let partner = match prediction.partner {
+            NO_PARTICLE => u64::MAX,
+            partner => u64::from(id_of(partner, &self.engine.state.bodies)),
+        };
         let (is_void, of_step) = (hash_of_step.is_none(), hash_of_step.unwrap_or_default());
         let held = &mut self.held[particle as usize];
         if held.digest == 0 {

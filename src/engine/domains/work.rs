@@ -70,6 +70,8 @@ pub struct DomainWork {
     pub cutting: Duration,
     /// Wall time in which domains begin new epochs.
     pub moving: Duration,
+    /// Bytes that this process has sent to others.
+    pub sent: u64,
 }
 
 impl DomainWork {
@@ -93,10 +95,15 @@ impl fmt::Display for DomainWork {
             times.map(|time| time.as_secs_f64());
         write!(
             f,
-            "{windows} windows, {undone} undone; domains cut {cuts} times, {serial} stretches in one thread\n\
+            "{windows} windows of {:.0} steps, {undone} undone; domains cut {cuts} times, {serial} stretches in one thread\n\
              {:.2} steps for each one needed; {simulating:.1} s simulating, {waiting:.1} s waiting, {comparing:.1} s comparing, {exchanging:.1} s exchanging, \
              {gathering:.1} s gathering, {cutting:.1} s cutting, {moving:.1} s in new epochs",
+            own / (*windows).max(1) as f64,
             if own > 0.0 { all / own } else { 1.0 },
-        )
+        )?;
+        if self.sent > 0 {
+            write!(f, "; {:.1} MB sent by each process", self.sent as f64 / 1e6)?;
+        }
+        Ok(())
     }
 }
