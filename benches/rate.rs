@@ -76,42 +76,27 @@ fn system(arguments: &[String]) -> Result<(Scene, f64), Box<dyn Error>> {
 
 fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     let (scene, before) = system(arguments)?;
-    let given = |key: &str| arguments.iter().find_map(|argument| argument.strip_prefix(key)).map(str::parse::<usize>);
-    let threads = given("threads=").unwrap_or(Ok(1))?;
-    // More than threads, to see what more threads would do.
-    let domains = given("domains=").unwrap_or(Ok(threads))?;
+    let threads = arguments.iter().find_map(|argument| argument.strip_prefix("threads="));
+    let threads = threads.map_or(Ok(1), str::parse)?;
     let particles = scene.particles().len() as f64;
     let start = Instant::now();
     let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::events(1))?;
-    simulation.set_domains(domains, threads);
+    simulation.set_threads(threads);
     let start = start.elapsed().as_secs_f64();
     #[expect(clippy::cast_possible_truncation, reason = "some thousands of events per particle")]
     let before = (before * particles) as u64;
     simulation.advance(Until::events(before))?;
     // A second or more: at its end several threads give the one engine all that it needs to go on alone.
     let chunk = simulation.time() / before as f64 * (8.0 * particles).max(1e6);
-    let work_before = simulation.domain_work().unwrap_or_default();
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     while begin.elapsed() < TIMED {
         simulation.advance(Until::time(simulation.time() + chunk))?;
     }
-    let events = (simulation.event_counts().physical() - first) as f64;
-    let rate = events / begin.elapsed().as_secs_f64();
     if let Some(work) = simulation.domain_work() {
         println!("{work}");
-        let seconds = |one: Duration, before: Duration| (one - before).as_secs_f64();
-        let others = seconds(work.comparing + work.exchanging, work_before.comparing + work_before.exchanging);
-        let slowest = seconds(work.slowest, work_before.slowest);
-        let alone = slowest + others * threads as f64 / domains as f64;
-        println!(
-            "on {domains} cores: {:.0} events per second, {slowest:.2} s simulating and {:.2} s comparing and exchanging; \
-             the mean domain takes {:.3} of the slowest",
-            events / alone,
-            alone - slowest,
-            seconds(work.simulating, work_before.simulating) * threads as f64 / (domains as f64 * slowest),
-        );
     }
+    let rate = (simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64();
     let memory = peak_memory().map_or("unknown".to_owned(), |bytes| format!("{:.0}", bytes / particles));
     println!(
         "{}: {rate:.0} events per second, first event after {start:.2} s, {memory} bytes per particle, deepest overlap {:.1e}, {}",

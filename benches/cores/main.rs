@@ -1,0 +1,239 @@
+//! One system on several cores: two threads beside one, in turns, and what more cores would do.
+//!
+//!     cargo bench --bench cores                          all systems, some forty minutes; writes benches/results/cores.md and cores.svg
+//!     cargo bench --bench cores -- 100000 0.49           spheres in a number and at a packing fraction, to look at
+//!
+//! Domains of more cores than there are run one after the other on one thread: a window takes as long as its slowest domain, and comparison and exchange are
+//! shared by as many cores as there are domains. What memory that is shared by many cores takes is not in it.
+
+mod plot;
+
+use carom::engine::{DomainWork, Simulation, Until};
+use carom::model::{Potential, Scene};
+use carom::scene::{Amount, Lattice, SceneBuilder};
+use std::error::Error;
+use std::fmt::Write;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+type Outcome<T = ()> = Result<T, Box<dyn Error>>;
+
+/// Events per particle before those that are timed: what melts a lattice.
+const BEFORE: f64 = 25.0;
+
+/// Events per particle that are timed at once: with the end of an epoch, and the one engine given the state at the end.
+const TIMED: f64 = 6.0;
+
+/// Turns of one thread and two.
+const TURNS: usize = 3;
+
+/// Crystals start from their own lattice, fluids from one that they do not form.
+const FREEZING: f64 = 0.494;
+
+/// A system, and for how many cores it is estimated.
+struct System {
+    name: String,
+    scene: Scene,
+    domains: &'static [usize],
+}
+
+/// What was measured of a system.
+struct Row {
+    name: String,
+    /// Events per second of one thread, of two, and their ratio, turn by turn.
+    turns: Vec<[f64; 3]>,
+    work: DomainWork,
+    cores: Vec<Estimate>,
+}
+
+/// Speed on a number of cores, in that of one thread.
+pub struct Estimate {
+    cores: usize,
+    speedup: f64,
+    /// Steps for each one needed.
+    steps: f64,
+    /// The mean time of domains in that of the slowest.
+    balance: f64,
+    /// Comparison and exchange, in the time of the slowest.
+    others: f64,
+}
+
+fn spheres(count: u64, phi: f64, domains: &'static [usize]) -> Outcome<System> {
+    let lattice = if phi < FREEZING { Lattice::BodyCentredCubic } else { Lattice::FaceCentredCubic };
+    let scene = SceneBuilder::new("spheres")
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+        .fill(lattice, "A", count, Amount::PackingFraction(phi))
+        .temperature(1.0);
+    Ok(System { name: format!("{count} hard spheres, {phi:.2}"), scene: scene.build()?, domains })
+}
+
+fn wells(count: u64) -> Outcome<System> {
+    let scene = SceneBuilder::new("wells")
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0)?, 1.0)
+        .fill(Lattice::BodyCentredCubic, "A", count, Amount::NumberDensity(0.5))
+        .temperature(2.0);
+    Ok(System { name: format!("{count} square wells, density 0.5"), scene: scene.build()?, domains: &[] })
+}
+
+fn mixture(count: u64) -> Outcome<System> {
+    let hard = || Potential::hard_sphere(1.0);
+    let scene = SceneBuilder::new("mixture")
+        .species("A", 1.0, 1.0)
+        .species("B", 0.3, 0.6)
+        .interaction("A", "A", hard()?, 1.0)
+        .interaction("A", "B", hard()?, 0.8)
+        .interaction("B", "B", hard()?, 0.6)
+        .fill(Lattice::BodyCentredCubic, "A", count / 2, Amount::NumberDensity(0.35))
+        .fill(Lattice::BodyCentredCubic, "B", count / 2, Amount::NumberDensity(0.35))
+        .temperature(1.0);
+    Ok(System { name: format!("{count} of two sizes"), scene: scene.build()?, domains: &[] })
+}
+
+fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
+    if let [count, phi] = arguments {
+        return Ok(vec![spheres(count.parse()?, phi.parse()?, &[2, 4, 8, 16, 64])?]);
+    }
+    const MANY: u64 = 1_000_000;
+    Ok(vec![
+        spheres(100_000, 0.49, &[])?,
+        spheres(MANY, 0.10, &[2, 4, 8, 16, 64])?,
+        spheres(MANY, 0.30, &[])?,
+        spheres(MANY, 0.49, &[2, 4, 8, 16, 64])?,
+        spheres(MANY, 0.54, &[])?,
+        wells(MANY)?,
+    ])
+}
+
+/// Events per second of so many events per particle, and the time that they take.
+fn rate(simulation: &mut Simulation, per_particle: f64, before: f64) -> Outcome<f64> {
+    let (first, begin) = (simulation.event_counts().physical(), Instant::now());
+    // By the time, not by their number, whose last ones one engine does.
+    simulation.advance(Until::time(simulation.time() + per_particle / before))?;
+    Ok((simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64())
+}
+
+fn measure(system: &System) -> Outcome<Row> {
+    let particles = system.scene.particles().len() as f64;
+    let mut simulation = Simulation::without_plan(system.scene.clone());
+    simulation.set_threads(2);
+    #[expect(clippy::cast_possible_truncation, reason = "some events per particle")]
+    let [half, before] = [0.5 * BEFORE, BEFORE].map(|part| (part * particles) as u64);
+    simulation.advance(Until::events(half))?;
+    let start = simulation.time();
+    simulation.advance(Until::events(before))?;
+    // Events per particle in a unit of time.
+    let density = 0.5 * BEFORE / (simulation.time() - start);
+    let mut row = Row { name: system.name.clone(), turns: Vec::new(), work: DomainWork::default(), cores: Vec::new() };
+    let of = |domains: usize, threads: usize| -> Outcome<(f64, Simulation)> {
+        let mut simulation = simulation.clone();
+        simulation.set_domains(domains, threads);
+        // The domains are cut.
+        simulation.advance(Until::time(simulation.time() + 0.1 / density))?;
+        let rate = rate(&mut simulation, TIMED, density)?;
+        Ok((rate, simulation))
+    };
+    for _ in 0..TURNS {
+        let (one, _) = of(1, 1)?;
+        let (two, simulation) = of(2, 2)?;
+        row.turns.push([one, two, two / one]);
+        row.work = simulation.domain_work().ok_or("no domains")?;
+    }
+    for &domains in system.domains {
+        let (one, _) = of(1, 1)?;
+        let mut simulation = simulation.clone();
+        simulation.set_domains(domains, 1);
+        simulation.advance(Until::time(simulation.time() + 0.1 / density))?;
+        let before = simulation.domain_work().unwrap_or_default();
+        let first = simulation.event_counts().physical();
+        rate(&mut simulation, TIMED, density)?;
+        let events = (simulation.event_counts().physical() - first) as f64;
+        row.cores.push(estimate(domains, one, events, before, simulation.domain_work().unwrap_or_default()));
+    }
+    Ok(row)
+}
+
+/// What so many cores do, by domains that ran one after the other, beside one thread of so many events per second.
+fn estimate(cores: usize, one: f64, events: f64, before: DomainWork, after: DomainWork) -> Estimate {
+    let since = |of: fn(&DomainWork) -> Duration| (of(&after) - of(&before)).as_secs_f64();
+    let slowest = since(|work| work.slowest);
+    let others = since(|work| work.comparing + work.exchanging + work.moving) / cores as f64;
+    let [own, all] = [0, 1].map(|k| (after.steps[k] - before.steps[k]) as f64);
+    Estimate {
+        cores,
+        speedup: events / (slowest + others) / one,
+        steps: all / own,
+        balance: since(|work| work.simulating) / (cores as f64 * slowest),
+        others: others / slowest,
+    }
+}
+
+fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    numbers[numbers.len() / 2]
+}
+
+fn report(rows: &[Row]) -> Outcome<String> {
+    let mut text = String::from(
+        "| system | one thread, k/s | two | ratio, median of the turns | all ratios | steps for each one needed | windows undone |\n|---|---|---|---|---|---|---|\n",
+    );
+    for Row { name, turns, work, .. } in rows {
+        let of = |k: usize| turns.iter().map(|turn| turn[k]).collect::<Vec<f64>>();
+        let ratios: Vec<String> = of(2).iter().map(|ratio| format!("{ratio:.2}")).collect();
+        let [own, all] = work.steps.map(|steps| steps as f64);
+        let undone = (work.differences + work.uncovered) as f64 / work.windows as f64;
+        writeln!(
+            text,
+            "| {name} | {:.0} | {:.0} | {:.2} | {} | {:.2} | {:.1} % |",
+            median(of(0)) / 1e3,
+            median(of(1)) / 1e3,
+            median(of(2)),
+            ratios.join(", "),
+            all / own,
+            100.0 * undone
+        )?;
+    }
+    text.push_str("\n| system | cores | speed in that of one thread | steps for each one needed | mean domain in the slowest | comparison and exchange in the slowest |\n|---|---|---|---|---|---|\n");
+    for Row { name, cores, .. } in rows {
+        for Estimate { cores, speedup, steps, balance, others } in cores {
+            writeln!(
+                text,
+                "| {name} | {cores} | {speedup:.2} | {steps:.2} | {balance:.2} | {:.1} % |",
+                100.0 * others
+            )?;
+        }
+    }
+    Ok(text)
+}
+
+fn execute(arguments: &[String]) -> Outcome {
+    let mut rows = Vec::new();
+    let mut systems = systems(arguments)?;
+    if arguments.is_empty() {
+        // Takes long to fill: made last.
+        systems.push(mixture(1_000_000)?);
+    }
+    for system in &systems {
+        rows.push(measure(system)?);
+        println!("{}", report(&rows[rows.len() - 1..])?);
+    }
+    if arguments.is_empty() {
+        std::fs::write("benches/results/cores.md", report(&rows)?)?;
+        let cores = rows.iter().filter(|row| !row.cores.is_empty()).map(|row| (row.name.as_str(), &row.cores[..]));
+        plot::draw("benches/results/cores.svg", &cores.collect::<Vec<_>>())?;
+    }
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    // Cargo adds its own flags.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
+    match execute(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
