@@ -21,8 +21,9 @@ type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 /// Events per particle before those that are timed: what melts a lattice.
 const BEFORE: f64 = 25.0;
 
-/// Events per particle that are timed at once: with the end of an epoch, and the one engine given the state at the end.
+/// Events per particle that are timed at once, and how many there are at least: with the ends of epochs, and the one engine given the state at the end.
 const TIMED: f64 = 6.0;
+const LEAST: f64 = 4e6;
 
 /// Turns of one thread and two.
 const TURNS: usize = 3;
@@ -125,13 +126,14 @@ fn measure(system: &System) -> Outcome<Row> {
     simulation.advance(Until::events(before))?;
     // Events per particle in a unit of time.
     let density = 0.5 * BEFORE / (simulation.time() - start);
+    let timed = TIMED.max(LEAST / particles);
     let mut row = Row { name: system.name.clone(), turns: Vec::new(), work: DomainWork::default(), cores: Vec::new() };
     let of = |domains: usize, threads: usize| -> Outcome<(f64, Simulation)> {
         let mut simulation = simulation.clone();
         simulation.set_domains(domains, threads);
         // The domains are cut.
         simulation.advance(Until::time(simulation.time() + 0.1 / density))?;
-        let rate = rate(&mut simulation, TIMED, density)?;
+        let rate = rate(&mut simulation, timed, density)?;
         Ok((rate, simulation))
     };
     for _ in 0..TURNS {
@@ -147,7 +149,7 @@ fn measure(system: &System) -> Outcome<Row> {
         simulation.advance(Until::time(simulation.time() + 0.1 / density))?;
         let before = simulation.domain_work().unwrap_or_default();
         let first = simulation.event_counts().physical();
-        rate(&mut simulation, TIMED, density)?;
+        rate(&mut simulation, timed, density)?;
         let events = (simulation.event_counts().physical() - first) as f64;
         row.cores.push(estimate(domains, one, events, before, simulation.domain_work().unwrap_or_default()));
     }

@@ -17,6 +17,7 @@ mod cut;
 mod domain;
 mod exchange;
 mod gather;
+mod log;
 mod marks;
 mod outcome;
 mod regions;

@@ -1,6 +1,7 @@
 //! A domain: an engine over the particles that it owns and copies of those around them, which runs alone for a window.
 
 use super::exchange::Step;
+use super::log::Log;
 use super::marks::Marks;
 use super::outcome::{Outcome, Seen};
 use super::regions::Regions;
@@ -11,9 +12,8 @@ use crate::engine::columns::records::Record;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::parts::{Counts, Engine};
-use crate::engine::prediction::{Due, FIRST_ABSENT, Prediction, absent};
+use crate::engine::prediction::{Due, FIRST_ABSENT, absent};
 use crate::engine::sources::andersen::Collision;
-use crate::engine::state::Body;
 
 /// A particle as a domain has it.
 #[derive(Debug, Clone, Copy)]
@@ -42,15 +42,6 @@ impl Held {
     }
 }
 
-/// A particle as it was before a step.
-#[derive(Debug, Clone, Copy)]
-pub enum Saved {
-    /// Where nothing else has changed.
-    Motion { particle: u32, body: Body, prediction: Prediction },
-    /// It is the next one of the records.
-    Record,
-}
-
 /// An engine over some particles. They have numbers here, and those of the one engine for all: of the whole.
 #[derive(Debug, Clone)]
 pub struct Domain<const FALLING: bool, const TABLE: bool> {
@@ -69,9 +60,8 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub elsewhere: Box<Counts>,
     /// How many particles it began with.
     first: usize,
-    /// Particles as they were before each step of this window, by the numbers here: the latest comes last.
-    pub saved: Vec<Saved>,
-    pub records: Vec<Record>,
+    /// What it takes to undo this window.
+    pub log: Log,
     /// Whether a contact changes nothing but motion and prediction.
     pub is_plain: bool,
     /// Steps of this window of particles that others have, too, and these particles, each once.
@@ -134,8 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             shared: Marks::default(),
             here: order.new,
             elsewhere: engine.counts.clone(),
-            saved: Vec::new(),
-            records: Vec::new(),
+            log: Log::default(),
             is_plain: engine.changes_motion_only(),
             steps: Vec::new(),
             touched: Vec::new(),
@@ -161,7 +150,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.engine.enlarge();
         enlarge(&self.held);
         enlarge(&self.here);
-        enlarge(&self.saved);
+        self.log.enlarge();
     }
 
     /// Adds a particle to those that are held.
@@ -244,8 +233,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
 
     /// Forgets the last window.
     pub fn begin_window(&mut self) {
-        self.saved.clear();
-        self.records.clear();
+        self.log.clear();
         self.steps.clear();
         for particle in self.touched.drain(..) {
             self.held[particle as usize].digest = 0;
@@ -262,13 +250,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.engine.clock.now = start;
         let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };
         self.engine.schedule.queue.rewind(start, &due);
-        let (saved, mut records) = (std::mem::take(&mut self.saved), std::mem::take(&mut self.records));
-        let as_records = saved.iter().rev().filter_map(|saved| match saved {
-            Saved::Motion { particle, body, prediction } => Some(Record::of_motion(*particle, *body, *prediction)),
-            Saved::Record => records.pop(),
-        });
-        self.write(&as_records.collect::<Vec<Record>>());
-        self.saved = saved;
+        let undone = self.log.undone();
+        self.write(&undone);
         *self.engine.counts = self.engine.no_counts();
         self.begin_window();
     }

@@ -1,6 +1,6 @@
 //! A window of a domain: its steps, what they have changed, and what other domains are to know of them.
 
-use super::domain::{Domain, Saved};
+use super::domain::Domain;
 use super::exchange::{Step, hash};
 use super::outcome::Seen;
 use super::regions::Regions;
@@ -66,8 +66,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 
     fn transition(&mut self, regions: &Regions, particle: u32, time: f64) {
-        self.records.push(self.engine.record(particle));
-        self.saved.push(Saved::Record);
+        self.log.push_record(self.engine.record(particle));
         let before = regions.readers(regions.columns(&self.engine, particle));
         let is_done = self.engine.execute_transition(particle, time).is_ok();
         let columns = regions.columns(&self.engine, particle);
@@ -185,10 +184,9 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         if self.is_plain {
             let body = self.engine.state.bodies[particle as usize];
             let prediction = self.engine.schedule.predictions[particle as usize];
-            self.saved.push(Saved::Motion { particle, body, prediction });
+            self.log.push_motion(particle, body, prediction);
         } else {
-            self.records.push(self.engine.record_before_contact(particle));
-            self.saved.push(Saved::Record);
+            self.log.push_record(self.engine.record_before_contact(particle));
         }
     }
 

@@ -1,0 +1,60 @@
+//! Particles as they were before each step of a window.
+
+use crate::engine::columns::records::Record;
+use crate::engine::hardware::pages::enlarge;
+use crate::engine::neighbours::cells::NO_PARTICLE;
+use crate::engine::prediction::Prediction;
+use crate::engine::state::Body;
+
+/// What a domain needs to undo a window, by the numbers there: motions and predictions, or all about a particle, in the order of the steps. Each kind is kept by itself, close
+/// together, because it is written at each step and pushes other things out of the caches.
+#[derive(Debug, Clone, Default)]
+pub struct Log {
+    /// The particle of which motion and prediction are next, or [`NO_PARTICLE`] where the next record is.
+    order: Vec<u32>,
+    bodies: Vec<Body>,
+    predictions: Vec<Prediction>,
+    records: Vec<Record>,
+}
+
+impl Log {
+    /// Of a step that changes nothing else.
+    #[inline]
+    pub fn push_motion(&mut self, particle: u32, body: Body, prediction: Prediction) {
+        self.order.push(particle);
+        self.bodies.push(body);
+        self.predictions.push(prediction);
+    }
+
+    #[inline]
+    pub fn push_record(&mut self, record: Record) {
+        self.order.push(NO_PARTICLE);
+        self.records.push(record);
+    }
+
+    pub fn clear(&mut self) {
+        self.order.clear();
+        self.bodies.clear();
+        self.predictions.clear();
+        self.records.clear();
+    }
+
+    /// Takes all out, the latest first: to be written in this order.
+    pub fn undone(&mut self) -> Vec<Record> {
+        let (mut bodies, mut predictions) = (self.bodies.drain(..).rev(), self.predictions.drain(..).rev());
+        let mut records = self.records.drain(..).rev();
+        let undone = self.order.drain(..).rev().filter_map(|particle| {
+            if particle == NO_PARTICLE {
+                return records.next();
+            }
+            Some(Record::of_motion(particle, bodies.next()?, predictions.next()?))
+        });
+        undone.collect()
+    }
+
+    /// Asks for large pages.
+    pub fn enlarge(&self) {
+        enlarge(&self.bodies);
+        enlarge(&self.predictions);
+    }
+}
