@@ -9,8 +9,8 @@
 mod plot;
 
 use carom::engine::{DomainWork, Simulation, Until};
-use carom::model::{Potential, Scene};
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::model::{Potential, Scene, Space};
+use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 use std::error::Error;
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -30,6 +30,21 @@ const TURNS: usize = 3;
 
 /// Crystals start from their own lattice, fluids from one that they do not form.
 const FREEZING: f64 = 0.494;
+
+const HEAD: &str = "\
+# One system on several cores
+
+Two threads beside one, in turns, and what more cores would do: [what this means](../../docs/parallel.md#what-it-costs). Made by
+
+    cargo bench --bench cores
+
+Domains of more cores than there are ran one after the other on one thread: a window takes as long as its slowest domain, and comparison and exchange are
+shared by as many cores as there are domains. What memory that many cores share takes is not in it. Ratios are of runs beside each other; rates are those of the
+machine, which is named where they are told of.
+
+![Speed against the number of cores](cores.svg)
+
+";
 
 /// A system, and for how many cores it is estimated.
 struct System {
@@ -86,8 +101,9 @@ fn mixture(count: u64) -> Outcome<System> {
         .interaction("A", "A", hard()?, 1.0)
         .interaction("A", "B", hard()?, 0.8)
         .interaction("B", "B", hard()?, 0.6)
-        .fill(Lattice::BodyCentredCubic, "A", count / 2, Amount::NumberDensity(0.35))
-        .fill(Lattice::BodyCentredCubic, "B", count / 2, Amount::NumberDensity(0.35))
+        .space(Space::periodic_cube((count as f64 / 0.5).cbrt()))
+        .add_fill(Fill::new(Arrangement::Random, "A").count(count / 2))
+        .add_fill(Fill::new(Arrangement::Random, "B").count(count / 2))
         .temperature(1.0);
     Ok(System { name: format!("{count} of two sizes"), scene: scene.build()?, domains: &[] })
 }
@@ -104,6 +120,7 @@ fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
         spheres(MANY, 0.49, &[2, 4, 8, 16, 64])?,
         spheres(MANY, 0.54, &[])?,
         wells(MANY)?,
+        mixture(100_000)?,
     ])
 }
 
@@ -211,17 +228,12 @@ fn report(rows: &[Row]) -> Outcome<String> {
 
 fn execute(arguments: &[String]) -> Outcome {
     let mut rows = Vec::new();
-    let mut systems = systems(arguments)?;
-    if arguments.is_empty() {
-        // Takes long to fill: made last.
-        systems.push(mixture(1_000_000)?);
-    }
-    for system in &systems {
+    for system in &systems(arguments)? {
         rows.push(measure(system)?);
         println!("{}", report(&rows[rows.len() - 1..])?);
     }
     if arguments.is_empty() {
-        std::fs::write("benches/results/cores.md", report(&rows)?)?;
+        std::fs::write("benches/results/cores.md", format!("{HEAD}{}", report(&rows)?))?;
         let cores = rows.iter().filter(|row| !row.cores.is_empty()).map(|row| (row.name.as_str(), &row.cores[..]));
         plot::draw("benches/results/cores.svg", &cores.collect::<Vec<_>>())?;
     }

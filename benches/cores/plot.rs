@@ -14,7 +14,7 @@ pub fn draw(path: &str, systems: &[(&str, &[Estimate])]) -> Outcome {
         .margin(14)
         .x_label_area_size(42)
         .y_label_area_size(52)
-        .build_cartesian_2d((1.0..64.0).log_scale(), (1.0..64.0).log_scale())?;
+        .build_cartesian_2d((1.0..64.0).log_scale().base(2.0), (1.0..64.0).log_scale().base(2.0))?;
     let mut mesh = chart.configure_mesh();
     mesh.x_desc("cores, one domain each").y_desc("speed, in that of one thread").light_line_style(WHITE).draw()?;
     let ideal = [1.0, 64.0].map(|cores| (cores, cores));

@@ -9,6 +9,9 @@ use carom::run::Run;
 use super::failure::Failure;
 use super::signals;
 
+/// A system has so many domains at most, one for each process or more.
+const MOST: usize = 64;
+
 /// Joins the processes that `mpiexec` has started together with this one, if there are any.
 #[cfg(feature = "mpi")]
 pub fn join() -> Option<Arc<dyn Transport>> {
@@ -21,10 +24,14 @@ pub fn join() -> Option<Arc<dyn Transport>> {
     None
 }
 
-/// Refuses processes that were started together to do different things.
-pub fn refuse_different_arguments(transport: &dyn Transport) -> Result<(), Failure> {
+/// Refuses processes that were started together to do different things, and more of them than there can be.
+pub fn refuse_others(transport: &dyn Transport) -> Result<(), Failure> {
     let arguments = std::env::args_os().flat_map(|argument| [argument.as_encoded_bytes(), b"\0"].concat());
     let all = transport.share(arguments.collect());
+    if all.len() > MOST {
+        let message = format!("{} processes were started together, expected {MOST} at most", all.len());
+        return Err(Failure::bad_input(message, Some("start fewer, and give each --threads")));
+    }
     if all.iter().all(|other| *other == all[0]) {
         return Ok(());
     }

@@ -100,7 +100,7 @@ pub fn count(text: &str) -> Result<u64, String> {
 impl Run {
     pub fn execute(&self) -> Result<(), Failure> {
         let Some(transport) = processes::join() else { return self.ready()?.execute(None) };
-        let are_same = processes::refuse_different_arguments(&*transport);
+        let are_same = processes::refuse_others(&*transport);
         if transport.rank() > 0 {
             return processes::take_part(&transport);
         }

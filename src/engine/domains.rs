@@ -138,7 +138,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             let next = if Self::obstacle(whole).is_none() {
                 let done = whole.counts.totals.transition + whole.counts.executed;
                 #[cfg(any(test, debug_assertions))]
-                let other = self.to_be_checked(whole);
+                let other = self.copy_to_check(whole);
                 let next = self.window(whole, until, observe)?;
                 #[cfg(any(test, debug_assertions))]
                 self.check_window(whole, until, other);

@@ -5,6 +5,7 @@ use super::observe::Observe;
 use super::parts::Engine;
 use super::{Chosen, EngineError, Reason, Simulation, Transport, Until};
 use crate::model::Threads;
+use crate::model::threads::MOST_THREADS;
 use std::num::NonZero;
 use std::sync::Arc;
 
@@ -22,11 +23,12 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.complete());
     }
 
-    /// The number of threads that it has.
+    /// The number of threads that it has, in each process.
     #[must_use]
     pub fn threads(&self) -> usize {
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
-        self.threads.of(self.population().iter().sum::<usize>() / self.processes(), cores)
+        let threads = self.threads.of(self.population().iter().sum::<usize>() / self.processes(), cores);
+        threads.min(MOST_THREADS / self.processes()).max(1)
     }
 
     /// Number of processes that simulate it together.
@@ -67,7 +69,7 @@ impl Simulation {
     ///
     /// Nothing of this is written to a checkpoint. What is not covered runs in one thread: diameters that grow, sheared boxes, starts with overlaps that are allowed, and
     /// pairs with interactions of their own that do not hold them together ([`Self::single_thread`] tells). It pays from
-    /// some 250,000 particles for each thread on, and takes three times the memory (`docs/speed.md`).
+    /// some 250,000 particles for each thread on, and takes two and a half times the memory (`docs/speed.md`).
     ///
     /// ```
     /// use carom::{Potential, SceneBuilder, Simulation, Until};
@@ -94,7 +96,7 @@ impl Simulation {
     }
 
     /// Spreads the system over processes from now on, of which each has the same simulation, and as many threads: of as many domains as all have threads,
-    /// 64 at most, each has its part. What is not covered, all do.
+    /// 64 at most, each has its part. What is not covered, all do, and so do more than 64 processes.
     ///
     /// From now on all have to do the same with it: what changes or advances it waits for the others, and what only looks at it does not.
     #[doc(alias = "mpi")]
@@ -123,7 +125,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.join();
         // To begin a thread takes longer than a window of few particles.
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
-        let has_domains = domains > 1 || transport.is_some();
+        let processes = transport.as_ref().map_or(1, |transport| transport.size());
+        let has_domains = (domains > 1 || transport.is_some()) && processes <= MOST_THREADS;
         self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, transport)));
     }
 

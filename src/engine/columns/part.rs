@@ -34,7 +34,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 has_own_interactions: self.pairs.has_own_interactions,
             },
             images: self.images.clone(),
-            distances: self.distances.clone(),
+            distances: self.distances,
             sources: Sources {
                 surfaces: sources.surfaces.clone(),
                 confinement: sources.confinement.clone(),

@@ -63,10 +63,10 @@ impl Record {
         if let Some(captured) = &mut self.captured {
             captured.retain_mut(|pair| number(pair.partner).map(|partner| pair.partner = partner).is_some());
         }
-        if let Some(prediction) = &mut self.prediction {
-            if prediction.partner != NO_PARTICLE {
-                prediction.partner = number(prediction.partner).unwrap_or(absent(prediction.partner));
-            }
+        if let Some(prediction) = &mut self.prediction
+            && prediction.partner != NO_PARTICLE
+        {
+            prediction.partner = number(prediction.partner).unwrap_or(absent(prediction.partner));
         }
     }
 }

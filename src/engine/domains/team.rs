@@ -22,7 +22,7 @@ pub struct Team {
 }
 
 impl Team {
-    /// So many domains for each process, as far as there can be as many in all, on so many threads of this one.
+    /// So many domains for each process, 64 of which there may be, as far as there can be as many in all, on so many threads of this one.
     pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
         let share = domains.clamp(1, (MOST_THREADS / processes).max(1));
