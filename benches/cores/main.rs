@@ -53,7 +53,7 @@ struct System {
     domains: &'static [usize],
 }
 
-/// What was measured of a system.
+/// Measurements of a system.
 struct Row {
     name: String,
     /// Events per second of one thread, of two, and their ratio, turn by turn.
@@ -173,7 +173,7 @@ fn measure(system: &System) -> Outcome<Row> {
     Ok(row)
 }
 
-/// What so many cores do, by domains that ran one after the other, beside one thread of so many events per second.
+/// Speed of so many cores, by domains that ran one after the other, beside one thread of so many events per second.
 fn estimate(cores: usize, one: f64, events: f64, before: DomainWork, after: DomainWork) -> Estimate {
     let since = |of: fn(&DomainWork) -> Duration| (of(&after) - of(&before)).as_secs_f64();
     let slowest = since(|work| work.slowest);

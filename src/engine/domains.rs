@@ -369,7 +369,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 
     /// Cuts the system.
     ///
-    /// What costs the one engine much memory, and is of no use until it goes on, it lets go.
+    /// The one engine lets go of memory that is of no use to it until it goes on.
     fn cut_up(&mut self, whole: &mut Engine<FALLING, TABLE>) -> Cut<FALLING, TABLE> {
         self.work.cuts += 1;
         let begin = Instant::now();

@@ -37,7 +37,7 @@ impl Simulation {
         self.transport.as_ref().map_or(1, |transport| transport.size())
     }
 
-    /// What the first of all processes has found, where that may differ.
+    /// Finding of the first of all processes, where that may differ.
     pub(crate) fn agreed(&self, found: u64) -> u64 {
         let Some(transport) = &self.transport else { return found };
         let all = transport.share(found.to_le_bytes().to_vec());

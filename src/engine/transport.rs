@@ -7,7 +7,7 @@ mod mpi;
 pub use mpi::Mpi;
 use std::fmt;
 
-/// What carries messages between processes that simulate one system together: MPI, or anything else that brings bytes from each to each.
+/// Carrier of messages between processes that simulate one system together: MPI, or anything else that brings bytes from each to each.
 ///
 /// All processes do the same in the same order: they begin with the same scene, have the same instruments, and advance to the same times. Then each has
 /// some of the domains, and all that a [`Simulation`](super::Simulation) tells is the same in each of them.

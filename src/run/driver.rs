@@ -197,7 +197,7 @@ impl Driver<'_> {
         !self.is_pilot && self.agreed(self.recorder.is_checkpoint_due())
     }
 
-    /// What the first process finds, of those that simulate the system together: clocks, disks and signals differ.
+    /// Finding of the first process, of those that simulate the system together: clocks, disks and signals differ.
     fn agreed(&self, found: bool) -> bool {
         self.simulation.agreed(u64::from(found)) != 0
     }

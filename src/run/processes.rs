@@ -131,7 +131,7 @@ mod tests {
             .unwrap()
     }
 
-    /// What the first of some processes hands out, which ends after being asked so often whether to go on, and how all of them end.
+    /// All that the first of some processes hands out, which ends after being asked so often whether to go on, and how all of them end.
     fn run_in(processes: usize, asked: usize) -> (All, Vec<(Ending, Snapshot)>) {
         let mut results = in_processes(processes, |transport| {
             let (mut all, mut left) = (All::default(), asked);

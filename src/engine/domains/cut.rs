@@ -16,7 +16,7 @@ use std::time::Instant;
 #[derive(Debug, Clone)]
 pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub regions: Regions,
-    /// Those of this process.
+    /// Domains of this process.
     pub domains: Vec<Domain<FALLING, TABLE>>,
     /// Up to where all domains have come, since the epoch.
     pub now: f64,
@@ -29,7 +29,7 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub is_complete: bool,
     /// Whether no window has agreed yet.
     pub is_fresh: bool,
-    /// What has come of the last comparison: by domain of this process, and what all processes are to know of all.
+    /// Results of the last comparison: by domain of this process, and of all domains those that all processes are to know.
     pub compared: Vec<Compared>,
     pub outcomes: Vec<Outcome>,
     /// The heat bath as it was before this window.

@@ -60,7 +60,7 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub elsewhere: Box<Counts>,
     /// How many particles it began with.
     first: usize,
-    /// What it takes to undo this window.
+    /// Particles as they were, to undo this window.
     pub log: Log,
     /// Whether a contact changes nothing but motion and prediction.
     pub is_plain: bool,
@@ -215,7 +215,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.held.len() > most(self.first)
     }
 
-    /// What has come of this window, of which the counts begin anew then.
+    /// Outcome of this window; its counts begin anew then.
     pub fn outcome(&mut self, difference: Option<f64>) -> Outcome {
         let none = Box::new(self.engine.no_counts());
         Outcome {

@@ -25,7 +25,7 @@ pub struct Step {
     pub readers: u64,
 }
 
-/// What a domain has done in a window to the copies that it has of what another one owns.
+/// Report of a domain on its steps in a window, of the copies that it has of what another one owns.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Report {
     pub from: u8,
@@ -72,7 +72,7 @@ pub struct Compared {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
-    /// What it has done to the copies that it has, for those that own them, of so many domains.
+    /// Reports on the steps of its copies, for the domains that own them, of so many.
     pub fn reports(&self, domains: usize) -> Vec<Report> {
         let new = |to: u8| Report { from: self.number, to, touched: Vec::new(), steps: Vec::new() };
         let mut reports: Vec<Report> = (0..).take(domains).map(new).collect();

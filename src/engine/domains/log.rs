@@ -6,7 +6,7 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::Prediction;
 use crate::engine::state::Body;
 
-/// What a domain needs to undo a window, by the numbers there: motions and predictions, or all about a particle, in the order of the steps. Each kind is kept by itself, close
+/// Log of a window, to undo it, by the numbers in its domain: motions and predictions, or all about a particle, in the order of the steps. Each kind is kept by itself, close
 /// together, because it is written at each step and pushes other things out of the caches.
 #[derive(Debug, Clone, Default)]
 pub struct Log {

@@ -1,4 +1,4 @@
-//! What a domain has come to in a window, as all processes are to know it.
+//! Outcome of a window in a domain, as all processes are to know it.
 
 use crate::engine::clock::{SHORTEST_ADVANCE, StandstillWatch};
 use crate::engine::event::Event;
@@ -12,7 +12,7 @@ pub struct Seen {
     pub event: Event,
 }
 
-/// What has come of a window in one domain.
+/// Outcome of a window in one domain.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Outcome {
     /// When what it owns did the first step that is another one where it can have been read.

@@ -56,11 +56,11 @@ struct Axis {
 struct Slabs {
     /// The domains whose regions the column is in.
     owners: Vec<u64>,
-    /// Those of which an owned particle may be there.
+    /// Domains of which an owned particle may be there.
     near: Vec<u64>,
-    /// Those of which an owned particle may read one that is there.
+    /// Domains of which an owned particle may read one that is there.
     readers: Vec<u64>,
-    /// Those that begin with a copy of one that is there.
+    /// Domains that begin with a copy of one that is there.
     holders: Vec<u64>,
 }
 
@@ -145,7 +145,7 @@ impl Regions {
         self.common(columns, |slabs| &slabs.holders)
     }
 
-    /// What all axes have in common; the first domain alone where nothing is cut.
+    /// Domains that all axes have in common; the first domain alone where nothing is cut.
     #[inline(always)]
     fn common(&self, columns: Columns, sets: impl Fn(&Slabs) -> &[u64]) -> u64 {
         if self.axes.is_empty() {

@@ -75,7 +75,7 @@ impl Team {
         self.workers.each(items, work)
     }
 
-    /// What all processes have, in the order of their domains.
+    /// All that the processes have, in the order of their domains.
     pub fn all<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>) -> Vec<T> {
         let Some(transport) = &self.transport else { return mine };
         let message = encode(&**transport, &mine);
@@ -84,7 +84,7 @@ impl Team {
         shared.iter().flat_map(|bytes| decode::<Vec<T>>(&**transport, bytes)).collect()
     }
 
-    /// What all processes have for domains of this one, of which `to` says the set, in the order of the domains that it is from.
+    /// Messages of all processes for domains of this one, of which `to` says the set, in the order of the domains that it is from.
     pub fn deliver<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>, to: impl Fn(&T) -> u64) -> Vec<T> {
         let Some(transport) = &self.transport else { return mine };
         let of_rank = |rank: usize| {

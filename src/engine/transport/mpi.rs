@@ -9,7 +9,7 @@ use mpi::traits::{Communicator, CommunicatorCollectives};
 use std::fmt;
 use std::io::Write;
 
-/// What `mpiexec` and the launchers of batch systems tell the processes that they start.
+/// Variables that `mpiexec` and the launchers of batch systems give the processes that they start.
 const STARTED: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "MPI_LOCALNRANKS"];
 
 /// The processes that were started together by `mpiexec`, as MPI's `MPI_COMM_WORLD` has them. MPI ends when this is let go.
