@@ -12,6 +12,9 @@ use crate::run::state::Aim;
 /// Physical events between two checks whether the simulation still has events.
 const CHUNK: u64 = 10_000;
 
+/// As many for each particle in several domains, if that is more.
+const IN_DOMAINS: u64 = 64;
+
 /// Times that a typical particle takes to cross the box, in which nothing has happened and no particle has changed its cell: where the end is not
 /// shown then, rounding hides whether there will be any event.
 const LONGEST_WAIT: f64 = 1e12;
@@ -25,7 +28,8 @@ impl Driver<'_> {
     pub(super) fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         let (wait, check) = (self.state.wait, self.state.overlap_check);
         let has_overlaps = self.state.ledger.has_overlaps();
-        let aim = if has_overlaps { self.aim(check.time, check.events) } else { self.aim(wait, CHUNK) };
+        let aim =
+            if has_overlaps { self.aim(check.time, check.events) } else { self.aim(wait, self.events_to_check()) };
         let until = aim.until(time, events);
         let reason = match self.chunk(until)? {
             Ok(reason) => reason,
@@ -49,6 +53,14 @@ impl Driver<'_> {
             return Ok(Some(Ending::GaveUp));
         }
         Ok(reached)
+    }
+
+    /// Physical events between two checks whether the simulation still has events. Domains end at a number of events by handing everything to one engine.
+    fn events_to_check(&self) -> u64 {
+        if self.simulation.domain_work().is_none() {
+            return CHUNK;
+        }
+        CHUNK.max(IN_DOMAINS * self.simulation.population().iter().sum::<usize>() as u64)
     }
 
     /// Where to go from here: the aim that an interruption has left, or one that is so far ahead.
