@@ -47,6 +47,9 @@ const MOST_STEPS: f64 = 10_000.0;
 /// Steps of the one engine where the domains cannot go on.
 const SERIAL_STEPS: u64 = 2_000;
 
+/// Steps of a stretch of the one engine at least, where it has as many to do: the last window before a number of events.
+const LEAST_SERIAL: u64 = 50_000;
+
 /// After so many windows of fewer steps than these, one after the other, the one engine does some: it is faster then.
 const MOST_SHORT: u32 = 8;
 const FEWEST_STEPS: u64 = 8;
@@ -160,7 +163,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 Next::Serial(steps) => {
                     self.work.serial += 1;
                     self.join(whole);
-                    if let Some(reason) = whole.advance_for(left.min(steps), until, observe)? {
+                    // A stretch of some steps costs much less than to cut the system anew, however few are asked for.
+                    if let Some(reason) = whole.advance_for(steps.min(left.max(LEAST_SERIAL)), until, observe)? {
                         return Ok(Some(reason));
                     }
                     left = left.saturating_sub(steps);
