@@ -15,6 +15,7 @@
 mod checks;
 mod cut;
 mod domain;
+mod epochs;
 mod exchange;
 mod gather;
 mod log;
@@ -26,7 +27,6 @@ mod window;
 mod work;
 mod workers;
 
-use super::clock::Clock;
 use super::event::Event;
 use super::observe::Observe;
 use super::parts::Engine;
@@ -319,50 +319,6 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         (cut.is_settled, cut.is_complete) = (false, false);
         whole.clock.now = stop;
         done as f64 / self.team.domains() as f64
-    }
-
-    /// Ends the epoch as the event loop does: in the domains, or in the one engine where all particles are looked at.
-    fn move_epoch(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
-        let is_looked_at = Clock::is_looked_at(whole.clock.epochs + 1);
-        let is_proof_due = until.time == f64::INFINITY && whole.is_proof_due();
-        let Some(cut) = &mut self.cut else { return Next::Done };
-        let next = self.team.all(self.team.each(cut.domains.iter().collect(), |domain| domain.next_due()));
-        let next = next.into_iter().fold(whole.sources.next_global, f64::min);
-        if is_looked_at || is_proof_due || next == f64::INFINITY {
-            return self.move_epoch_of_whole(whole, until);
-        }
-        let begin = Instant::now();
-        whole.schedule.queue.resume(cut.now, cut.steps);
-        let moved = whole.begin_epoch(next);
-        cut.now -= moved.shift;
-        cut.latest -= moved.shift;
-        (cut.steps, cut.is_settled, cut.is_complete) = (0, false, false);
-        whole.clock.now = cut.now;
-        cut.follow(whole, moved, &self.team);
-        self.work.moving += begin.elapsed();
-        Next::Done
-    }
-
-    /// Has the one engine end the epoch, and cuts it anew.
-    fn move_epoch_of_whole(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
-        self.settle(whole);
-        self.settle_lists(whole);
-        let Some(cut) = &mut self.cut else { return Next::Done };
-        // Where nothing more happens, it ends with the last step.
-        whole.clock.now = cut.latest;
-        if until.time == f64::INFINITY && whole.is_shown_to_be_over() {
-            return Next::Return(Reason::Idle);
-        }
-        whole.schedule.queue.resume(cut.now, cut.steps);
-        if whole.move_epoch().is_some() {
-            self.cut = None;
-            return Next::Done;
-        }
-        if until.time == f64::INFINITY {
-            return Next::Return(Reason::Idle);
-        }
-        whole.clock.now = whole.since_epoch(until.time);
-        Next::Return(Reason::Time)
     }
 
     /// Undoes a window that the one engine is to do.
