@@ -295,9 +295,9 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let (last, quiet) = outcome::quiet(&cut.outcomes);
         let mut done = 0;
         for outcome in &cut.outcomes {
-            done += outcome.done;
-            cut.latest = cut.latest.max(outcome.latest);
-            self.work.steps[1] += outcome.done_in_all;
+            done += outcome.tally.done;
+            cut.latest = cut.latest.max(outcome.tally.latest);
+            self.work.steps[1] += outcome.tally.done_in_all;
             whole.counts.merge(&outcome.counts);
         }
         for domain in &mut cut.domains {

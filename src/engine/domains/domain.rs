@@ -3,7 +3,7 @@
 use super::exchange::Step;
 use super::log::Log;
 use super::marks::Marks;
-use super::outcome::{Outcome, Seen};
+use super::outcome::{Outcome, Tally};
 use super::regions::Regions;
 use crate::base::numbers::id;
 use crate::engine::clock::Moved;
@@ -69,16 +69,8 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub touched: Vec<u32>,
     /// Owned particles that have changed their place in this window.
     pub moved: Vec<u32>,
-    /// Steps of the queue of owned particles, and of all.
-    pub done: u64,
-    pub done_in_all: u64,
-    /// Time of the last step of an owned particle, or of the heat bath.
-    pub latest: f64,
-    /// Events of this window, if they are asked for.
-    pub events: Vec<Seen>,
-    /// Times of the last events, and of transitions since then.
-    pub last: Vec<f64>,
-    pub quiet: Vec<f64>,
+    /// Steps of this window.
+    pub tally: Tally,
     /// Collisions of its particles with the heat bath that are to come in this window, by the numbers here: the next one comes last.
     pub collisions: Vec<(u32, Collision)>,
     /// When something has happened for which this domain alone is not enough.
@@ -129,12 +121,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             steps: Vec::new(),
             touched: Vec::new(),
             moved: Vec::new(),
-            done: 0,
-            done_in_all: 0,
-            latest: f64::NEG_INFINITY,
-            events: Vec::new(),
-            last: Vec::new(),
-            quiet: Vec::new(),
+            tally: Tally::new(),
             collisions: Vec::new(),
             trouble: None,
             engine,
@@ -221,12 +208,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         Outcome {
             difference,
             counts: std::mem::replace(&mut self.engine.counts, none),
-            done: self.done,
-            done_in_all: self.done_in_all,
-            latest: self.latest,
-            events: std::mem::take(&mut self.events),
-            last: std::mem::take(&mut self.last),
-            quiet: std::mem::take(&mut self.quiet),
+            tally: std::mem::replace(&mut self.tally, Tally::new()),
             has_grown: self.has_grown(),
         }
     }
@@ -239,10 +221,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             self.held[particle as usize].digest = 0;
         }
         self.moved.clear();
-        self.events.clear();
-        self.last.clear();
-        self.quiet.clear();
-        (self.done, self.done_in_all, self.latest, self.trouble) = (0, 0, f64::NEG_INFINITY, None);
+        (self.tally, self.trouble) = (Tally::new(), None);
     }
 
     /// Undoes this window.

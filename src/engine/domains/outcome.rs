@@ -12,13 +12,9 @@ pub struct Seen {
     pub event: Event,
 }
 
-/// Outcome of a window in one domain.
+/// Steps of a window in one domain, and the times of some.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Outcome {
-    /// When what it owns did the first step that is another one where it can have been read.
-    pub difference: Option<f64>,
-    /// Counts of what it owns.
-    pub counts: Box<Counts>,
+pub struct Tally {
     /// Steps of what it owns, and of all that it has.
     pub done: u64,
     pub done_in_all: u64,
@@ -29,14 +25,39 @@ pub struct Outcome {
     /// Times of the last events, and of transitions since then.
     pub last: Vec<f64>,
     pub quiet: Vec<f64>,
+}
+
+impl Tally {
+    /// Tally of a window that begins.
+    pub fn new() -> Self {
+        Self {
+            done: 0,
+            done_in_all: 0,
+            latest: f64::NEG_INFINITY,
+            events: Vec::new(),
+            last: Vec::new(),
+            quiet: Vec::new(),
+        }
+    }
+}
+
+/// Outcome of a window in one domain.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Outcome {
+    /// When what it owns did the first step that is another one where it can have been read.
+    pub difference: Option<f64>,
+    /// Counts of what it owns.
+    pub counts: Box<Counts>,
+    pub tally: Tally,
     /// Whether it has become so large that it is worth it to cut anew.
     pub has_grown: bool,
 }
 
 /// The time of the last event of a window, and how many transitions came after it.
 pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
-    let last = outcomes.iter().filter_map(|outcome| outcome.last.last().copied()).max_by(f64::total_cmp);
-    let after = |outcome: &Outcome| outcome.quiet.iter().filter(|time| last.is_none_or(|last| **time > last)).count();
+    let last = outcomes.iter().filter_map(|outcome| outcome.tally.last.last().copied()).max_by(f64::total_cmp);
+    let after =
+        |outcome: &Outcome| outcome.tally.quiet.iter().filter(|time| last.is_none_or(|last| **time > last)).count();
     (last, outcomes.iter().map(after).sum::<usize>() as u64)
 }
 
@@ -44,12 +65,12 @@ pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
 /// told.
 pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> Option<(f64, u64)> {
     let shortest = span * SHORTEST_ADVANCE;
-    let is_complete = |outcome: &Outcome| outcome.counts.executed == outcome.last.len() as u64;
-    let mut times: Vec<f64> = outcomes.iter().flat_map(|outcome| outcome.last.iter().copied()).collect();
+    let is_complete = |outcome: &Outcome| outcome.counts.executed == outcome.tally.last.len() as u64;
+    let mut times: Vec<f64> = outcomes.iter().flat_map(|outcome| outcome.tally.last.iter().copied()).collect();
     times.sort_by(f64::total_cmp);
     let mut standstill = (watch.since, watch.events);
     let known = outcomes.iter().filter(|outcome| !is_complete(outcome));
-    if let Some(first) = known.filter_map(|outcome| outcome.last.first().copied()).max_by(f64::total_cmp) {
+    if let Some(first) = known.filter_map(|outcome| outcome.tally.last.first().copied()).max_by(f64::total_cmp) {
         times.retain(|time| *time >= first);
         let moves = (1..times.len()).rev().find(|&k| times[k] - times[k - 1] > shortest)?;
         standstill = (times[moves], 0);
@@ -68,7 +89,7 @@ pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> O
 pub fn merged(outcomes: &mut [Outcome]) -> Option<Vec<Seen>> {
     let mut events: Vec<(usize, Seen)> = Vec::new();
     for (number, outcome) in outcomes.iter_mut().enumerate() {
-        events.extend(outcome.events.drain(..).map(|seen| (number, seen)));
+        events.extend(outcome.tally.events.drain(..).map(|seen| (number, seen)));
     }
     events.sort_by(|(_, one), (_, other)| one.time.total_cmp(&other.time));
     let is_tied = |pair: &[(usize, Seen)]| pair[0].1.time == pair[1].1.time && pair[0].0 != pair[1].0;

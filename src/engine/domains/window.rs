@@ -47,11 +47,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             self.engine.schedule.queue.pop();
             self.engine.clock.now = entry.time;
             if self.owned.has(entry.particle) {
-                self.done += 1;
-                self.latest = entry.time;
+                self.tally.done += 1;
+                self.tally.latest = entry.time;
             }
-            self.done_in_all += 1;
-            if self.done_in_all > LONGEST_WINDOW {
+            self.tally.done_in_all += 1;
+            if self.tally.done_in_all > LONGEST_WINDOW {
                 self.trouble = Some(entry.time);
             }
             let prediction = self.engine.schedule.predictions[entry.particle as usize];
@@ -71,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let is_done = self.engine.execute_transition(particle, time).is_ok();
         let columns = regions.columns(&self.engine, particle);
         if self.owned.has(particle) {
-            self.quiet.push(time);
+            self.tally.quiet.push(time);
             self.moved.push(particle);
             let unknown = regions.readers(columns) & !self.held[particle as usize].known_to;
             if regions.near(columns) & self.bit == 0 || unknown != 0 {
@@ -131,11 +131,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             self.engine.repredict(partner, time);
         }
         if self.owned.has(first) {
-            if self.last.len() == 2 * LAST_EVENTS {
-                self.last.drain(..LAST_EVENTS);
+            if self.tally.last.len() == 2 * LAST_EVENTS {
+                self.tally.last.drain(..LAST_EVENTS);
             }
-            self.last.push(time);
-            self.quiet.clear();
+            self.tally.last.push(time);
+            self.tally.quiet.clear();
         }
         self.note_contact(regions, particle, partner, time);
         if let Some(partner) = partner {
@@ -155,7 +155,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         if !is_counted {
             std::mem::swap(&mut self.engine.counts, &mut self.elsewhere);
         }
-        let (events, time) = (&mut self.events, self.engine.clock.now);
+        let (events, time) = (&mut self.tally.events, self.engine.clock.now);
         let mut see = |event: &Event| {
             events.push(Seen { time, event: *event });
             ControlFlow::Continue(())
@@ -172,7 +172,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     #[cold]
     fn meet_bath(&mut self, regions: &Regions, particle: u32, collision: &Collision, is_observed: bool) {
         self.save(particle);
-        (self.engine.clock.now, self.latest) = (collision.time, collision.time);
+        (self.engine.clock.now, self.tally.latest) = (collision.time, collision.time);
         let _ = self.counting(particle, is_observed, |engine, observe| engine.collide(particle, collision, observe));
         self.engine.repredict(particle, collision.time);
         self.note_contact(regions, particle, None, collision.time);
