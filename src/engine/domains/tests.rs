@@ -348,3 +348,17 @@ fn a_copy_that_has_steps_alone_is_sent_anew_and_is_a_difference_if_it_can_have_b
         assert_eq!(compared.to_publish, [(cut.domains[0].here[whole as usize], 2)]);
     }
 }
+
+#[test]
+fn the_last_events_are_done_at_once_however_few_steps_are_asked_for() {
+    let scene = spheres(Potential::hard_sphere(1.0).unwrap(), 0.45, 4_000).build().unwrap();
+    let until = Until::events(40_000);
+    let mut one = begun::<false, false>(&scene);
+    one.advance(until, &mut None).unwrap();
+    let mut whole = begun::<false, false>(&scene);
+    let mut domains = Domains::with(Team::new(2, 1, None), WIDE);
+    let ends = (0..2_000).any(|_| domains.advance_for(&mut whole, 1, until, &mut None).unwrap().is_some());
+    assert!(ends && domains.work.serial <= 2, "{:?}", domains.work);
+    domains.settle(&mut whole);
+    assert_eq!((whole.snapshot(), whole.counts.executed), (one.snapshot(), 40_000));
+}
