@@ -4,13 +4,11 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use carom::engine::Transport;
+use carom::model::Threads;
 use carom::run::Run;
 
 use super::failure::Failure;
 use super::signals;
-
-/// A system has so many domains at most, one for each process or more.
-const MOST: usize = 64;
 
 /// Joins the processes that `mpiexec` has started together with this one, if there are any.
 #[cfg(feature = "mpi")]
@@ -28,8 +26,8 @@ pub fn join() -> Option<Arc<dyn Transport>> {
 pub fn refuse_others(transport: &dyn Transport) -> Result<(), Failure> {
     let arguments = std::env::args_os().flat_map(|argument| [argument.as_encoded_bytes(), b"\0"].concat());
     let all = transport.share(arguments.collect());
-    if all.len() > MOST {
-        let message = format!("{} processes were started together, expected {MOST} at most", all.len());
+    if all.len() > Threads::MOST {
+        let message = format!("{} processes were started together, expected {} at most", all.len(), Threads::MOST);
         return Err(Failure::bad_input(message, Some("start fewer, and give each --threads")));
     }
     if all.iter().all(|other| *other == all[0]) {

@@ -25,7 +25,6 @@ mod regions;
 mod team;
 mod window;
 mod work;
-mod workers;
 
 use super::event::Event;
 use super::observe::Observe;

@@ -114,6 +114,11 @@ impl Prediction {
         }
     }
 
+    /// The id of the partner, or its number until now, if it is absent.
+    pub fn absent_partner(&self) -> Option<u32> {
+        self.partner.checked_sub(FIRST_ABSENT).filter(|_| self.partner != NO_PARTICLE)
+    }
+
     /// Makes a contact with a surface the event foreseen.
     #[inline]
     pub fn reach(&mut self, surface: u32, time: f64, name: u32) {

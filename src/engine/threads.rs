@@ -5,7 +5,6 @@ use super::observe::Observe;
 use super::parts::Engine;
 use super::{Chosen, EngineError, Reason, Simulation, Transport, Until};
 use crate::model::Threads;
-use crate::model::threads::MOST_THREADS;
 use std::num::NonZero;
 use std::sync::Arc;
 
@@ -28,7 +27,7 @@ impl Simulation {
     pub fn threads(&self) -> usize {
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
         let threads = self.threads.of(self.population().iter().sum::<usize>() / self.processes(), cores);
-        threads.min(MOST_THREADS / self.processes()).max(1)
+        threads.min(Threads::MOST / self.processes()).max(1)
     }
 
     /// Number of processes that simulate it together.
@@ -126,7 +125,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // To begin a thread takes longer than a window of few particles.
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
-        let has_domains = (domains > 1 || transport.is_some()) && processes <= MOST_THREADS;
+        let has_domains = (domains > 1 || transport.is_some()) && processes <= Threads::MOST;
         self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, transport)));
     }
 

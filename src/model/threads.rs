@@ -8,9 +8,6 @@ use serde::{Deserialize, Serialize};
 /// Domains of fewer particles than this on average have been no faster than one engine for all, or hardly so.
 pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
 
-/// The largest number of threads: each has a domain, and sets of domains are bits of a number.
-pub(crate) const MOST_THREADS: usize = 64;
-
 /// How many threads a system is spread over. All results have the same bits for any number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Threads {
@@ -21,6 +18,9 @@ pub enum Threads {
 }
 
 impl Threads {
+    /// The largest number of threads, of all processes together: each has a domain, and sets of domains are bits of a number.
+    pub const MOST: usize = 64;
+
     /// The number of threads for so many particles on a machine of so many cores.
     #[must_use]
     pub fn of(self, particles: usize, cores: usize) -> usize {
@@ -28,7 +28,7 @@ impl Threads {
             Self::Number(number) => number,
             Self::Auto => (particles / PARTICLES_PER_THREAD).min(cores),
         };
-        number.clamp(1, MOST_THREADS)
+        number.clamp(1, Self::MOST)
     }
 }
 
@@ -49,7 +49,7 @@ impl FromStr for Threads {
 
     fn from_str(text: &str) -> Result<Self, String> {
         match text.parse() {
-            Ok(number @ 1..=MOST_THREADS) => Ok(Self::Number(number)),
+            Ok(number @ 1..=Self::MOST) => Ok(Self::Number(number)),
             Err(_) if text == "auto" => Ok(Self::Auto),
             _ => Err("expected a number of threads from 1 to 64, or auto".to_owned()),
         }

@@ -10,9 +10,8 @@ use crate::engine::clock::Moved;
 use crate::engine::columns::Order;
 use crate::engine::columns::records::Record;
 use crate::engine::hardware::pages::enlarge;
-use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::parts::{Counts, Engine};
-use crate::engine::prediction::{Due, FIRST_ABSENT, absent};
+use crate::engine::prediction::{Due, absent};
 use crate::engine::sources::andersen::Collision;
 
 /// A particle as a domain has it.
@@ -54,7 +53,7 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     /// Particles that it owns, and those that another domain has, too.
     pub owned: Marks,
     pub shared: Marks,
-    /// By number in the whole, that here; [`NO_PARTICLE`] for those that are not here.
+    /// By number in the whole, that here; [`NO_PARTICLE`](crate::engine::neighbours::cells::NO_PARTICLE) for those that are not here.
     pub here: Vec<u32>,
     /// Counts of events of others, which are not counted here.
     pub elsewhere: Box<Counts>,
@@ -101,9 +100,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let order = Order { room: most(held.len()) - held.len(), ..Order::of(old, count) };
         let mut engine = whole.part(&order);
         for prediction in &mut engine.schedule.predictions {
-            if let Some(number) = prediction.partner.checked_sub(FIRST_ABSENT)
-                && prediction.partner != NO_PARTICLE
-            {
+            if let Some(number) = prediction.absent_partner() {
                 prediction.partner = absent(whole.state.bodies[number as usize].name);
             }
         }

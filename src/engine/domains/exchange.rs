@@ -7,7 +7,7 @@ use crate::base::numbers::id;
 use crate::engine::columns::records::Record;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::cells::NO_PARTICLE;
-use crate::engine::prediction::{FIRST_ABSENT, absent, id_of};
+use crate::engine::prediction::{absent, id_of};
 use serde::{Deserialize, Serialize};
 
 /// A step of a particle that more than one domain has: what the domains compare.
@@ -196,9 +196,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             let mut record = one.record.clone();
             record.renumber(|number| self.here.get(number as usize).copied().filter(|here| *here != NO_PARTICLE));
             record.number = self.here[one.particle as usize];
-            if let Some(prediction) = record.prediction.as_mut().filter(|it| it.partner >= FIRST_ABSENT)
-                && prediction.partner != NO_PARTICLE
-            {
+            if let Some(prediction) = record.prediction.as_mut().filter(|it| it.absent_partner().is_some()) {
                 prediction.partner = absent(one.partner);
             }
             record

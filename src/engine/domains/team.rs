@@ -1,9 +1,10 @@
 //! The threads that domains run on, of this process and of others that simulate the system together with it.
 
-use super::workers::Workers;
 use crate::base::numbers::trunc_to_u32;
 use crate::engine::transport::Transport;
-use crate::model::threads::MOST_THREADS;
+use crate::model::Threads;
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -13,7 +14,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Threads of this process, and how it talks to others. Each has as many domains, by their numbers one after the other.
 #[derive(Debug, Clone)]
 pub struct Team {
-    workers: Workers,
+    /// Threads that wait for work; none where everything is done in the one that asks.
+    pool: Option<Arc<ThreadPool>>,
     transport: Option<Arc<dyn Transport>>,
     /// Domains of each process.
     share: usize,
@@ -25,8 +27,10 @@ impl Team {
     /// So many domains for each process, 64 of which there may be, as far as there can be as many in all, on so many threads of this one.
     pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
-        let share = domains.clamp(1, (MOST_THREADS / processes).max(1));
-        Self { workers: Workers::new(threads), transport, share, sent: Arc::default() }
+        let share = domains.clamp(1, (Threads::MOST / processes).max(1));
+        // Alone if the system gives no threads.
+        let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build().ok()).flatten();
+        Self { pool: pool.map(Arc::new), transport, share, sent: Arc::default() }
     }
 
     /// Bytes that this process has sent to others.
@@ -62,17 +66,24 @@ impl Team {
 
     /// The threads of this process that so many domains keep busy.
     pub fn busy_threads(&self, domains: usize) -> u32 {
-        trunc_to_u32(self.workers.threads().min(domains).max(1) as f64)
+        let threads = self.pool.as_ref().map_or(1, |pool| pool.current_num_threads());
+        trunc_to_u32(threads.min(domains).max(1) as f64)
     }
 
     /// Does something on one of the threads of this process: what it has the others do begins sooner from there.
     pub fn within<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        self.workers.within(work)
+        match &self.pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
     }
 
     /// Does something with each of some items on the threads of this process, and collects the results in their order.
     pub fn each<I: Send, R: Send>(&self, items: Vec<I>, work: impl Fn(I) -> R + Send + Sync) -> Vec<R> {
-        self.workers.each(items, work)
+        match &self.pool {
+            Some(pool) if items.len() > 1 => pool.install(|| items.into_par_iter().with_max_len(1).map(work).collect()),
+            _ => items.into_iter().map(work).collect(),
+        }
     }
 
     /// All that the processes have, in the order of their domains.

@@ -6,9 +6,9 @@ use serde_json::json;
 
 use super::either::Either;
 use crate::base::whole;
+use crate::model::Threads;
 use crate::model::exchange_plan::MOST_TEMPERATURES;
 use crate::model::space::AXES;
-use crate::model::threads::MOST_THREADS;
 use crate::scene::names::WORDS;
 use crate::scene::parse::plan::{AUTOMATIC, THERMOSTATS};
 use crate::scene::schema::{keys_by_kind, words};
@@ -73,7 +73,7 @@ pub(crate) struct ThermostatFile {
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
 pub(crate) enum ThreadsFile {
-    Number(#[schemars(with = "usize", range(min = 1, max = MOST_THREADS))] f64),
+    Number(#[schemars(with = "usize", range(min = 1, max = Threads::MOST))] f64),
     Word(#[schemars(extend("enum" = AUTOMATIC))] String),
 }
 

@@ -5,7 +5,6 @@ use crate::base::numbers::trunc_to_usize;
 use crate::base::text::shortest;
 use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
-use crate::model::threads::MOST_THREADS;
 use crate::model::{Equilibration, ExchangePlan, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat, Threads};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
@@ -38,7 +37,7 @@ fn parse_threads(file: ThreadsFile, at: ConfigPath) -> Result<Threads, SceneErro
     match file {
         ThreadsFile::Word(word) if AUTOMATIC.contains(&word.as_str()) => Ok(Threads::Auto),
         ThreadsFile::Word(word) => refuse(at, format!("{word:?}"), SO_MANY_THREADS),
-        ThreadsFile::Number(number) if number.fract() == 0.0 && (1.0..=MOST_THREADS as f64).contains(&number) => {
+        ThreadsFile::Number(number) if number.fract() == 0.0 && (1.0..=Threads::MOST as f64).contains(&number) => {
             Ok(Threads::Number(trunc_to_usize(number)))
         }
         ThreadsFile::Number(number) => refuse(at, shortest(number), SO_MANY_THREADS),

@@ -3,7 +3,6 @@
 use crate::Vector;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{Boundary, Space};
-use crate::model::threads::MOST_THREADS;
 use crate::model::{
     Growth, GrowthTarget, Limit, Scene, SceneParts, Species, SpeciesId, StagePlan, Thermostat, ThermostatError, Threads,
 };
@@ -36,7 +35,7 @@ impl SceneParts {
         check_limit(self.run.limit, at.key("until_time"), at.key("until_events"))?;
         check_thermostat(self.run.thermostat.as_ref(), &at.key("thermostat"))?;
         if let Threads::Number(number) = self.run.threads
-            && !(1..=MOST_THREADS).contains(&number)
+            && !(1..=Threads::MOST).contains(&number)
         {
             return refuse(at.key("threads"), number, SO_MANY_THREADS);
         }
