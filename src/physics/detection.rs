@@ -16,10 +16,12 @@
 //! | [`inertial`] | no relative acceleration | Algorithms 2 and 3 |
 //! | [`accelerated`] | constant relative acceleration | Algorithms 4, 5 and 6 |
 //! | [`plane`] | a particle and a flat wall, or the side of a cell | the rule in one dimension |
+//! | [`feature`] | a particle and a point, line or face of a surface, with its ends | Algorithms 2 to 6 on the motion across it |
 //! | `never` | proofs that there is no event in all the time to come | |
 //! | [`roots`] | | bracketed roots of polynomials |
 
 pub mod accelerated;
+pub mod feature;
 pub mod inertial;
 pub(crate) mod lanes;
 pub(crate) mod never;

@@ -6,6 +6,7 @@
 //! future. Only turning points in the future are ever solved for: what the derivative does just after now is read from its
 //! coefficients, so a contact that has just been left is never taken for one that is about to be made.
 
+use super::feature::Stretch;
 use super::roots::{bracketed, grow, sign_changes_of_cubic};
 use crate::physics::overlap::{Quartic, Side};
 
@@ -35,6 +36,33 @@ pub fn next_event(f: &Quartic, side: Side) -> Option<f64> {
         return Some(from);
     }
     find_last_root(f, from)
+}
+
+/// The stretches of time in which `f+` is not positive and falls, up to two: the paper's two regions of interaction.
+#[must_use]
+pub fn falling_stretches(f: &Quartic) -> [Option<Stretch>; 2] {
+    let turns = sign_changes_of_cubic(&f.derivative());
+    let mut found = [None; 2];
+    let mut free = found.iter_mut();
+    let (mut falls, mut from) = (turns.starts_negative, 0.0);
+    for &until in &turns.at[..turns.count] {
+        if falls {
+            let value = |dt: f64| f.value(dt);
+            let begins = match () {
+                () if value(from) <= 0.0 => Some(from),
+                () if value(until) < 0.0 => Some(bracketed(value, from, until)),
+                () => None,
+            };
+            if let Some(from) = begins
+                && let Some(free) = free.next()
+            {
+                *free = Some(Stretch { from, until });
+            }
+        }
+        falls = !falls;
+        from = until;
+    }
+    found
 }
 
 /// Algorithm 6: the one root of `f-` after `from`, where `f-` is positive and falls for ever.
