@@ -164,4 +164,6 @@ pub fn face(height: &Parabola, distance: f64, extents: &[Parabola]) -> Option<f6
 }
 
 #[cfg(test)]
+mod meshes;
+#[cfg(test)]
 mod tests;
