@@ -18,6 +18,7 @@
 //! | [`plane`] | a particle and a flat wall, or the side of a cell | the rule in one dimension |
 //! | [`feature`] | a particle and a point, line or face of a surface, with its ends | Algorithms 2 to 6 on the motion across it |
 //! | `never` | proofs that there is no event in all the time to come | |
+//! | [`stretch`] | when an overlap function asks for an event, and where the feature has to be | |
 //! | [`roots`] | | bracketed roots of polynomials |
 
 pub mod accelerated;
@@ -27,3 +28,4 @@ pub(crate) mod lanes;
 pub(crate) mod never;
 pub mod plane;
 pub mod roots;
+pub mod stretch;

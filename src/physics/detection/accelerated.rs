@@ -6,8 +6,8 @@
 //! future. Only turning points in the future are ever solved for: what the derivative does just after now is read from its
 //! coefficients, so a contact that has just been left is never taken for one that is about to be made.
 
-use super::feature::Stretch;
 use super::roots::{bracketed, grow, sign_changes_of_cubic};
+use super::stretch::Stretch;
 use crate::physics::overlap::{Quartic, Side};
 
 /// Time from now to the next event of a pair with overlap function `f`, seen from `side`, with `a_ij /= 0`.
@@ -18,13 +18,8 @@ pub fn next_event(f: &Quartic, side: Side) -> Option<f64> {
     let mut falls = turns.starts_negative == (side == Side::Positive);
     let mut from = 0.0;
     for &to in &turns.at[..turns.count] {
-        if falls {
-            if value(from) <= 0.0 {
-                return Some(from);
-            }
-            if value(to) < 0.0 {
-                return Some(bracketed(value, from, to));
-            }
+        if falls && let Some(begin) = begin_of_invalid(value, from, to) {
+            return Some(begin);
         }
         falls = !falls;
         from = to;
@@ -38,6 +33,15 @@ pub fn next_event(f: &Quartic, side: Side) -> Option<f64> {
     find_last_root(f, from)
 }
 
+/// The first time between `from` and `to`, where an overlap function falls, at which it is not positive; none if it stays positive.
+#[inline(always)]
+fn begin_of_invalid(value: impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
+    if value(from) <= 0.0 {
+        return Some(from);
+    }
+    (value(to) < 0.0).then(|| bracketed(value, from, to))
+}
+
 /// The stretches of time in which `f+` is not positive and falls, up to two: the paper's two regions of interaction.
 #[must_use]
 pub fn falling_stretches(f: &Quartic) -> [Option<Stretch>; 2] {
@@ -46,18 +50,11 @@ pub fn falling_stretches(f: &Quartic) -> [Option<Stretch>; 2] {
     let mut free = found.iter_mut();
     let (mut falls, mut from) = (turns.starts_negative, 0.0);
     for &until in &turns.at[..turns.count] {
-        if falls {
-            let value = |dt: f64| f.value(dt);
-            let begins = match () {
-                () if value(from) <= 0.0 => Some(from),
-                () if value(until) < 0.0 => Some(bracketed(value, from, until)),
-                () => None,
-            };
-            if let Some(from) = begins
-                && let Some(free) = free.next()
-            {
-                *free = Some(Stretch { from, until });
-            }
+        if falls
+            && let Some(from) = begin_of_invalid(|dt| f.value(dt), from, until)
+            && let Some(free) = free.next()
+        {
+            *free = Some(Stretch { from, until });
         }
         falls = !falls;
         from = until;

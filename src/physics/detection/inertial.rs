@@ -1,5 +1,6 @@
 //! Algorithms 2 and 3: pairs without relative acceleration.
 
+use super::stretch::Stretch;
 use crate::physics::overlap::{Quadratic, Side};
 
 /// Time from now to the next event of a pair with overlap function `f`, seen from `side`.
@@ -27,6 +28,14 @@ pub fn positive(f: &Quadratic) -> Option<f64> {
         return None;
     }
     Some(f.r2 / (discriminant.sqrt() - f.b))
+}
+
+/// The stretch of time in which `f+` is not positive and falls: from Algorithm 2's event to the shortest distance.
+#[must_use]
+pub fn falling_stretch(f: &Quadratic) -> Option<Stretch> {
+    let from = positive(f)?;
+    // The shortest distance of a contact that grazes may be rounded to its beginning.
+    Some(Stretch { from, until: (-f.b / f.v2).max(from.next_up()) })
 }
 
 /// Algorithm 3: the next event on the negative side (Bounce, Release) of a pair with `a_ij = 0`.

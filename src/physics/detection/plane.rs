@@ -1,4 +1,6 @@
-//! A particle and a plane: a flat wall, or the side of a cell.
+//! A particle and a plane: a flat wall, the side of a cell, or a face.
+
+use super::stretch::Stretch;
 
 /// Time from now until the signed distance `h(dt) = height + velocity dt + acceleration/2 dt^2` is `<= 0` and falling.
 ///
@@ -26,6 +28,17 @@ pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> 
         return Some(turning_point); // still below the plane where it starts to fall
     }
     Some((velocity + discriminant.sqrt()) / -acceleration)
+}
+
+/// The stretch of time in which a particle on the upper side, `height` above the plane, is no farther from it than `distance` and falls.
+#[must_use]
+pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: f64) -> Option<Stretch> {
+    let from = next_event(height - distance, velocity, acceleration)?;
+    let until = next_event(height, velocity, acceleration).unwrap_or_else(|| {
+        // It turns before the plane itself.
+        if acceleration > 0.0 { -velocity / acceleration } else { f64::INFINITY }
+    });
+    Some(Stretch { from, until })
 }
 
 #[cfg(test)]

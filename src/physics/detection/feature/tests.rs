@@ -1,6 +1,13 @@
-//! Contacts with triangles feature by feature, against the distance from the whole triangle, followed by conservative advancement.
+//! Contacts with triangles feature by feature, against the distance from the whole triangle, followed by conservative advancement, and balls in closed
+//! meshes: nothing that starts inside is ever outside.
 
-use super::*;
+mod mesh;
+
+use super::face;
+use crate::Vector;
+use crate::physics::detection::stretch::Parabola;
+use crate::physics::motion::RelativeState;
+use mesh::{Mesh, sphere};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
@@ -9,26 +16,17 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
     f64::from(random.next_u32()) / 4_294_967_296.0
 }
 
-/// The distance of a point from a triangle, from the nearest of its closed features, found by clamping.
-fn distance(corners: &[Vector; 3], at: &Vector) -> f64 {
-    let [a, b, c] = *corners;
-    let normal = (b - a).cross(&(c - a)).normalize();
-    let to_segment = |a: Vector, b: Vector| {
-        let along = ((at - a).dot(&(b - a)) / (b - a).norm_squared()).clamp(0.0, 1.0);
-        (at - a - (b - a) * along).norm()
-    };
-    let is_over = [(a, b), (b, c), (c, a)].iter().all(|(p, q)| normal.cross(&(q - p)).dot(&(at - p)) >= 0.0);
-    let edges = to_segment(a, b).min(to_segment(b, c)).min(to_segment(c, a));
-    if is_over { normal.dot(&(at - a)).abs().min(edges) } else { edges }
+fn vector(random: &mut ChaCha8Rng, scale: f64) -> Vector {
+    Vector::from_fn(|_, _| scale * (2.0 * uniform(random) - 1.0))
 }
 
 /// The first time at which the distance is that of contact, by steps that cannot pass it; none before `end`.
-fn by_advancement(corners: &[Vector; 3], state: &RelativeState, g: &Vector, contact: f64, end: f64) -> Option<f64> {
+fn by_advancement(mesh: &Mesh, state: &RelativeState, g: &Vector, contact: f64, end: f64) -> Option<f64> {
     let fastest = state.velocity.norm() + g.norm() * end;
     let mut t = 0.0;
     while t < end {
         let at = state.position + state.velocity * t + g * (0.5 * t * t);
-        let gap = distance(corners, &at) - contact;
+        let gap = mesh.distance(&at) - contact;
         if gap < 1e-11 {
             return Some(t);
         }
@@ -37,29 +35,12 @@ fn by_advancement(corners: &[Vector; 3], state: &RelativeState, g: &Vector, cont
     None
 }
 
-/// The first contact with any of the features of a triangle.
-fn by_features(corners: &[Vector; 3], state: &RelativeState, g: &Vector, contact: f64) -> Option<f64> {
-    let from = |p: &Vector| RelativeState { position: state.position - p, velocity: state.velocity };
-    let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize();
-    let sides = [0, 1, 2].map(|k| {
-        let along = corners[(k + 1) % 3] - corners[k];
-        Parabola::along(&normal.cross(&along).normalize(), &from(&corners[k]), g)
-    });
-    let mut found = vec![face(&Parabola::along(&normal, &from(&corners[0]), g), contact, &sides)];
-    for k in 0..3 {
-        let along = corners[(k + 1) % 3] - corners[k];
-        found.push(segment(&along.normalize(), along.norm(), &from(&corners[k]), g, contact * contact));
-        found.push(point(&from(&corners[k]), g, contact * contact, Side::Positive));
-    }
-    found.into_iter().flatten().reduce(f64::min)
-}
-
 #[test]
 fn a_triangle_is_met_where_its_distance_says_in_straight_flight_and_in_a_fall() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut counts = [0_u32; 2];
     for case in 0..6_000 {
-        let mut vector = |scale: f64| Vector::from_fn(|_, _| scale * (2.0 * uniform(&mut random) - 1.0));
+        let mut vector = |scale: f64| vector(&mut random, scale);
         let mut corners = [vector(1.0), vector(1.0), vector(1.0)];
         if case % 5 == 0 {
             // Slivers.
@@ -71,18 +52,19 @@ fn a_triangle_is_met_where_its_distance_says_in_straight_flight_and_in_a_fall() 
         let duration = 2.0;
         let velocity = (aim - position) / duration - g * (0.5 * duration);
         let state = RelativeState { position, velocity };
+        let mesh = Mesh::new(corners.to_vec(), &[[0, 1, 2]]);
         let contact = 0.05 + 0.4 * uniform(&mut random);
-        if distance(&corners, &position) < contact + 1e-3 {
+        if mesh.distance(&position) < contact + 1e-3 {
             continue;
         }
         let end = 6.0;
-        let expected = by_advancement(&corners, &state, &g, contact, end);
-        let found = by_features(&corners, &state, &g, contact).filter(|t| *t < end);
+        let expected = by_advancement(&mesh, &state, &g, contact, end);
+        let found = mesh.next(&state, &g, contact).map(|(t, _)| t).filter(|t| *t < end);
         match (expected, found) {
             (Some(expected), Some(found)) => {
                 // Advancement stops at a gap of 1e-11, reached at a grazing angle: the square root of it.
                 let at = state.position + velocity * found + g * (0.5 * found * found);
-                assert!((distance(&corners, &at) - contact).abs() < 1e-12, "{case}");
+                assert!((mesh.distance(&at) - contact).abs() < 1e-12, "{case}");
                 assert!((found - expected).abs() < 1e-5, "{case}: {found} {expected}");
                 counts[0] += 1;
             }
@@ -90,7 +72,7 @@ fn a_triangle_is_met_where_its_distance_says_in_straight_flight_and_in_a_fall() 
             // A miss by less than advancement resolves.
             (Some(t), None) => {
                 let at = |t: f64| state.position + velocity * t + g * (0.5 * t * t);
-                let nearest = (0..2_000).map(|k| distance(&corners, &at(t + 1e-8 * f64::from(k)))).fold(9.0, f64::min);
+                let nearest = (0..2_000).map(|k| mesh.distance(&at(t + 1e-8 * f64::from(k)))).fold(9.0, f64::min);
                 assert!(nearest > contact - 1e-12, "{case}: {nearest} {contact}");
             }
             (None, Some(found)) => panic!("{case}: {found} is none"),
@@ -129,4 +111,57 @@ fn two_faces_with_a_common_edge_never_both_miss_a_foot() {
         let met = [first, second].into_iter().flatten().reduce(f64::min);
         assert!(met.is_some_and(|t| (t - 1.0).abs() < 1e-14), "{case}: {first:?} {second:?}");
     }
+}
+
+/// Impacts of a ball in a mesh; the deepest overlap that was seen.
+fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize, random: &mut ChaCha8Rng) -> f64 {
+    let mut ball = RelativeState { position: Vector::zeros(), velocity: vector(random, 1.0) };
+    let mut deepest = 0.0_f64;
+    for impact in 0..impacts {
+        let (t, normal) = mesh.next(&ball, &g, radius).unwrap_or_else(|| panic!("{impact}: escapes"));
+        ball.position += ball.velocity * t + g * (0.5 * t * t);
+        ball.velocity += g * t;
+        deepest = deepest.max(radius - mesh.distance(&ball.position));
+        let vn = normal.dot(&ball.velocity);
+        assert!(vn < 1e-7, "{impact}: it comes, {vn}");
+        ball.velocity -= normal * ((1.0 + restitution) * vn.min(0.0));
+        // What is lost comes back in any direction away from the surface.
+        if ball.velocity.norm() < 0.3 {
+            let push = vector(random, 1.0);
+            ball.velocity += if push.dot(&normal) > 0.0 { push } else { -push };
+        }
+        assert!(mesh.is_inside(&ball.position), "{impact}");
+    }
+    deepest
+}
+
+/// Impacts of each ball, of a mesh and a law.
+fn impacts() -> usize {
+    std::env::var("CAROM_IMPACTS").map_or(300, |impacts| impacts.parse().unwrap())
+}
+
+#[test]
+fn a_ball_in_a_closed_mesh_never_leaves_it() {
+    let mut random = ChaCha8Rng::seed_from_u64(17);
+    let mut deepest = 0.0_f64;
+    for case in 0..30 {
+        let (mut points, triangles) = sphere(1 + case % 2);
+        // Smooth, rough without being convex, and with slivers.
+        let rough = [0.0, 0.2, 0.5][case % 3];
+        points.iter_mut().for_each(|point| *point *= 1.0 - rough * uniform(&mut random));
+        if case % 5 == 0 {
+            for [a, b, _] in triangles.iter().step_by(7) {
+                points[*a] = points[*b] + vector(&mut random, 1.0) * 1e-6;
+            }
+        }
+        let mesh = Mesh::new(points, &triangles);
+        let room = mesh.distance(&Vector::zeros());
+        for (k, restitution) in [1.0, 0.5].into_iter().enumerate() {
+            let radius = room * (0.1 + 0.6 * uniform(&mut random));
+            let g = if (case / 2 + k) % 2 == 0 { Vector::zeros() } else { vector(&mut random, 1.0) };
+            deepest = deepest.max(bounce(&mesh, radius, g, restitution, impacts(), &mut random));
+        }
+    }
+    // Coordinates of 1, streamed and rounded some times.
+    assert!(deepest < 1e-13, "{deepest}");
 }

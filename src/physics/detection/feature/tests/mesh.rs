@@ -1,31 +1,27 @@
-//! A ball in closed meshes, and around them, for many impacts: nothing that starts inside is ever outside.
+//! Triangle meshes by their features: the next contact of a ball with any, and the distance of a place from the nearest.
 
-use super::*;
-use rand_chacha::ChaCha8Rng;
-use rand_core::{Rng, SeedableRng};
+use super::super::{across, face, point, segment};
+use crate::Vector;
+use crate::physics::detection::stretch::Parabola;
+use crate::physics::motion::RelativeState;
+use crate::physics::overlap::Side;
 
-fn uniform(random: &mut ChaCha8Rng) -> f64 {
-    f64::from(random.next_u32()) / 4_294_967_296.0
-}
-
-fn vector(random: &mut ChaCha8Rng) -> Vector {
-    Vector::from_fn(|_, _| 2.0 * uniform(random) - 1.0)
-}
-
+/// A face of a mesh.
 struct Face {
     corners: [Vector; 3],
     normal: Vector,
     inwards: [Vector; 3],
 }
 
-struct Mesh {
+/// A mesh, each feature once.
+pub struct Mesh {
     faces: Vec<Face>,
     edges: Vec<[Vector; 2]>,
     points: Vec<Vector>,
 }
 
 /// An icosahedron whose faces are divided, on a sphere of radius 1.
-fn sphere(divisions: usize) -> (Vec<Vector>, Vec<[usize; 3]>) {
+pub fn sphere(divisions: usize) -> (Vec<Vector>, Vec<[usize; 3]>) {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let mut points = Vec::new();
     for (a, b) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
@@ -61,7 +57,7 @@ fn sphere(divisions: usize) -> (Vec<Vector>, Vec<[usize; 3]>) {
 }
 
 impl Mesh {
-    fn new(points: Vec<Vector>, triangles: &[[usize; 3]]) -> Self {
+    pub fn new(points: Vec<Vector>, triangles: &[[usize; 3]]) -> Self {
         let mut edges = std::collections::BTreeSet::new();
         let faces = triangles.iter().map(|triangle| {
             let corners = triangle.map(|k| points[k]);
@@ -78,7 +74,7 @@ impl Mesh {
     }
 
     /// The first contact, and the unit vector from the feature to the ball there.
-    fn next(&self, ball: &RelativeState, g: &Vector, contact: f64) -> Option<(f64, Vector)> {
+    pub fn next(&self, ball: &RelativeState, g: &Vector, contact: f64) -> Option<(f64, Vector)> {
         let squared = contact * contact;
         let from = |p: &Vector| RelativeState { position: ball.position - p, velocity: ball.velocity };
         let at = |t: f64| ball.position + ball.velocity * t + g * (0.5 * t * t);
@@ -104,7 +100,7 @@ impl Mesh {
     }
 
     /// Distance of a position from the nearest feature.
-    fn distance(&self, at: &Vector) -> f64 {
+    pub fn distance(&self, at: &Vector) -> f64 {
         let on = |face: &&Face| (0..3).all(|k| face.inwards[k].dot(&(at - face.corners[k])) >= 0.0);
         let faces = self.faces.iter().filter(on).map(|face| face.normal.dot(&(at - face.corners[0])).abs());
         let edges = self.edges.iter().map(|[a, b]| {
@@ -115,7 +111,7 @@ impl Mesh {
     }
 
     /// Crossings of a ray, odd inside.
-    fn is_inside(&self, at: &Vector) -> bool {
+    pub fn is_inside(&self, at: &Vector) -> bool {
         let along = Vector::new(0.3, 0.5, 0.81).normalize();
         let crossings = self.faces.iter().filter(|face| {
             let [a, b, c] = face.corners.map(|corner| corner - at);
@@ -125,57 +121,4 @@ impl Mesh {
         });
         crossings.count() % 2 == 1
     }
-}
-
-/// Impacts of a ball in a mesh; the deepest overlap that was seen.
-fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize, random: &mut ChaCha8Rng) -> f64 {
-    let mut ball = RelativeState { position: Vector::zeros(), velocity: vector(random) };
-    let mut deepest = 0.0_f64;
-    for impact in 0..impacts {
-        let (t, normal) = mesh.next(&ball, &g, radius).unwrap_or_else(|| panic!("{impact}: escapes"));
-        ball.position += ball.velocity * t + g * (0.5 * t * t);
-        ball.velocity += g * t;
-        deepest = deepest.max(radius - mesh.distance(&ball.position));
-        let vn = normal.dot(&ball.velocity);
-        assert!(vn < 1e-7, "{impact}: it comes, {vn}");
-        ball.velocity -= normal * ((1.0 + restitution) * vn.min(0.0));
-        // What is lost comes back in any direction away from the surface.
-        if ball.velocity.norm() < 0.3 {
-            let push = vector(random);
-            ball.velocity += if push.dot(&normal) > 0.0 { push } else { -push };
-        }
-        assert!(mesh.is_inside(&ball.position), "{impact}");
-    }
-    deepest
-}
-
-/// Impacts of each ball, of a mesh and a law.
-fn impacts() -> usize {
-    std::env::var("CAROM_IMPACTS").map_or(300, |impacts| impacts.parse().unwrap())
-}
-
-#[test]
-fn a_ball_in_a_closed_mesh_never_leaves_it() {
-    let mut random = ChaCha8Rng::seed_from_u64(17);
-    let mut deepest = 0.0_f64;
-    for case in 0..30 {
-        let (mut points, triangles) = sphere(1 + case % 2);
-        // Smooth, rough without being convex, and with slivers.
-        let rough = [0.0, 0.2, 0.5][case % 3];
-        points.iter_mut().for_each(|point| *point *= 1.0 - rough * uniform(&mut random));
-        if case % 5 == 0 {
-            for [a, b, _] in triangles.iter().step_by(7) {
-                points[*a] = points[*b] + vector(&mut random) * 1e-6;
-            }
-        }
-        let mesh = Mesh::new(points, &triangles);
-        let room = mesh.distance(&Vector::zeros());
-        for (k, restitution) in [1.0, 0.5].into_iter().enumerate() {
-            let radius = room * (0.1 + 0.6 * uniform(&mut random));
-            let g = if (case / 2 + k) % 2 == 0 { Vector::zeros() } else { vector(&mut random) };
-            deepest = deepest.max(bounce(&mesh, radius, g, restitution, impacts(), &mut random));
-        }
-    }
-    // Coordinates of 1, streamed and rounded some times.
-    assert!(deepest < 1e-13, "{deepest}");
 }
