@@ -165,6 +165,7 @@ pub mod check;
 pub mod engine;
 pub mod exchange;
 pub mod io;
+pub mod mesh;
 pub mod model;
 pub mod physics;
 pub(crate) mod prepare;

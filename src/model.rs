@@ -17,8 +17,10 @@ pub mod scene;
 pub mod space;
 pub mod species_pairs;
 pub mod static_surface;
+pub mod surface;
 pub mod thermostat;
 pub mod threads;
+pub mod triangle_mesh;
 
 pub use error::PotentialError;
 pub use exchange_plan::ExchangePlan;
@@ -33,5 +35,7 @@ pub use scene::{Bond, Interaction, InteractionId, Particle, ParticleId, Scene, S
 pub use space::Space;
 pub use species_pairs::SpeciesPairs;
 pub use static_surface::StaticSurface;
+pub use surface::{SceneSurface, SurfaceLaw, SurfaceShape};
 pub use thermostat::{Thermostat, ThermostatError};
 pub use threads::Threads;
+pub use triangle_mesh::TriangleMesh;

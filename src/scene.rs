@@ -41,7 +41,8 @@ pub use diagnostic::{SceneError, SceneErrorKind};
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
 pub use unvalidated::{
-    Amount, Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, SpeciesDraft, Surface, SurfaceFill,
+    Amount, Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, SpeciesDraft, Surface, SurfaceDraft,
+    SurfaceFill,
 };
 
 use crate::model::Scene;

@@ -6,13 +6,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From the bottom up: each uses only those before it.
-const LAYERS: [&str; 15] = [
+const LAYERS: [&str; 16] = [
     "base",
     "physics",
     "model",
     "engine",
     "analysis",
     "trajectory",
+    "mesh",
     "prepare",
     "scene",
     "run",

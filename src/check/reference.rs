@@ -54,6 +54,9 @@ pub enum Unsupported {
     /// A wall has a temperature.
     #[error("the reference engine has no thermal walls")]
     ThermalWalls,
+    /// It has surfaces besides the walls of its box.
+    #[error("the reference engine has no surfaces but the walls of the box")]
+    Surfaces,
     /// A stage or the measured stretch has a thermostat or a growth.
     #[error("the reference engine has no thermostats and no growth")]
     DrivenStages,
@@ -93,6 +96,7 @@ impl Reference {
         for (is_asked, unsupported) in [
             (scene.shear_rate.is_some(), Unsupported::Shear),
             (scene.has_thermal_walls(), Unsupported::ThermalWalls),
+            (!scene.surfaces.is_empty(), Unsupported::Surfaces),
             (scene.run.is_driven(), Unsupported::DrivenStages),
         ] {
             if is_asked {

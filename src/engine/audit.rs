@@ -249,14 +249,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (position, _) = self.state_at(particle, self.clock.now);
         let radius = self.pairs.rules.species[usize::from(self.row(particle))].radius;
         let unit = unit_of_surface(radius);
-        for surface in &self.sources.surfaces {
+        let row = self.row(particle);
+        self.sources.surfaces.for_each_near(&position, radius, row, |_, surface| {
             let depth = -surface.shape.gap(&position, radius);
             if depth > 0.0 {
                 let round_off = self.round_off_of_surface(particle, &surface.shape, self.flown(particle));
                 let particle = self.name(particle);
                 found(Overlap { particle, partner: None, depth: depth / unit, round_off: round_off / unit });
             }
-        }
+        });
     }
 }
 

@@ -9,7 +9,7 @@ use super::predict::Streamed;
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::candidates::Candidates;
-use crate::engine::surfaces::Surface;
+use crate::engine::surfaces::{Placed, Surface};
 use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
@@ -107,7 +107,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let flight = self.flight(me);
         let mut doubt = self.doubt(&[me.id]);
         doubt.position += Doubt::of(flight.radius, 0.0).position;
-        self.sources.surfaces.iter().any(|surface| !surface.shape.is_never_met(&flight, doubt))
+        let mut may_meet = false;
+        let mut look = |_: u32, surface: &Placed| may_meet |= !surface.shape.is_never_met(&flight, doubt);
+        self.sources.surfaces.for_each_unlimited(self.row(me.id), &mut look);
+        let is_periodic = self.state.periods.iter().any(|period| period.is_finite());
+        if is_periodic && self.sources.surfaces.has_features() {
+            // They have images without end.
+            return true;
+        }
+        self.sources.surfaces.for_each_feature(&flight.swept(f64::INFINITY), self.row(me.id), look);
+        may_meet
     }
 
     /// Whether it is shown that a pair recedes for ever along the axes that are not periodic, or misses there, or does not move relative to

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Contact {
     /// A discontinuity of its potential with the partner.
     Pair(Side),
-    /// A surface, whose number stands in place of the partner's events.
+    /// A surface, whose index stands in place of the partner's events.
     Surface,
 }
 
@@ -27,7 +27,7 @@ pub(super) struct Prediction {
     pub transition_time: f64,
     /// The partner of a pair contact.
     pub partner: u32,
-    /// The partner's number of events when this was predicted; the number of a surface.
+    /// The partner's number of events when this was predicted; the index of a surface.
     pub partner_events: u32,
     /// Decides between simultaneous contacts: pairs before surfaces, then the lower id of the pair or particle, then whether it is the other's prediction.
     pub tie_order: u32,

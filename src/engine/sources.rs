@@ -23,7 +23,7 @@ use super::observe::Observe;
 use super::pairs::rows::Rows;
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
-use super::surfaces::{self, Placed};
+use super::surfaces::Surfaces;
 use super::{Invariant, InvariantBroken};
 use crate::model::Scene;
 use andersen::Andersen;
@@ -38,7 +38,7 @@ const PER_STEP: u64 = 16;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Sources {
     /// Surfaces that particles meet.
-    pub surfaces: Vec<Placed>,
+    pub surfaces: Surfaces,
     /// The walls as the pressure sees them; none where there are none.
     pub confinement: Option<Confinement>,
     /// Random numbers of the surfaces, if some are thermal.
@@ -67,7 +67,7 @@ pub(super) enum Repredict {
 impl Sources {
     /// Sources of a scene at its start; heat baths come with stages of a run.
     pub fn of(scene: &Scene, rows: &Rows) -> Self {
-        let surfaces = surfaces::of(scene);
+        let surfaces = Surfaces::of(scene, rows.species());
         Self {
             confinement: Confinement::of(scene, rows),
             surface_random: SurfaceRandom::of(scene, &surfaces),

@@ -14,6 +14,8 @@ pub enum Influence {
     SlidingContacts,
     /// Walls that give new velocities, in all directions.
     ThermalWalls,
+    /// Surfaces that are no walls of the box, in all directions.
+    Surfaces,
     /// Acceleration, along its own axes.
     Gravity,
     /// Static particles that some of those that move meet or are bonded to.
@@ -44,6 +46,7 @@ impl Scene {
             (Influence::Walls, is_walled),
             (Influence::SlidingContacts, is_slid),
             (Influence::ThermalWalls, [self.has_thermal_walls(); 3]),
+            (Influence::Surfaces, [!self.surfaces.is_empty(); 3]),
             (Influence::Gravity, std::array::from_fn(|k| self.accelerations().any(|a| a[k] != 0.0))),
             (Influence::StaticParticles, [self.meets_static_particles(); 3]),
             (Influence::AndersenCollisions, redrawn),
@@ -106,7 +109,8 @@ impl Scene {
 
     /// Whether a contact that is possible loses energy.
     fn loses_energy(&self) -> bool {
-        let loses_at_walls = self.space.boundary.iter().flat_map(Boundary::restitutions).flatten().any(|e| e < 1.0);
+        let loses_at_walls = self.space.boundary.iter().flat_map(Boundary::restitutions).flatten().any(|e| e < 1.0)
+            || self.surfaces.iter().any(|surface| surface.law.dissipates());
         let mut is_there = vec![false; self.species.len()];
         self.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
         let moves = |species: usize| is_there[species] && !self.species[species].is_static();

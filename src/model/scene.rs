@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::predecessor::LastState;
 use super::{
-    AuditPlan, ExchangePlan, InputFile, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan, Space,
-    SpeciesPairs, StaticSurface,
+    AuditPlan, ExchangePlan, InputFile, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan, SceneSurface,
+    Space, SpeciesPairs, StaticSurface,
 };
 use crate::Vector;
 
@@ -158,6 +158,8 @@ scene! {
     particles: Vec<Particle> => lent &[Particle],
     /// The surfaces among the particles.
     static_surfaces: Vec<StaticSurface> => lent &[StaticSurface],
+    /// Surfaces that particles meet, besides the walls of the box.
+    surfaces: Vec<SceneSurface> => lent &[SceneSurface],
     /// For each axis, temperature of its lower and its upper wall `[energy]`; `None` where it reflects, and where there is no wall.
     wall_temperatures: [[Option<f64>; 2]; 3] => copy [[Option<f64>; 2]; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
@@ -219,10 +221,11 @@ impl Scene {
         self.run.is_driven() || self.shear_rate.is_some() || self.has_thermal_walls()
     }
 
-    /// Whether some wall has a temperature.
+    /// Whether some wall or other surface has a temperature.
     #[must_use]
     pub fn has_thermal_walls(&self) -> bool {
         self.wall_temperatures.iter().flatten().any(Option::is_some)
+            || self.surfaces.iter().any(|surface| surface.law.temperature().is_some())
     }
 
     /// The fraction of the box that the particles fill.

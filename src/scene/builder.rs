@@ -10,8 +10,8 @@ use crate::model::{AuditPlan, ExchangePlan, MeasurementPlan, OutputPlan, Particl
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::unvalidated::{
-    Amount, Arrangement, Chain, Fill, Group, InteractionDraft, Listed, LocatedGroup, Model, SpeciesDraft, SurfaceFill,
-    UnvalidatedBond, UnvalidatedStart,
+    Amount, Arrangement, Chain, Fill, Group, InteractionDraft, Listed, LocatedGroup, Model, SpeciesDraft, SurfaceDraft,
+    SurfaceFill, UnvalidatedBond, UnvalidatedStart,
 };
 
 /// Builder of a scene: collects its parts; [`SceneBuilder::build`] checks them and places the particles.
@@ -49,6 +49,9 @@ pub struct SceneBuilder {
     /// The first group whose ids were asked for and are not known.
     pub(crate) unnumbered: Option<ConfigPath>,
     pub(crate) bonds: Vec<UnvalidatedBond>,
+    /// Surfaces besides those of the parts, and whether the scene says which there are.
+    pub(crate) surfaces: Vec<SurfaceDraft>,
+    pub(crate) has_surfaces: bool,
     /// The run that it starts from, in place of groups.
     pub(crate) start: Option<UnvalidatedStart>,
     pub(crate) origins: Origins,
@@ -81,6 +84,8 @@ impl SceneBuilder {
             next_id: Some(0),
             unnumbered: None,
             bonds: Vec::new(),
+            surfaces: Vec::new(),
+            has_surfaces: false,
             start: None,
             origins: Origins::default(),
         }
@@ -181,6 +186,18 @@ impl SceneBuilder {
     /// Inserts an interaction of two species, of bonds, or of both.
     pub fn insert_interaction(&mut self, interaction: InteractionDraft) {
         self.interactions.push(interaction);
+    }
+
+    /// A surface that particles meet.
+    pub fn surface(mut self, surface: SurfaceDraft) -> Self {
+        self.insert_surface(surface);
+        self
+    }
+
+    /// Inserts a surface that particles meet.
+    pub fn insert_surface(&mut self, surface: SurfaceDraft) {
+        self.has_surfaces = true;
+        self.surfaces.push(surface);
     }
 
     /// One particle.

@@ -52,6 +52,16 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
             return Err(refused(distributed, what, &at.key("species")));
         }
     }
+    for surface in &mut scene.surfaces {
+        let names = std::mem::take(&mut surface.species);
+        surface.species = names
+            .into_iter()
+            .flat_map(|name| match named(distributed, &name) {
+                Some(of) => (0..of.classes.len()).map(|class| of.class(class)).collect(),
+                None => vec![name],
+            })
+            .collect();
+    }
     for measured in measure::named(&scene.parts.measure) {
         if let Some(distributed) = measured.species.and_then(|name| named(distributed, name)) {
             return Err(refused(distributed, "one species is measured", &measured.at.key("species")));

@@ -6,12 +6,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::Vector;
+use crate::base::numbers::id as id_of;
 use crate::engine::Simulation;
 use crate::model::predecessor::LastState;
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{
-    Bond, InputFile, Interaction, InteractionId, Particle, Potential, Predecessor, Scene, Species, SpeciesId,
-    StaticSurface,
+    Bond, InputFile, Interaction, InteractionId, Particle, Potential, Predecessor, Scene, SceneSurface, Species,
+    SpeciesId, StaticSurface,
 };
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::expand_families;
@@ -113,7 +114,7 @@ impl SceneBuilder {
         let groups = Groups {
             particles: wrapped,
             bonds: bonds.iter().map(|bond| (*bond, at_start())).collect(),
-            static_surfaces: surfaces(run, &particles, &species)?,
+            static_surfaces: static_surfaces(run, &particles, &species)?,
             starts: vec![(0, at_start())],
         };
         // Pairs that are captured across a side that opens are far apart, and pairs across one that becomes periodic may be near.
@@ -126,7 +127,11 @@ impl SceneBuilder {
             interactions.check_complete(&groups.counts(species.len()))?;
         }
         let is_as_it_was = is_kept.iter().all(|kept| *kept) && has_same_walls(run, &species, &space);
-        let start = Configuration { groups, interactions, space, displacement: self.parts.displacement };
+        let surfaces =
+            if self.has_surfaces { self.checked_surfaces(&species, &space)? } else { surfaces_of(run, &species) };
+        let is_as_it_was = is_as_it_was && surfaces == run.surfaces;
+        let displacement = self.parts.displacement;
+        let start = Configuration { groups, interactions, space, displacement, surfaces };
         self.check_plan(&start)?;
         // No place is worse than in the run otherwise.
         if !is_as_it_was {
@@ -146,8 +151,23 @@ impl SceneBuilder {
     }
 }
 
+/// The surfaces of a run, for the species that have the same names here.
+fn surfaces_of(run: &Scene, species: &[Species]) -> Vec<SceneSurface> {
+    let here = |id: &SpeciesId| {
+        let there = run.species.get(id.0 as usize)?;
+        species.iter().position(|species| species.name == there.name).map(|index| SpeciesId(id_of(index)))
+    };
+    let meets_some =
+        |surface: &&SceneSurface| surface.species.is_empty() || surface.species.iter().any(|id| here(id).is_some());
+    let of_here = |surface: &SceneSurface| SceneSurface {
+        species: surface.species.iter().filter_map(here).collect(),
+        ..surface.clone()
+    };
+    run.surfaces.iter().filter(meets_some).map(of_here).collect()
+}
+
 /// The surfaces of a run, with the species that their spheres have here.
-fn surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> Result<Vec<StaticSurface>, SceneError> {
+fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> Result<Vec<StaticSurface>, SceneError> {
     let mut surfaces = run.static_surfaces.clone();
     for surface in &mut surfaces {
         let Some(sphere) = particles.get(surface.particles.start as usize) else { continue };
@@ -284,6 +304,7 @@ fn differences(scene: &Scene, run: &Scene) -> Vec<&'static str> {
     let differences = [
         ("the sides of the box", scene.space != run.space),
         ("the temperatures of the walls", scene.wall_temperatures != run.wall_temperatures),
+        ("surfaces", scene.surfaces != run.surfaces),
         ("the shear rate", scene.shear_rate != run.shear_rate),
         ("species or their accelerations", scene.species != run.species),
         (

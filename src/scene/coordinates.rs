@@ -147,7 +147,12 @@ fn add_bonds(
 }
 
 /// Path and checksum of a file, which must have the checksum that the scene has for it.
-fn unchanged(path: &Path, text: &[u8], expected: Option<&str>, at: &ConfigPath) -> Result<InputFile, SceneError> {
+pub(super) fn unchanged(
+    path: &Path,
+    text: &[u8],
+    expected: Option<&str>,
+    at: &ConfigPath,
+) -> Result<InputFile, SceneError> {
     let input = InputFile::new(path, text);
     let Some(expected) = expected.filter(|expected| *expected != input.checksum) else { return Ok(input) };
     let kind = if is_checksum(expected) {

@@ -71,8 +71,8 @@ pub enum SceneErrorKind {
     #[error("particle {particle} reaches {depth} through the {side} wall of {axis}")]
     InWall { particle: u32, axis: char, side: &'static str, depth: f64 },
     /// A particle that reaches through a surface that is no wall of the box.
-    #[error("particle {particle} reaches {depth} through surface {surface}")]
-    InSurface { particle: u32, surface: u32, depth: f64 },
+    #[error("particle {particle} reaches {depth} through surface `{surface}`")]
+    InSurface { particle: u32, surface: String, depth: f64 },
     /// A bond to a particle that does not exist.
     #[error("there is no particle {id}, expected an id below {particles}")]
     NoParticle { id: u32, particles: usize },
@@ -105,6 +105,9 @@ pub enum SceneErrorKind {
     /// A coordinate file that cannot be understood.
     #[error("{}, line {line}: {problem}", path.display())]
     Coordinates { path: PathBuf, line: usize, problem: String },
+    /// A mesh file that cannot be understood.
+    #[error("{}: {problem}", path.display())]
+    Mesh { path: PathBuf, problem: String },
     /// A coordinate file whose content is not the one that the scene was meant for.
     #[error("{} is not the file that it was: its checksum is {found}, expected {expected}", path.display())]
     InputChanged { path: PathBuf, found: String, expected: String },

@@ -10,6 +10,7 @@ mod interaction;
 mod measure;
 mod particles;
 mod space;
+mod surface;
 
 pub(crate) use diameter::{DiameterFile, DistributionFile};
 pub(crate) use drive::{ExchangeFile, GrowthFile, StageFile, ThermostatFile, ThreadsFile};
@@ -17,6 +18,7 @@ pub(crate) use interaction::InteractionFile;
 pub(crate) use measure::MeasureFile;
 pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshFile, ParticleFile, RegionFile};
 pub(crate) use space::{AxisFile, SideFile, SidesFile, SpaceFile};
+pub(crate) use surface::SurfaceFile;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -70,6 +72,8 @@ pub(crate) struct SceneFile {
     pub fill: Vec<FillFile>,
     /// Surfaces made of static particles.
     pub mesh: Vec<MeshFile>,
+    /// Surfaces that particles meet, besides the walls of the box; with `start`, those of that run if not given.
+    pub surface: Option<Vec<SurfaceFile>>,
     /// Single bonds.
     pub bond: Vec<BondFile>,
     /// When the audit of a run fails, in place of the limits that follow from round-off.

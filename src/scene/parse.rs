@@ -6,6 +6,7 @@ pub(crate) mod particles;
 pub(crate) mod plan;
 pub(crate) mod space;
 mod start;
+pub(crate) mod surface;
 
 use std::path::Path;
 
@@ -144,6 +145,12 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     }
     for (index, surface) in file.mesh.into_iter().enumerate() {
         scene.push("mesh", Group::Surface(particles::parse_surface(surface, &ConfigPath::entry("mesh", index))?));
+    }
+    scene.has_surfaces = file.surface.is_some();
+    for (index, surface) in file.surface.into_iter().flatten().enumerate() {
+        let (surface, input) = surface::parse_surface(surface, index, directory)?;
+        scene.surfaces.push(surface);
+        scene.parts.inputs.extend(input);
     }
     for (index, bond) in file.bond.into_iter().enumerate() {
         let at = ConfigPath::entry("bond", index);

@@ -6,11 +6,13 @@ pub(crate) mod measure;
 mod parts;
 pub(crate) mod plan;
 pub(crate) mod start;
+mod surfaces;
 
 use crate::Vector;
-use crate::engine::surfaces;
+use crate::base::numbers::id;
+use crate::engine::surfaces::Surfaces;
 use crate::model::space::{Boundary, Space, displacement_within_period};
-use crate::model::{AuditPlan, CountRegion, Scene, SceneParts, Species};
+use crate::model::{AuditPlan, CountRegion, Scene, SceneParts, Species, SpeciesId};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -51,7 +53,8 @@ impl SceneBuilder {
         } else {
             displacement_within_period(self.parts.displacement, space.size.x)
         };
-        let start = Configuration { groups, interactions, space, displacement };
+        let surfaces = self.checked_surfaces(&species, &space)?;
+        let start = Configuration { groups, interactions, space, displacement, surfaces };
         self.check_plan(&start)?;
         self.check_places(&start)?;
         let drawn = start.groups.drawn(self);
@@ -75,8 +78,10 @@ impl SceneBuilder {
         if self.parts.allow_invalid_start {
             return Ok(());
         }
-        let surfaces = surfaces::of_parts(&start.space, &self.parts.wall_temperatures);
-        start::check_surfaces(&start.groups, start.interactions.species, &surfaces)?;
+        let species = start.interactions.species;
+        let ids: Vec<SpeciesId> = (0..species.len()).map(|index| SpeciesId(id(index))).collect();
+        let surfaces = Surfaces::of_parts(&start.space, &self.parts.wall_temperatures, &start.surfaces, &ids);
+        start::check_surfaces(&start.groups, species, &surfaces)?;
         start::check_bonds(start)?;
         start::check_overlaps(start)
     }
@@ -92,7 +97,7 @@ impl SceneBuilder {
 
     /// The scene of parts that have been checked.
     pub(super) fn assembled(&self, start: Configuration<'_>) -> Scene {
-        let Configuration { groups, interactions, space, displacement } = start;
+        let Configuration { groups, interactions, space, displacement, surfaces } = start;
         let species = interactions.species.to_vec();
         let (interactions, table) = interactions.finish();
         Scene::of_parts(SceneParts {
@@ -102,6 +107,7 @@ impl SceneBuilder {
             bonds: groups.bonds.into_iter().map(|(bond, _)| bond).collect(),
             particles: groups.particles,
             static_surfaces: groups.static_surfaces,
+            surfaces,
             wall_temperatures: space.of_walls(self.parts.wall_temperatures),
             space,
             displacement,

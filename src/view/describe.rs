@@ -284,6 +284,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
         .iter()
         .filter_map(|(influence, changed)| match influence {
             Influence::Walls => Some(format!("walls along {}", axes(changed))),
+            Influence::Surfaces => Some("surfaces".to_owned()),
             Influence::ThermalWalls => Some("thermal walls".to_owned()),
             Influence::SlidingContacts => Some(format!("sliding contacts along {}", axes(changed))),
             Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),

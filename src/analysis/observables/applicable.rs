@@ -74,8 +74,9 @@ impl ApplicableObservables {
         // Only heights and regions need those of each particle.
         let listed = if up.is_none() && scene.output.regions.is_empty() { 0..0 } else { all.clone() };
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
+        let has_surfaces = !scene.surfaces.is_empty();
         let has_walls = (0..3).any(|axis| scene.space.walls(axis) > 0);
-        let is_alone = !is_accelerated && !has_walls && moving == scene.particles.len();
+        let is_alone = !is_accelerated && !has_walls && !has_surfaces && moving == scene.particles.len();
         let has_temperature = !is_accelerated && moving >= 2;
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
         let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
@@ -85,7 +86,8 @@ impl ApplicableObservables {
             .filter(|&index| is_moving(index))
             .map(|index| scene.space.accessible_volume(species_of(index).diameter));
         let has_room = reached.all(|volume| volume > 0.0);
-        let is_confined = has_walls && scene.space.is_closed() && has_temperature && !has_static && has_room;
+        let is_confined =
+            has_walls && scene.space.is_closed() && has_temperature && !has_static && !has_surfaces && has_room;
         let walled_axes = std::array::from_fn(|axis| is_confined && scene.space.walls(axis) == 2);
         let mut applicable = Self {
             moving,
@@ -97,7 +99,7 @@ impl ApplicableObservables {
             conserves_temperature: false,
             has_pressure: (is_homogeneous || is_confined) && scene.shear_rate.is_none(),
             walled_axes,
-            pressed_walls: if moving >= 2 && !has_static && has_room {
+            pressed_walls: if moving >= 2 && !has_static && !has_surfaces && has_room {
                 walls::pressed(&scene.space)
             } else {
                 [[false; 2]; 3]

@@ -71,8 +71,8 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     let me = engine.streamed(i, time);
     match prediction.contact {
         Contact::Surface => {
-            let number = prediction.partner_events;
-            let shape = engine.sources.surfaces.iter().find(|surface| surface.number == number)?.shape;
+            let placed = *engine.sources.surfaces.get(prediction.partner_events)?;
+            let (number, shape) = (placed.number, placed.shape);
             let unit = unit_of_surface(engine.pairs.rules.species[usize::from(engine.row(i))].radius);
             let speed = shape.normal(&me.position).dot(&me.velocity).abs();
             Some(Passing {

@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::engine::event::{CountedKind, Event, EventKind, Other, Outcome};
 use crate::engine::observe::{Observe, show};
 use crate::engine::parts::Engine;
-use crate::engine::surfaces::{Placed, Surface};
+use crate::engine::surfaces::Surface;
 use std::ops::ControlFlow;
 
 /// Where the momentum of a particle comes from.
@@ -12,8 +12,8 @@ use std::ops::ControlFlow;
 pub(in crate::engine) enum With {
     /// Another particle, which takes the opposite.
     Particle(u32),
-    /// A surface.
-    Surface(Placed),
+    /// A surface, by index.
+    Surface(u32),
     /// A heat bath.
     Bath,
     /// The program: velocities are set or scaled.
@@ -108,8 +108,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let first = position(change.particle);
         let (other, positions, after) = match change.other {
             With::Particle(partner) => (Other::Particle(self.name(partner)), [first, position(partner)], change.after),
-            With::Surface(Placed { number, .. }) => {
-                (Other::Surface { surface: number, feature: 0 }, [first, Vector::zeros()], change.after)
+            With::Surface(index) => {
+                let named = self.sources.surfaces.get(index).map(|placed| (placed.number, placed.feature));
+                let (surface, feature) = named.unwrap_or_default();
+                (Other::Surface { surface, feature }, [first, Vector::zeros()], change.after)
             }
             With::Bath | With::Program => (Other::Bath, [first, Vector::zeros()], change.after),
         };
@@ -179,8 +181,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Adds what a wall of the box has given to a particle to its sums.
-    fn note_wall(&mut self, change: &Change, surface: Placed) {
-        let Some((axis, is_upper)) = surface.shape.side() else { return };
+    fn note_wall(&mut self, change: &Change, surface: u32) {
+        let side = self.sources.surfaces.get(surface).and_then(|placed| placed.shape.side());
+        let Some((axis, is_upper)) = side else { return };
         self.note_push(change.particle, usize::from(axis), is_upper, change.impulse.dot(&change.line));
         let gained = change.supplied - change.dissipated;
         if gained != 0.0 {

@@ -69,13 +69,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// The normal speed with which a particle leaves a surface that reflects, and the factor of its tangential velocity. `vn` is the speed along the
-    /// `normal` before, which points away from the surface.
+    /// normal before, which points away from the surface, `closing` the acceleration that brings it back.
     #[inline]
     pub(in crate::engine) fn leave_surface(
         &mut self,
         i: u32,
-        normal: &Vector,
         vn: f64,
+        closing: f64,
         restitution: f64,
         time: f64,
     ) -> Leaving {
@@ -83,7 +83,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Leaving { speed: if vn < 0.0 { -restitution * vn } else { vn }, tangential_scale: 1.0 };
         }
         let velocity = self.state.bodies[i as usize].velocity;
-        let closing = -normal.dot(&self.acceleration(i));
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
         let leaving = self.tc_model(&[i], restitution, Arrival { speed: arriving, tangential, closing }, time);

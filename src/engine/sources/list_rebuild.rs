@@ -68,7 +68,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             // The bound came true without the particle having gone far.
             let gone = (me.position - verlet.centres[particle as usize]).norm_squared();
             if gone < 0.25 * verlet.half_skin * verlet.half_skin {
-                self.schedule.predictions[particle as usize].transition_time = self.leaves_skin(&me, verlet);
+                let mut prediction = self.schedule.predictions[particle as usize];
+                prediction.transition_time = self.leaves_skin(&me, verlet);
+                if self.sources.surfaces.has_features() {
+                    self.predict_features(&me, &mut prediction);
+                }
+                self.schedule.predictions[particle as usize] = prediction;
                 self.enqueue(particle);
                 return Ok(());
             }
@@ -87,6 +92,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut prediction = self.schedule.predictions[particle as usize];
         prediction.transition_time = self.leaves_skin(&me, verlet);
         self.predict_listed(&me, verlet, verlet.lists.newcomers(), &mut prediction);
+        if self.sources.surfaces.has_features() {
+            self.predict_features(&me, &mut prediction);
+        }
         self.schedule.predictions[particle as usize] = prediction;
         self.enqueue(particle);
         Ok(())

@@ -8,7 +8,7 @@ use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
 use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
-use crate::engine::surfaces::{Flight, Law, Placed, Surface};
+use crate::engine::surfaces::{Flight, Law, Placed, Shape, Surface, Surfaces};
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::Scene;
 use crate::model::random::{Purpose, Random};
@@ -30,9 +30,9 @@ pub(in crate::engine) struct SurfaceRandom {
 
 impl SurfaceRandom {
     /// Random numbers of the surfaces of a scene, if some are thermal.
-    pub fn of(scene: &Scene, surfaces: &[Placed]) -> Option<Self> {
+    pub fn of(scene: &Scene, surfaces: &Surfaces) -> Option<Self> {
         let is_thermal = |surface: &Placed| matches!(surface.law, Law::Thermal { .. });
-        surfaces.iter().any(is_thermal).then(|| Self {
+        surfaces.all().iter().any(is_thermal).then(|| Self {
             stream: Random::new(scene.seed, Purpose::Thermostat, STAGE + scene.first_stream()),
             contacts: vec![0; scene.particles.len()],
         })
@@ -48,7 +48,8 @@ impl SurfaceRandom {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts contacts with surfaces, but for those that `is_near` leaves out.
+    /// Predicts contacts with surfaces: of those without a limited extent, but for those that `is_near` leaves out, and of features that come before
+    /// what is foreseen.
     #[inline]
     pub(in crate::engine) fn predict_surfaces(
         &self,
@@ -57,12 +58,37 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         let flight = self.flight(me);
-        for surface in self.sources.surfaces.iter().filter(|surface| is_near(surface, flight.radius)) {
-            if let Some(dt) = surface.shape.next_contact(&flight)
-                && me.time + dt < prediction.contact_time
-            {
-                prediction.reach(surface.number, me.time + dt, self.state.bodies[me.id as usize].name);
+        self.sources.surfaces.for_each_unlimited(self.row(me.id), |index, surface| {
+            if is_near(surface, flight.radius) {
+                self.predict_surface(me, &flight, (index, surface), prediction);
             }
+        });
+        if self.sources.surfaces.has_features() {
+            self.predict_features(me, prediction);
+        }
+    }
+
+    /// Predicts contacts with features that come before what is foreseen. They have to be looked for again whenever the transition comes later than it was.
+    pub(in crate::engine) fn predict_features(&self, me: &Streamed, prediction: &mut Prediction) {
+        let flight = self.flight(me);
+        let swept = flight.swept(prediction.due_time() - me.time);
+        self.sources.surfaces.for_each_feature(&swept, self.row(me.id), |index, feature| {
+            self.predict_surface(me, &flight, (index, feature), prediction);
+        });
+    }
+
+    #[inline]
+    fn predict_surface(
+        &self,
+        me: &Streamed,
+        flight: &Flight<'_>,
+        (index, surface): (u32, &Placed),
+        prediction: &mut Prediction,
+    ) {
+        if let Some(dt) = surface.shape.next_contact(flight)
+            && me.time + dt < prediction.contact_time
+        {
+            prediction.reach(index, me.time + dt, self.state.bodies[me.id as usize].name);
         }
     }
 
@@ -77,53 +103,60 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(in crate::engine) fn execute_surface(
         &mut self,
         i: u32,
-        number: u32,
+        index: u32,
         time: f64,
         observe: &mut Observe<'_>,
     ) -> Result<ControlFlow<()>, InvariantBroken> {
         let flown = time - self.state.bodies[i as usize].time;
         self.stream(i, time);
-        let Some(&surface) = self.sources.surfaces.iter().find(|surface| surface.number == number) else {
+        let Some(&Placed { ref shape, law, .. }) = self.sources.surfaces.get(index) else {
             return Err(self.broken(i, None, Invariant::Surface));
         };
+        let shape = *shape;
         let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
         let body = &self.state.bodies[i as usize];
-        let normal = surface.shape.normal(&body.position);
+        let normal = shape.normal(&body.position);
         let vn = normal.dot(&body.velocity);
-        let depth = -surface.shape.gap(&body.position, radius);
+        let depth = -shape.gap(&body.position, radius);
         if depth > 0.0 {
             let unit = unit_of_surface(radius);
             self.counts.totals.deepest_overlap = self.counts.totals.deepest_overlap.max(depth / unit);
-            self.note_overlap(depth, unit, self.round_off_of_surface(i, &surface.shape, flown));
+            self.note_overlap(depth, unit, self.round_off_of_surface(i, &shape, flown));
         }
         if vn >= 0.0 {
             self.counts.totals.turning_point += 1;
         }
-        let change = match surface.law {
-            Law::Reflecting { restitution } => self.reflect(i, surface, &normal, vn, restitution),
-            Law::Thermal { temperature } => self.draw_from_surface(i, surface, temperature)?,
+        let change = match law {
+            Law::Reflecting { restitution } => self.reflect(i, &shape, &normal, vn, restitution),
+            Law::Thermal { temperature } => self.draw_from_surface(i, &shape, temperature)?,
         };
+        let change = Change { other: With::Surface(index), ..change };
         let counted = Some(CountedKind::Wall);
         Ok(self.apply(&Change { counted, line: normal, squared: 1.0, distance: radius, ..change }, observe))
     }
 
     /// A particle is reflected by a surface.
     #[inline]
-    fn reflect(&mut self, i: u32, surface: Placed, normal: &Vector, vn: f64, restitution: f64) -> Change {
-        let Leaving { speed, tangential_scale } = self.leave_surface(i, normal, vn, restitution, self.clock.now);
+    fn reflect(&mut self, i: u32, shape: &Shape, normal: &Vector, vn: f64, restitution: f64) -> Change {
+        let body = &self.state.bodies[i as usize];
+        let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
+        let bend =
+            if self.pairs.contact_times.is_some() { shape.bend(&body.position, &body.velocity, radius) } else { 0.0 };
+        let closing = -normal.dot(&self.acceleration(i)) - bend;
+        let Leaving { speed, tangential_scale } = self.leave_surface(i, vn, closing, restitution, self.clock.now);
         let inverse_mass = self.inverse_mass(i);
         let body = &self.state.bodies[i as usize];
         let before = body.velocity;
         let scaled = if tangential_scale == 1.0 { before } else { before * tangential_scale };
-        let after = surface.shape.with_normal_speed(&body.position, &scaled, speed);
+        let after = outwards(shape, &body.position, shape.with_normal_speed(&body.position, &scaled, speed));
         let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
-        let change = Change::of_one(With::Surface(surface), i, &before, after, inverse_mass);
+        let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
         Change { supplied: 0.0, dissipated, ..change }
     }
 
     /// A particle leaves a surface with a velocity from the flux of a gas of its temperature: its normal component has the density
     /// `(m v / T) exp(- m v^2 / 2 T)`, the others are normal.
-    fn draw_from_surface(&mut self, i: u32, surface: Placed, temperature: f64) -> Result<Change, InvariantBroken> {
+    fn draw_from_surface(&mut self, i: u32, shape: &Shape, temperature: f64) -> Result<Change, InvariantBroken> {
         let inverse_mass = self.inverse_mass(i);
         let width = (temperature * inverse_mass).sqrt();
         let body = self.state.bodies[i as usize];
@@ -133,7 +166,26 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let random = random.next(i, body.name);
         let drawn = random.normal_vector(&self.state.space) * width;
         let speed = width * (2.0 * random.exponential()).sqrt();
-        let after = surface.shape.with_normal_speed(&body.position, &drawn, speed);
-        Ok(Change::of_one(With::Surface(surface), i, &body.velocity, after, inverse_mass))
+        let after = outwards(shape, &body.position, shape.with_normal_speed(&body.position, &drawn, speed));
+        Ok(Change::of_one(With::Program, i, &body.velocity, after, inverse_mass))
     }
+}
+
+/// Rounds a velocity after a contact away from the surface, in the numbers that prediction will see, as [`super::super::contact::law`] does for pairs.
+#[inline]
+fn outwards(shape: &Shape, position: &Vector, mut velocity: Vector) -> Vector {
+    if !shape.is_closing(position, &velocity) {
+        return velocity;
+    }
+    let mut change = f64::EPSILON * velocity.amax().max(f64::MIN_POSITIVE);
+    let normal = shape.normal(position);
+    // 52 doublings take a float's spacing to the float itself.
+    for _ in 0..52 {
+        velocity += normal * change;
+        if !shape.is_closing(position, &velocity) {
+            break;
+        }
+        change *= 2.0;
+    }
+    velocity
 }

@@ -5,10 +5,9 @@ use crate::Vector;
 use crate::engine::neighbours::grid::Grid;
 use crate::physics::detection::{never, plane};
 use never::Doubt;
-use serde::{Deserialize, Serialize};
 
 /// A plane `n . x = at`; particles are where `n . x` is larger.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Plane {
     /// The unit normal `n`, towards the particles.
     normal: Vector,
@@ -18,7 +17,6 @@ pub(crate) struct Plane {
 
 impl Plane {
     /// The plane through a point, with a direction towards the particles; none if that has no direction.
-    #[cfg(test)]
     pub fn through(point: &Vector, direction: &Vector) -> Option<Self> {
         let normal = direction.try_normalize(0.0)?;
         Some(Self { normal, at: normal.dot(point) })
@@ -36,6 +34,10 @@ impl Surface for Plane {
 
     fn with_normal_speed(&self, _: &Vector, velocity: &Vector, speed: f64) -> Vector {
         velocity + self.normal * (speed - self.normal.dot(velocity))
+    }
+
+    fn is_closing(&self, _: &Vector, velocity: &Vector) -> bool {
+        self.normal.dot(velocity) < 0.0
     }
 
     fn next_contact(&self, flight: &Flight<'_>) -> Option<f64> {

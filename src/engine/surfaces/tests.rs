@@ -1,21 +1,22 @@
 //! Planes in any direction, against the walls of a box that is turned, and against exact numbers.
 
 use super::plane::Plane;
-use super::{Law, Placed, Shape, Surface};
+use super::{Placed, Surface};
 use crate::Vector;
 use crate::engine::event::{Event, EventKind, Other};
 use crate::engine::parts::Engine;
-use crate::engine::sources::surface::SurfaceRandom;
 use crate::engine::{Reason, Until};
-use crate::model::Scene;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
+use crate::model::{Scene, SurfaceLaw, SurfaceShape};
 use crate::physics::detection::never::Doubt;
-use crate::scene::SceneBuilder;
+use crate::scene::{SceneBuilder, SurfaceDraft};
 use std::ops::ControlFlow;
 
+mod meshes;
+
 /// Grains of three masses in the middle of an open region, where gravity pulls if it is given.
-fn grains(gravity: f64, count: u32) -> Scene {
+fn grains(gravity: f64, count: u32, surfaces: Vec<SurfaceDraft>) -> Scene {
     let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
     let mut scene = SceneBuilder::new("grains")
@@ -32,11 +33,12 @@ fn grains(gravity: f64, count: u32) -> Scene {
         let velocity = Vector::new(1.3 - f64::from(k % 5), 0.7 * f64::from(k % 3) - 0.6, 0.4 - f64::from(k % 4));
         scene = scene.particle(name, Vector::new(at(k), at(k / 4), at(k / 16)), velocity);
     }
+    surfaces.into_iter().for_each(|surface| scene.insert_surface(surface));
     scene.build().unwrap()
 }
 
 /// Planes around the middle of the region, the normals of a turned octahedron, all of the same law.
-fn cage(law: Law) -> Vec<Placed> {
+fn cage(law: SurfaceLaw) -> Vec<SurfaceDraft> {
     let middle = Vector::repeat(10.0);
     let turned =
         |x: f64, y: f64, z: f64| Vector::new(0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y, z) + Vector::repeat(0.1 * x);
@@ -44,17 +46,12 @@ fn cage(law: Law) -> Vec<Placed> {
         let sign = |bit: u32| if k >> bit & 1 == 0 { 1.0 } else { -1.0 };
         turned(sign(0), 1.2 * sign(1), 0.9 * sign(2))
     });
-    let planes =
-        directions.map(|direction| Plane::through(&(middle - 6.5 * direction.normalize()), &direction).unwrap());
-    (6..).zip(planes).map(|(number, plane)| Placed { number, shape: Shape::Plane(plane), law }).collect()
-}
-
-/// An engine with surfaces that its scene does not have.
-fn among<const FALLING: bool>(scene: &Scene, surfaces: Vec<Placed>) -> Engine<FALLING, true> {
-    let mut engine = Engine::new(scene);
-    engine.sources.surfaces = surfaces;
-    engine.start_anew();
-    engine
+    let plane = |direction: Vector| {
+        let shape = SurfaceShape::Plane { point: middle - 6.5 * direction.normalize(), normal: direction };
+        SurfaceDraft { law, ..SurfaceDraft::new("", shape) }
+    };
+    let name = |(k, draft): (usize, SurfaceDraft)| SurfaceDraft { name: format!("plane {k}"), ..draft };
+    directions.map(plane).enumerate().map(name).collect()
 }
 
 /// Runs for some events and looks at each contact with a surface.
@@ -64,11 +61,12 @@ fn run<const FALLING: bool>(
     mut look: impl FnMut(&Event, &Placed),
 ) -> u64 {
     let surfaces = engine.sources.surfaces.clone();
+    let named = |number, feature| move |placed: &&Placed| (placed.number, placed.feature) == (number, feature);
     let mut contacts = 0;
     let mut see = |event: &Event| {
-        if let Other::Surface { surface, .. } = event.other {
+        if let Other::Surface { surface, feature } = event.other {
             assert_eq!((event.kind, event.wall(), event.code()), (EventKind::Surface, None, 11));
-            look(event, surfaces.iter().find(|placed| placed.number == surface).unwrap());
+            look(event, surfaces.all().iter().find(named(surface, feature)).unwrap());
             contacts += 1;
         }
         ControlFlow::Continue(())
@@ -78,7 +76,8 @@ fn run<const FALLING: bool>(
 }
 
 fn keeps_all<const FALLING: bool>(gravity: f64, restitution: f64, count: u32) {
-    let mut engine = among::<FALLING>(&grains(gravity, count), cage(Law::Reflecting { restitution }));
+    let scene = grains(gravity, count, cage(SurfaceLaw::Reflecting { restitution }));
+    let mut engine = Engine::<FALLING, true>::new(&scene);
     let start = engine.energy();
     let contacts = run(&mut engine, 4_000, |event, surface| {
         let [radius, mass] = if event.distance == 0.5 { [0.5, 0.7] } else { [0.75, 3.1] };
@@ -112,9 +111,8 @@ fn planes_in_any_direction_hold_grains_and_reflect_them() {
 
 #[test]
 fn thermal_planes_give_their_temperature() {
-    let scene = grains(0.0, 40);
-    let mut engine = among::<false>(&scene, cage(Law::Thermal { temperature: 1.7 }));
-    engine.sources.surface_random = SurfaceRandom::of(&scene, &engine.sources.surfaces);
+    let scene = grains(0.0, 40, cage(SurfaceLaw::Thermal { temperature: 1.7 }));
+    let mut engine = Engine::<false, true>::new(&scene);
     let mut squares = [0.0; 2];
     let contacts = run(&mut engine, 30_000, |event, surface| {
         let mass = if event.distance == 0.5 { 0.7 } else { 3.1 };
@@ -142,9 +140,9 @@ fn a_ball_on_a_slope_bounces_at_the_exact_times() {
         .species("other", 0.7, 1.0)
         .particle("ball", start, Vector::zeros());
     let normal = Vector::new(1.0, 0.0, 1.0).normalize();
-    let plane = Plane::through(&(start - normal * 2.5), &normal).unwrap();
-    let surface = Placed { number: 9, shape: Shape::Plane(plane), law: Law::Reflecting { restitution: 1.0 } };
-    let mut engine = among::<true>(&scene.build().unwrap(), vec![surface]);
+    let plane = SurfaceShape::Plane { point: start - normal * 2.5, normal };
+    let scene = scene.surface(SurfaceDraft::new("slope", plane)).build().unwrap();
+    let mut engine = Engine::<true, true>::new(&scene);
     let first = (2.0 * 2.0 / 2.0_f64.sqrt()).sqrt();
     let mut times = Vec::new();
     assert_eq!(run(&mut engine, 6, |event, _| times.push(event.time)), 6);

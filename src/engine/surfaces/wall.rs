@@ -5,10 +5,9 @@ use crate::Vector;
 use crate::engine::neighbours::grid::Grid;
 use crate::physics::detection::{never, plane};
 use never::Doubt;
-use serde::{Deserialize, Serialize};
 
 /// A wall of the box.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Wall {
     /// 0, 1 or 2.
     pub axis: u8,

@@ -55,7 +55,9 @@ impl Scene {
         check_bonds(&bonds, &particles, &interactions)?;
         check_surfaces(&static_surfaces, &particles, &species)?;
         let groups = Groups { particles, bonds, static_surfaces, starts: Vec::new() };
-        let start = Configuration { groups, interactions, space, displacement: builder.parts.displacement };
+        let surfaces = builder.checked_surfaces(&species, &space)?;
+        let displacement = builder.parts.displacement;
+        let start = Configuration { groups, interactions, space, displacement, surfaces };
         builder.check_plan(&start)?;
         builder.check_places(&start)?;
         builder.settled(builder.assembled(start))

@@ -3,10 +3,10 @@
 use std::collections::HashSet;
 
 use crate::base::numbers::id;
-use crate::engine::surfaces::{Placed, Surface};
-use crate::model::Species;
+use crate::engine::surfaces::{Surface, Surfaces};
 use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{Bond, ParticleId, SpeciesId};
+use crate::model::{SceneSurface, Species};
 use crate::prepare::packing::occupancy::first_overlap;
 use crate::scene::config_path::{ConfigPath, PathStep};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
@@ -25,6 +25,7 @@ pub(crate) struct Configuration<'a> {
     pub space: Space,
     /// Of the next image up along y, along x; 0 unless the box is sheared `[length]`.
     pub displacement: f64,
+    pub surfaces: Vec<SceneSurface>,
 }
 
 /// A pair must never meet an image of its partner: periodic axes are at least two ranges long.
@@ -44,27 +45,36 @@ pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> 
 }
 
 /// No moving particle reaches through a wall or another surface.
-pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &[Placed]) -> Result<(), SceneError> {
+pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &Surfaces) -> Result<(), SceneError> {
     for (index, particle) in groups.particles.iter().enumerate() {
-        let species = &species[particle.species.0 as usize];
+        let row = particle.species.0;
+        let species = &species[row as usize];
         if species.is_static() {
             continue;
         }
         let (position, radius) = (&particle.position, 0.5 * species.diameter);
-        for surface in surfaces {
+        let mut refused = None;
+        // A scene with more species was refused.
+        let row = u16::try_from(row).unwrap_or(u16::MAX);
+        surfaces.for_each_near(position, radius, row, |_, surface| {
             let rounding = ROUNDING * (surface.shape.terms(position) + radius);
             let gap = surface.shape.gap(position, radius);
-            if gap < -rounding {
+            if gap < -rounding && refused.is_none() {
                 let (particle, depth) = (id(index), -gap);
-                let kind = match surface.shape.side() {
+                refused = Some(match surface.shape.side() {
                     Some((axis, is_upper)) => {
                         let (axis, side) = (AXES[usize::from(axis)], if is_upper { "upper" } else { "lower" });
                         SceneErrorKind::InWall { particle, axis, side, depth }
                     }
-                    None => SceneErrorKind::InSurface { particle, surface: surface.number, depth },
-                };
-                return Err(SceneError::new(groups.path_of(index), kind));
+                    None => {
+                        let surface = surfaces.name(surface.number).to_owned();
+                        SceneErrorKind::InSurface { particle, surface, depth }
+                    }
+                });
             }
+        });
+        if let Some(kind) = refused {
+            return Err(SceneError::new(groups.path_of(index), kind));
         }
     }
     Ok(())
@@ -72,7 +82,7 @@ pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &[P
 
 /// Every bonded pair starts where its bond allows.
 pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
-    let Configuration { groups, interactions, space, displacement } = start;
+    let Configuration { groups, interactions, space, displacement, .. } = start;
     let periods = space.periods();
     let side = space.farthest_side();
     for (bond, at) in &groups.bonds {
@@ -97,7 +107,7 @@ pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
 
 /// No two particles are inside of each other's core, but for bonded pairs, which have a core of their own.
 pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError> {
-    let Configuration { groups, interactions, space, displacement } = start;
+    let Configuration { groups, interactions, space, displacement, .. } = start;
     let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();
     let is_bonded = |a: u32, b: u32| bonded.contains(&[ParticleId(a), ParticleId(b)]);
     match first_overlap(&groups.particles, &interactions.contacts(), space, *displacement, is_bonded) {
@@ -159,9 +169,7 @@ pub(crate) fn list_bonds(
 mod tests {
     use super::*;
     use crate::Vector;
-    use crate::engine::surfaces::plane::Plane;
-    use crate::engine::surfaces::{Law, Shape, of_parts};
-    use crate::model::Particle;
+    use crate::model::{Particle, SurfaceLaw, SurfaceShape};
 
     #[test]
     fn a_particle_in_any_surface_is_refused_with_its_depth() {
@@ -175,18 +183,20 @@ mod tests {
             let particles = vec![particle(4.0), particle(x)];
             Groups { particles, bonds: Vec::new(), static_surfaces: Vec::new(), starts: Vec::new() }
         };
-        let check = |x: f64, surfaces: &[Placed]| check_surfaces(&at(x), &species, surfaces);
+        let check = |x: f64, surfaces: &Surfaces| check_surfaces(&at(x), &species, surfaces);
         let walled = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(5.0) };
-        let walls = of_parts(&walled, &[[None; 2]; 3]);
+        let none = [[None; 2]; 3];
+        let walls = Surfaces::of_parts(&walled, &none, &[], &[]);
         assert!(check(0.5, &walls).is_ok());
         let refused = check(0.25, &walls).unwrap_err();
         assert_eq!(refused.kind().to_string(), "particle 1 reaches 0.25 through the lower wall of x");
 
-        let plane = Plane::through(&Vector::new(1.0, 0.0, 0.0), &Vector::x()).unwrap();
-        let plane = Placed { number: 6, shape: Shape::Plane(plane), law: Law::Reflecting { restitution: 1.0 } };
-        assert!(check(1.5, &[plane]).is_ok());
-        let refused = check(1.25, &[plane]).unwrap_err();
-        assert_eq!(refused.kind().to_string(), "particle 1 reaches 0.25 through surface 6");
+        let plane = SurfaceShape::Plane { point: Vector::x(), normal: Vector::x() };
+        let plane = SceneSurface::new("slope", plane, SurfaceLaw::Reflecting { restitution: 1.0 });
+        let plane = Surfaces::of_parts(&Space::periodic_cube(5.0), &none, &[plane], &[]);
+        assert!(check(1.5, &plane).is_ok());
+        let refused = check(1.25, &plane).unwrap_err();
+        assert_eq!(refused.kind().to_string(), "particle 1 reaches 0.25 through surface `slope`");
         assert!(refused.to_string().contains("particle"), "{refused}");
     }
 }

@@ -1,0 +1,117 @@
+//! Flat faces with three sides, met from both sides of their plane.
+
+use super::{Flight, Surface};
+use crate::Vector;
+use crate::engine::neighbours::grid::Grid;
+use crate::physics::detection::feature;
+use crate::physics::detection::never::{self, Doubt};
+use crate::physics::detection::stretch::Parabola;
+use crate::physics::motion::RelativeState;
+
+/// A triangle without its edges and corners, which are surfaces of their own.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Face {
+    /// Its corners, counterclockwise seen from where the normal points to `[length]`.
+    pub corners: [Vector; 3],
+    /// The unit normal.
+    pub normal: Vector,
+    /// For the side from each corner to the next, the unit vector into the face along it.
+    pub inwards: [Vector; 3],
+    /// Whether positions on a side are taken from its second end: two flat faces take those of a common one from the same end, so that they never both miss
+    /// a foot.
+    pub from_second: [bool; 3],
+}
+
+impl Face {
+    /// The point that a side's extent is taken from.
+    #[inline]
+    fn end(&self, side: usize) -> &Vector {
+        &self.corners[(side + usize::from(self.from_second[side])) % 3]
+    }
+
+    fn extents(&self, flight: &Flight<'_>) -> [Parabola; 3] {
+        [0, 1, 2].map(|side| {
+            let position = flight.position - self.end(side);
+            let state = RelativeState { position, velocity: *flight.velocity };
+            Parabola::along(&self.inwards[side], &state, flight.acceleration)
+        })
+    }
+
+    #[inline]
+    fn height(&self, position: &Vector) -> f64 {
+        self.normal.dot(&(position - self.corners[0]))
+    }
+
+    /// Whether the foot of a position is on the face, its sides included.
+    fn holds(&self, position: &Vector) -> bool {
+        (0..3).all(|side| self.inwards[side].dot(&(position - self.end(side))) >= 0.0)
+    }
+
+    /// The side of the plane on which a position is: 1 where the normal points to, else -1.
+    #[inline]
+    fn side(&self, position: &Vector) -> f64 {
+        if self.height(position) < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    fn bounds(&self) -> [Vector; 2] {
+        let [a, b, c] = self.corners;
+        [a.inf(&b).inf(&c), a.sup(&b).sup(&c)]
+    }
+}
+
+impl Surface for Face {
+    fn gap(&self, position: &Vector, radius: f64) -> f64 {
+        if self.holds(position) { self.height(position).abs() - radius } else { f64::INFINITY }
+    }
+
+    fn normal(&self, position: &Vector) -> Vector {
+        self.normal * self.side(position)
+    }
+
+    fn with_normal_speed(&self, position: &Vector, velocity: &Vector, speed: f64) -> Vector {
+        velocity + self.normal * (self.side(position) * speed - self.normal.dot(velocity))
+    }
+
+    fn is_closing(&self, position: &Vector, velocity: &Vector) -> bool {
+        self.side(position) * self.normal.dot(velocity) < 0.0
+    }
+
+    fn next_contact(&self, flight: &Flight<'_>) -> Option<f64> {
+        let position = flight.position - self.corners[0];
+        let state = RelativeState { position, velocity: *flight.velocity };
+        let height = Parabola::along(&self.normal, &state, flight.acceleration);
+        feature::face(&height, flight.radius, &self.extents(flight))
+    }
+
+    /// By its plane, on the side where the particle is, or by a sphere around it.
+    fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
+        doubt.position += Doubt::of(self.terms(flight.position), 0.0).position;
+        let sign = self.side(flight.position);
+        let along = |vector: &Vector| sign * self.normal.dot(vector);
+        let height = sign * self.height(flight.position) - flight.radius;
+        if never::plane(height, along(flight.velocity), along(flight.acceleration), &doubt) {
+            return true;
+        }
+        let [lower, upper] = self.bounds();
+        let (middle, radius) = (0.5 * (lower + upper), 0.5 * (upper - lower).norm() + flight.radius);
+        let state = RelativeState { position: flight.position - middle, velocity: *flight.velocity };
+        if *flight.acceleration == Vector::zeros() {
+            never::inertial(&state, &doubt, radius)
+        } else {
+            never::accelerated(&state, flight.acceleration, &doubt, radius)
+        }
+    }
+
+    fn terms(&self, position: &Vector) -> f64 {
+        position.lp_norm(1) + self.corners[0].lp_norm(1)
+    }
+
+    /// Faces have a limited extent, and are found by it.
+    fn is_near(&self, _: &Grid, _: u32, _: f64) -> bool {
+        true
+    }
+
+    fn extent(&self) -> Option<[Vector; 2]> {
+        Some(self.bounds())
+    }
+}

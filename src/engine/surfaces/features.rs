@@ -1,0 +1,174 @@
+//! From the shapes of a scene to features: the faces, edges and corners of a mesh, and their images in a periodic box.
+//!
+//! A sphere meets the mesh where the first of its features says. Edges between faces in one plane are no features: they can never be met first. The two faces
+//! then decide on which side of such an edge a foot lies by one expression of opposite sign, so that no foot is on neither.
+
+use super::Shape;
+use super::face::Face;
+use super::plane::Plane;
+use super::round::Round;
+use crate::Vector;
+use crate::model::space::Space;
+use crate::model::{SurfaceShape, TriangleMesh};
+
+/// Sine of the angle of two faces below which their common edge is flat. The faces of larger ones would differ from the edge's cylinder by less than a
+/// billionth of their size; that much a sphere jumps where it comes from one onto the other.
+const FLAT: f64 = 1e-9;
+
+/// The features of a shape, numbered, with those of its periodic images that reach into the box or a half period beyond: there particles may be before they
+/// are brought back.
+pub(super) fn within(space: &Space, shape: &SurfaceShape) -> Vec<(Shape, u32)> {
+    let features: Vec<(Shape, u32)> = of(shape).into_iter().zip(0..).collect();
+    let mut all = features.clone();
+    for axis in 0..3 {
+        let period = space.periods()[axis];
+        if period == f64::INFINITY {
+            continue;
+        }
+        let (lower, upper) = (space.lower[axis] - 0.5 * period, space.lower[axis] + 1.5 * period);
+        let mut images = Vec::new();
+        for (shape, number) in &all {
+            let moved = |periods: f64| {
+                let mut by = Vector::zeros();
+                by[axis] = periods * period;
+                shape.moved(&by)
+            };
+            let Some([start, end]) = super::Surface::extent(shape).map(|corners| corners.map(|corner| corner[axis]))
+            else {
+                images.extend(
+                    [(moved(-1.0), *number), (moved(1.0), *number)].into_iter().filter(|_| shape.has_images(axis)),
+                );
+                continue;
+            };
+            // One that is longer than the box has more images.
+            let first = ((lower - end) / period).ceil();
+            let last = ((upper - start) / period).floor();
+            let mut periods = first;
+            while periods <= last {
+                if periods != 0.0 {
+                    images.push((moved(periods), *number));
+                }
+                periods += 1.0;
+            }
+        }
+        all.append(&mut images);
+    }
+    all
+}
+
+impl Shape {
+    /// The shape elsewhere.
+    fn moved(&self, by: &Vector) -> Self {
+        match *self {
+            Self::Wall(wall) => Self::Wall(wall),
+            Self::Plane(plane) => Self::Plane(plane),
+            Self::Round(round) => Self::Round(Round { centre: round.centre + by, ..round }),
+            Self::Face(face) => Self::Face(Face { corners: face.corners.map(|corner| corner + by), ..face }),
+        }
+    }
+
+    /// Whether a shape without ends has images along a periodic axis: rods across it, that are met from outside.
+    fn has_images(&self, axis: usize) -> bool {
+        matches!(self, Self::Round(round) if !round.is_inside && round.axis.is_some_and(|along| along[axis] == 0.0))
+    }
+}
+
+/// The features of a shape.
+fn of(shape: &SurfaceShape) -> Vec<Shape> {
+    let round = |centre: Vector, axis: Option<Vector>, length: f64, radius: f64, is_inside: bool| {
+        Shape::Round(Round { centre, axis, length, radius, is_inside })
+    };
+    match shape {
+        SurfaceShape::Plane { point, normal } => Plane::through(point, normal).map(Shape::Plane).into_iter().collect(),
+        &SurfaceShape::Sphere { centre, radius, is_inside } => vec![round(centre, None, 0.0, radius, is_inside)],
+        &SurfaceShape::Cylinder { point, axis, radius, is_inside } => {
+            let axis = axis.try_normalize(0.0);
+            axis.map(|_| round(point, axis, f64::INFINITY, radius, is_inside)).into_iter().collect()
+        }
+        &SurfaceShape::Capsule { ends, radius } => {
+            let line = segment(&ends, radius).into_iter();
+            line.chain(ends.map(|end| round(end, None, 0.0, radius, false))).collect()
+        }
+        SurfaceShape::Mesh(mesh) => of_mesh(mesh),
+    }
+}
+
+/// A line between two ends, without them.
+fn segment([start, end]: &[Vector; 2], radius: f64) -> Option<Shape> {
+    let along = end - start;
+    let axis = along.try_normalize(0.0)?;
+    Some(Shape::Round(Round { centre: *start, axis: Some(axis), length: along.norm(), radius, is_inside: false }))
+}
+
+/// One side of a triangle: the numbers of its ends, the lower one first, the triangle, and which of its sides.
+type Side = ([u32; 2], usize, usize);
+
+/// The sides of all triangles, those of one edge after each other.
+fn sides(mesh: &TriangleMesh) -> Vec<Side> {
+    let of_triangle = |(index, triangle): (usize, &[u32; 3])| {
+        let triangle = *triangle;
+        [0, 1, 2].map(|side| {
+            let [a, b] = [triangle[side], triangle[(side + 1) % 3]];
+            ([a.min(b), a.max(b)], index, side)
+        })
+    };
+    let mut sides: Vec<Side> = mesh.triangles.iter().enumerate().flat_map(of_triangle).collect();
+    sides.sort_unstable();
+    sides
+}
+
+fn of_mesh(mesh: &TriangleMesh) -> Vec<Shape> {
+    let mut faces: Vec<Option<Face>> = mesh.triangles.iter().map(|triangle| face(mesh, triangle)).collect();
+    let mut edges = Vec::new();
+    let mut is_corner = vec![false; mesh.vertices.len()];
+    for same in sides(mesh).chunk_by(|a, b| a.0 == b.0) {
+        let ends = same[0].0;
+        if ends[0] == ends[1] || make_flat(same, &mut faces) {
+            continue;
+        }
+        edges.extend(segment(&ends.map(|vertex| mesh.vertices[vertex as usize]), 0.0));
+        ends.into_iter().for_each(|vertex| is_corner[vertex as usize] = true);
+    }
+    let corners = mesh.vertices.iter().zip(is_corner).filter(|(_, is_corner)| *is_corner).map(|(vertex, _)| {
+        Shape::Round(Round { centre: *vertex, axis: None, length: 0.0, radius: 0.0, is_inside: false })
+    });
+    faces.into_iter().flatten().map(Shape::Face).chain(edges).chain(corners).collect()
+}
+
+/// Whether the faces on both sides of an edge are in one plane; the two then share how they look at it.
+fn make_flat(same: &[Side], faces: &mut [Option<Face>]) -> bool {
+    let &[(_, one, side), (_, other, other_side)] = same else { return false };
+    let [Some(a), Some(b)] = [faces[one], faces[other]] else { return false };
+    let are_opposite = a.inwards[side].dot(&b.inwards[other_side]) < 0.0;
+    if !are_opposite || a.normal.cross(&b.normal).norm() > FLAT {
+        return false;
+    }
+    if let Some(face) = &mut faces[other] {
+        face.inwards[other_side] = -a.inwards[side];
+    }
+    true
+}
+
+/// The face of a triangle; none for one without an area.
+///
+/// Its normal is across its longest side, and the direction into it across that as well, so that the errors of a sliver turn it about its long side.
+fn face(mesh: &TriangleMesh, triangle: &[u32; 3]) -> Option<Face> {
+    let corners = mesh.corners(triangle);
+    let along = |side: usize| corners[(side + 1) % 3] - corners[side];
+    let longest = (0..3).max_by(|a, b| along(*a).norm_squared().total_cmp(&along(*b).norm_squared()))?;
+    let u = along(longest).try_normalize(0.0)?;
+    let third = corners[(longest + 2) % 3] - corners[longest];
+    let across = third - u * u.dot(&third);
+    // What is below rounding is none.
+    let rounding = 4.0 * f64::EPSILON * (along(longest).norm() + third.norm());
+    let across = if across.norm() > rounding { across.try_normalize(0.0)? } else { return None };
+    let w = (across - u * u.dot(&across)).normalize();
+    let normal = u.cross(&w);
+    let mut inwards = [Vector::zeros(); 3];
+    for (side, inwards) in inwards.iter_mut().enumerate() {
+        *inwards = if side == longest { w } else { normal.cross(&along(side)).try_normalize(0.0)? };
+    }
+    // From the same end as the face on the other side.
+    let from_second = [0, 1, 2].map(|side: usize| triangle[side] > triangle[(side + 1) % 3]);
+    Some(Face { corners, normal, inwards, from_second })
+}

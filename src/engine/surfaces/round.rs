@@ -1,0 +1,191 @@
+//! Surfaces around a point or a line, whole or between two ends: spheres, cylinders, edges and corners, from outside or from inside.
+
+use super::{Flight, Surface};
+use crate::Vector;
+use crate::engine::neighbours::grid::Grid;
+use crate::physics::detection::feature::{self, across};
+use crate::physics::detection::never::{self, Doubt};
+use crate::physics::motion::RelativeState;
+use crate::physics::overlap::Side;
+
+/// The places at a distance from a point or a line.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Round {
+    /// The point, or one end of the line `[length]`.
+    pub centre: Vector,
+    /// The direction of the line, of length 1; none for a point.
+    pub axis: Option<Vector>,
+    /// The length of the line; infinite for one without ends `[length]`.
+    pub length: f64,
+    /// The distance; zero for edges and corners `[length]`.
+    pub radius: f64,
+    /// Whether particles are inside. A line has no ends then.
+    pub is_inside: bool,
+}
+
+impl Round {
+    /// Distance of the centre of a sphere in contact `[length]`.
+    #[inline]
+    fn contact(&self, radius: f64) -> f64 {
+        if self.is_inside { self.radius - radius } else { self.radius + radius }
+    }
+
+    #[inline]
+    fn side(&self) -> Side {
+        if self.is_inside { Side::Negative } else { Side::Positive }
+    }
+
+    /// A vector without its part along the line.
+    #[inline]
+    fn across(&self, vector: &Vector) -> Vector {
+        self.axis.map_or(*vector, |axis| across(&axis, vector))
+    }
+
+    /// From the point or line to a position.
+    #[inline]
+    fn apart(&self, position: &Vector) -> Vector {
+        self.across(&(position - self.centre))
+    }
+
+    fn has_ends(&self) -> bool {
+        self.axis.is_some() && self.length.is_finite()
+    }
+
+    /// Whether the foot of a position is on the line, its ends included.
+    fn holds(&self, position: &Vector) -> bool {
+        !self.has_ends()
+            || self.axis.is_none_or(|axis| (0.0..=self.length).contains(&axis.dot(&(position - self.centre))))
+    }
+
+    fn state(&self, flight: &Flight<'_>) -> RelativeState {
+        RelativeState { position: flight.position - self.centre, velocity: *flight.velocity }
+    }
+
+    /// A box around the point or line, infinite where it has no ends.
+    fn bounds(&self) -> [Vector; 2] {
+        let Some(axis) = self.axis else { return [self.centre; 2] };
+        let reach = |n: f64| if n == 0.0 { 0.0 } else { n * self.length };
+        let end = self.centre + axis.map(reach);
+        let start = if self.length.is_finite() { self.centre } else { self.centre - axis.map(reach) };
+        [start.inf(&end), start.sup(&end)]
+    }
+}
+
+impl Surface for Round {
+    fn gap(&self, position: &Vector, radius: f64) -> f64 {
+        if !self.holds(position) {
+            return f64::INFINITY;
+        }
+        self.side().sign() * (self.apart(position).norm() - self.contact(radius))
+    }
+
+    fn normal(&self, position: &Vector) -> Vector {
+        let sign = self.side().sign();
+        self.apart(position).try_normalize(0.0).map_or(Vector::zeros(), |normal| normal * sign)
+    }
+
+    /// Along the unnormalised line of centres: a unit vector from a square root is too long in the mean, and would heat a gas.
+    fn with_normal_speed(&self, position: &Vector, velocity: &Vector, speed: f64) -> Vector {
+        let apart = self.apart(position);
+        let squared = apart.norm_squared();
+        if squared == 0.0 {
+            return *velocity;
+        }
+        velocity + apart * ((self.side().sign() * speed * squared.sqrt() - velocity.dot(&apart)) / squared)
+    }
+
+    fn is_closing(&self, position: &Vector, velocity: &Vector) -> bool {
+        let rate = self.apart(position).dot(&self.across(velocity));
+        if self.is_inside { rate >= 0.0 } else { rate < 0.0 }
+    }
+
+    fn bend(&self, position: &Vector, velocity: &Vector, radius: f64) -> f64 {
+        let (velocity, normal) = (self.across(velocity), self.normal(position));
+        let vn = normal.dot(&velocity);
+        let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
+        self.side().sign() * tangential / self.contact(radius)
+    }
+
+    fn next_contact(&self, flight: &Flight<'_>) -> Option<f64> {
+        let (state, contact) = (self.state(flight), self.contact(flight.radius));
+        match self.axis {
+            None => feature::point(&state, flight.acceleration, contact * contact, self.side()),
+            Some(axis) if self.has_ends() => {
+                feature::segment(&axis, self.length, &state, flight.acceleration, contact * contact)
+            }
+            Some(axis) => feature::line(&axis, &state, flight.acceleration, contact * contact, self.side()),
+        }
+    }
+
+    fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
+        // What is inside meets it, unless it rests.
+        let rests = *flight.velocity == Vector::zeros() && *flight.acceleration == Vector::zeros();
+        if self.is_inside || rests {
+            return rests;
+        }
+        doubt.position += Doubt::of(self.terms(flight.position), 0.0).position;
+        let state = self.state(flight);
+        let state = RelativeState { position: self.across(&state.position), velocity: self.across(&state.velocity) };
+        let contact = self.contact(flight.radius);
+        if *flight.acceleration == Vector::zeros() {
+            return never::inertial(&state, &doubt, contact);
+        }
+        let push = self.across(flight.acceleration);
+        // Along the line, an acceleration of rounding alone is no proof.
+        push.norm() > 1e-9 * flight.acceleration.norm() && never::accelerated(&state, &push, &doubt, contact)
+    }
+
+    fn terms(&self, position: &Vector) -> f64 {
+        position.lp_norm(1) + self.centre.lp_norm(1) + self.radius
+    }
+
+    fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
+        let [lower, upper] = grid.bounds(cell);
+        if self.is_inside {
+            // The farthest corner decides; along the line nothing does.
+            return true;
+        }
+        let reach = (self.radius + radius) * (1.0 + 1e-6) + 1e-6 * self.centre.amax();
+        let [start, end] = self.bounds();
+        (0..3).all(|k| start[k] - reach <= upper[k] && end[k] + reach >= lower[k])
+    }
+
+    fn extent(&self) -> Option<[Vector; 2]> {
+        let is_limited = !self.is_inside && (self.axis.is_none() || self.length.is_finite());
+        let around = Vector::repeat(self.radius);
+        is_limited.then(|| self.bounds()).map(|[lower, upper]| [lower - around, upper + around])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_segment_is_where_its_foot_is() {
+        let edge = Round {
+            centre: Vector::new(1.0, 0.0, 0.0),
+            axis: Some(Vector::x()),
+            length: 2.0,
+            radius: 0.0,
+            is_inside: false,
+        };
+        assert_eq!(edge.gap(&Vector::new(2.0, 3.0, 4.0), 1.0), 4.0);
+        assert_eq!(edge.gap(&Vector::new(3.5, 3.0, 4.0), 1.0), f64::INFINITY);
+        assert_eq!(edge.normal(&Vector::new(2.0, 3.0, 4.0)), Vector::new(0.0, 0.6, 0.8));
+    }
+
+    #[test]
+    fn a_cavity_is_met_from_inside_at_its_radius_less_that_of_the_sphere() {
+        let cavity = Round { centre: Vector::zeros(), axis: None, length: 0.0, radius: 3.0, is_inside: true };
+        let (position, velocity, none) = (Vector::new(1.0, 0.0, 0.0), Vector::new(2.0, 0.0, 0.0), Vector::zeros());
+        let flight = Flight { position: &position, velocity: &velocity, acceleration: &none, radius: 1.0 };
+        assert_eq!(cavity.next_contact(&flight), Some(0.5));
+        assert_eq!(cavity.gap(&position, 1.0), 1.0);
+        assert_eq!(cavity.normal(&position), -Vector::x());
+        assert_eq!(cavity.with_normal_speed(&position, &velocity, 2.0), -velocity);
+        // Straight ahead along its axis nothing is met in a pipe.
+        let pipe = Round { axis: Some(Vector::x()), length: f64::INFINITY, ..cavity };
+        assert_eq!(pipe.next_contact(&flight), None);
+    }
+}

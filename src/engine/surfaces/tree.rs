@@ -1,0 +1,105 @@
+//! A tree of boxes around features: which of them may reach into a box.
+//!
+//! What a particle may meet before its prediction ends anyway is in the box that it sweeps until then. Trees need no more memory for long or thin
+//! features than for others, and know nothing of the cells of the particles, which are larger where those are few.
+
+use super::{Placed, Surface};
+use crate::Vector;
+use crate::base::numbers::id;
+
+/// Features of one leaf.
+const LEAF: usize = 4;
+
+/// A node: a box around features, those of a leaf or of the nodes that follow.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    lower: Vector,
+    upper: Vector,
+    /// The node to go on with where the box is not met: that behind all within it.
+    next: u32,
+    /// The features of a leaf, by index; none of other nodes.
+    first: u32,
+    count: u32,
+}
+
+/// The tree, each node before those within it.
+#[derive(Debug, Clone)]
+pub(super) struct Tree {
+    nodes: Vec<Node>,
+    /// Corners of the boxes around the features, in their order.
+    boxes: Vec<[Vector; 2]>,
+    /// Index of the first.
+    first: u32,
+}
+
+impl Tree {
+    /// Puts features in the order of a tree. The first of them gets the index `first`.
+    pub fn of(features: &mut [Placed], first: usize) -> Self {
+        let mut tree = Self { nodes: Vec::new(), boxes: Vec::new(), first: number(first) };
+        tree.add(features);
+        tree.boxes = features.iter().map(bounds).collect();
+        tree
+    }
+
+    /// Adds the nodes of some features, behind those there are.
+    fn add(&mut self, features: &mut [Placed]) {
+        let Some((first, rest)) = features.split_first() else { return };
+        let [lower, upper] =
+            rest.iter().map(bounds).fold(bounds(first), |all, one| [all[0].inf(&one[0]), all[1].sup(&one[1])]);
+        let at = self.nodes.len();
+        let is_leaf = features.len() <= LEAF;
+        let count = if is_leaf { features.len() } else { 0 };
+        self.nodes.push(Node { lower, upper, next: 0, first: self.first, count: number(count) });
+        if is_leaf {
+            self.first += number(count);
+        } else {
+            // In the middle of the axis along which their middles are farthest apart.
+            let middle = |placed: &Placed| bounds(placed)[0] + bounds(placed)[1];
+            let [least, most] = features
+                .iter()
+                .map(middle)
+                .fold([Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY)], |[least, most], m| {
+                    [least.inf(&m), most.sup(&m)]
+                });
+            let axis = (most - least).imax();
+            let name = |placed: &Placed| (placed.number, placed.feature);
+            let half = features.len() / 2;
+            features.select_nth_unstable_by(half, |a, b| {
+                middle(a)[axis].total_cmp(&middle(b)[axis]).then(name(a).cmp(&name(b)))
+            });
+            let (one, other) = features.split_at_mut(half);
+            self.add(one);
+            self.add(other);
+        }
+        self.nodes[at].next = number(self.nodes.len());
+    }
+
+    /// Calls `visit` with the index of each feature that may reach into a box.
+    #[inline]
+    pub fn for_each(&self, [lower, upper]: &[Vector; 2], mut visit: impl FnMut(u32)) {
+        let meets = |start: &Vector, end: &Vector| (0..3).all(|k| start[k] <= upper[k] && end[k] >= lower[k]);
+        let base = self.nodes.first().map_or(0, |root| root.first);
+        let mut at = 0;
+        while let Some(node) = self.nodes.get(at) {
+            if !meets(&node.lower, &node.upper) {
+                at = node.next as usize;
+                continue;
+            }
+            for index in node.first..node.first + node.count {
+                let [start, end] = &self.boxes[(index - base) as usize];
+                if meets(start, end) {
+                    visit(index);
+                }
+            }
+            at += 1;
+        }
+    }
+}
+
+fn bounds(placed: &Placed) -> [Vector; 2] {
+    placed.shape.extent().unwrap_or([Vector::repeat(f64::NEG_INFINITY), Vector::repeat(f64::INFINITY)])
+}
+
+fn number(of: usize) -> u32 {
+    id(of)
+}

@@ -1,0 +1,114 @@
+//! Surfaces of revolution as triangles: discs, cones, tubes, funnels.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::Vector;
+use crate::base::numbers::{id, trunc_to_usize};
+use crate::model::TriangleMesh;
+
+/// A circle has no more sides.
+const MOST_SIDES: f64 = 4096.0;
+
+/// Triangles of a line that is turned about an axis. `profile` has distances from the axis and heights along it; vertices are on the circles that its points
+/// draw, and the triangles nowhere farther from the round surface than `tolerance`, `r (1 - cos(pi / n))` for `n` sides. None if that takes too many.
+///
+/// All circles have as many sides, so that pieces of the line join without gaps. The triangles look away from the axis where the line goes up.
+pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tolerance: f64) -> Option<TriangleMesh> {
+    let up = axis.try_normalize(0.0)?;
+    let largest = profile.iter().map(|[radius, _]| *radius).fold(0.0, f64::max);
+    let sides = (PI / libm::acos((1.0 - tolerance / largest).max(0.0))).ceil().max(8.0);
+    if sides.is_nan() || sides > MOST_SIDES {
+        return None;
+    }
+    let sides = trunc_to_usize(sides);
+    // Any direction across; of the axes the one that is least along.
+    let mut least = Vector::zeros();
+    least[up.iamin()] = 1.0;
+    let x = up.cross(&least).normalize();
+    let y = up.cross(&x);
+    let mut mesh = TriangleMesh::default();
+    let mut circles: Vec<Vec<u32>> = Vec::with_capacity(profile.len());
+    for &[radius, height] in profile {
+        let centre = base + up * height;
+        let count = if radius == 0.0 { 1 } else { sides };
+        let first = mesh.vertices.len();
+        mesh.vertices.extend((0..count).map(|k| {
+            let angle = TAU * k as f64 / sides as f64;
+            if radius == 0.0 { centre } else { centre + (x * libm::cos(angle) + y * libm::sin(angle)) * radius }
+        }));
+        circles.push((0..sides).map(|k| id(first + k % count)).collect());
+    }
+    for pair in circles.windows(2) {
+        let [lower, upper] = pair else { continue };
+        for k in 0..sides {
+            let next = (k + 1) % sides;
+            let two = [[lower[k], lower[next], upper[next]], [lower[k], upper[next], upper[k]]];
+            mesh.triangles.extend(two.into_iter().filter(|[a, b, c]| a != b && b != c && c != a));
+        }
+    }
+    Some(mesh)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(mesh: &TriangleMesh) -> f64 {
+        let of = |triangle| {
+            let [a, b, c] = mesh.corners(triangle);
+            0.5 * (b - a).cross(&(c - a)).norm()
+        };
+        mesh.triangles.iter().map(of).sum()
+    }
+
+    #[test]
+    fn cones_and_discs_have_their_areas_and_their_tolerance() {
+        let axis = Vector::new(1.0, -2.0, 0.5);
+        let base = Vector::new(3.0, 1.0, -2.0);
+        // A truncated cone, `pi (r1 + r2) l` along its side of length l = 5.
+        let cone = revolution(&base, &axis, &[[1.0, 0.0], [4.0, 4.0]], 1e-4).unwrap();
+        assert!((area(&cone) / (PI * 25.0) - 1.0).abs() < 1e-3);
+        let disc = revolution(&base, &axis, &[[0.0, 0.0], [2.0, 0.0]], 1e-4).unwrap();
+        assert!((area(&disc) / (PI * 4.0) - 1.0).abs() < 1e-3);
+        for tolerance in [0.3, 0.01, 1e-4] {
+            let mesh = revolution(&base, &axis, &[[1.0, 0.0], [4.0, 4.0]], tolerance).unwrap();
+            let up = axis.normalize();
+            let distance = |point: &Vector| {
+                let apart = point - base;
+                (apart - up * up.dot(&apart)).norm()
+            };
+            let edge = mesh.triangles.iter().map(|triangle| mesh.corners(triangle)).map(|[a, b, c]| {
+                [(a, b), (b, c), (c, a)].map(|(a, b)| {
+                    let radius = distance(&a);
+                    if (radius - distance(&b)).abs() < 1e-9 { radius - distance(&(0.5 * (a + b))) } else { 0.0 }
+                })
+            });
+            let deepest = edge.flatten().fold(0.0, f64::max);
+            assert!(deepest <= tolerance * (1.0 + 1e-9), "{tolerance} {deepest}");
+        }
+        assert!(revolution(&base, &axis, &[[1.0, 0.0], [1.0, 1.0]], 1e-9).is_none());
+        assert!(revolution(&base, &Vector::zeros(), &[[1.0, 0.0], [1.0, 1.0]], 0.1).is_none());
+    }
+
+    #[test]
+    fn a_profile_between_two_points_of_the_axis_is_closed() {
+        let profile = [[0.0, 0.0], [1.0, 1.0], [0.5, 2.0], [0.0, 2.0]];
+        let mesh = revolution(&Vector::zeros(), &Vector::z(), &profile, 0.01).unwrap();
+        let mut sides = std::collections::BTreeMap::new();
+        for triangle in &mesh.triangles {
+            for k in 0..3 {
+                let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+                *sides.entry((a.min(b), a.max(b))).or_insert(0) += if a < b { 1 } else { -1 };
+            }
+        }
+        assert!(sides.values().all(|sum| *sum == 0));
+        // It looks outwards: the divergence theorem gives a positive volume, of a cone and a part of one.
+        let six = |triangle| {
+            let [a, b, c] = mesh.corners(triangle);
+            a.dot(&b.cross(&c))
+        };
+        let volume = mesh.triangles.iter().map(six).sum::<f64>() / 6.0;
+        let exact = PI / 3.0 * (1.0 + 1.0 + 0.5 + 0.25);
+        assert!((volume / exact - 1.0).abs() < 0.02, "{volume} {exact}");
+    }
+}

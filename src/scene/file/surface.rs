@@ -1,0 +1,91 @@
+//! `[[surface]]`: a surface that particles meet.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use crate::scene::names::WORDS;
+use crate::scene::parse::surface::{SHAPES, SIDES};
+use crate::scene::schema::{keys_by_kind, words};
+
+/// `[[surface]]`: a surface that particles meet, besides the walls of the box.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("allOf" = keys_by_kind("shape", &SHAPES)))]
+pub(crate) struct SurfaceFile {
+    /// Name, unique among the surfaces: up to 100 letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit. `surface 1` for
+    /// the first if not given, and so on.
+    #[schemars(regex(pattern = WORDS))]
+    pub name: Option<String>,
+    /// The shape; it decides which of the other keys there are.
+    #[schemars(extend("enum" = words(&SHAPES)))]
+    pub shape: String,
+    /// Names of the species that meet it; all if not given.
+    #[schemars(length(min = 1))]
+    pub species: Option<Vec<String>>,
+    /// Ratio of the normal speeds after and before a contact.
+    #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
+    pub restitution: Option<f64>,
+    /// Temperature of a thermal surface in place of a restitution `[energy]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub temperature: Option<f64>,
+    /// The side of a sphere or an endless cylinder on which particles are.
+    #[schemars(extend("enum" = json!(words(&SIDES)), "default" = "outside"))]
+    pub side: Option<String>,
+    /// A point of a plane `[length]`.
+    pub point: Option<[f64; 3]>,
+    /// Direction from a plane towards the particles, of any length.
+    pub normal: Option<[f64; 3]>,
+    /// Centre of a sphere or disc `[length]`.
+    pub centre: Option<[f64; 3]>,
+    /// Radius of a sphere, cylinder, capsule or disc `[length]`; 0 makes a capsule a line.
+    #[schemars(range(min = 0))]
+    pub radius: Option<f64>,
+    /// Centre of the first end of a cylinder or cone, a point of the axis of a revolution `[length]`.
+    pub base: Option<[f64; 3]>,
+    /// Direction of the axis, of any length: from the first end to the second.
+    pub axis: Option<[f64; 3]>,
+    /// Distance of the ends of a cylinder or cone `[length]`; a cylinder without it has no ends.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub length: Option<f64>,
+    /// Radii of the two ends of a cone `[length]`.
+    #[schemars(inner(range(min = 0)))]
+    pub radii: Option<[f64; 2]>,
+    /// Points of a line that is turned about the axis: distance from the axis, and height along it from the base `[length]`.
+    #[schemars(length(min = 2))]
+    pub profile: Option<Vec<[f64; 2]>>,
+    /// Largest distance of the triangles from a round surface `[length]`; a thousandth of the largest radius if not given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub tolerance: Option<f64>,
+    /// First end of a capsule `[length]`.
+    pub start: Option<[f64; 3]>,
+    /// Second end of a capsule `[length]`.
+    pub end: Option<[f64; 3]>,
+    /// Lower corner of a box `[length]`.
+    pub lower: Option<[f64; 3]>,
+    /// Upper corner of a box `[length]`.
+    pub upper: Option<[f64; 3]>,
+    /// File of a mesh, STL or OBJ; a relative path starts at the folder of the scene.
+    pub path: Option<String>,
+    /// Factor by which the mesh of the file is made larger, first.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    pub scale: Option<f64>,
+    /// Direction about which the mesh of the file is turned, and by how many degrees, second.
+    pub rotation: Option<RotationFile>,
+    /// How far the mesh of the file is moved, last `[length]`.
+    #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
+    pub translation: Option<[f64; 3]>,
+    /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. Runs keep it with their scene.
+    #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
+    pub checksum: Option<String>,
+}
+
+/// A rotation.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RotationFile {
+    /// Direction about which it turns, of any length; counterclockwise seen against it.
+    pub axis: [f64; 3],
+    /// Angle, in degrees.
+    pub angle: f64,
+}

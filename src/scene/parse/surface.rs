@@ -1,0 +1,183 @@
+//! Parses the tables of surfaces, and reads the files of their meshes.
+
+use std::path::Path;
+
+use nalgebra::{Matrix3, Rotation3};
+
+use super::{Keys, variant, vector};
+use crate::Vector;
+use crate::base::numbers::trunc_to_usize;
+use crate::mesh::read::read_mesh;
+use crate::mesh::revolution::revolution;
+use crate::model::{InputFile, SurfaceLaw, SurfaceShape, TriangleMesh};
+use crate::scene::config_path::ConfigPath;
+use crate::scene::coordinates::unchanged;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
+use crate::scene::file::SurfaceFile;
+use crate::scene::limits::{corners, finite, finite_vector, not_negative, positive};
+use crate::scene::unvalidated::SurfaceDraft;
+
+/// The shapes, and the keys that each one takes.
+pub(crate) const SHAPES: [(&str, &[&str]); 9] = [
+    ("plane", &["point", "normal"]),
+    ("sphere", &["centre", "radius", "side"]),
+    ("cylinder", &["base", "axis", "radius", "side", "length", "tolerance"]),
+    ("capsule", &["start", "end", "radius"]),
+    ("box", &["lower", "upper"]),
+    ("disc", &["centre", "axis", "radius", "tolerance"]),
+    ("cone", &["base", "axis", "radii", "length", "tolerance"]),
+    ("revolution", &["base", "axis", "profile", "tolerance"]),
+    ("mesh", &["path", "scale", "rotation", "translation", "checksum"]),
+];
+
+/// The words for the side on which particles are, and whether it is inside.
+pub(crate) const SIDES: [(&str, bool); 2] = [("outside", false), ("inside", true)];
+
+/// Of the largest radius.
+const TOLERANCE: f64 = 1e-3;
+
+/// A surface, and the file that its mesh is from.
+pub(super) fn parse_surface(
+    file: SurfaceFile,
+    index: usize,
+    directory: &Path,
+) -> Result<(SurfaceDraft, Option<InputFile>), SceneError> {
+    let at = ConfigPath::entry("surface", index);
+    let (word, keys) = Keys::of_kind(&SHAPES, "shape", &file.shape, &at, &file)?;
+    let law = match (file.restitution, file.temperature) {
+        (Some(_), Some(_)) => return refuse(at.key("temperature"), "given as well", "either it or a restitution"),
+        (_, Some(temperature)) => SurfaceLaw::Thermal { temperature },
+        (restitution, None) => SurfaceLaw::Reflecting { restitution: restitution.unwrap_or(1.0) },
+    };
+    let mut input = None;
+    let shape = match word {
+        "mesh" => {
+            let (mesh, read) = mesh(&file, &keys, directory)?;
+            input = Some(read);
+            SurfaceShape::Mesh(mesh)
+        }
+        _ => parse_shape(word, &file, &keys)?,
+    };
+    let draft = SurfaceDraft {
+        name: file.name.unwrap_or_else(|| format!("surface {}", index + 1)),
+        shape,
+        species: file.species.unwrap_or_default(),
+        law,
+    };
+    Ok((draft, input))
+}
+
+fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<SurfaceShape, SceneError> {
+    let at = keys.at;
+    let is_inside = || match &file.side {
+        Some(side) => variant(&SIDES, "side", side, &at.key("side")).copied(),
+        None => Ok(false),
+    };
+    Ok(match word {
+        "plane" => SurfaceShape::Plane { point: keys.vector("point")?, normal: keys.vector("normal")? },
+        "sphere" => SurfaceShape::Sphere {
+            centre: keys.vector("centre")?,
+            radius: keys.need("radius")?,
+            is_inside: is_inside()?,
+        },
+        "cylinder" if file.length.is_none() => {
+            if file.tolerance.is_some() {
+                return refuse(at.key("tolerance"), "given", "a length as well: a cylinder without ends is round");
+            }
+            SurfaceShape::Cylinder {
+                point: keys.vector("base")?,
+                axis: keys.vector("axis")?,
+                radius: keys.need("radius")?,
+                is_inside: is_inside()?,
+            }
+        }
+        "capsule" => {
+            SurfaceShape::Capsule { ends: [keys.vector("start")?, keys.vector("end")?], radius: keys.need("radius")? }
+        }
+        "box" => {
+            let (lower, upper) = (keys.vector("lower")?, keys.vector("upper")?);
+            corners(&lower, &upper, 0..3, at)?;
+            SurfaceShape::Mesh(TriangleMesh::cuboid(&lower, &upper))
+        }
+        "disc" => {
+            let radius = positive(keys.need("radius")?, at.key("radius"))?;
+            turned("centre", &[[0.0, 0.0], [radius, 0.0]], file, keys)?
+        }
+        "cone" | "cylinder" => {
+            if file.side.is_some() {
+                return refuse(at.key("side"), "given", "none: with a length, particles meet it from both sides");
+            }
+            let length = positive(keys.need("length")?, at.key("length"))?;
+            let radii = keys.radii_of_ends(word)?;
+            turned("base", &[[radii[0], 0.0], [radii[1], length]], file, keys)?
+        }
+        _ => turned("base", &keys.need::<Vec<[f64; 2]>>("profile")?, file, keys)?,
+    })
+}
+
+/// A line that is turned about an axis.
+fn turned(
+    base: &'static str,
+    profile: &[[f64; 2]],
+    file: &SurfaceFile,
+    keys: &Keys<'_>,
+) -> Result<SurfaceShape, SceneError> {
+    let at = keys.at;
+    let (base, axis) = (keys.vector(base)?, keys.vector("axis")?);
+    finite_vector(&base, &at.key("base"))?;
+    finite_vector(&axis, &at.key("axis"))?;
+    positive(axis.norm(), at.key("axis"))?;
+    let key = if file.profile.is_some() { at.key("profile") } else { at.key("radius") };
+    for [radius, height] in profile {
+        not_negative(*radius, key.clone())?;
+        finite(*height, key.clone())?;
+    }
+    let largest = positive(profile.iter().map(|[radius, _]| *radius).fold(0.0, f64::max), key.clone())?;
+    let tolerance = positive(file.tolerance.unwrap_or(TOLERANCE * largest), at.key("tolerance"))?;
+    match revolution(&base, &axis, profile, tolerance) {
+        Some(mesh) if !mesh.triangles.is_empty() => Ok(SurfaceShape::Mesh(mesh)),
+        Some(_) => refuse(key, "a profile without a line", "two different points, of which one is off the axis"),
+        None => refuse(at.key("tolerance"), tolerance, "a coarser one: a circle would have more than 4096 sides"),
+    }
+}
+
+/// The mesh of a file, at its place.
+fn mesh(file: &SurfaceFile, keys: &Keys<'_>, directory: &Path) -> Result<(TriangleMesh, InputFile), SceneError> {
+    let at = keys.at;
+    let path = directory.join(keys.need::<String>("path")?);
+    let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
+    let content = std::fs::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
+    let input = unchanged(&path, &content, file.checksum.as_deref(), at)?;
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let read = read_mesh(&extension, &content)
+        .map_err(|problem| SceneError::new(at.key("path"), SceneErrorKind::Mesh { path: path.clone(), problem }))?;
+    let scale = positive(file.scale.unwrap_or(1.0), at.key("scale"))?;
+    let translation = vector(file.translation.unwrap_or_default());
+    finite_vector(&translation, &at.key("translation"))?;
+    let rotation = match file.rotation {
+        None => Rotation3::identity(),
+        Some(rotation) => {
+            let key = at.key("rotation");
+            let axis = vector(rotation.axis);
+            finite_vector(&axis, &key.key("axis"))?;
+            finite(rotation.angle, key.key("angle"))?;
+            let Some(axis) = axis.try_normalize(0.0) else {
+                return refuse(key.key("axis"), "zero", "a direction");
+            };
+            turn(&axis, rotation.angle)
+        }
+    };
+    Ok((read.transformed(scale, &rotation, &translation), input))
+}
+
+/// A rotation about an axis of length 1, by degrees, with the same bits on every machine (Rodrigues' formula). Right angles are exact.
+fn turn(axis: &Vector, degrees: f64) -> Rotation3<f64> {
+    let quarters = degrees / 90.0;
+    let (sin, cos) = if quarters == quarters.round() {
+        [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][trunc_to_usize(quarters.rem_euclid(4.0)) % 4]
+    } else {
+        (libm::sin(degrees.to_radians()), libm::cos(degrees.to_radians()))
+    };
+    let cross = axis.cross_matrix();
+    Rotation3::from_matrix_unchecked(Matrix3::identity() * cos + cross * sin + axis * axis.transpose() * (1.0 - cos))
+}

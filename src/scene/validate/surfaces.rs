@@ -1,0 +1,245 @@
+//! Validates the surfaces of a scene.
+
+use crate::Vector;
+use crate::base::numbers::id;
+use crate::engine::surfaces::MOST_FEATURES;
+use crate::model::space::{AXES, Boundary, Space};
+use crate::model::{SceneSurface, Species, SpeciesId, SurfaceLaw, SurfaceShape, TriangleMesh};
+use crate::scene::builder::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, refuse, unknown};
+use crate::scene::limits::{finite_vector, not_negative, positive, restitution};
+use crate::scene::names::{self, Taken};
+use crate::scene::unvalidated::SurfaceDraft;
+
+/// A sphere's radius, of the largest coordinate of a surface: rounding would put smaller ones on its other side.
+const LEAST_RADIUS: f64 = 1e-9;
+
+impl SceneBuilder {
+    /// The surfaces of the scene, those of its parts first.
+    pub(in crate::scene) fn checked_surfaces(
+        &self,
+        species: &[Species],
+        space: &Space,
+    ) -> Result<Vec<SceneSurface>, SceneError> {
+        let drafts = self.surfaces.iter().enumerate().map(|(index, draft)| resolved(draft, index, species));
+        let surfaces =
+            self.parts.surfaces.iter().cloned().map(Ok).chain(drafts).collect::<Result<Vec<SceneSurface>, _>>()?;
+        let mut taken = Taken::default();
+        let mut features = 0;
+        for (index, surface) in surfaces.iter().enumerate() {
+            let at = ConfigPath::entry("surface", index);
+            names::words(&surface.name, &at.key("name"))?;
+            taken.take(&surface.name, &at)?;
+            check_law(surface.law, &at)?;
+            check_shape(&surface.shape, &at)?;
+            check_space(&surface.shape, space, &at)?;
+            check_radii(surface, species, &at)?;
+            if let SurfaceShape::Mesh(mesh) = &surface.shape {
+                features += mesh.triangles.len();
+            }
+        }
+        if features > MOST_FEATURES {
+            let at = ConfigPath::root().key("surface");
+            return refuse(
+                at,
+                format!("{features} triangles"),
+                format!("at most {MOST_FEATURES} in all meshes together"),
+            );
+        }
+        if !surfaces.is_empty() {
+            self.check_no_growth_or_shear()?;
+        }
+        Ok(surfaces)
+    }
+
+    /// What moves with the box, or grows, does not meet surfaces at rest yet.
+    fn check_no_growth_or_shear(&self) -> Result<(), SceneError> {
+        let expected = "no [[surface]] with it: surfaces are at rest, and met at a constant distance";
+        if self.parts.shear_rate.is_some() {
+            return refuse(ConfigPath::root().key("space").key("shear_rate"), "given", expected);
+        }
+        let growth = self.parts.run.stages.iter().position(|stage| stage.growth.is_some());
+        growth.map_or(Ok(()), |index| refuse(ConfigPath::entry("stage", index).key("growth"), "given", expected))
+    }
+}
+
+/// A surface with the numbers of its species.
+fn resolved(draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
+    let SurfaceDraft { name, shape, species: named, law } = draft;
+    let at = ConfigPath::entry("surface", index).key("species");
+    let find = |name: &String| {
+        let found = species.iter().position(|species| species.name == *name);
+        found
+            .map(|index| SpeciesId(id(index)))
+            .ok_or_else(|| unknown(&at, "species", name, species.iter().map(|species| species.name.as_str())))
+    };
+    let species = named.iter().map(find).collect::<Result<Vec<_>, _>>()?;
+    Ok(SceneSurface { name: name.clone(), shape: shape.clone(), species, law: *law })
+}
+
+fn check_law(law: SurfaceLaw, at: &ConfigPath) -> Result<(), SceneError> {
+    match law {
+        SurfaceLaw::Reflecting { restitution: value } => restitution(value, at.key("restitution")).map(drop),
+        SurfaceLaw::Thermal { temperature } => positive(temperature, at.key("temperature")).map(drop),
+    }
+}
+
+/// Refuses numbers that are none, and shapes without extent.
+fn check_shape(shape: &SurfaceShape, at: &ConfigPath) -> Result<(), SceneError> {
+    match shape {
+        SurfaceShape::Plane { point, normal } => {
+            finite_vector(point, &at.key("point"))?;
+            direction(normal, &at.key("normal"))
+        }
+        SurfaceShape::Sphere { centre, radius, .. } => {
+            finite_vector(centre, &at.key("centre"))?;
+            positive(*radius, at.key("radius")).map(drop)
+        }
+        SurfaceShape::Cylinder { point, axis, radius, .. } => {
+            finite_vector(point, &at.key("base"))?;
+            direction(axis, &at.key("axis"))?;
+            positive(*radius, at.key("radius")).map(drop)
+        }
+        SurfaceShape::Capsule { ends, radius } => {
+            finite_vector(&ends[0], &at.key("start"))?;
+            finite_vector(&ends[1], &at.key("end"))?;
+            not_negative(*radius, at.key("radius"))?;
+            if *radius == 0.0 && ends[0] == ends[1] {
+                return refuse(at.key("end"), "the same as start", "another place, or a radius");
+            }
+            Ok(())
+        }
+        SurfaceShape::Mesh(mesh) => check_mesh(mesh, at),
+    }
+}
+
+fn direction(vector: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
+    finite_vector(vector, at)?;
+    positive(vector.norm(), at.clone()).map(drop)
+}
+
+/// Triangles of vertices that there are.
+fn check_mesh(mesh: &TriangleMesh, at: &ConfigPath) -> Result<(), SceneError> {
+    let at = at.key("path");
+    if mesh.triangles.is_empty() {
+        return refuse(at, "a mesh without triangles", "at least one");
+    }
+    for (index, vertex) in mesh.vertices.iter().enumerate() {
+        finite_vector(vertex, &at).map_err(|_| {
+            let value = format!("vertex {} of the mesh is at {:?}", index + 1, vertex.as_slice());
+            SceneError::new(at.clone(), crate::scene::SceneErrorKind::value(value, "coordinates from -1e50 to 1e50"))
+        })?;
+    }
+    let count = mesh.vertices.len();
+    let missing = |triangle: &[u32; 3]| triangle.iter().find(|vertex| **vertex as usize >= count).copied();
+    match mesh.triangles.iter().enumerate().find_map(|(index, triangle)| Some((index, missing(triangle)?))) {
+        Some((index, vertex)) => {
+            refuse(at, format!("vertex {vertex} in triangle {}", index + 1), format!("a number below {count}"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Shapes that fit the box: its flat axes and its images.
+fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    for k in 0..3 {
+        let axis = AXES[k];
+        match space.boundary[k] {
+            Boundary::Flat => check_flat(shape, space, k, at)?,
+            Boundary::Periodic => {
+                let refused = |key: &'static str, value: &str, expected: &str| {
+                    refuse(at.key(key), value, format!("{expected}, because the box is periodic along {axis}"))
+                };
+                match *shape {
+                    SurfaceShape::Plane { normal, .. } if normal[k] != 0.0 => {
+                        return refused("normal", "oblique", &format!("a normal across {axis}"));
+                    }
+                    SurfaceShape::Cylinder { axis: along, .. }
+                        if along[k] != 0.0 && along.iter().filter(|component| **component != 0.0).count() > 1 =>
+                    {
+                        return refused("axis", "oblique", &format!("an axis along {axis} or across it"));
+                    }
+                    SurfaceShape::Sphere { centre, radius, is_inside: true }
+                    | SurfaceShape::Cylinder { point: centre, radius, is_inside: true, .. } => {
+                        let is_along = matches!(*shape, SurfaceShape::Cylinder { axis, .. } if axis[k] != 0.0);
+                        let (lower, upper) = (space.lower[k], space.upper()[k]);
+                        if !is_along && (centre[k] - radius < lower || centre[k] + radius > upper) {
+                            return refused(
+                                "side",
+                                "inside of a surface that reaches out of the box",
+                                "one within the box",
+                            );
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            Boundary::Bounded { .. } => {}
+        }
+    }
+    Ok(())
+}
+
+/// Shapes whose section with a plane or a line is met there only.
+fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) -> Result<(), SceneError> {
+    let (axis, flat) = (AXES[k], space.lower[k]);
+    let off = |point: &Vector, key: &'static str| match point[k] == flat {
+        true => Ok(()),
+        false => refuse(at.key(key).index(k), point[k], format!("{flat}, because {axis} is flat")),
+    };
+    match shape {
+        SurfaceShape::Plane { normal, .. } if normal[k] != 0.0 => {
+            refuse(at.key("normal").index(k), normal[k], format!("0, because {axis} is flat"))
+        }
+        SurfaceShape::Plane { .. } => Ok(()),
+        SurfaceShape::Sphere { centre, .. } => off(centre, "centre"),
+        SurfaceShape::Cylinder { axis: along, .. } => {
+            let across = (0..3).any(|other| other != k && along[other] != 0.0);
+            if across {
+                refuse(at.key("axis"), "across it", format!("along {axis}, because that is flat"))
+            } else {
+                Ok(())
+            }
+        }
+        SurfaceShape::Capsule { ends, .. } => off(&ends[0], "start").and_then(|()| off(&ends[1], "end")),
+        SurfaceShape::Mesh(_) => {
+            let expected = format!("`plane`, `sphere`, `capsule`, or `cylinder` along {axis}, because that is flat");
+            refuse(at.key("shape"), "a mesh of triangles", expected)
+        }
+    }
+}
+
+/// Spheres that find room inside, and are large enough to be on one side.
+fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
+    let meeting =
+        (0..).zip(species).filter(|(index, species)| surface.meets(SpeciesId(*index)) && !species.is_static());
+    let largest_coordinate = match &surface.shape {
+        SurfaceShape::Mesh(mesh) => mesh.vertices.iter().map(Vector::amax).fold(0.0, f64::max),
+        SurfaceShape::Capsule { ends, radius: 0.0 } => ends[0].amax().max(ends[1].amax()),
+        _ => 0.0,
+    };
+    for (_, species) in meeting {
+        let (name, radius) = (&species.name, 0.5 * species.diameter);
+        match surface.shape {
+            SurfaceShape::Sphere { radius: room, is_inside: true, .. }
+            | SurfaceShape::Cylinder { radius: room, is_inside: true, .. }
+                if room <= radius =>
+            {
+                return refuse(
+                    at.key("radius"),
+                    room,
+                    format!("more than {radius}, the radius of `{name}`, which is inside"),
+                );
+            }
+            _ if radius < LEAST_RADIUS * largest_coordinate => {
+                let value = format!("coordinates up to {largest_coordinate}");
+                let expected =
+                    format!("a surface nearer to 0: `{name}` of diameter {} is below their rounding", species.diameter);
+                return refuse(at.key("shape"), value, expected);
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
