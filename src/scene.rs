@@ -132,7 +132,9 @@ impl Scene {
     ) -> Result<Vec<(PathBuf, NamedInput)>, SceneError> {
         let file = source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read()?;
         let directory = name.parent().unwrap_or(Path::new(""));
-        let files = file.file.iter().map(|file| (directory.join(&file.path), NamedInput::Coordinates));
+        let meshes = file.surface.iter().flatten().filter_map(|surface| surface.path.as_ref());
+        let files = file.file.iter().map(|file| &file.path).chain(meshes);
+        let files = files.map(|path| (directory.join(path), NamedInput::File));
         let run = file.start.iter().map(|start| (directory.join(&start.from), NamedInput::Run));
         Ok(files.chain(run).collect())
     }
@@ -147,8 +149,8 @@ impl Scene {
 /// Kind of input that a scene names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum NamedInput {
-    /// A file with the positions of particles.
-    Coordinates,
+    /// A file with the positions of particles, or with a mesh.
+    File,
     /// The folder of a run.
     Run,
 }

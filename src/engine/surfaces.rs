@@ -277,6 +277,11 @@ impl Surfaces {
         Self::from(Origin { space, temperatures: *temperatures, surfaces, species })
     }
 
+    /// Those of the scene, without the walls.
+    pub fn of_scene(&self) -> &[SceneSurface] {
+        &self.origin.surfaces
+    }
+
     /// All of them, each at the index that predictions name.
     pub fn all(&self) -> &[Placed] {
         &self.all

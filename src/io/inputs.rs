@@ -37,7 +37,7 @@ pub fn refuse_link(path: &Path) -> Result<(), OutputError> {
 /// Input of a scene with the checksum that it has now; `None` where it cannot be read.
 pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
     match kind {
-        NamedInput::Coordinates => Some(InputFile::new(path, &fs::read(path).ok()?)),
+        NamedInput::File => Some(InputFile::new(path, &fs::read(path).ok()?)),
         NamedInput::Run => {
             let checkpoint = checkpoints::last(path);
             let checksum = Checkpoint::stated_checksum(&checkpoint).ok()?;

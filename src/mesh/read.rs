@@ -1,3 +1,48 @@
-pub(crate) fn read_mesh(_: &str, _: &[u8]) -> Result<crate::model::TriangleMesh, String> {
-    Err("x".into())
+//! Files of triangle meshes: STL, binary and text, and Wavefront OBJ.
+//!
+//! | format | precision | refused, beyond what is malformed |
+//! |---|---|---|
+//! | binary STL | coordinates are `f32`, which `f64` holds exactly | another length than the header's number of triangles needs |
+//! | text STL | nearest `f64` | end of the file before `endsolid` |
+//! | OBJ | nearest `f64` | numbers of vertices that the file does not have |
+//!
+//! Names, colours, texture coordinates and normals are passed over: a normal follows from the order of the corners. Nothing in a file decides how much memory
+//! is set aside; what is read grows with what has been seen.
+
+mod error;
+mod obj;
+mod stl_binary;
+mod stl_text;
+#[cfg(test)]
+mod tests;
+mod words;
+
+pub use error::{MeshFileError, MeshFileProblem, Place};
+
+use crate::model::triangle_mesh::TriangleMesh;
+
+/// Reads a mesh. The extension, of whichever case, says whether the content is STL or OBJ; whether STL is binary follows from its content.
+///
+/// Corners with the same coordinates become one vertex. Triangles with two identical vertices are kept.
+///
+/// # Errors
+/// [`MeshFileError`] with the name, the line or the number of the triangle, what was found and what was expected.
+pub fn read_mesh(name_for_errors: &str, extension: &str, content: &[u8]) -> Result<TriangleMesh, MeshFileError> {
+    let read = || {
+        let format = extension.trim_start_matches('.').to_ascii_lowercase();
+        let reader = match format.as_str() {
+            "stl" if stl_binary::is_binary(content) => stl_binary::read,
+            "stl" => stl_text::read,
+            "obj" => obj::read,
+            _ => return Err(MeshFileProblem::UnknownFormat { extension: error::shorten(extension.as_bytes()) }),
+        };
+        if content.trim_ascii().is_empty() {
+            return Err(MeshFileProblem::Empty);
+        }
+        if content.starts_with(b"\xff\xfe") || content.starts_with(b"\xfe\xff") {
+            return Err(MeshFileProblem::Utf16);
+        }
+        reader(content)
+    };
+    read().map_err(|problem| MeshFileError { name: name_for_errors.to_owned(), problem })
 }

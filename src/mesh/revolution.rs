@@ -52,14 +52,7 @@ pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tol
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn area(mesh: &TriangleMesh) -> f64 {
-        let of = |triangle| {
-            let [a, b, c] = mesh.corners(triangle);
-            0.5 * (b - a).cross(&(c - a)).norm()
-        };
-        mesh.triangles.iter().map(of).sum()
-    }
+    use crate::model::triangle_mesh::EdgeUse;
 
     #[test]
     fn cones_and_discs_have_their_areas_and_their_tolerance() {
@@ -67,9 +60,9 @@ mod tests {
         let base = Vector::new(3.0, 1.0, -2.0);
         // A truncated cone, `pi (r1 + r2) l` along its side of length l = 5.
         let cone = revolution(&base, &axis, &[[1.0, 0.0], [4.0, 4.0]], 1e-4).unwrap();
-        assert!((area(&cone) / (PI * 25.0) - 1.0).abs() < 1e-3);
+        assert!((cone.area() / (PI * 25.0) - 1.0).abs() < 1e-3);
         let disc = revolution(&base, &axis, &[[0.0, 0.0], [2.0, 0.0]], 1e-4).unwrap();
-        assert!((area(&disc) / (PI * 4.0) - 1.0).abs() < 1e-3);
+        assert!((disc.area() / (PI * 4.0) - 1.0).abs() < 1e-3);
         for tolerance in [0.3, 0.01, 1e-4] {
             let mesh = revolution(&base, &axis, &[[1.0, 0.0], [4.0, 4.0]], tolerance).unwrap();
             let up = axis.normalize();
@@ -77,7 +70,7 @@ mod tests {
                 let apart = point - base;
                 (apart - up * up.dot(&apart)).norm()
             };
-            let edge = mesh.triangles.iter().map(|triangle| mesh.corners(triangle)).map(|[a, b, c]| {
+            let edge = mesh.all_corners().map(|[a, b, c]| {
                 [(a, b), (b, c), (c, a)].map(|(a, b)| {
                     let radius = distance(&a);
                     if (radius - distance(&b)).abs() < 1e-9 { radius - distance(&(0.5 * (a + b))) } else { 0.0 }
@@ -94,20 +87,10 @@ mod tests {
     fn a_profile_between_two_points_of_the_axis_is_closed() {
         let profile = [[0.0, 0.0], [1.0, 1.0], [0.5, 2.0], [0.0, 2.0]];
         let mesh = revolution(&Vector::zeros(), &Vector::z(), &profile, 0.01).unwrap();
-        let mut sides = std::collections::BTreeMap::new();
-        for triangle in &mesh.triangles {
-            for k in 0..3 {
-                let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
-                *sides.entry((a.min(b), a.max(b))).or_insert(0) += if a < b { 1 } else { -1 };
-            }
-        }
-        assert!(sides.values().all(|sum| *sum == 0));
-        // It looks outwards: the divergence theorem gives a positive volume, of a cone and a part of one.
-        let six = |triangle| {
-            let [a, b, c] = mesh.corners(triangle);
-            a.dot(&b.cross(&c))
-        };
-        let volume = mesh.triangles.iter().map(six).sum::<f64>() / 6.0;
+        let is_closed = |uses: &[EdgeUse]| uses.len() == 2 && uses[0].is_forward != uses[1].is_forward;
+        assert!(mesh.edges().iter().all(is_closed));
+        // It looks outwards: a cone and parts of two.
+        let volume = mesh.enclosed_volume();
         let exact = PI / 3.0 * (1.0 + 1.0 + 0.5 + 0.25);
         assert!((volume / exact - 1.0).abs() < 0.02, "{volume} {exact}");
     }

@@ -1,20 +1,44 @@
-//! Meshes of triangles.
+//! Surfaces of triangles that share vertices.
+
+mod edges;
+#[cfg(test)]
+mod tests;
+mod weld;
+
+pub use edges::{EdgeUse, Edges};
+pub(crate) use weld::Welder;
 
 use nalgebra::Rotation3;
 use serde::{Deserialize, Serialize};
 
+use super::limits::LARGEST;
 use crate::Vector;
 
-/// A mesh of triangles: vertices, and for each triangle the numbers of its three, counterclockwise seen from outside.
+/// The most triangles of a mesh: the numbers of their vertices, three times as many at most, fit 32 bits.
+pub const MOST_TRIANGLES: usize = 1 << 28;
+
+/// Largest magnitude of a coordinate `[length]`: squares of areas and products of volumes stay far from overflow.
+pub const LARGEST_COORDINATE: f64 = LARGEST;
+
+/// Surface of triangles that share vertices. Seen from the side to which the normal points, corners follow each other counterclockwise.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TriangleMesh {
     /// Positions `[length]`.
     pub vertices: Vec<Vector>,
-    /// Numbers of vertices.
+    /// Numbers of the three vertices of each triangle.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl TriangleMesh {
+    /// Triangles with the corners of a list, in its order. Corners with the same coordinates are one vertex, also where zeros differ in sign; vertices are
+    /// numbered in the order in which they appear first. Triangles beyond [`MOST_TRIANGLES`] are left out.
+    #[must_use]
+    pub fn welded(corners: impl Iterator<Item = [Vector; 3]>) -> Self {
+        let mut welder = Welder::default();
+        corners.take(MOST_TRIANGLES).for_each(|corners| welder.push(&corners));
+        welder.finish()
+    }
+
     /// A box of twelve triangles that look outwards.
     #[must_use]
     pub fn cuboid(lower: &Vector, upper: &Vector) -> Self {
@@ -25,16 +49,74 @@ impl TriangleMesh {
         Self { vertices: (0..8).map(at).collect(), triangles }
     }
 
-    /// The mesh made larger, turned about the origin, and moved, in this order.
+    /// Corners of the triangle of this number; NaN where there is no such triangle or vertex.
     #[must_use]
-    pub fn transformed(&self, scale: f64, rotation: &Rotation3<f64>, translation: &Vector) -> Self {
-        let vertices = self.vertices.iter().map(|vertex| rotation * (vertex * scale) + translation).collect();
-        Self { vertices, triangles: self.triangles.clone() }
+    pub fn corners(&self, triangle: usize) -> [Vector; 3] {
+        self.triangles.get(triangle).map_or([Vector::repeat(f64::NAN); 3], |numbers| self.at(numbers))
     }
 
-    /// The corners of a triangle `[length]`.
-    #[must_use]
-    pub fn corners(&self, triangle: &[u32; 3]) -> [Vector; 3] {
-        triangle.map(|vertex| self.vertices[vertex as usize])
+    /// Corners of all triangles, in order.
+    pub fn all_corners(&self) -> impl Iterator<Item = [Vector; 3]> + '_ {
+        self.triangles.iter().map(|numbers| self.at(numbers))
     }
+
+    fn at(&self, numbers: &[u32; 3]) -> [Vector; 3] {
+        numbers.map(|number| self.vertices.get(number as usize).copied().unwrap_or(Vector::repeat(f64::NAN)))
+    }
+
+    /// The first triangle whose vertices are missing, not finite, or beyond [`LARGEST_COORDINATE`], if there is one.
+    #[must_use]
+    pub fn first_unusable(&self) -> Option<usize> {
+        let is_usable = |corner: &Vector| corner.iter().all(|x| x.abs() <= LARGEST_COORDINATE);
+        self.all_corners().position(|corners| !corners.iter().all(is_usable))
+    }
+
+    /// Lower and upper corner of the smallest box that holds all triangles `[length]`; zeros without triangles.
+    #[must_use]
+    pub fn bounds(&self) -> [Vector; 2] {
+        let mut corners = self.all_corners().flatten();
+        let Some(first) = corners.next() else { return [Vector::zeros(); 2] };
+        corners.fold([first; 2], |[lower, upper], corner| [lower.inf(&corner), upper.sup(&corner)])
+    }
+
+    /// The mesh scaled about the origin, then rotated, then moved. A negative scale mirrors; corners are reversed then, so that normals that point outwards
+    /// still do.
+    #[must_use]
+    pub fn transformed(&self, scale: f64, rotation: &Rotation3<f64>, translation: &Vector) -> Self {
+        let moved = |vertex: &Vector| rotation * (vertex * scale) + translation;
+        let turned = |&[a, b, c]: &[u32; 3]| if scale < 0.0 { [a, c, b] } else { [a, b, c] };
+        Self {
+            vertices: self.vertices.iter().map(moved).collect(),
+            triangles: self.triangles.iter().map(turned).collect(),
+        }
+    }
+
+    /// Volume that a closed mesh encloses `[length^3]`, positive if its normals point outwards.
+    ///
+    /// `V = sum (a - o) . ((b - o) x (c - o)) / 6` by the divergence theorem. The point `o` is arbitrary; a vertex keeps the digits of a small mesh far from
+    /// the origin.
+    #[must_use]
+    pub fn enclosed_volume(&self) -> f64 {
+        let [origin, ..] = self.corners(0);
+        let six_times = |[a, b, c]: [Vector; 3]| (a - origin).dot(&(b - origin).cross(&(c - origin)));
+        self.all_corners().map(six_times).sum::<f64>() / 6.0
+    }
+
+    /// Area of all triangles `[length^2]`.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        self.all_corners().map(|corners| 0.5 * twice_area(&corners).norm()).sum()
+    }
+
+    /// Edges in the order of their vertices, with the triangles on them.
+    #[must_use]
+    pub fn edges(&self) -> Edges {
+        Edges::of(&self.triangles)
+    }
+}
+
+/// Normal of a triangle, twice as long as its area is large `[length^2]`.
+#[must_use]
+pub fn twice_area([a, b, c]: &[Vector; 3]) -> Vector {
+    (b - a).cross(&(c - a))
 }

@@ -73,7 +73,7 @@ fn try_to_grow(links: &Links, occupancy: &Occupancy<'_>, random: &mut Random) ->
                 Some(last) => space.wrapped(last + random.direction(space) * links.spacing),
             };
             let is_free = is_inside(&position, links.radius, space)
-                && occupancy.overlap(&position, links.species, |_| true).is_none()
+                && occupancy.is_free(&position, links.species)
                 && !meets_itself(&chain, &position, links.contact, space);
             is_free.then_some(position)
         })?;

@@ -127,9 +127,12 @@ impl SceneBuilder {
             interactions.check_complete(&groups.counts(species.len()))?;
         }
         let is_as_it_was = is_kept.iter().all(|kept| *kept) && has_same_walls(run, &species, &space);
-        let surfaces =
-            if self.has_surfaces { self.checked_surfaces(&species, &space)? } else { surfaces_of(run, &species) };
-        let is_as_it_was = is_as_it_was && surfaces == run.surfaces;
+        let mut with_surfaces = self.clone();
+        if !self.has_surfaces {
+            with_surfaces.parts.surfaces = surfaces_of(run, &species);
+        }
+        let surfaces = with_surfaces.checked_surfaces(&species, &space)?;
+        let is_as_it_was = is_as_it_was && surfaces.of_scene() == run.surfaces;
         let displacement = self.parts.displacement;
         let start = Configuration { groups, interactions, space, displacement, surfaces };
         self.check_plan(&start)?;
@@ -139,7 +142,7 @@ impl SceneBuilder {
         }
         let mut scene = self.assembled(start);
         scene.particles = particles;
-        scene.inputs = vec![last.checkpoint.clone()];
+        scene.inputs.insert(0, last.checkpoint.clone());
         let differences = differences(&scene, run);
         // What this program has in memory, it can write.
         let simulation = if differences.is_empty() { postcard::to_allocvec(&last.simulation).ok() } else { None };

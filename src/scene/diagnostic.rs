@@ -10,6 +10,7 @@ use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
 use thiserror::Error;
 
 use crate::base::text::printable;
+use crate::mesh::read::MeshFileProblem;
 use crate::model::error::PotentialError;
 use crate::prepare::NoPlace;
 use crate::scene::config_path::ConfigPath;
@@ -107,7 +108,7 @@ pub enum SceneErrorKind {
     Coordinates { path: PathBuf, line: usize, problem: String },
     /// A mesh file that cannot be understood.
     #[error("{}: {problem}", path.display())]
-    Mesh { path: PathBuf, problem: String },
+    Mesh { path: PathBuf, problem: Box<MeshFileProblem> },
     /// A coordinate file whose content is not the one that the scene was meant for.
     #[error("{} is not the file that it was: its checksum is {found}, expected {expected}", path.display())]
     InputChanged { path: PathBuf, found: String, expected: String },

@@ -6,6 +6,7 @@ pub(crate) use self::placing::Placing;
 use self::placing::is_random;
 use crate::Vector;
 use crate::base::numbers::id;
+use crate::engine::surfaces::Surfaces;
 use crate::model::StaticSurface;
 use crate::model::space::Space;
 use crate::model::{Bond, Particle, ParticleId, Species};
@@ -33,11 +34,11 @@ impl Groups {
     pub(crate) fn place(
         scene: &SceneBuilder,
         species: &[Species],
-        space: &Space,
+        (space, surfaces): (&Space, &Surfaces),
         interactions: &mut Interactions<'_>,
     ) -> Result<Self, SceneError> {
         let contacts = interactions.contacts();
-        let mut placing = Placing { scene, species, space, contacts: &contacts, layouts: Vec::new() };
+        let mut placing = Placing { scene, species, space, contacts: &contacts, surfaces, layouts: Vec::new() };
         let mut parts: Vec<Vec<Particle>> = vec![Vec::new(); scene.groups.len()];
         placing.check_amounts()?;
         let mut total = 0;

@@ -50,6 +50,17 @@ impl Scene {
                 make_absolute(name, directory);
             }
         }
+        let meshes = table.get_mut("surface").and_then(Value::as_array_mut).into_iter().flatten();
+        let meshes: Vec<&mut Table> =
+            meshes.filter_map(Value::as_table_mut).filter(|surface| surface.contains_key("path")).collect();
+        // After all other files.
+        let first = self.inputs.len().saturating_sub(meshes.len());
+        for (mesh, input) in meshes.into_iter().zip(&self.inputs[first..]) {
+            mesh.insert("checksum".to_owned(), Value::String(input.checksum.clone()));
+            if let Some(Value::String(name)) = mesh.get_mut("path") {
+                make_absolute(name, directory);
+            }
+        }
         if let (Some(start), Some(run)) = (table.get_mut("start").and_then(Value::as_table_mut), &self.predecessor) {
             start.insert("checksum".to_owned(), Value::String(run.checkpoint.checksum.clone()));
             if let Some(Value::String(from)) = start.get_mut("from") {

@@ -9,10 +9,8 @@ pub(crate) mod start;
 mod surfaces;
 
 use crate::Vector;
-use crate::base::numbers::id;
-use crate::engine::surfaces::Surfaces;
 use crate::model::space::{Boundary, Space, displacement_within_period};
-use crate::model::{AuditPlan, CountRegion, Scene, SceneParts, Species, SpeciesId};
+use crate::model::{AuditPlan, CountRegion, Scene, SceneParts, Species};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -45,7 +43,8 @@ impl SceneBuilder {
         let space = self.checked_space(&species)?;
         self.set_accelerations(&mut species, &space)?;
         let mut interactions = Interactions::new(&self.interactions, &species)?;
-        let groups = Groups::place(self, &species, &space, &mut interactions)?;
+        let surfaces = self.checked_surfaces(&species, &space)?;
+        let groups = Groups::place(self, &species, (&space, &surfaces), &mut interactions)?;
         interactions.check_complete(&groups.counts(species.len()))?;
         // A flat x has no period, and nothing slides along it.
         let displacement = if self.parts.displacement == 0.0 {
@@ -53,7 +52,6 @@ impl SceneBuilder {
         } else {
             displacement_within_period(self.parts.displacement, space.size.x)
         };
-        let surfaces = self.checked_surfaces(&species, &space)?;
         let start = Configuration { groups, interactions, space, displacement, surfaces };
         self.check_plan(&start)?;
         self.check_places(&start)?;
@@ -78,10 +76,7 @@ impl SceneBuilder {
         if self.parts.allow_invalid_start {
             return Ok(());
         }
-        let species = start.interactions.species;
-        let ids: Vec<SpeciesId> = (0..species.len()).map(|index| SpeciesId(id(index))).collect();
-        let surfaces = Surfaces::of_parts(&start.space, &self.parts.wall_temperatures, &start.surfaces, &ids);
-        start::check_surfaces(&start.groups, species, &surfaces)?;
+        start::check_surfaces(&start.groups, start.interactions.species, &start.surfaces)?;
         start::check_bonds(start)?;
         start::check_overlaps(start)
     }
@@ -107,7 +102,7 @@ impl SceneBuilder {
             bonds: groups.bonds.into_iter().map(|(bond, _)| bond).collect(),
             particles: groups.particles,
             static_surfaces: groups.static_surfaces,
-            surfaces,
+            surfaces: surfaces.of_scene().to_vec(),
             wall_temperatures: space.of_walls(self.parts.wall_temperatures),
             space,
             displacement,

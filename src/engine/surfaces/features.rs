@@ -9,6 +9,7 @@ use super::plane::Plane;
 use super::round::Round;
 use crate::Vector;
 use crate::model::space::Space;
+use crate::model::triangle_mesh::EdgeUse;
 use crate::model::{SurfaceShape, TriangleMesh};
 
 /// Sine of the angle of two faces below which their common edge is flat. The faces of larger ones would differ from the edge's cylinder by less than a
@@ -100,34 +101,17 @@ fn segment([start, end]: &[Vector; 2], radius: f64) -> Option<Shape> {
     Some(Shape::Round(Round { centre: *start, axis: Some(axis), length: along.norm(), radius, is_inside: false }))
 }
 
-/// One side of a triangle: the numbers of its ends, the lower one first, the triangle, and which of its sides.
-type Side = ([u32; 2], usize, usize);
-
-/// The sides of all triangles, those of one edge after each other.
-fn sides(mesh: &TriangleMesh) -> Vec<Side> {
-    let of_triangle = |(index, triangle): (usize, &[u32; 3])| {
-        let triangle = *triangle;
-        [0, 1, 2].map(|side| {
-            let [a, b] = [triangle[side], triangle[(side + 1) % 3]];
-            ([a.min(b), a.max(b)], index, side)
-        })
-    };
-    let mut sides: Vec<Side> = mesh.triangles.iter().enumerate().flat_map(of_triangle).collect();
-    sides.sort_unstable();
-    sides
-}
-
 fn of_mesh(mesh: &TriangleMesh) -> Vec<Shape> {
-    let mut faces: Vec<Option<Face>> = mesh.triangles.iter().map(|triangle| face(mesh, triangle)).collect();
+    let mut faces: Vec<Option<Face>> = mesh.triangles.iter().zip(mesh.all_corners()).map(face).collect();
     let mut edges = Vec::new();
     let mut is_corner = vec![false; mesh.vertices.len()];
-    for same in sides(mesh).chunk_by(|a, b| a.0 == b.0) {
-        let ends = same[0].0;
-        if ends[0] == ends[1] || make_flat(same, &mut faces) {
+    for uses in mesh.edges().iter() {
+        if make_flat(uses, mesh, &mut faces) {
             continue;
         }
-        edges.extend(segment(&ends.map(|vertex| mesh.vertices[vertex as usize]), 0.0));
-        ends.into_iter().for_each(|vertex| is_corner[vertex as usize] = true);
+        let ends = uses[0].ends.map(|vertex| vertex as usize);
+        edges.extend(segment(&ends.map(|vertex| mesh.vertices[vertex]), 0.0));
+        ends.into_iter().for_each(|vertex| is_corner[vertex] = true);
     }
     let corners = mesh.vertices.iter().zip(is_corner).filter(|(_, is_corner)| *is_corner).map(|(vertex, _)| {
         Shape::Round(Round { centre: *vertex, axis: None, length: 0.0, radius: 0.0, is_inside: false })
@@ -136,8 +120,15 @@ fn of_mesh(mesh: &TriangleMesh) -> Vec<Shape> {
 }
 
 /// Whether the faces on both sides of an edge are in one plane; the two then share how they look at it.
-fn make_flat(same: &[Side], faces: &mut [Option<Face>]) -> bool {
-    let &[(_, one, side), (_, other, other_side)] = same else { return false };
+fn make_flat(uses: &[EdgeUse], mesh: &TriangleMesh, faces: &mut [Option<Face>]) -> bool {
+    let &[one, other] = uses else { return false };
+    let [(one, side), (other, other_side)] = [one, other].map(|of| {
+        let triangle = of.triangle as usize;
+        let numbers = mesh.triangles[triangle];
+        // Two of three vertices are the ends: the side begins at the one that comes first, going round.
+        let is_side = |side: &usize| of.ends.contains(&numbers[*side]) && of.ends.contains(&numbers[(side + 1) % 3]);
+        (triangle, [0, 1, 2].into_iter().find(is_side).unwrap_or_default())
+    });
     let [Some(a), Some(b)] = [faces[one], faces[other]] else { return false };
     let are_opposite = a.inwards[side].dot(&b.inwards[other_side]) < 0.0;
     if !are_opposite || a.normal.cross(&b.normal).norm() > FLAT {
@@ -152,8 +143,7 @@ fn make_flat(same: &[Side], faces: &mut [Option<Face>]) -> bool {
 /// The face of a triangle; none for one without an area.
 ///
 /// Its normal is across its longest side, and the direction into it across that as well, so that the errors of a sliver turn it about its long side.
-fn face(mesh: &TriangleMesh, triangle: &[u32; 3]) -> Option<Face> {
-    let corners = mesh.corners(triangle);
+fn face((triangle, corners): (&[u32; 3], [Vector; 3])) -> Option<Face> {
     let along = |side: usize| corners[(side + 1) % 3] - corners[side];
     let longest = (0..3).max_by(|a, b| along(*a).norm_squared().total_cmp(&along(*b).norm_squared()))?;
     let u = along(longest).try_normalize(0.0)?;

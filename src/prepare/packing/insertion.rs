@@ -38,7 +38,7 @@ pub(crate) fn insert(
     for (radius, species) in sizes {
         let free = (0..ATTEMPTS)
             .map(|_| region.draw(occupancy.space, radius, random))
-            .find(|position| occupancy.overlap(position, species, |_| true).is_none());
+            .find(|position| occupancy.is_free(position, species));
         let Some(position) = free else { break };
         occupancy.take(position, species);
         positions.push(position);

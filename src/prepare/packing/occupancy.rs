@@ -8,6 +8,7 @@ pub(crate) use contacts::Contacts;
 use self::grid::{Grid, Taken};
 use crate::Vector;
 use crate::base::numbers::id;
+use crate::engine::surfaces::{Surface, Surfaces};
 use crate::model::Particle;
 use crate::model::space::{Boundary, Space, minimum_image};
 
@@ -38,6 +39,8 @@ pub(crate) struct Occupancy<'a> {
     taken: Vec<Taken>,
     /// The farthest side of the box `[length]`.
     side: f64,
+    /// Surfaces that particles keep clear of, and the radius of each species; none where nothing but particles is in the way.
+    surfaces: Option<(&'a Surfaces, Vec<f64>)>,
 }
 
 /// Particles in contact may be closer than their core by the rounding of their coordinates: a few units in the last
@@ -88,7 +91,31 @@ impl<'a> Occupancy<'a> {
             grid_of,
             taken: Vec::with_capacity(capacity),
             side: space.farthest_side(),
+            surfaces: None,
         }
+    }
+
+    /// With surfaces that particles keep clear of, and the radius of each species.
+    pub(crate) fn among(self, surfaces: &'a Surfaces, radii: Vec<f64>) -> Self {
+        Self { surfaces: Some((surfaces, radii)), ..self }
+    }
+
+    /// Whether a particle here overlaps neither another one nor a surface.
+    pub(crate) fn is_free(&self, position: &Vector, species: u32) -> bool {
+        self.overlap(position, species, |_| true).is_none() && !self.reaches_surface(position, species)
+    }
+
+    fn reaches_surface(&self, position: &Vector, species: u32) -> bool {
+        let Some((surfaces, radii)) = &self.surfaces else { return false };
+        let radius = radii.get(species as usize).copied().unwrap_or(0.0);
+        let mut reaches = false;
+        // A scene with more species was refused.
+        let row = u16::try_from(species).unwrap_or(u16::MAX);
+        surfaces.for_each_near(position, radius, row, |_, surface| {
+            // Walls are the sides of what is filled.
+            reaches |= surface.shape.side().is_none() && surface.shape.gap(position, radius) < 0.0;
+        });
+        reaches
     }
 
     /// Takes a place. The particle's number is how many were taken before it.

@@ -2,6 +2,7 @@
 
 use crate::Vector;
 use crate::base::numbers::{self, trunc_to_u64};
+use crate::engine::surfaces::Surfaces;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::Space;
 use crate::model::{Particle, Potential, Species, SpeciesId};
@@ -34,6 +35,7 @@ pub(crate) struct Placing<'a> {
     pub species: &'a [Species],
     pub space: &'a Space,
     pub contacts: &'a Contacts,
+    pub surfaces: &'a Surfaces,
     /// Of the static surfaces, by group.
     pub layouts: Vec<(usize, Layout)>,
 }
@@ -68,6 +70,10 @@ impl<'a> Placing<'a> {
         let random = self.scene.groups.iter().filter(|placed| is_random(placed));
         let to_come: u64 = random.map(|placed| self.count(placed).unwrap_or(0)).sum();
         let mut occupancy = Occupancy::new(self.space, self.contacts, filled + numbers::index(to_come));
+        if !self.surfaces.of_scene().is_empty() {
+            occupancy =
+                occupancy.among(self.surfaces, self.species.iter().map(|species| 0.5 * species.diameter).collect());
+        }
         for particle in parts.iter().flatten() {
             occupancy.take(particle.position, particle.species.0);
         }
@@ -124,7 +130,9 @@ impl<'a> Placing<'a> {
                     space: self.space,
                     region: filling.region,
                     as_many_as_fit: fill.as_many_as_fit,
-                    has_box: self.scene.groups.len() == 1 && fill.region.is_none(),
+                    has_box: self.scene.groups.len() == 1
+                        && fill.region.is_none()
+                        && self.surfaces.of_scene().is_empty(),
                     seed: self.scene.parts.seed,
                     group: index,
                 };

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3};
 use super::{Keys, variant, vector};
 use crate::Vector;
 use crate::base::numbers::trunc_to_usize;
-use crate::mesh::read::read_mesh;
+use crate::mesh::read::{MeshFileError, read_mesh};
 use crate::mesh::revolution::revolution;
 use crate::model::{InputFile, SurfaceLaw, SurfaceShape, TriangleMesh};
 use crate::scene::config_path::ConfigPath;
@@ -148,9 +148,11 @@ fn mesh(file: &SurfaceFile, keys: &Keys<'_>, directory: &Path) -> Result<(Triang
     let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
     let content = std::fs::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
     let input = unchanged(&path, &content, file.checksum.as_deref(), at)?;
-    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let read = read_mesh(&extension, &content)
-        .map_err(|problem| SceneError::new(at.key("path"), SceneErrorKind::Mesh { path: path.clone(), problem }))?;
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    let unusable = |error: MeshFileError| {
+        SceneError::new(at.key("path"), SceneErrorKind::Mesh { path: path.clone(), problem: Box::new(error.problem) })
+    };
+    let read = read_mesh("", extension, &content).map_err(unusable)?;
     let scale = positive(file.scale.unwrap_or(1.0), at.key("scale"))?;
     let translation = vector(file.translation.unwrap_or_default());
     finite_vector(&translation, &at.key("translation"))?;

@@ -4,9 +4,9 @@ use std::collections::HashSet;
 
 use crate::base::numbers::id;
 use crate::engine::surfaces::{Surface, Surfaces};
+use crate::model::Species;
 use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{Bond, ParticleId, SpeciesId};
-use crate::model::{SceneSurface, Species};
 use crate::prepare::packing::occupancy::first_overlap;
 use crate::scene::config_path::{ConfigPath, PathStep};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
@@ -25,7 +25,7 @@ pub(crate) struct Configuration<'a> {
     pub space: Space,
     /// Of the next image up along y, along x; 0 unless the box is sheared `[length]`.
     pub displacement: f64,
-    pub surfaces: Vec<SceneSurface>,
+    pub surfaces: Surfaces,
 }
 
 /// A pair must never meet an image of its partner: periodic axes are at least two ranges long.
@@ -169,7 +169,7 @@ pub(crate) fn list_bonds(
 mod tests {
     use super::*;
     use crate::Vector;
-    use crate::model::{Particle, SurfaceLaw, SurfaceShape};
+    use crate::model::{Particle, SceneSurface, SurfaceLaw, SurfaceShape};
 
     #[test]
     fn a_particle_in_any_surface_is_refused_with_its_depth() {

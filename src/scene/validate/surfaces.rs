@@ -2,7 +2,7 @@
 
 use crate::Vector;
 use crate::base::numbers::id;
-use crate::engine::surfaces::MOST_FEATURES;
+use crate::engine::surfaces::{MOST_FEATURES, Surfaces};
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{SceneSurface, Species, SpeciesId, SurfaceLaw, SurfaceShape, TriangleMesh};
 use crate::scene::builder::SceneBuilder;
@@ -21,7 +21,7 @@ impl SceneBuilder {
         &self,
         species: &[Species],
         space: &Space,
-    ) -> Result<Vec<SceneSurface>, SceneError> {
+    ) -> Result<Surfaces, SceneError> {
         let drafts = self.surfaces.iter().enumerate().map(|(index, draft)| resolved(draft, index, species));
         let surfaces =
             self.parts.surfaces.iter().cloned().map(Ok).chain(drafts).collect::<Result<Vec<SceneSurface>, _>>()?;
@@ -50,7 +50,8 @@ impl SceneBuilder {
         if !surfaces.is_empty() {
             self.check_no_growth_or_shear()?;
         }
-        Ok(surfaces)
+        let ids: Vec<SpeciesId> = (0..species.len()).map(|index| SpeciesId(id(index))).collect();
+        Ok(Surfaces::of_parts(space, &self.parts.wall_temperatures, &surfaces, &ids))
     }
 
     /// What moves with the box, or grows, does not meet surfaces at rest yet.

@@ -1,0 +1,103 @@
+//! Wavefront OBJ: positions `v` and faces `f` that refer to them; everything else is passed over.
+//!
+//! Faces of more than three corners become fans about their first corner, which is right for convex ones. The format has no end: a file that is cut off between
+//! two lines, or within the last number, cannot be told from a whole one.
+
+use super::error::{MeshFileProblem, Place};
+use super::words::{Word, Words};
+use crate::Vector;
+use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
+
+/// What has been read. Faces may refer to vertices that come later, so they are checked at the end.
+#[derive(Debug, Default)]
+struct Faces {
+    positions: Vec<Vector>,
+    triangles: Vec<[u32; 3]>,
+    /// The largest number of a vertex that a face refers to, from 1, and its line.
+    farthest: (u32, usize),
+}
+
+/// Reads a whole file.
+pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
+    let mut words = Words::of(content);
+    let mut faces = Faces::default();
+    loop {
+        match words.next_on_line() {
+            Some(word) if word.text == b"v" => faces.positions.push(position(&mut words)?),
+            Some(word) if word.text == b"f" => faces.read(word.line, &mut words)?,
+            _ => {}
+        }
+        if !words.skip_line() {
+            return faces.finish();
+        }
+    }
+}
+
+/// Three coordinates; a weight or a colour may follow.
+fn position(words: &mut Words<'_>) -> Result<Vector, MeshFileProblem> {
+    let mut position = Vector::zeros();
+    for coordinate in position.iter_mut() {
+        let word = words.next_on_line().unwrap_or(Word { text: b"end of line", line: words.line() });
+        *coordinate = word.coordinate()?;
+    }
+    Ok(position)
+}
+
+impl Faces {
+    /// Reads the corners of a face.
+    fn read(&mut self, line: usize, words: &mut Words<'_>) -> Result<(), MeshFileProblem> {
+        let (mut first, mut last, mut corners) = (0, 0, 0);
+        while let Some(word) = words.next_on_line() {
+            let corner = self.corner(&word)?;
+            corners += 1;
+            if corners == 1 {
+                first = corner;
+            }
+            if corners > 2 {
+                if self.triangles.len() == MOST_TRIANGLES {
+                    return Err(MeshFileProblem::TooManyTriangles { place: Place::Line(line) });
+                }
+                self.triangles.push([first, last, corner]);
+            }
+            last = corner;
+        }
+        if corners < 3 { Err(MeshFileProblem::Corners { line, found: corners }) } else { Ok(()) }
+    }
+
+    /// Number, from 0, of the vertex that a corner `v`, `v/vt`, `v//vn` or `v/vt/vn` refers to.
+    fn corner(&mut self, word: &Word<'_>) -> Result<u32, MeshFileProblem> {
+        let text = word.text.split(|byte| *byte == b'/').next().unwrap_or_default();
+        let text = std::str::from_utf8(text).ok();
+        let Some(found) = text.and_then(|text| text.parse::<i64>().ok()) else {
+            return Err(word.unexpected("the number of a vertex, such as 7, -1 or 7/2/3"));
+        };
+        let vertices = self.positions.len();
+        let last = i64::try_from(vertices).unwrap_or(i64::MAX);
+        let number = if found < 0 { found.saturating_add(last).saturating_add(1) } else { found };
+        match u32::try_from(number) {
+            Ok(number @ 1..) => {
+                if number > self.farthest.0 {
+                    self.farthest = (number, word.line);
+                }
+                Ok(number - 1)
+            }
+            _ => Err(MeshFileProblem::Index { line: word.line, found, vertices }),
+        }
+    }
+
+    /// The mesh, if all faces refer to vertices that are there.
+    fn finish(self) -> Result<TriangleMesh, MeshFileProblem> {
+        let (farthest, line) = self.farthest;
+        let vertices = self.positions.len();
+        if farthest as usize > vertices {
+            return Err(MeshFileProblem::Index { line, found: i64::from(farthest), vertices });
+        }
+        if self.triangles.is_empty() {
+            return Err(MeshFileProblem::NoTriangle { expected: "face `f`" });
+        }
+        let mesh = TriangleMesh { vertices: self.positions, triangles: self.triangles };
+        let mut welder = Welder::default();
+        mesh.all_corners().for_each(|corners| welder.push(&corners));
+        Ok(welder.finish())
+    }
+}

@@ -1,0 +1,81 @@
+//! Binary STL: 80 bytes, the number of triangles, and 50 bytes for each.
+
+use super::error::{MeshFileProblem, Place};
+use crate::Vector;
+use crate::model::triangle_mesh::{LARGEST_COORDINATE, MOST_TRIANGLES, TriangleMesh, Welder};
+
+/// Length of the part before the triangles `[bytes]`.
+const HEADER: usize = 84;
+
+/// Length of a triangle `[bytes]`: normal, corners, attributes.
+const TRIANGLE: usize = 50;
+
+/// How much of a file is looked through for bytes that no text has `[bytes]`.
+const PROBED: usize = 1024;
+
+/// Whether a file is binary STL, or nothing else that is known.
+///
+/// Many programs begin the header of binary files with `solid`, so the length decides first. A file that is cut off has the wrong length; zeros, of which its
+/// header is full, tell it from text.
+pub(super) fn is_binary(content: &[u8]) -> bool {
+    let is_exact = announced(content).is_some_and(|triangles| length(triangles) == content.len() as u64);
+    let text = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
+    let is_text = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) && !has_zeros(content);
+    is_exact || !is_text
+}
+
+/// Whether there are bytes of zero, of which no text and every binary file has some at its beginning.
+fn has_zeros(content: &[u8]) -> bool {
+    content.iter().take(PROBED).any(|byte| *byte == 0)
+}
+
+/// Number of triangles in the header.
+fn announced(content: &[u8]) -> Option<u32> {
+    content.get(HEADER - 4..).and_then(|rest| rest.first_chunk()).map(|bytes| u32::from_le_bytes(*bytes))
+}
+
+/// Length of a file of so many triangles `[bytes]`.
+fn length(triangles: u32) -> u64 {
+    HEADER as u64 + TRIANGLE as u64 * u64::from(triangles)
+}
+
+/// Reads a whole file.
+pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
+    let Some(triangles) = announced(content) else {
+        return Err(MeshFileProblem::NoStl { found: content.len() });
+    };
+    let (expected, found) = (length(triangles), content.len() as u64);
+    if expected != found && !has_zeros(content) {
+        return Err(MeshFileProblem::NoStl { found: content.len() });
+    }
+    if expected != found {
+        return Err(MeshFileProblem::Length { triangles, expected, found });
+    }
+    if triangles == 0 {
+        return Err(MeshFileProblem::NoTriangle { expected: "triangle behind the header" });
+    }
+    if triangles as usize > MOST_TRIANGLES {
+        return Err(MeshFileProblem::TooManyTriangles { place: Place::Triangle(MOST_TRIANGLES) });
+    }
+    let mut welder = Welder::default();
+    let (records, _) = content.get(HEADER..).unwrap_or_default().as_chunks::<TRIANGLE>();
+    for (number, record) in records.iter().enumerate() {
+        welder.push(&corners(record, number)?);
+    }
+    Ok(welder.finish())
+}
+
+/// Corners of a triangle.
+fn corners(record: &[u8; TRIANGLE], number: usize) -> Result<[Vector; 3], MeshFileProblem> {
+    let mut corners = [Vector::zeros(); 3];
+    let coordinates = corners.iter_mut().flat_map(|corner| corner.iter_mut());
+    // Twelve bytes of normal come before the corners.
+    let (numbers, _) = record.as_chunks::<4>();
+    for (coordinate, bytes) in coordinates.zip(numbers.iter().skip(3)) {
+        *coordinate = f64::from(f32::from_le_bytes(*bytes));
+        if coordinate.is_nan() || coordinate.abs() > LARGEST_COORDINATE {
+            return Err(MeshFileProblem::Coordinate { place: Place::Triangle(number), found: coordinate.to_string() });
+        }
+    }
+    Ok(corners)
+}

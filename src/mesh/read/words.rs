@@ -1,0 +1,101 @@
+//! Words of a text, with their lines.
+
+use super::error::{MeshFileProblem, Place, shorten};
+use crate::model::triangle_mesh::LARGEST_COORDINATE;
+
+/// A word and the line on which it stands, from 1.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Word<'a> {
+    pub text: &'a [u8],
+    pub line: usize,
+}
+
+impl Word<'_> {
+    /// Whether the word is a keyword, in whichever case.
+    pub fn is(&self, keyword: &str) -> bool {
+        self.text.eq_ignore_ascii_case(keyword.as_bytes())
+    }
+
+    /// The error of a word that does not belong there.
+    pub fn unexpected(&self, expected: &'static str) -> MeshFileProblem {
+        MeshFileProblem::Unexpected { line: self.line, found: shorten(self.text), expected }
+    }
+
+    /// The word as a coordinate.
+    pub fn coordinate(&self) -> Result<f64, MeshFileProblem> {
+        let text = std::str::from_utf8(self.text).ok();
+        let Some(x) = text.and_then(|text| text.parse::<f64>().ok()) else {
+            return Err(self.unexpected("a coordinate, such as -1.5e-3"));
+        };
+        if x.abs() <= LARGEST_COORDINATE {
+            return Ok(x);
+        }
+        Err(MeshFileProblem::Coordinate { place: Place::Line(self.line), found: shorten(self.text) })
+    }
+}
+
+/// Text that is taken apart into words.
+#[derive(Debug)]
+pub(super) struct Words<'a> {
+    rest: &'a [u8],
+    line: usize,
+}
+
+impl<'a> Words<'a> {
+    /// From the beginning of a file, without the mark that some programs put there.
+    pub fn of(content: &'a [u8]) -> Self {
+        Self { rest: content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content), line: 1 }
+    }
+
+    /// The line up to which the text has been read, from 1.
+    pub fn line(&self) -> usize {
+        self.line
+    }
+
+    /// The next word of the text, or `None` at its end.
+    pub fn next(&mut self) -> Option<Word<'a>> {
+        let blanks = self.rest.iter().position(|byte| !is_blank(*byte)).unwrap_or(self.rest.len());
+        let (before, rest) = self.rest.split_at(blanks);
+        self.line += before.iter().filter(|&&byte| byte == b'\n').count();
+        let length = rest.iter().position(|byte| is_blank(*byte)).unwrap_or(rest.len());
+        let (text, rest) = rest.split_at(length);
+        self.rest = rest;
+        (length > 0).then_some(Word { text, line: self.line })
+    }
+
+    /// The next word of the same line, or `None` at its end. A backslash before the end of a line continues it.
+    pub fn next_on_line(&mut self) -> Option<Word<'a>> {
+        loop {
+            let blanks =
+                self.rest.iter().position(|byte| !is_blank(*byte) || *byte == b'\n').unwrap_or(self.rest.len());
+            self.rest = self.rest.split_at(blanks).1;
+            match self.rest {
+                [b'\\', b'\n', rest @ ..] | [b'\\', b'\r', b'\n', rest @ ..] => {
+                    self.line += 1;
+                    self.rest = rest;
+                }
+                [] | [b'\n', ..] => return None,
+                rest => {
+                    let length =
+                        1 + rest.iter().skip(1).position(|b| is_blank(*b) || *b == b'\\').unwrap_or(rest.len() - 1);
+                    let (text, rest) = rest.split_at(length);
+                    self.rest = rest;
+                    return Some(Word { text, line: self.line });
+                }
+            }
+        }
+    }
+
+    /// Passes over what is left of the line; false where the text ends. Paths in comments may end with a backslash, which continues nothing.
+    pub fn skip_line(&mut self) -> bool {
+        let end = self.rest.iter().position(|byte| *byte == b'\n');
+        self.rest = end.and_then(|end| self.rest.get(end + 1..)).unwrap_or_default();
+        self.line += usize::from(end.is_some());
+        end.is_some()
+    }
+}
+
+/// Whether a byte separates words.
+fn is_blank(byte: u8) -> bool {
+    byte.is_ascii_whitespace() || byte == b'\x0b'
+}

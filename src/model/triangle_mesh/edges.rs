@@ -1,0 +1,42 @@
+//! Edges of a mesh.
+
+/// One side of a triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct EdgeUse {
+    /// Numbers of the two vertices, the smaller one first.
+    pub ends: [u32; 2],
+    /// Number of the triangle.
+    pub triangle: u32,
+    /// Whether the triangle runs from the first end to the second.
+    pub is_forward: bool,
+}
+
+/// Sides of all triangles, sorted by ends and then by triangle, so that sides on the same edge are neighbours.
+///
+/// Triangles with two identical vertices are left out: a surface closes without them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Edges {
+    uses: Vec<EdgeUse>,
+}
+
+impl Edges {
+    pub(super) fn of(triangles: &[[u32; 3]]) -> Self {
+        let mut uses = Vec::with_capacity(3 * triangles.len());
+        for (&[a, b, c], triangle) in triangles.iter().zip(0..) {
+            if a == b || b == c || c == a {
+                continue;
+            }
+            uses.extend([[a, b], [b, c], [c, a]].map(|[from, to]| {
+                let ends = [from.min(to), from.max(to)];
+                EdgeUse { ends, triangle, is_forward: from < to }
+            }));
+        }
+        uses.sort_unstable();
+        Self { uses }
+    }
+
+    /// For each edge its sides: one at the rim of the surface, two inside it. A surface is oriented where one of two runs forward.
+    pub fn iter(&self) -> impl Iterator<Item = &[EdgeUse]> {
+        self.uses.chunk_by(|one, other| one.ends == other.ends)
+    }
+}

@@ -1,0 +1,96 @@
+//! Corners with the same coordinates become one vertex.
+
+use std::hash::{BuildHasher, RandomState};
+
+use super::TriangleMesh;
+use crate::Vector;
+
+/// A place of the table that holds no vertex.
+const FREE: u32 = u32::MAX;
+
+/// A mesh that grows by triangles whose vertices are not numbered.
+///
+/// A table of 4-byte numbers finds vertices by their coordinates, because a map with coordinates as keys needs more memory than the file that is read. Keys of
+/// the hash are random, so that no file can be made whose vertices all collide; numbers do not depend on them.
+#[derive(Debug, Default)]
+pub(crate) struct Welder {
+    mesh: TriangleMesh,
+    table: Vec<u32>,
+    keys: RandomState,
+}
+
+impl Welder {
+    /// Adds a triangle.
+    pub fn push(&mut self, corners: &[Vector; 3]) {
+        let numbers = corners.map(|corner| self.number(corner));
+        grow_by_a_little(&mut self.mesh.triangles);
+        self.mesh.triangles.push(numbers);
+    }
+
+    /// How many triangles there are.
+    pub fn len(&self) -> usize {
+        self.mesh.triangles.len()
+    }
+
+    /// The mesh.
+    pub fn finish(self) -> TriangleMesh {
+        let mut mesh = self.mesh;
+        mesh.vertices.shrink_to_fit();
+        mesh.triangles.shrink_to_fit();
+        mesh
+    }
+
+    /// The number of the vertex at a point.
+    pub fn number(&mut self, point: Vector) -> u32 {
+        // Turns -0.0 into 0.0, which compares equal but has other bits.
+        let point = point.add_scalar(0.0);
+        if 10 * (self.mesh.vertices.len() + 1) > 9 * self.table.len() {
+            self.enlarge();
+        }
+        let place = self.place(&point);
+        match self.table.get_mut(place) {
+            Some(entry) if *entry == FREE => {
+                let number = u32::try_from(self.mesh.vertices.len()).unwrap_or(FREE);
+                *entry = number;
+                grow_by_a_little(&mut self.mesh.vertices);
+                self.mesh.vertices.push(point);
+                number
+            }
+            found => found.copied().unwrap_or(FREE),
+        }
+    }
+
+    /// The place of a vertex in the table, or the free one where it belongs.
+    fn place(&self, point: &Vector) -> usize {
+        let bits = [point.x, point.y, point.z].map(f64::to_bits);
+        let is_same = |number: u32| {
+            self.mesh.vertices.get(number as usize).is_some_and(|v| [v.x, v.y, v.z].map(f64::to_bits) == bits)
+        };
+        let wide = u128::from(self.keys.hash_one(bits)) * self.table.len() as u128;
+        let start = usize::try_from(wide >> 64).unwrap_or(0);
+        let (before, after) = self.table.split_at(start.min(self.table.len()));
+        let found = |table: &[u32]| table.iter().position(|&entry| entry == FREE || is_same(entry));
+        found(after).map(|place| start + place).or_else(|| found(before)).unwrap_or(0)
+    }
+
+    /// Makes the table larger by a fifth, without a copy of it: it is filled anew from the vertices.
+    fn enlarge(&mut self) {
+        let size = (self.table.len() + self.table.len() / 5).max(16);
+        self.table = Vec::new();
+        self.table = vec![FREE; size];
+        for number in 0..self.mesh.vertices.len() {
+            if let Some(place) = self.mesh.vertices.get(number).map(|point| self.place(point))
+                && let Some(entry) = self.table.get_mut(place)
+            {
+                *entry = u32::try_from(number).unwrap_or(FREE);
+            }
+        }
+    }
+}
+
+/// Room for more, without doubling what is there: memory counts more than copies.
+fn grow_by_a_little<T>(list: &mut Vec<T>) {
+    if list.len() == list.capacity() {
+        list.reserve_exact(list.len() / 16 + 16);
+    }
+}
