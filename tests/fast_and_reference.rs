@@ -2,12 +2,13 @@
 
 use carom::Vector;
 use carom::check::reference::{self, Reference};
-use carom::engine::event::{Event, EventKind, Outcome};
+use carom::engine::event::{Event, EventKind, Other, Outcome};
 use carom::engine::{Simulation, Until};
-use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::scene::{Fill, Lattice, SceneBuilder};
+use carom::model::{Scene, SurfaceShape, TriangleMesh};
+use carom::scene::{Fill, Lattice, SceneBuilder, SurfaceDraft};
+use nalgebra::Rotation3;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::Cell;
@@ -37,6 +38,8 @@ struct Recipe {
     bonds: usize,
     contact_time: Option<f64>,
     box_length: f64,
+    /// Which surfaces there are, in boxes that are not periodic.
+    surfaces: usize,
 }
 
 fn recipe() -> impl Strategy<Value = Recipe> {
@@ -48,6 +51,7 @@ fn recipe() -> impl Strategy<Value = Recipe> {
             prop::sample::select(vec![1.0, 0.9, 0.5]),
             0..4_usize,
             0..4_usize,
+            0..6_usize,
             prop::option::weighted(0.3, 1e-3..0.1_f64),
             5.0..8.0_f64,
         ),
@@ -56,7 +60,7 @@ fn recipe() -> impl Strategy<Value = Recipe> {
             |(
                 (seed, count, potential, boundary, gravity),
                 (depth, masses),
-                (restitution, statics, bonds, contact_time, box_length),
+                (restitution, statics, bonds, surfaces, contact_time, box_length),
             )| {
                 Recipe {
                     seed,
@@ -71,6 +75,7 @@ fn recipe() -> impl Strategy<Value = Recipe> {
                     bonds,
                     contact_time,
                     box_length,
+                    surfaces,
                 }
             },
         )
@@ -136,8 +141,60 @@ impl Recipe {
         fill.temperature = Some(1.0);
         let region = carom::model::Region { lower: at(0.1, 0.1, 2.6), upper: at(7.9, 7.9, 7.9) };
         fill.region = Some(carom::scene::FillRegion::Box(region));
+        if !space_is_periodic(&self.boundary) {
+            for surface in surfaces(self.surfaces, self.box_length, self.restitution) {
+                builder = builder.surface(surface);
+            }
+        }
         builder.add_fill(fill).build().ok()
     }
+}
+
+fn space_is_periodic(boundary: &[usize; 3]) -> bool {
+    boundary.contains(&0)
+}
+
+/// Surfaces around the box, and of different kinds: those that fly off through open sides meet them.
+fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft> {
+    let middle = Vector::repeat(0.5 * length);
+    let sphere = |radius: f64, is_inside| SurfaceShape::Sphere { centre: middle, radius, is_inside };
+    // No face is across an axis: lattices would meet it in many places at once.
+    let turned = |mesh: TriangleMesh| {
+        let rotation = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
+        SurfaceShape::Mesh(mesh.transformed(1.0, &rotation, &(middle - rotation * middle)))
+    };
+    let box_of = |half: f64| TriangleMesh::cuboid(&(middle.add_scalar(-half)), &(middle.add_scalar(1.1 * half)));
+    let shapes = match kind {
+        0 => vec![],
+        1 => vec![turned(box_of(0.8 * length))],
+        2 => vec![sphere(length, true)],
+        3 => vec![SurfaceShape::Cylinder {
+            point: middle,
+            axis: Vector::new(0.2, 1.0, -0.3),
+            radius: 0.9 * length,
+            is_inside: true,
+        }],
+        4 => (0..8)
+            .map(|k| {
+                let sign = |bit: u32| if k >> bit & 1 == 0 { 1.0 } else { -1.1 };
+                let normal = Vector::new(sign(0), 1.2 * sign(1), 0.9 * sign(2));
+                SurfaceShape::Plane { point: middle - normal.normalize() * length, normal }
+            })
+            .collect(),
+        // Bars around the box, and an octahedron of bars beyond: many ways through, and edges.
+        _ => {
+            let at = |x: f64, y: f64, z: f64| middle + Vector::new(x, y, z) * length;
+            let bar = |a: Vector, b: Vector| SurfaceShape::Capsule { ends: [a, b], radius: 0.1 * length };
+            let mut bars = vec![turned(box_of(1.2 * length))];
+            bars.push(bar(at(-0.7, -0.8, -0.9), at(-0.75, 0.8, -0.6)));
+            bars.push(bar(at(0.8, -0.7, -0.8), at(0.7, 0.9, 0.75)));
+            bars.push(SurfaceShape::Capsule { ends: [at(-0.6, -0.7, 0.8), at(0.8, 0.6, 0.9)], radius: 0.0 });
+            bars.push(SurfaceShape::Sphere { centre: at(0.0, 0.0, -1.0), radius: 0.3 * length, is_inside: false });
+            bars
+        }
+    };
+    let draft = |(k, shape)| SurfaceDraft::new(&format!("surface {k}"), shape).restitution(restitution);
+    shapes.into_iter().enumerate().map(draft).collect()
 }
 
 fn pair(event: &Event) -> (u32, Option<u32>) {
@@ -154,7 +211,13 @@ fn kind(event: &Event) -> Option<reference::EventKind> {
         EventKind::Pair(Outcome::Capture) => Some(reference::EventKind::Pair(reference::Outcome::Capture)),
         EventKind::Pair(Outcome::Release) => Some(reference::EventKind::Pair(reference::Outcome::Release)),
         EventKind::Pair(Outcome::Bounce) => Some(reference::EventKind::Pair(reference::Outcome::Bounce)),
-        EventKind::Surface => event.wall().map(|(axis, is_upper)| reference::EventKind::Wall { axis, is_upper }),
+        EventKind::Surface => match (event.wall(), event.other) {
+            (Some((axis, is_upper)), _) => Some(reference::EventKind::Wall { axis, is_upper }),
+            (None, Other::Surface { surface, .. }) => {
+                Some(reference::EventKind::Surface { number: surface as usize - 6 })
+            }
+            _ => None,
+        },
         _ => None,
     }
 }
@@ -269,10 +332,43 @@ fn walls_are_met_by_both() {
         bonds: 2,
         contact_time: None,
         box_length: 8.0,
+        surfaces: 0,
     };
     let scene = recipe.scene().expect("a valid scene");
     assert!(count(&scene) > 0);
     assert_eq!(compare(&scene).expect("the engines agree").events, EVENTS);
+}
+
+#[test]
+fn surfaces_of_every_kind_are_met_by_both() {
+    for surfaces in 1..6 {
+        let (mut met, mut compared, mut cut_short) = (0, 0, 0);
+        for seed in 1..=40 {
+            let recipe = Recipe {
+                seed,
+                count: 12,
+                potential: 0,
+                depth: 1.0,
+                masses: [0.7, 3.1],
+                boundary: [2, 2, 2],
+                gravity: seed % 3 == 0,
+                restitution: if seed % 2 == 0 { 1.0 } else { 0.8 },
+                statics: 1,
+                bonds: (seed % 2) as usize,
+                contact_time: (seed % 5 == 0).then_some(1e-3),
+                box_length: 6.0,
+                surfaces,
+            };
+            let scene = recipe.scene().expect("a valid scene");
+            let is_surface = |event: &&Event| event.kind == EventKind::Surface;
+            met += fast_events(&scene, EVENTS).iter().filter(is_surface).count();
+            let found = compare(&scene).unwrap_or_else(|error| panic!("surfaces {surfaces}, seed {seed}: {error}"));
+            compared += found.events;
+            cut_short += usize::from(found.is_cut_short);
+        }
+        println!("{surfaces}: {met} contacts, {compared} events, {cut_short} scenes cut short");
+        assert!(met > 400 && compared > 1_200 && cut_short < 8, "{met} {compared} {cut_short}");
+    }
 }
 
 #[test]
@@ -290,6 +386,7 @@ fn in_a_box_of_three_cells_the_second_nearest_image_is_met_too() {
         bonds: 0,
         contact_time: None,
         box_length: 5.0,
+        surfaces: 0,
     };
     let compared = compare(&recipe.scene().expect("a valid scene")).expect("the engines agree");
     // Open along x: what is left after some thirty events never meets again.

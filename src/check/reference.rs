@@ -21,8 +21,10 @@
 
 mod algorithm_1;
 mod event;
+mod execute;
 mod response;
 mod rules;
+mod surfaces;
 
 pub use algorithm_1::{Polynomial, next_event};
 pub use event::{Event, EventKind};
@@ -36,8 +38,9 @@ use ordered_float::OrderedFloat;
 use priority_queue::PriorityQueue;
 use thiserror::Error;
 
-use self::response::{Encounter, TcModel};
-use self::rules::{Discontinuity, seen};
+use self::response::TcModel;
+use self::rules::seen;
+use self::surfaces::{Feature, Motion, features};
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::potential::Potential;
@@ -54,9 +57,9 @@ pub enum Unsupported {
     /// A wall has a temperature.
     #[error("the reference engine has no thermal walls")]
     ThermalWalls,
-    /// It has surfaces besides the walls of its box.
-    #[error("the reference engine has no surfaces but the walls of the box")]
-    Surfaces,
+    /// It has surfaces besides the walls of its box, and that is periodic.
+    #[error("the reference engine has no surfaces in a periodic box")]
+    PeriodicSurfaces,
     /// A stage or the measured stretch has a thermostat or a growth.
     #[error("the reference engine has no thermostats and no growth")]
     DrivenStages,
@@ -71,6 +74,8 @@ enum Candidate {
     LookAgain(u32, u32),
     /// A particle reaches a wall: axis, and whether it is the upper one.
     Wall(u32, u8, bool),
+    /// A particle reaches a feature of a surface.
+    Surface(u32, u32),
 }
 
 /// A simulation of all pairs by Algorithm 1.
@@ -83,6 +88,8 @@ pub struct Reference {
     time: f64,
     positions: Vec<Vector>,
     velocities: Vec<Vector>,
+    /// Of all surfaces but the walls.
+    features: Vec<Feature>,
     queue: PriorityQueue<Candidate, Reverse<(OrderedFloat<f64>, Candidate)>>,
 }
 
@@ -93,10 +100,11 @@ impl Reference {
     /// [`Unsupported`] if anything acts from outside: [`Unsupported::Shear`], [`Unsupported::ThermalWalls`], or
     /// [`Unsupported::DrivenStages`]. How long a scene is to be run, and what is to be measured, does not matter here.
     pub fn new(scene: &Scene) -> Result<Self, Unsupported> {
+        let is_periodic = scene.space.boundary.contains(&Boundary::Periodic);
         for (is_asked, unsupported) in [
             (scene.shear_rate.is_some(), Unsupported::Shear),
             (scene.has_thermal_walls(), Unsupported::ThermalWalls),
-            (!scene.surfaces.is_empty(), Unsupported::Surfaces),
+            (!scene.surfaces.is_empty() && is_periodic, Unsupported::PeriodicSurfaces),
             (scene.run.is_driven(), Unsupported::DrivenStages),
         ] {
             if is_asked {
@@ -111,6 +119,7 @@ impl Reference {
             time: 0.0,
             positions: scene.particles.iter().map(|p| p.position).collect(),
             velocities: scene.particles.iter().map(|p| p.velocity).collect(),
+            features: features(&scene.surfaces),
             queue: PriorityQueue::new(),
         };
         let bonds: BTreeMap<_, _> = scene.bonds.iter().map(|b| ((b.pair[0].0, b.pair[1].0), b.interaction)).collect();
@@ -190,6 +199,11 @@ impl Reference {
                     self.predict(i);
                     return Some(event);
                 }
+                Candidate::Surface(i, feature) => {
+                    let event = self.execute_surface(i, feature)?;
+                    self.predict(i);
+                    return Some(event);
+                }
             }
         }
     }
@@ -243,6 +257,7 @@ impl Reference {
         }
         if !self.species(i).is_static() {
             self.predict_walls(i);
+            self.predict_surfaces(i);
         }
     }
 
@@ -310,86 +325,27 @@ impl Reference {
         }
     }
 
+    fn predict_surfaces(&mut self, i: u32) {
+        let motion = self.motion(i);
+        let kind = self.scene.particles[i as usize].species;
+        for (index, feature) in (0..).zip(self.features.clone()) {
+            if self.scene.surfaces[feature.surface].meets(kind) {
+                self.put(Candidate::Surface(i, index), feature.next_event(&motion));
+            }
+        }
+    }
+
+    fn motion(&self, i: u32) -> Motion {
+        let Species { acceleration, diameter, .. } = *self.species(i);
+        let [position, velocity] = [&self.positions, &self.velocities].map(|of| of[i as usize]);
+        Motion { position, velocity, acceleration, radius: 0.5 * diameter }
+    }
+
     fn put(&mut self, candidate: Candidate, dt: Option<f64>) {
         match dt {
             Some(dt) => drop(self.queue.push(candidate, Reverse((OrderedFloat(self.time + dt), candidate)))),
             None => drop(self.queue.remove(&candidate)),
         }
-    }
-
-    fn execute_pair(&mut self, i: u32, j: u32, side: Side) -> Option<Event> {
-        let (interaction, state) = *self.pairs.get(&(i, j))?;
-        let Interaction { ref potential, restitution, .. } = *self.interaction(interaction);
-        let seen = seen(potential, state, side)?;
-        let apart = self.nearest_image(i, j);
-        let (velocity, acceleration) = self.relative_motion(i, j);
-        // Two particles at the same point have no line of centres but that of their approach.
-        let normal = apart.try_normalize(0.0).or_else(|| (-velocity).try_normalize(0.0)).unwrap_or(Vector::x());
-        let [wi, wj] = [i, j].map(|p| self.species(p).inverse_mass());
-        let reduced_mass = 1.0 / (wi + wj);
-        let curvature = 1.0 / apart.norm().max(f64::MIN_POSITIVE);
-        let encounter = Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, restitution };
-        // As a wall, a static particle has no contact of its own.
-        let moving: Vec<u32> = [i, j].into_iter().filter(|&p| !self.species(p).is_static()).collect();
-        let (outcome, after) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
-
-        let impulse = (after - velocity) * reduced_mass;
-        let before = [i, j].map(|p| self.velocities[p as usize]);
-        self.velocities[i as usize] += impulse * wi;
-        self.velocities[j as usize] -= impulse * wj;
-        let (next, energy_step) = match outcome {
-            Outcome::Capture => (state + 1, seen.energy_step),
-            Outcome::Release => (state - 1, seen.energy_step),
-            Outcome::Core | Outcome::Bounce => (state, 0.0),
-        };
-        self.pairs.insert((i, j), (interaction, next));
-        let lost = 0.5 * reduced_mass * (velocity.norm_squared() - after.norm_squared());
-        Some(Event {
-            time: self.time(),
-            kind: EventKind::Pair(outcome),
-            particle: ParticleId(i),
-            partner: Some(ParticleId(j)),
-            normal,
-            impulse: impulse.dot(&normal),
-            energy_step,
-            dissipated: if next == state { lost } else { 0.0 },
-            before,
-            after: [i, j].map(|p| self.velocities[p as usize]),
-        })
-    }
-
-    fn execute_wall(&mut self, i: u32, axis: u8, is_upper: bool) -> Option<Event> {
-        let k = usize::from(axis);
-        let Boundary::Bounded { lower, upper } = self.scene.space.boundary[k] else { return None };
-        let Face::Wall { restitution } = (if is_upper { upper } else { lower }) else { return None };
-        let mut normal = Vector::zeros();
-        normal[k] = if is_upper { -1.0 } else { 1.0 };
-        let Species { diameter, mass, acceleration, .. } = *self.species(i);
-        let before = self.velocities[i as usize];
-        let encounter = Encounter {
-            seen: Discontinuity { distance: 0.5 * diameter, energy_step: f64::INFINITY },
-            side: Side::Positive,
-            normal,
-            velocity: before,
-            acceleration,
-            curvature: 0.0,
-            reduced_mass: mass,
-            restitution,
-        };
-        let (_, after) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);
-        self.velocities[i as usize] = after;
-        Some(Event {
-            time: self.time(),
-            kind: EventKind::Wall { axis, is_upper },
-            particle: ParticleId(i),
-            partner: None,
-            normal,
-            impulse: mass * (after - before).dot(&normal),
-            energy_step: 0.0,
-            dissipated: 0.5 * mass * (before.norm_squared() - after.norm_squared()),
-            before: [before, Vector::zeros()],
-            after: [after, Vector::zeros()],
-        })
     }
 }
 

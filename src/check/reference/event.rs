@@ -16,6 +16,11 @@ pub enum EventKind {
         /// Whether it is the wall at the upper corner.
         is_upper: bool,
     },
+    /// A particle at a surface of the scene.
+    Surface {
+        /// Its number among them.
+        number: usize,
+    },
 }
 
 /// An event, as the reference engine executed it.

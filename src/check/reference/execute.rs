@@ -1,0 +1,108 @@
+//! Events of the reference engine: what becomes of a pair, or of a particle at a wall or another surface.
+
+use super::response::Encounter;
+use super::rules::{Discontinuity, seen};
+use super::{Event, EventKind, Outcome, Reference, Side};
+use crate::Vector;
+use crate::model::space::{Boundary, Face};
+use crate::model::{Interaction, ParticleId, Species, SurfaceLaw};
+
+impl Reference {
+    pub(super) fn execute_pair(&mut self, i: u32, j: u32, side: Side) -> Option<Event> {
+        let (interaction, state) = *self.pairs.get(&(i, j))?;
+        let Interaction { ref potential, restitution, .. } = *self.interaction(interaction);
+        let seen = seen(potential, state, side)?;
+        let apart = self.nearest_image(i, j);
+        let (velocity, acceleration) = self.relative_motion(i, j);
+        // Two particles at the same point have no line of centres but that of their approach.
+        let normal = apart.try_normalize(0.0).or_else(|| (-velocity).try_normalize(0.0)).unwrap_or(Vector::x());
+        let [wi, wj] = [i, j].map(|p| self.species(p).inverse_mass());
+        let reduced_mass = 1.0 / (wi + wj);
+        let curvature = 1.0 / apart.norm().max(f64::MIN_POSITIVE);
+        let encounter = Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, restitution };
+        // As a wall, a static particle has no contact of its own.
+        let moving: Vec<u32> = [i, j].into_iter().filter(|&p| !self.species(p).is_static()).collect();
+        let (outcome, after) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
+
+        let impulse = (after - velocity) * reduced_mass;
+        let before = [i, j].map(|p| self.velocities[p as usize]);
+        self.velocities[i as usize] += impulse * wi;
+        self.velocities[j as usize] -= impulse * wj;
+        let (next, energy_step) = match outcome {
+            Outcome::Capture => (state + 1, seen.energy_step),
+            Outcome::Release => (state - 1, seen.energy_step),
+            Outcome::Core | Outcome::Bounce => (state, 0.0),
+        };
+        self.pairs.insert((i, j), (interaction, next));
+        let lost = 0.5 * reduced_mass * (velocity.norm_squared() - after.norm_squared());
+        Some(Event {
+            time: self.time(),
+            kind: EventKind::Pair(outcome),
+            particle: ParticleId(i),
+            partner: Some(ParticleId(j)),
+            normal,
+            impulse: impulse.dot(&normal),
+            energy_step,
+            dissipated: if next == state { lost } else { 0.0 },
+            before,
+            after: [i, j].map(|p| self.velocities[p as usize]),
+        })
+    }
+
+    pub(super) fn execute_wall(&mut self, i: u32, axis: u8, is_upper: bool) -> Option<Event> {
+        let k = usize::from(axis);
+        let Boundary::Bounded { lower, upper } = self.scene.space.boundary[k] else { return None };
+        let Face::Wall { restitution } = (if is_upper { upper } else { lower }) else { return None };
+        let mut normal = Vector::zeros();
+        normal[k] = if is_upper { -1.0 } else { 1.0 };
+        let encounter = self.encounter_at_rest(i, normal, restitution);
+        Some(self.reflect(i, &encounter, EventKind::Wall { axis, is_upper }))
+    }
+
+    pub(super) fn execute_surface(&mut self, i: u32, feature: u32) -> Option<Event> {
+        let feature = *self.features.get(feature as usize)?;
+        let SurfaceLaw::Reflecting { restitution } = self.scene.surfaces[feature.surface].law else { return None };
+        let contact = feature.contact(&self.positions[i as usize]);
+        let curvature = contact.curvature_for(&self.velocities[i as usize]);
+        let encounter = self.encounter_at_rest(i, contact.normal, restitution);
+        let encounter = Encounter { side: contact.side, curvature, ..encounter };
+        let event = self.reflect(i, &encounter, EventKind::Surface { number: feature.surface });
+        // From the surface, which is around the particle where that is inside.
+        let sign = contact.side.sign();
+        Some(Event { normal: event.normal * sign, impulse: event.impulse * sign, ..event })
+    }
+
+    /// The encounter of a particle with something flat that never moves.
+    fn encounter_at_rest(&self, i: u32, normal: Vector, restitution: f64) -> Encounter {
+        let Species { diameter, mass, acceleration, .. } = *self.species(i);
+        Encounter {
+            seen: Discontinuity { distance: 0.5 * diameter, energy_step: f64::INFINITY },
+            side: Side::Positive,
+            normal,
+            velocity: self.velocities[i as usize],
+            acceleration,
+            curvature: 0.0,
+            reduced_mass: mass,
+            restitution,
+        }
+    }
+
+    /// Executes the encounter of a particle with what never moves.
+    fn reflect(&mut self, i: u32, encounter: &Encounter, kind: EventKind) -> Event {
+        let Encounter { velocity: before, normal, reduced_mass: mass, .. } = *encounter;
+        let (_, after) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);
+        self.velocities[i as usize] = after;
+        Event {
+            time: self.time(),
+            kind,
+            particle: ParticleId(i),
+            partner: None,
+            normal,
+            impulse: mass * (after - before).dot(&normal),
+            energy_step: 0.0,
+            dissipated: 0.5 * mass * (before.norm_squared() - after.norm_squared()),
+            before: [before, Vector::zeros()],
+            after: [after, Vector::zeros()],
+        }
+    }
+}
