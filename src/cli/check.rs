@@ -10,7 +10,7 @@ use carom::exchange::ExchangeFolder;
 use carom::io::estimate::{SizeEstimate, allowance, free_disk};
 use carom::model::Scene;
 use carom::run::{self, NoRate};
-use carom::view::description;
+use carom::view::{describe, description};
 use clap::Args;
 
 use super::SceneArgs;
@@ -32,6 +32,11 @@ impl Check {
         let estimate = of_replicas(&scene, SizeEstimate::of(&scene, rate.ok()));
         let mut warnings = description::warnings(&scene);
         let mut text = description::text(&scene);
+        let (meshes, faults) = describe::meshes(&scene);
+        for (index, mesh) in meshes.iter().enumerate() {
+            text.push_str(&description::line(if index == 0 { "looked at" } else { "" }, mesh));
+        }
+        warnings.extend(faults);
         text.push_str(&needs(&estimate, per_second, rate.err()));
         let folder = PathBuf::from("runs").join(scene.name());
         warnings.extend(too_much(&estimate, free_disk(&folder)));

@@ -6,8 +6,8 @@
 //! | text STL | nearest `f64` | end of the file before `endsolid` |
 //! | OBJ | nearest `f64` | numbers of vertices that the file does not have |
 //!
-//! Names, colours, texture coordinates and normals are passed over: a normal follows from the order of the corners. Nothing in a file decides how much memory
-//! is set aside; what is read grows with what has been seen.
+//! Names, colours, texture coordinates and normals are passed over: a normal follows from the order of the corners. Nothing in a file
+//! decides how much memory is set aside; what is read grows with what has been seen.
 
 mod error;
 mod obj;

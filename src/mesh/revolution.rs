@@ -12,7 +12,7 @@ const MOST_SIDES: f64 = 4096.0;
 /// Triangles of a line that is turned about an axis. `profile` has distances from the axis and heights along it; vertices are on the circles that its points
 /// draw, and the triangles nowhere farther from the round surface than `tolerance`, `r (1 - cos(pi / n))` for `n` sides. None if that takes too many.
 ///
-/// All circles have as many sides, so that pieces of the line join without gaps. The triangles look away from the axis where the line goes up.
+/// A profile that ends where it begins is closed: a ring. All circles have as many sides, so that pieces of the line join without gaps. The triangles look away from the axis where the line goes up.
 pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tolerance: f64) -> Option<TriangleMesh> {
     let up = axis.try_normalize(0.0)?;
     let largest = profile.iter().map(|[radius, _]| *radius).fold(0.0, f64::max);
@@ -28,7 +28,8 @@ pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tol
     let y = up.cross(&x);
     let mut mesh = TriangleMesh::default();
     let mut circles: Vec<Vec<u32>> = Vec::with_capacity(profile.len());
-    for &[radius, height] in profile {
+    let is_ring = profile.len() > 2 && profile.first() == profile.last();
+    for &[radius, height] in profile.get(..profile.len() - usize::from(is_ring)).unwrap_or_default() {
         let centre = base + up * height;
         let count = if radius == 0.0 { 1 } else { sides };
         let first = mesh.vertices.len();
@@ -38,6 +39,7 @@ pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tol
         }));
         circles.push((0..sides).map(|k| id(first + k % count)).collect());
     }
+    circles.extend(circles.first().cloned().filter(|_| is_ring));
     for pair in circles.windows(2) {
         let [lower, upper] = pair else { continue };
         for k in 0..sides {

@@ -25,7 +25,8 @@ pub enum WriteStlError {
     Triangle(usize),
 }
 
-/// Writes a mesh. Coordinates are rounded to `f32`, so that vertices closer to each other than `1e-7` of their distance from the origin may become one.
+/// Writes a mesh. Coordinates are rounded to `f32`, so that vertices closer to each other than `1e-7` of their distance from the origin
+/// may become one.
 ///
 /// # Errors
 /// [`WriteStlError`]: nothing is written where a triangle has no finite `f32` corners.

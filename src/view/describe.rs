@@ -2,10 +2,12 @@
 
 mod estimate;
 mod facts;
+mod surfaces;
 
 pub use estimate::{estimate, observable};
 pub(crate) use facts::AUTO_THREADS;
 pub use facts::{Fact, facts};
+pub use surfaces::meshes;
 
 use std::path::Path;
 

@@ -12,7 +12,7 @@ use crate::model::triangle_mesh::{LARGEST_COORDINATE, MOST_TRIANGLES};
 pub struct MeshFileError {
     /// The file, as the caller names it.
     pub name: String,
-    /// What is wrong.
+    /// The mistake in it.
     pub problem: MeshFileProblem,
 }
 
@@ -34,7 +34,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong with a file of a mesh.
+/// Mistake in a file of a mesh.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshFileProblem {
@@ -55,7 +55,7 @@ pub enum MeshFileProblem {
     /// Whole, but without triangles.
     #[error("the file has no triangle: expected at least one {expected}; export a surface, not points or lines")]
     NoTriangle {
-        /// What holds a triangle in this format.
+        /// The part of the format that holds a triangle.
         expected: &'static str,
     },
     /// Neither text STL nor long enough for binary STL.
@@ -102,7 +102,7 @@ pub enum MeshFileProblem {
         line: usize,
         /// The word, shortened.
         found: String,
-        /// What belongs there.
+        /// Words that belong there.
         expected: &'static str,
     },
     /// The text ends too early.
@@ -110,7 +110,7 @@ pub enum MeshFileProblem {
     Truncated {
         /// The last line, from 1.
         line: usize,
-        /// What belongs there.
+        /// Words that belong there.
         expected: &'static str,
     },
     /// A face has fewer corners than a triangle.

@@ -1,14 +1,14 @@
 //! Wavefront OBJ: positions `v` and faces `f` that refer to them; everything else is passed over.
 //!
-//! Faces of more than three corners become fans about their first corner, which is right for convex ones. The format has no end: a file that is cut off between
-//! two lines, or within the last number, cannot be told from a whole one.
+//! Faces of more than three corners become fans about their first corner, which is right for convex ones. The format has no end: a file
+//! that is cut off between two lines, or within the last number, cannot be told from a whole one.
 
 use super::error::{MeshFileProblem, Place};
 use super::words::{Word, Words};
 use crate::Vector;
 use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
 
-/// What has been read. Faces may refer to vertices that come later, so they are checked at the end.
+/// Content up to a line. Faces may refer to vertices that come later, so they are checked at the end.
 #[derive(Debug, Default)]
 struct Faces {
     positions: Vec<Vector>,

@@ -15,13 +15,12 @@ const PROBED: usize = 1024;
 
 /// Whether a file is binary STL, or nothing else that is known.
 ///
-/// Many programs begin the header of binary files with `solid`, so the length decides first. A file that is cut off has the wrong length; zeros, of which its
-/// header is full, tell it from text.
+/// Many programs begin the header of binary files with `solid`. Bytes of zero tell these from text, also where they are cut off:
+/// attributes are zero, and so is the last byte of a number of triangles below 2^24.
 pub(super) fn is_binary(content: &[u8]) -> bool {
-    let is_exact = announced(content).is_some_and(|triangles| length(triangles) == content.len() as u64);
     let text = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
-    let is_text = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) && !has_zeros(content);
-    is_exact || !is_text
+    let is_solid = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    has_zeros(content) || !is_solid
 }
 
 /// Whether there are bytes of zero, of which no text and every binary file has some at its beginning.
@@ -73,7 +72,8 @@ fn corners(record: &[u8; TRIANGLE], number: usize) -> Result<[Vector; 3], MeshFi
     let (numbers, _) = record.as_chunks::<4>();
     for (coordinate, bytes) in coordinates.zip(numbers.iter().skip(3)) {
         *coordinate = f64::from(f32::from_le_bytes(*bytes));
-        if coordinate.is_nan() || coordinate.abs() > LARGEST_COORDINATE {
+        let is_usable = coordinate.abs() <= LARGEST_COORDINATE;
+        if !is_usable {
             return Err(MeshFileProblem::Coordinate { place: Place::Triangle(number), found: coordinate.to_string() });
         }
     }

@@ -86,7 +86,8 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Passes over what is left of the line; false where the text ends. Paths in comments may end with a backslash, which continues nothing.
+    /// Passes over what is left of the line; false where the text ends. Paths in comments may end with a backslash, which continues
+    /// nothing.
     pub fn skip_line(&mut self) -> bool {
         let end = self.rest.iter().position(|byte| *byte == b'\n');
         self.rest = end.and_then(|end| self.rest.get(end + 1..)).unwrap_or_default();

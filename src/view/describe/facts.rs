@@ -1,6 +1,6 @@
 //! Facts of a scene, each said once: for `carom check` and for the page about a run.
 
-use super::{counts, equilibration, exchange, interactions, population, space, stage, start, thermostat};
+use super::{counts, equilibration, exchange, interactions, population, space, stage, start, surfaces, thermostat};
 use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
 use crate::model::{Limit, Scene, Species, StaticSurface, Threads};
@@ -20,13 +20,14 @@ pub struct Fact {
 pub fn facts(scene: &Scene) -> Vec<Fact> {
     let run = &scene.run;
     let equilibrates = run.until_stationary || run.equilibration != Limit::default();
-    let all: [(&'static str, Vec<String>); 13] = [
+    let all: [(&'static str, Vec<String>); 14] = [
         ("start", start(scene).into_iter().collect()),
         ("particles", vec![population(scene)]),
         ("species", scene.species.iter().zip(counts(scene)).map(species).collect()),
         ("space", space(scene)),
         ("interactions", interactions(scene)),
         ("meshes", scene.static_surfaces.iter().map(surface).collect()),
+        ("surfaces", scene.surfaces.iter().map(|surface| surfaces::surface(scene, surface)).collect()),
         ("TC model", scene.contact_time.map(contact_time).into_iter().collect()),
         ("shear", scene.shear_rate.map(shear).into_iter().collect()),
         ("stages", run.stages.iter().map(stage).collect()),

@@ -4,6 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 use super::*;
+use crate::mesh::report::{Inside, MeshReport};
 
 /// Files without the variable.
 const USUAL: usize = 2_000;
@@ -71,7 +72,7 @@ fn damaged_files_are_refused_or_read_and_never_panic() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let mut counts = [[0_usize; 2]; 3];
     for _ in 0..wanted {
-        let mesh = sheet(1 + u32::try_from(below(&mut random, 6)).unwrap());
+        let mesh = sheet(1 + random.next_u32() % 6);
         let kind = below(&mut random, 3);
         let (extension, mut content) =
             [("stl", binary(&mesh)), ("stl", text(&mesh)), ("obj", obj(&mesh))].into_iter().nth(kind).unwrap();
@@ -84,6 +85,10 @@ fn damaged_files_are_refused_or_read_and_never_panic() {
                 assert_eq!(mesh.first_unusable(), None);
                 assert!(!mesh.triangles.is_empty() && mesh.vertices.len() <= 3 * mesh.triangles.len());
                 assert!(mesh.triangles.len() <= content.len());
+                let report = MeshReport::of(&mesh);
+                assert_eq!(report.volume.is_some(), report.is_closed() && report.is_oriented());
+                assert!(report.area.is_finite() && report.volume.is_none_or(f64::is_finite));
+                let _ = Inside::of(&mesh).winding_number(&mesh.vertices[0]);
             }
             Err(error) => {
                 counts[kind][1] += 1;

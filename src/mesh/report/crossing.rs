@@ -1,0 +1,92 @@
+//! Whether two triangles meet where they do not share a corner, decided by exact signs alone.
+//!
+//! The intersection of two triangles ends where an edge of one meets the other, so edges are tried against triangles. With a shared
+//! corner only the edges opposite to it are: an intersection that goes beyond the corner leaves one of the triangles there. Triangles
+//! with a shared edge meet beyond it only if they are folded onto each other.
+
+use super::predicates::{Projection, Sign, side};
+use super::tree::Bounds;
+use crate::Vector;
+
+/// Corner of a triangle: where it is, and on which side of the plane of the other triangle; none if both share it.
+type Corner = (Vector, Option<Sign>);
+
+/// Whether two triangles meet beyond the corners that they share by their coordinates. Triangles whose corners are on a line, and those
+/// that share all corners, meet nothing.
+pub(super) fn meet(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
+    if is_clear(one, two) && is_clear(two, one) {
+        return false;
+    }
+    let Some(first) = sides(one, two) else { return false };
+    let Some(second) = sides(two, one) else { return false };
+    if Projection::for_triangle(one).is_none() || Projection::for_triangle(two).is_none() {
+        return false;
+    }
+    let ([a, b, c], [d, e, f]) = (&first, &second);
+    match first.iter().filter(|(_, sign)| sign.is_none()).count() {
+        0 => {
+            let crosses = |[a, b, c]: [&Corner; 3], triangle| {
+                edge_meets([a, b], triangle) || edge_meets([b, c], triangle) || edge_meets([c, a], triangle)
+            };
+            crosses([a, b, c], two) || crosses([d, e, f], one)
+        }
+        1 => edge_meets([a, b], two) || edge_meets([d, e], one),
+        // Both lie in a plane.
+        _ => is_folded([a, b, c].map(|(corner, _)| *corner), &d.0),
+    }
+}
+
+/// Whether the edge opposite to the only shared corner is outside of the box around the other triangle: most pairs of a fan are told
+/// apart by this.
+fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
+    let (p, q) = match one.map(|corner| two.contains(&corner)) {
+        [true, false, false] => (one[1], one[2]),
+        [false, true, false] => (one[2], one[0]),
+        [false, false, true] => (one[0], one[1]),
+        _ => return false,
+    };
+    !Bounds::around(&[p, q, q]).meets(&Bounds::around(two))
+}
+
+/// Corners of a triangle, those that it does not share first, or `None` if all of these are on the same side of the plane of the other
+/// triangle.
+fn sides(triangle: &[Vector; 3], other: &[Vector; 3]) -> Option<[Corner; 3]> {
+    let [a, b, c] = triangle.map(|corner| (corner, (!other.contains(&corner)).then(|| side(other, &corner))));
+    let is_on = |sign: Sign| [a, b, c].iter().all(|(_, found)| found.is_none_or(|found| found == sign));
+    if is_on(Sign::Greater) || is_on(Sign::Less) {
+        return None;
+    }
+    Some(match [a, b, c].map(|(_, sign)| sign.is_some()) {
+        [false, true, _] => [b, c, a],
+        [true, false, true] | [false, false, true] => [c, a, b],
+        _ => [a, b, c],
+    })
+}
+
+/// Whether two triangles in a plane, of which one has two corners in common with the other, lie on the same side of their edge.
+fn is_folded(triangle: [Vector; 3], other: &Vector) -> bool {
+    let [apex, from, to] = &triangle;
+    let turns =
+        |(projection, _): (Projection, Sign)| projection.turn(from, to, apex) == projection.turn(from, to, other);
+    Projection::for_triangle(&triangle).is_some_and(turns)
+}
+
+/// Whether a segment, whose ends are on known sides of the plane of a triangle, meets the triangle or its rim.
+fn edge_meets([(p, at_p), (q, at_q)]: [&Corner; 2], triangle: &[Vector; 3]) -> bool {
+    if at_p == at_q {
+        return *at_p == Some(Sign::Equal) && flat_edge_meets(p, q, triangle);
+    }
+    // The line crosses the plane once; it does so in the triangle if it passes all edges on the same side.
+    let [a, b, c] = triangle;
+    let around = [(a, b), (b, c), (c, a)].map(|(from, to)| side(&[*from, *to, *p], q));
+    !around.contains(&Sign::Greater) || !around.contains(&Sign::Less)
+}
+
+/// Whether a segment in the plane of a triangle meets it: no line along an edge of one of them separates them.
+fn flat_edge_meets(p: &Vector, q: &Vector, triangle: &[Vector; 3]) -> bool {
+    let Some((projection, turn)) = Projection::for_triangle(triangle) else { return false };
+    let [a, b, c] = triangle;
+    let is_outside = |from, to| [p, q].iter().all(|end| projection.turn(from, to, end) == turn.reverse());
+    let along = triangle.map(|corner| projection.turn(p, q, &corner));
+    !is_outside(a, b) && !is_outside(b, c) && !is_outside(c, a) && along.iter().any(|sign| *sign != along[0])
+}

@@ -1,0 +1,132 @@
+//! Faults in plain words.
+
+use std::fmt;
+
+use super::{EdgeFault, MOST_INTERSECTIONS, MOST_PAIRS, MeshReport, PairFault, TriangleFault};
+use crate::Vector;
+
+/// Fault of a mesh, with a cure. Its text names the first place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Finding {
+    /// There is no triangle.
+    NoTriangle,
+    /// A vertex is missing, not finite or absurdly far.
+    Unusable(TriangleFault),
+    /// The surface has a rim, so that it encloses no volume.
+    Open(EdgeFault),
+    /// More than two triangles meet at an edge.
+    Crowded(EdgeFault),
+    /// Normals of neighbours point to different sides.
+    NotOriented(EdgeFault),
+    /// Triangles have no area, and so no normal.
+    Degenerate(TriangleFault),
+    /// Triangles are there twice.
+    Duplicates(PairFault),
+    /// The surface passes through itself.
+    SelfIntersections(PairFault),
+    /// There are too many pairs of triangles to look at all of them.
+    NotSearched,
+}
+
+/// Findings of a report, the worst first.
+pub(super) fn of(report: &MeshReport) -> Vec<Finding> {
+    let is_left = report.triangles > 0 && report.unusable.count == 0 && !report.is_searched;
+    let faults = [
+        (usize::from(report.triangles == 0), Finding::NoTriangle),
+        (report.unusable.count, Finding::Unusable(report.unusable)),
+        (report.open_edges.count, Finding::Open(report.open_edges)),
+        (report.crowded_edges.count, Finding::Crowded(report.crowded_edges)),
+        (report.turned_edges.count, Finding::NotOriented(report.turned_edges)),
+        (report.degenerate.count, Finding::Degenerate(report.degenerate)),
+        (report.duplicates.count, Finding::Duplicates(report.duplicates)),
+        (report.self_intersections.count, Finding::SelfIntersections(report.self_intersections)),
+        (usize::from(is_left && report.self_intersections.count < MOST_INTERSECTIONS), Finding::NotSearched),
+    ];
+    faults.into_iter().filter(|(count, _)| *count > 0).map(|(_, finding)| finding).collect()
+}
+
+impl Finding {
+    /// How to repair the mesh.
+    #[must_use]
+    pub fn cure(&self) -> &'static str {
+        match self {
+            Self::NoTriangle => "export a surface with triangles",
+            Self::Unusable(_) => {
+                "export the mesh again; a program wrote vertices that are no numbers, or left some out"
+            }
+            Self::Open(_) => {
+                "fill the holes, or merge vertices that should coincide; leave it if the surface is meant to be open"
+            }
+            Self::Crowded(_) => "separate the bodies that touch along an edge, or unite them, and delete faces inside",
+            Self::NotOriented(_) => "recalculate the normals of the mesh, so that all point outwards",
+            Self::Degenerate(_) => "dissolve faces without area, or merge vertices by distance",
+            Self::Duplicates(_) => "delete one of the faces",
+            Self::SelfIntersections(_) => "unite overlapping bodies with a boolean operation, or move them apart",
+            Self::NotSearched => "remesh the surface with triangles of similar edges, and look again",
+        }
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoTriangle => write!(f, "the mesh has no triangle"),
+            Self::Unusable(fault) => {
+                write!(f, "{} has a vertex that is missing, not finite or too far away", First(fault.first))
+            }
+            Self::Open(fault) => edges(f, fault, "on one triangle only: the surface has a rim"),
+            Self::Crowded(fault) => edges(f, fault, "on more than two triangles"),
+            Self::NotOriented(fault) => edges(f, fault, "between triangles whose normals point to different sides"),
+            Self::Degenerate(fault) => {
+                let (are, all) = (is_or_are(fault.count), plural(fault.count, "triangle"));
+                write!(f, "{all} {are} without area, first {}", First(fault.first))
+            }
+            Self::Duplicates(fault) => {
+                let all = plural(fault.count, "triangle");
+                write!(f, "{all} with the same vertices as another one, first {}", Pair(fault.first))
+            }
+            Self::NotSearched => write!(
+                f,
+                "self-intersections and distances were looked for in the first {MOST_PAIRS} pairs of triangles only: too many are long and thin"
+            ),
+            Self::SelfIntersections(fault) => {
+                let least = if fault.count == MOST_INTERSECTIONS { "at least " } else { "" };
+                let all = plural(fault.count, "pair");
+                write!(f, "{least}{all} of triangles meet where they should not, first {}", Pair(fault.first))
+            }
+        }
+    }
+}
+
+/// Edges with a fault, and where the first one is.
+fn edges(f: &mut fmt::Formatter<'_>, fault: &EdgeFault, what: &str) -> fmt::Result {
+    write!(f, "{} {} {what}", plural(fault.count, "edge"), is_or_are(fault.count))?;
+    let Some([from, to]) = fault.first else { return Ok(()) };
+    let place = |v: &Vector| format!("({}, {}, {})", v.x, v.y, v.z);
+    write!(f, ", first from {} to {}", place(&from), place(&to))
+}
+
+fn plural(count: usize, noun: &str) -> String {
+    if count == 1 { format!("{count} {noun}") } else { format!("{count} {noun}s") }
+}
+
+fn is_or_are(count: usize) -> &'static str {
+    if count == 1 { "is" } else { "are" }
+}
+
+struct First(Option<usize>);
+
+impl fmt::Display for First {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.map_or(Ok(()), |number| write!(f, "triangle {number} (from 0)"))
+    }
+}
+
+struct Pair(Option<[usize; 2]>);
+
+impl fmt::Display for Pair {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.map_or(Ok(()), |[one, other]| write!(f, "triangles {one} and {other} (from 0)"))
+    }
+}

@@ -1,0 +1,86 @@
+//! Faults of single triangles, of those with the same vertices, and how many parts hang together.
+
+use super::{PairFault, TriangleFault};
+use crate::model::triangle_mesh::{TriangleMesh, twice_area};
+
+/// Area of a degenerate triangle in units of the square of its longest side: its height is lost in the seventh digit of `f32`, from files
+/// of which most come, many times over, and its normal has few digits left in `f64`.
+const SMALLEST_AREA: f64 = 1e-12;
+
+/// Triangles without an area.
+pub(super) fn degenerate(mesh: &TriangleMesh) -> TriangleFault {
+    let mut fault = TriangleFault::default();
+    for (number, corners) in mesh.all_corners().enumerate() {
+        let [a, b, c] = corners;
+        let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
+        let area = 0.5 * twice_area(&corners).norm();
+        if area == 0.0 || area < SMALLEST_AREA * longest {
+            fault.count += 1;
+            fault.first.get_or_insert(number);
+        }
+    }
+    fault
+}
+
+/// Triangles with the vertices of one before them.
+pub(super) fn duplicates(mesh: &TriangleMesh) -> PairFault {
+    let key = |(numbers, triangle): (&[u32; 3], u32)| {
+        let mut sorted = *numbers;
+        sorted.sort_unstable();
+        (sorted, triangle)
+    };
+    let mut sorted: Vec<([u32; 3], u32)> = mesh.triangles.iter().zip(0..).map(key).collect();
+    sorted.sort_unstable();
+    let mut fault = PairFault::default();
+    for same in sorted.chunk_by(|one, other| one.0 == other.0) {
+        fault.count += same.len() - 1;
+        if let [(_, first), (_, second), ..] = same {
+            let pair = [*first as usize, *second as usize];
+            fault.first = Some(fault.first.map_or(pair, |before| before.min(pair)));
+        }
+    }
+    fault
+}
+
+/// Number of parts that share no vertex with each other.
+pub(super) fn parts(mesh: &TriangleMesh) -> usize {
+    let mut parents: Vec<u32> = (0..).take(mesh.vertices.len()).collect();
+    let mut is_used = vec![false; mesh.vertices.len()];
+    let mut parts = 0;
+    for numbers in &mesh.triangles {
+        for number in numbers {
+            if let Some(is_used) = is_used.get_mut(*number as usize)
+                && !*is_used
+            {
+                *is_used = true;
+                parts += 1;
+            }
+        }
+        let [a, b, c] = numbers.map(|number| root(&mut parents, number));
+        for (one, other) in [(a, b), (a, c)] {
+            let (one, other) = (root(&mut parents, one), root(&mut parents, other));
+            if one != other {
+                parts -= 1;
+                if let Some(parent) = parents.get_mut(one.max(other) as usize) {
+                    *parent = one.min(other);
+                }
+            }
+        }
+    }
+    parts
+}
+
+/// The vertex that stands for the part of another one; the way there becomes half as long.
+fn root(parents: &mut [u32], mut number: u32) -> u32 {
+    loop {
+        let parent = parents.get(number as usize).copied().unwrap_or(number);
+        if parent == number {
+            return number;
+        }
+        let next = parents.get(parent as usize).copied().unwrap_or(parent);
+        if let Some(entry) = parents.get_mut(number as usize) {
+            *entry = next;
+        }
+        number = next;
+    }
+}
