@@ -37,6 +37,11 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.set_bath(bath, seed, stage));
     }
 
+    /// Puts the surfaces of a stage of a run in, and takes away those that are not there.
+    pub(crate) fn set_stage_of_surfaces(&mut self, stage: &str) {
+        with_engine!(&mut self.engine, engine => engine.set_stage_of_surfaces(stage));
+    }
+
     /// Whether a heat bath gives particles new velocities.
     #[must_use]
     pub fn has_andersen(&self) -> bool {
@@ -91,6 +96,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.give_velocity(particle, streaming + (body.velocity - streaming) * factor);
         }
         self.start_anew();
+    }
+
+    /// Puts the surfaces of a stage in, and takes others away.
+    fn set_stage_of_surfaces(&mut self, stage: &str) {
+        if let Some(surfaces) = self.sources.surfaces.in_stage(stage) {
+            self.join();
+            self.sources.surfaces = surfaces;
+            self.start_anew();
+        }
     }
 
     /// Gives a particle a velocity from outside.

@@ -68,6 +68,11 @@ impl RunPlan {
         self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
     }
 
+    /// Name of the first stage, as surfaces have it: that of what comes after the listed ones is `measurement`.
+    pub(crate) fn first_stage(&self) -> &str {
+        self.stages.first().map_or(MEASUREMENT, |stage| &stage.name)
+    }
+
     /// Whether anything acts from outside.
     #[must_use]
     pub fn is_driven(&self) -> bool {

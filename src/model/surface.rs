@@ -17,13 +17,21 @@ pub struct SceneSurface {
     pub species: Vec<SpeciesId>,
     /// How it answers a contact.
     pub law: SurfaceLaw,
+    /// Names of the stages in which it is there, `measurement` for what comes after those that are listed; empty for all.
+    pub stages: Vec<String>,
 }
 
 impl SceneSurface {
-    /// A surface that all species meet.
+    /// A surface that all species meet, in all stages.
     #[must_use]
     pub fn new(name: &str, shape: SurfaceShape, law: SurfaceLaw) -> Self {
-        Self { name: name.to_owned(), shape, species: Vec::new(), law }
+        Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new() }
+    }
+
+    /// Whether it is there in a stage of this name.
+    #[must_use]
+    pub fn is_in(&self, stage: &str) -> bool {
+        self.stages.is_empty() || self.stages.iter().any(|name| name == stage)
     }
 
     /// Whether a species meets it.

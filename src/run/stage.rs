@@ -109,6 +109,16 @@ impl Stage {
         }
     }
 
+    /// Name of the stage that the scene lists, with its equilibration; `measurement` for what comes after them.
+    pub(crate) fn listed_name(self, plan: &RunPlan) -> &str {
+        match self {
+            Self::Preparation(number) | Self::EquilibrationOf(number) | Self::MeasurementOf(number) => {
+                plan.stages.get(number as usize).map_or("", |stage| stage.name.as_str())
+            }
+            Self::Equilibration | Self::Measurement => MEASUREMENT,
+        }
+    }
+
     /// Name of the stage in the tables of a run.
     #[must_use]
     pub fn name(self, plan: &RunPlan) -> Cow<'_, str> {

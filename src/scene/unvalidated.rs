@@ -153,6 +153,7 @@ pub struct SurfaceDraft {
     pub(crate) shape: SurfaceShape,
     pub(crate) species: Vec<String>,
     pub(crate) law: SurfaceLaw,
+    pub(crate) stages: Vec<String>,
 }
 
 impl SurfaceDraft {
@@ -160,7 +161,7 @@ impl SurfaceDraft {
     #[must_use]
     pub fn new(name: &str, shape: SurfaceShape) -> Self {
         let law = SurfaceLaw::Reflecting { restitution: 1.0 };
-        Self { name: name.to_owned(), shape, species: Vec::new(), law }
+        Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new() }
     }
 
     /// With a ratio of the normal speeds after and before a contact, 0 to 1.
@@ -173,6 +174,13 @@ impl SurfaceDraft {
     #[must_use]
     pub fn temperature(self, temperature: f64) -> Self {
         Self { law: SurfaceLaw::Thermal { temperature }, ..self }
+    }
+
+    /// In one more stage of a run, where it is not there in all; `measurement` names what comes after those that the scene lists.
+    #[must_use]
+    pub fn during(mut self, stage: &str) -> Self {
+        self.stages.push(stage.to_owned());
+        self
     }
 
     /// Of one more species that meets it, where not all do.

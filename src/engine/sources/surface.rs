@@ -31,8 +31,7 @@ pub(in crate::engine) struct SurfaceRandom {
 impl SurfaceRandom {
     /// Random numbers of the surfaces of a scene, if some are thermal.
     pub fn of(scene: &Scene, surfaces: &Surfaces) -> Option<Self> {
-        let is_thermal = |surface: &Placed| matches!(surface.law, Law::Thermal { .. });
-        surfaces.all().iter().any(is_thermal).then(|| Self {
+        surfaces.are_ever_thermal().then(|| Self {
             stream: Random::new(scene.seed, Purpose::Thermostat, STAGE + scene.first_stream()),
             contacts: vec![0; scene.particles.len()],
         })

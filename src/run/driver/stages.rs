@@ -25,6 +25,8 @@ impl Driver<'_> {
         self.state.observer.set_thermostat(scene, counted.as_ref());
         let stream = scene.first_stream() + stream;
         self.simulation.set_planned_thermostat(thermostat.as_ref(), stream);
+        let listed = stage.listed_name(&self.simulation.scene().run).to_owned();
+        self.simulation.set_stage_of_surfaces(&listed);
         self.state.next_temperature = f64::INFINITY;
         self.state.next_scaling = match thermostat {
             Some(Thermostat::Rescaling { .. }) => self.simulation.time(),

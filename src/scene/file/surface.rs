@@ -23,6 +23,9 @@ pub(crate) struct SurfaceFile {
     /// Names of the species that meet it; all if not given.
     #[schemars(length(min = 1))]
     pub species: Option<Vec<String>>,
+    /// Names of the stages in which it is there, `measurement` for what comes after those; all if not given. One that is put in later needs free room.
+    #[schemars(length(min = 1))]
+    pub stages: Option<Vec<String>>,
     /// Ratio of the normal speeds after and before a contact.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,

@@ -63,6 +63,7 @@ pub(super) fn parse_surface(
         shape,
         species: file.species.unwrap_or_default(),
         law,
+        stages: file.stages.unwrap_or_default(),
     };
     Ok((draft, input))
 }

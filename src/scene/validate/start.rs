@@ -186,14 +186,14 @@ mod tests {
         let check = |x: f64, surfaces: &Surfaces| check_surfaces(&at(x), &species, surfaces);
         let walled = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(5.0) };
         let none = [[None; 2]; 3];
-        let walls = Surfaces::of_parts(&walled, &none, &[], &[]);
+        let walls = Surfaces::of_parts((&walled, &none), &[], &[], "");
         assert!(check(0.5, &walls).is_ok());
         let refused = check(0.25, &walls).unwrap_err();
         assert_eq!(refused.kind().to_string(), "particle 1 reaches 0.25 through the lower wall of x");
 
         let plane = SurfaceShape::Plane { point: Vector::x(), normal: Vector::x() };
         let plane = SceneSurface::new("slope", plane, SurfaceLaw::Reflecting { restitution: 1.0 });
-        let plane = Surfaces::of_parts(&Space::periodic_cube(5.0), &none, &[plane], &[]);
+        let plane = Surfaces::of_parts((&Space::periodic_cube(5.0), &none), &[plane], &[], "");
         assert!(check(1.5, &plane).is_ok());
         let refused = check(1.25, &plane).unwrap_err();
         assert_eq!(refused.kind().to_string(), "particle 1 reaches 0.25 through surface `slope`");

@@ -3,6 +3,7 @@
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::surfaces::{MOST_FEATURES, Surfaces};
+use crate::model::run_plan::MEASUREMENT;
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{SceneSurface, Species, SpeciesId, SurfaceLaw, SurfaceShape, TriangleMesh};
 use crate::scene::builder::SceneBuilder;
@@ -35,6 +36,7 @@ impl SceneBuilder {
             check_shape(&surface.shape, &at)?;
             check_space(&surface.shape, space, &at)?;
             check_radii(surface, species, &at)?;
+            self.check_stages(&surface.stages, &at)?;
             if let SurfaceShape::Mesh(mesh) = &surface.shape {
                 features += mesh.triangles.len();
             }
@@ -51,7 +53,18 @@ impl SceneBuilder {
             self.check_no_growth_or_shear()?;
         }
         let ids: Vec<SpeciesId> = (0..species.len()).map(|index| SpeciesId(id(index))).collect();
-        Ok(Surfaces::of_parts(space, &self.parts.wall_temperatures, &surfaces, &ids))
+        let stage = self.parts.run.first_stage();
+        Ok(Surfaces::of_parts((space, &self.parts.wall_temperatures), &surfaces, &ids, stage))
+    }
+
+    /// Refuses stages that there are not.
+    fn check_stages(&self, named: &[String], at: &ConfigPath) -> Result<(), SceneError> {
+        let known: Vec<&str> =
+            self.parts.run.stages.iter().map(|stage| stage.name.as_str()).chain([MEASUREMENT]).collect();
+        match named.iter().enumerate().find(|(_, name)| !known.contains(&name.as_str())) {
+            Some((index, name)) => Err(unknown(&at.key("stages").index(index), "stage", name, known)),
+            None => Ok(()),
+        }
     }
 
     /// What moves with the box, or grows, does not meet surfaces at rest yet.
@@ -67,7 +80,7 @@ impl SceneBuilder {
 
 /// A surface with the numbers of its species.
 fn resolved(draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
-    let SurfaceDraft { name, shape, species: named, law } = draft;
+    let SurfaceDraft { name, shape, species: named, law, stages } = draft;
     let at = ConfigPath::entry("surface", index).key("species");
     let find = |name: &String| {
         let found = species.iter().position(|species| species.name == *name);
@@ -76,7 +89,7 @@ fn resolved(draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<S
             .ok_or_else(|| unknown(&at, "species", name, species.iter().map(|species| species.name.as_str())))
     };
     let species = named.iter().map(find).collect::<Result<Vec<_>, _>>()?;
-    Ok(SceneSurface { name: name.clone(), shape: shape.clone(), species, law: *law })
+    Ok(SceneSurface { name: name.clone(), shape: shape.clone(), species, law: *law, stages: stages.clone() })
 }
 
 fn check_law(law: SurfaceLaw, at: &ConfigPath) -> Result<(), SceneError> {
