@@ -27,6 +27,7 @@ mod pressure_tensor;
 mod slope;
 mod speeds;
 mod structure_factor;
+mod surface_forces;
 #[cfg(test)]
 mod test_system;
 mod transport;

@@ -19,7 +19,7 @@ use crate::physics::detection::never::Doubt;
 use face::Face;
 use plane::Plane;
 use round::Round;
-pub(crate) use set::{MOST_FEATURES, Placed, Surfaces};
+pub(crate) use set::{FIRST_SURFACE, MOST_FEATURES, Placed, Surfaces};
 use wall::Wall;
 
 /// A sphere in free flight, as a surface sees it.

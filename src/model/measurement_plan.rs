@@ -60,6 +60,8 @@ pub struct MeasurementPlan {
     pub profiles: Vec<Profile>,
     /// Particles that pass planes.
     pub flows: Vec<Flow>,
+    /// Forces on walls and other surfaces.
+    pub surface_forces: Option<SurfaceForces>,
 }
 
 impl MeasurementPlan {
@@ -77,6 +79,25 @@ pub struct PressureTensor {
     /// Length of the shortest block of averages `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
+}
+
+/// Bins of the profile of forces unless the scene says otherwise.
+pub(crate) const FORCE_BINS: u64 = 40;
+
+/// Forces on the walls and the other surfaces, `F = - sum J / t`, and the normal force on them along an axis.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceForces {
+    /// Length of the shortest block of averages `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+    /// Axis along which there is a curve; none if not given.
+    #[schemars(extend("enum" = ["x", "y", "z"]))]
+    pub axis: Option<String>,
+    /// Number of bins along it; 40 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = FORCE_BINS))]
+    #[serde(default, deserialize_with = "whole::given")]
+    pub bins: Option<u64>,
 }
 
 /// Radial distribution functions, one for each two species, with their values at contact.

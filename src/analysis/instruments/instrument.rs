@@ -14,6 +14,7 @@ use super::radial_distribution::RadialDistribution;
 use super::registry::{InstrumentError, OwnInstruments, Registered, Registry};
 use super::speeds::Speeds;
 use super::structure_factor::StructureFactor;
+use super::surface_forces::SurfaceForces;
 use super::system::{Sample, SystemDescription};
 use super::transport::Transport;
 use crate::engine::event::Event;
@@ -127,6 +128,7 @@ instruments! {
     BondOrder: bond_order,
     Speeds: speeds,
     Profile: profiles,
+    SurfaceForces: surface_forces,
 }
 
 /// All instruments of a run, those of the scene and those of one's own: what a run keeps, and no part of an instrument of one's own.

@@ -2,10 +2,14 @@
 
 use crate::Vector;
 use crate::analysis::observables::ApplicableObservables;
+use crate::base::numbers::id;
+use crate::engine::surfaces::FIRST_SURFACE;
 use crate::engine::{CellList, Simulation, Snapshot};
-use crate::model::space::{Boundary, Face, Space};
+use crate::model::SurfaceShape;
+use crate::model::space::{AXES, Boundary, Face, Space};
 use crate::model::{Bond, InteractionId, Scene, SpeciesPairs};
 use std::convert::Infallible;
+use std::f64::consts::PI;
 
 /// Description of the simulated system, constant during a measurement: box, species, masses, bonds, conserved quantities.
 ///
@@ -31,6 +35,8 @@ pub struct SystemDescription {
     pub cores: SpeciesPairs<f64>,
     /// The next distances outside of these cores at which the potential steps, or that of a bond between such particles `[length]`.
     pub(crate) steps_outside_cores: SpeciesPairs<f64>,
+    /// The walls of the box, and the other surfaces of the scene.
+    pub surfaces: Vec<DescribedSurface>,
     /// The two ends of each bond.
     pub bonds: Vec<[u32; 2]>,
     /// The shortest and the longest distance that any bond reaches to `[length]`; zeros without bonds.
@@ -55,7 +61,48 @@ pub struct SystemDescription {
     pub seed: u64,
 }
 
+/// A wall or another surface.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct DescribedSurface {
+    /// Its number in events.
+    pub number: u32,
+    /// Its name; `wall x lower` and so on for those of the box.
+    pub name: String,
+    /// Its area, where it has an end and is not a side of the box `[length^2]`.
+    pub area: Option<f64>,
+}
+
+/// The surfaces of a scene, walls first.
+fn described(scene: &Scene) -> Vec<DescribedSurface> {
+    let sides = [0, 1, 2].into_iter().flat_map(|axis| [(axis, 0), (axis, 1)]);
+    let walls =
+        sides.filter(|&(axis, side)| scene.space.walled_sides(axis)[side]).map(|(axis, side)| DescribedSurface {
+            number: id(2 * axis + side),
+            name: format!("wall {} {}", AXES[axis], ["lower", "upper"][side]),
+            area: None,
+        });
+    let others = scene.surfaces.iter().zip(FIRST_SURFACE..).map(|(surface, number)| {
+        let area = match &surface.shape {
+            SurfaceShape::Mesh(mesh) => Some(mesh.area()),
+            SurfaceShape::Sphere { radius, .. } => Some(4.0 * PI * radius * radius),
+            SurfaceShape::Capsule { ends: [start, end], radius } => {
+                Some(2.0 * PI * radius * ((end - start).norm() + 2.0 * radius)).filter(|area| *area > 0.0)
+            }
+            SurfaceShape::Plane { .. } | SurfaceShape::Cylinder { .. } => None,
+        };
+        let area = area.filter(|_| scene.space.dimensions() == 3);
+        DescribedSurface { number, name: surface.name.clone(), area }
+    });
+    walls.chain(others).collect()
+}
+
 impl SystemDescription {
+    /// Where the box, or a surface with an end beyond it, begins and ends along an axis `[length]`.
+    pub(crate) fn extent(&self, axis: usize) -> (f64, f64) {
+        (self.space.lower[axis], self.space.upper()[axis])
+    }
+
     /// The constants of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
@@ -98,6 +145,7 @@ impl SystemDescription {
             masses,
             cores: scene.table.map(|id| potential(&id).core()),
             steps_outside_cores,
+            surfaces: described(scene),
             bond_lengths: bond_lengths.unwrap_or_default(),
             bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
             conserves_momentum: applicable.conserves_momentum,
@@ -200,6 +248,7 @@ impl SystemDescription {
     #[cfg(test)]
     pub(crate) fn of_points(space: Space, count: u32) -> Self {
         Self {
+            surfaces: Vec::new(),
             space,
             species_names: vec!["A".to_owned()],
             diameters: vec![1.0],

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer};
 use super::either::Either;
 use crate::model::measurement_plan::{
     BondOrder, Chains, Diffusion, Flow, FreePaths, PressureTensor, Profile, RadialDistribution, Speeds,
-    StructureFactor, Transport,
+    StructureFactor, SurfaceForces, Transport,
 };
 
 /// `[measure]`: what to measure; nothing by default.
@@ -37,6 +37,8 @@ pub(crate) struct MeasureFile {
     pub profile: Vec<Profile>,
     /// Particles that pass planes.
     pub flow: Vec<Flow>,
+    /// Forces on walls and other surfaces.
+    pub surface_forces: Switch<SurfaceForces>,
 }
 
 /// `true`, `false`, or a table that says how.

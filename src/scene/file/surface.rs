@@ -64,6 +64,12 @@ pub(crate) struct SurfaceFile {
     pub start: Option<[f64; 3]>,
     /// Second end of a capsule `[length]`.
     pub end: Option<[f64; 3]>,
+    /// Corner of a parallelogram `[length]`.
+    pub corner: Option<[f64; 3]>,
+    /// First edge of a parallelogram, from its corner `[length]`.
+    pub edge_1: Option<[f64; 3]>,
+    /// Second edge of a parallelogram, from its corner `[length]`.
+    pub edge_2: Option<[f64; 3]>,
     /// Lower corner of a box `[length]`.
     pub lower: Option<[f64; 3]>,
     /// Upper corner of a box `[length]`.

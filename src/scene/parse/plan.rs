@@ -143,5 +143,6 @@ pub(crate) fn parse_measure(file: MeasureFile) -> MeasurementPlan {
         bond_order: file.bond_order.0,
         profiles: file.profile,
         flows: file.flow,
+        surface_forces: file.surface_forces.0,
     }
 }

@@ -18,12 +18,13 @@ use crate::scene::limits::{corners, finite, finite_vector, not_negative, positiv
 use crate::scene::unvalidated::SurfaceDraft;
 
 /// The shapes, and the keys that each one takes.
-pub(crate) const SHAPES: [(&str, &[&str]); 9] = [
+pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
     ("plane", &["point", "normal"]),
     ("sphere", &["centre", "radius", "side"]),
     ("cylinder", &["base", "axis", "radius", "side", "length", "tolerance"]),
     ("capsule", &["start", "end", "radius"]),
     ("box", &["lower", "upper"]),
+    ("parallelogram", &["corner", "edge_1", "edge_2"]),
     ("disc", &["centre", "axis", "radius", "tolerance"]),
     ("cone", &["base", "axis", "radii", "length", "tolerance"]),
     ("revolution", &["base", "axis", "profile", "tolerance"]),
@@ -99,6 +100,18 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
             let (lower, upper) = (keys.vector("lower")?, keys.vector("upper")?);
             corners(&lower, &upper, 0..3, at)?;
             SurfaceShape::Mesh(TriangleMesh::cuboid(&lower, &upper))
+        }
+        "parallelogram" => {
+            let (corner, one, other) = (keys.vector("corner")?, keys.vector("edge_1")?, keys.vector("edge_2")?);
+            finite_vector(&corner, &at.key("corner"))?;
+            finite_vector(&one, &at.key("edge_1"))?;
+            finite_vector(&other, &at.key("edge_2"))?;
+            // Edges in one direction have an area of rounding only.
+            if one.cross(&other).norm() <= 1e-9 * one.norm() * other.norm() {
+                return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
+            }
+            let vertices = vec![corner, corner + one, corner + one + other, corner + other];
+            SurfaceShape::Mesh(TriangleMesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] })
         }
         "disc" => {
             let radius = positive(keys.need("radius")?, at.key("radius"))?;

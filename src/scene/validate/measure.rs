@@ -181,6 +181,7 @@ pub(super) fn asked(plan: &MeasurementPlan) -> impl Iterator<Item = Asked> {
             ("speeds", vec![("window", it.window), ("largest", it.largest), ("interval", it.interval)], it.bins)
         }),
         plan.chains.as_ref().map(|it| ("chains", vec![("interval", it.interval)], it.bins)),
+        plan.surface_forces.as_ref().map(|it| ("surface_forces", vec![("interval", it.interval)], it.bins)),
         plan.bond_order
             .as_ref()
             .map(|it| ("bond_order", vec![("interval", it.interval), ("cutoff", it.cutoff)], it.bins)),

@@ -1,0 +1,42 @@
+//! Draws the silo of `configs/silo.toml` as an STL file: a square bin on a pyramid with an open end, with walls of some thickness.
+//!
+//!     cargo run --release --example draw_silo
+
+use carom::Vector;
+use carom::mesh::write_stl;
+use carom::model::TriangleMesh;
+
+/// A wall of the silo from inside or outside: half the width at the outlet, at the upper end of the pyramid and at the top, and their heights `[length]`.
+type Profile = [[f64; 2]; 3];
+
+const INSIDE: Profile = [[2.5, 0.0], [6.0, 6.0], [6.0, 41.0]];
+const OUTSIDE: Profile = [[2.9, 0.0], [6.4, 6.0], [6.4, 41.0]];
+
+/// The corner of a square around the axis, counterclockwise seen from above.
+fn corner([half_width, height]: [f64; 2], k: usize) -> Vector {
+    let [x, y] = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]][k % 4];
+    Vector::new(x * half_width, y * half_width, height)
+}
+
+/// The silo; its triangles look out of the material.
+fn silo() -> TriangleMesh {
+    let mut squares = Vec::new();
+    for k in 0..4 {
+        let strip = |lower, upper| [corner(lower, k), corner(lower, k + 1), corner(upper, k + 1), corner(upper, k)];
+        for level in 0..2 {
+            squares.push(strip(OUTSIDE[level], OUTSIDE[level + 1]));
+            squares.push(strip(INSIDE[level + 1], INSIDE[level]));
+        }
+        // The rims at the outlet and at the top.
+        squares.push(strip(INSIDE[0], OUTSIDE[0]));
+        squares.push(strip(OUTSIDE[2], INSIDE[2]));
+    }
+    TriangleMesh::welded(squares.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]))
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mesh = silo();
+    write_stl(&mesh, &mut std::fs::File::create("configs/silo.stl")?)?;
+    println!("configs/silo.stl: {} triangles, {:.1} of material", mesh.triangles.len(), mesh.enclosed_volume());
+    Ok(())
+}

@@ -1,0 +1,158 @@
+//! Forces against weights, and against the virial in cavities.
+
+use super::*;
+use crate::analysis::instruments::test_system::{Recorded, estimate, instrument, measure, report, start};
+use crate::mesh::revolution::revolution;
+use crate::model::potential::Potential;
+use crate::model::random::{Purpose, Random};
+use crate::model::space::{Boundary, Space};
+use crate::model::{Scene, SurfaceShape};
+use crate::scene::{SceneBuilder, SurfaceDraft};
+
+fn plan(axis: Option<&str>) -> Plan {
+    Plan { interval: None, axis: axis.map(str::to_owned), bins: Some(10) }
+}
+
+fn open(name: &str) -> SceneBuilder {
+    let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
+    SceneBuilder::new(name).space(space)
+}
+
+#[test]
+fn bouncing_balls_weigh_what_they_weigh() {
+    // A slope of 45 degrees and a wall below one ball each: over many bounces the mean force is the weight.
+    let slope = SurfaceShape::Plane { point: Vector::new(0.0, 0.0, 5.0), normal: Vector::new(0.0, 1e-9, 1.0) };
+    let walls = Boundary::Bounded {
+        lower: crate::model::space::Face::Wall { restitution: 1.0 },
+        upper: crate::model::space::Face::Open,
+    };
+    let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, walls], ..Space::periodic_cube(20.0) };
+    let scene = SceneBuilder::new("weight")
+        .space(space)
+        .gravity(Vector::new(0.0, 0.0, -2.0))
+        .species("A", 0.7, 1.0)
+        .species("B", 3.1, 1.0)
+        .no_interaction("A", "B")
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .interaction("B", "B", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .surface(SurfaceDraft::new("slope", slope).only("A"))
+        .particle("A", Vector::new(5.0, 5.0, 7.0), Vector::zeros())
+        .particle("B", Vector::new(12.0, 5.0, 1.5), Vector::zeros())
+        .build()
+        .unwrap();
+    let (system, mut simulation) = start(scene);
+    let new = |setup: &Setup<'_>| Recorded::new(SurfaceForces::new(&plan(Some("z")), setup));
+    let mut forces = instrument(&simulation, &system, 2_000.0, new);
+    measure(&mut simulation, &system, &mut forces, 2_000.0);
+    let measured = report(&forces, &system);
+    for (name, weight) in [("slope", 1.4), ("wall_z_lower", 6.2)] {
+        let mean = |key: &str| estimate(&measured, &format!("force_{name}_{key}")).0;
+        // Two bounces of 2,000 units of time at most are not whole.
+        assert!((mean("z") / -weight - 1.0).abs() < 5e-3, "{name} {}", mean("z"));
+        assert!((mean("normal") / weight - 1.0).abs() < 5e-3);
+        assert!(mean("x").abs() < 1e-12);
+    }
+    // Balls give it where their centres are: 5.5 and 0.5 of 20, in the bins of width 2 from 4 and 0.
+    let curve = &measured.curves[0];
+    let full = |series: usize| -> Vec<usize> {
+        let values = curve.series[series].values.iter().enumerate();
+        values.filter(|(_, value)| value.is_some_and(|value| value > 0.0)).map(|(bin, _)| bin).collect()
+    };
+    assert_eq!((full(0), full(1)), (vec![0], vec![2]));
+}
+
+/// Particles at random places of a cavity, which are a radius away from its surface.
+fn filled(
+    (count, seed): (u32, u64),
+    is_inside: impl Fn(&Vector) -> bool,
+    cavity: SurfaceShape,
+    interacts: bool,
+) -> Scene {
+    let mut random = Random::new(seed, Purpose::Placement, 0);
+    let mut scene = open("cavity").species("A", 0.7, 0.3).surface(SurfaceDraft::new("cavity", cavity));
+    scene = match interacts {
+        true => scene.interaction("A", "A", Potential::hard_sphere(0.3).unwrap(), 1.0),
+        false => scene.no_interaction("A", "A"),
+    };
+    let mut placed: Vec<Vector> = Vec::new();
+    while placed.len() < count as usize {
+        let place = Vector::from_fn(|_, _| 20.0 * random.uniform());
+        let is_free = !interacts || placed.iter().all(|other| (place - other).norm() > 0.3);
+        if is_inside(&place) && is_free {
+            placed.push(place);
+        }
+    }
+    for place in placed {
+        let speed = 1.0 + random.uniform();
+        let direction = random.direction(&Space::periodic_cube(1.0));
+        scene = scene.particle("A", place, direction * speed);
+    }
+    scene.build().unwrap()
+}
+
+#[test]
+fn the_pressure_in_a_sphere_is_that_of_the_virial() {
+    // `sum r . J` over contacts with the cavity is `- R F` exactly; the virial theorem makes it `2 E + W`, but for the two ends of the run.
+    let middle = Vector::repeat(10.0);
+    for interacts in [false, true] {
+        let sphere = SurfaceShape::Sphere { centre: middle, radius: 4.0, is_inside: true };
+        let scene = filled((150, 7), |place| (place - middle).norm() < 3.85, sphere, interacts);
+        let (system, mut simulation) = start(scene);
+        let new = |setup: &Setup<'_>| SurfaceForces::new(&plan(None), setup);
+        let mut forces = instrument(&simulation, &system, 400.0, new);
+        let moment = |simulation: &crate::engine::Simulation| {
+            let snapshot = simulation.snapshot();
+            let all = snapshot.positions.iter().zip(&snapshot.velocities);
+            all.map(|(r, v)| 0.7 * (r - middle).dot(v)).sum::<f64>()
+        };
+        let before = moment(&simulation);
+        measure(&mut simulation, &system, &mut forces, 400.0);
+        let ends = (moment(&simulation) - before) / 400.0;
+        let virial = simulation.event_counts().virial.total() / 400.0;
+        let expected = (2.0 * simulation.energy().kinetic + virial - ends) / 3.85;
+        let (normal, _) = estimate(&report(&forces, &system), "force_cavity_normal");
+        assert!((normal / expected - 1.0).abs() < 1e-10, "{normal} {expected}");
+        assert!(virial > 1.0 || !interacts, "{virial}");
+    }
+}
+
+#[test]
+fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
+    // Without contacts with each other, and at even places: the rate of contacts is `v S / 4 V` (Cauchy), whatever the shape.
+    let middle = Vector::repeat(10.0);
+    let ring = |place: &Vector| (place.x - 10.0).hypot(place.y - 10.0) - 5.0;
+    let torus = {
+        let sides = 160;
+        let point = |k: u32| {
+            let angle = std::f64::consts::TAU * f64::from(k % sides) / f64::from(sides);
+            [5.0 + 2.0 * libm::cos(angle), 2.0 * libm::sin(angle)]
+        };
+        let profile: Vec<[f64; 2]> = (0..=sides).map(point).collect();
+        SurfaceShape::Mesh(revolution(&middle, &Vector::z(), &profile, 2e-3).unwrap())
+    };
+    let pipe = SurfaceShape::Cylinder { point: middle, axis: Vector::x(), radius: 2.0, is_inside: true };
+    let around = |place: &Vector| (place.y - 10.0).hypot(place.z - 10.0);
+    let in_ring = |place: &Vector| ring(place).hypot(place.z - 10.0) < 1.849;
+    let in_pipe = |place: &Vector| around(place) < 1.849;
+    for shape in [torus, pipe] {
+        let is_ring = matches!(shape, SurfaceShape::Mesh(_));
+        let mut ratios = Vec::new();
+        for seed in 1..=8 {
+            let is_inside = |place: &Vector| if is_ring { in_ring(place) } else { in_pipe(place) };
+            let scene = filled((1_000, seed), is_inside, shape.clone(), false);
+            let speed: f64 = scene.particles.iter().map(|particle| particle.velocity.norm()).sum();
+            let (system, mut simulation) = start(scene);
+            let mut forces = instrument(&simulation, &system, 30.0, |setup| SurfaceForces::new(&plan(None), setup));
+            measure(&mut simulation, &system, &mut forces, 30.0);
+            let (rate, _) = estimate(&report(&forces, &system), "force_cavity_rate");
+            // Of a ring and of a pipe, V / S is half of the radius that centres can reach.
+            ratios.push(rate * 2.0 * 1.85 / speed);
+        }
+        // The error is that of the scatter of seeds.
+        let mean = ratios.iter().sum::<f64>() / 8.0;
+        let variance = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum::<f64>() / 7.0;
+        let error = (variance / 8.0).sqrt();
+        assert!((mean - 1.0).abs() < 3.5 * error && error < 0.01, "{mean} +- {error}: {ratios:?}");
+        println!("{mean} +- {error}");
+    }
+}
