@@ -7,6 +7,9 @@ fn every_scene_of_configs_loads() {
     let mut count = 0;
     for entry in std::fs::read_dir("configs").unwrap() {
         let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            continue;
+        }
         let scene = Scene::from_file(&path).unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
         assert_eq!(Some(scene.name()), path.file_stem().and_then(|stem| stem.to_str()));
         assert_eq!(scene.leaks(), [], "{}", scene.name());

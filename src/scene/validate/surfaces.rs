@@ -67,7 +67,7 @@ impl SceneBuilder {
         }
     }
 
-    /// What moves with the box, or grows, does not meet surfaces at rest yet.
+    /// Refuses shear and growth: surfaces are at rest.
     fn check_no_growth_or_shear(&self) -> Result<(), SceneError> {
         let expected = "no [[surface]] with it: surfaces are at rest, and met at a constant distance";
         if self.parts.shear_rate.is_some() {
