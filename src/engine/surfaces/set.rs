@@ -104,7 +104,7 @@ impl Surfaces {
         Self::from(Origin { space, temperatures: *temperatures, surfaces, species, is_present })
     }
 
-    /// Those that are there in another stage; none if these are the same.
+    /// Surfaces of another stage; none if these are the same.
     pub fn in_stage(&self, stage: &str) -> Option<Self> {
         let is_present: Vec<bool> = self.origin.surfaces.iter().map(|surface| surface.is_in(stage)).collect();
         (is_present != self.origin.is_present).then(|| Self::from(Origin { is_present, ..(*self.origin).clone() }))
@@ -117,7 +117,7 @@ impl Surfaces {
             || self.origin.surfaces.iter().any(has_temperature)
     }
 
-    /// Those of the scene, without the walls.
+    /// Surfaces of the scene, without the walls.
     pub fn of_scene(&self) -> &[SceneSurface] {
         &self.origin.surfaces
     }
