@@ -29,6 +29,7 @@ mod random;
 mod regressions;
 mod rule;
 mod sturm;
+mod surfaces;
 mod table;
 mod tally;
 mod witness;

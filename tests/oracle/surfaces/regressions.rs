@@ -1,0 +1,1 @@
+//! States on which a feature, or the comparison itself, once failed.

@@ -1,0 +1,124 @@
+//! Witnesses: polynomials that rounding cannot tell from the exact ones, for which an answer is right.
+
+use super::question::{Question, Shape};
+use super::rule::{Kind, Verdict, next_event};
+use crate::dyadic::Dyadic;
+use crate::measure::last_place;
+
+/// Parts of the boxes' size at which witnesses are sought, the smallest first.
+const PARTS: [f64; 4] = [0.0625, 0.25, 0.5, 1.0];
+
+/// The smallest change found, in parts of the boxes' size, after which the oracle has the answer: Carom's own coefficients, else the middles of the
+/// boxes, else their corners, edges and faces towards each part of their size.
+pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
+    let computed: Vec<_> = question.forms.iter().map(super::question::Form::place_of_computed).collect();
+    let middle: Vec<_> = computed.iter().map(|parts| vec![0.0; parts.len()]).collect();
+    let found = [middle, computed].iter().find_map(|parts| size_of_witness(question, parts, answer));
+    found.or_else(|| {
+        let mut directions = PARTS.into_iter().flat_map(|part| directions(question, part));
+        directions.find_map(|parts| size_of_witness(question, &parts, answer))
+    })
+}
+
+/// The largest part by which boxes moved, if the oracle's answer is then the one that is sought.
+fn size_of_witness(question: &Question, parts: &[Vec<f64>], answer: Option<f64>) -> Option<f64> {
+    if let Some(t) = answer.filter(|t| *t > 0.0) {
+        return question.kinds().into_iter().find_map(|kind| event_near(question, parts, t, kind));
+    }
+    let coefficients: Vec<_> = question.forms.iter().zip(parts).map(|(form, parts)| form.moved(parts)).collect();
+    let exact = question.with(&squared(question, coefficients))?;
+    let is_it = match next_event(&exact) {
+        Verdict::Now => answer.is_some(),
+        Verdict::None => answer.is_none(),
+        Verdict::Later(..) => false,
+    };
+    is_it.then(|| largest(parts))
+}
+
+fn largest(parts: &[Vec<f64>]) -> f64 {
+    parts.iter().flatten().fold(0.0, |largest, part| largest.max(part.abs()))
+}
+
+/// A square's leading coefficient has its sign; moved beyond zero it is zero.
+fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<Dyadic>> {
+    if let Shape::Square(sign) = question.shape {
+        while coefficients[0].len() > 2 && coefficients[0].last().is_some_and(|leading| leading.sign() == -sign) {
+            // The quartic's cubic term goes with it, as the acceleration does.
+            coefficients[0].pop();
+            if coefficients[0].len() == 4 {
+                coefficients[0].pop();
+            }
+        }
+    }
+    coefficients
+}
+
+/// The largest distance of a witness's event from the answer, as an exponent of 2 [ulp]: as wide as a closed bracket.
+const SLACK: i64 = 2;
+
+/// Moves polynomials of the boxes so that one has a root, or a turning point, at `t`; by how much if that is the next event.
+fn event_near(question: &Question, parts: &[Vec<f64>], t: f64, kind: Kind) -> Option<f64> {
+    let functional = question.functional(kind, t);
+    let form = &question.forms[functional.form];
+    let mut coefficients: Vec<_> = question.forms.iter().zip(parts).map(|(form, parts)| form.moved(parts)).collect();
+    let step = functional.value(&coefficients).to_f64() / question.error_of(&functional);
+    let mut parts = parts.to_vec();
+    for (part, weight) in parts[functional.form].iter_mut().zip(&functional.weights) {
+        *part -= step * f64::from(weight.sign());
+    }
+    let size = largest(&parts);
+    if !(size <= 1.0) {
+        return None;
+    }
+    coefficients[functional.form] = form.moved(&parts[functional.form]);
+    // The parts are floats and leave a small rest, which is taken from the term that moves the value most.
+    let weights: Vec<_> = functional.weights.iter().map(Dyadic::to_f64).collect();
+    let effect = |k: &usize| weights[*k].abs() * form.errors[*k];
+    let term = (0..weights.len()).max_by(|a, b| effect(a).total_cmp(&effect(b)))?;
+    for _ in 0..CORRECTIONS {
+        let rest = functional.value(&coefficients).to_f64() / weights[term];
+        if !(rest.abs() <= REST * form.errors[term]) {
+            return None;
+        }
+        let corrected = &coefficients[functional.form][term] - &Dyadic::from(rest);
+        coefficients[functional.form][term] = corrected;
+    }
+    let (at, slack) = (Dyadic::from(t), Dyadic::power_of_two(last_place(t) + SLACK));
+    match next_event(&question.with(&coefficients)?) {
+        Verdict::Later(found, crossing) if found == kind => {
+            (crossing.is_after(&(&at - &slack)) && !crossing.is_after(&(&at + &slack))).then_some(size)
+        }
+        _ => None,
+    }
+}
+
+/// Corrections, each of which leaves one part in 10^16: a value at `t` can be that much smaller than its own rounding.
+const CORRECTIONS: usize = 4;
+
+/// A part of a box so small that it may be left out of its size: a few roundings of the parts of other boxes.
+const REST: f64 = 1e-9;
+
+/// Corners of the boxes and the middles of their edges and faces. An extent is moved as a whole, up or down at all times; overlap functions
+/// first as a whole, then each coefficient on its own.
+fn directions(question: &Question, part: f64) -> impl Iterator<Item = Vec<Vec<f64>>> {
+    let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
+    let extents: Vec<Vec<Vec<f64>>> = (0..power_of_three(sizes.len() - 1))
+        .map(|code| sizes[1..].iter().enumerate().map(|(k, size)| vec![part * digit(code, k); *size]).collect())
+        .collect();
+    let all = power_of_three(sizes[0]);
+    let vector = move |code: usize| (0..sizes[0]).map(|k| part * digit(code, k)).collect::<Vec<_>>();
+    // The uniform ones first: they move f as far as it can be moved.
+    let ordered = std::iter::once(all / 2).chain([0, all - 1]).chain((1..all - 1).filter(move |code| *code != all / 2));
+    ordered.flat_map(move |code| {
+        let overlap = vector(code);
+        extents.clone().into_iter().map(move |extents| std::iter::once(overlap.clone()).chain(extents).collect())
+    })
+}
+
+fn power_of_three(k: usize) -> usize {
+    3_usize.pow(u32::try_from(k).expect("a few"))
+}
+
+fn digit(code: usize, k: usize) -> f64 {
+    (code / power_of_three(k) % 3) as f64 - 1.0
+}
