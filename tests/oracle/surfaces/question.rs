@@ -69,8 +69,8 @@ pub struct Functional {
 }
 
 impl Functional {
-    pub fn value(&self, coefficients: &[Vec<Dyadic>]) -> Dyadic {
-        let terms = self.weights.iter().zip(&coefficients[self.form]).map(|(weight, c)| weight * c);
+    pub fn value(&self, coefficients: &[Dyadic]) -> Dyadic {
+        let terms = self.weights.iter().zip(coefficients).map(|(weight, c)| weight * c);
         terms.fold(Dyadic::zero(), |sum, term| &sum + &term)
     }
 }

@@ -78,6 +78,8 @@ impl Overlap {
                 add(ROOT, f);
                 add(Kind::TurningPoint, &f.derivative());
             }
+            // Of a distance that rounding has made negative nothing is within.
+            Self::Height(_, distance) if distance.sign() <= 0 => {}
             Self::Height(height, distance) => {
                 let [above, below] = Self::gaps(height, distance);
                 add(ROOT, &above);

@@ -1,6 +1,6 @@
 //! Witnesses: polynomials that rounding cannot tell from the exact ones, for which an answer is right.
 
-use super::question::{Question, Shape};
+use super::question::{Form, Functional, Question, Shape};
 use super::rule::{Kind, Verdict, next_event};
 use crate::dyadic::Dyadic;
 use crate::measure::last_place;
@@ -9,21 +9,34 @@ use crate::measure::last_place;
 const PARTS: [f64; 4] = [0.0625, 0.25, 0.5, 1.0];
 
 /// The smallest change found, in parts of the boxes' size, after which the oracle has the answer: Carom's own coefficients, else the middles of the
-/// boxes, else their corners, edges and faces towards each part of their size.
+/// boxes, else their corners, edges and faces towards each part of their size, else tilted extents.
 pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
-    let computed: Vec<_> = question.forms.iter().map(super::question::Form::place_of_computed).collect();
+    let computed: Vec<_> = question.forms.iter().map(Form::place_of_computed).collect();
     let middle: Vec<_> = computed.iter().map(|parts| vec![0.0; parts.len()]).collect();
-    let found = [middle, computed].iter().find_map(|parts| size_of_witness(question, parts, answer));
-    found.or_else(|| {
+    let try_all = |parts: &[Vec<f64>], ends: Ends| size_of_witness(question, parts, answer, ends);
+    let found = [middle, computed].iter().find_map(|parts| try_all(parts, Ends::Free));
+    let found = found.or_else(|| {
         let mut directions = PARTS.into_iter().flat_map(|part| directions(question, part));
-        directions.find_map(|parts| size_of_witness(question, &parts, answer))
+        directions.find_map(|parts| try_all(&parts, Ends::Free))
+    });
+    found.or_else(|| {
+        let mut tilts = PARTS.into_iter().flat_map(|part| tilts(question, part));
+        tilts.find_map(|parts| try_all(&parts, Ends::Pinned))
     })
 }
 
+/// What becomes of extents other than that which makes an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ends {
+    Free,
+    /// Those that their boxes allow are moved to be just positive at the time of the event.
+    Pinned,
+}
+
 /// The largest part by which boxes moved, if the oracle's answer is then the one that is sought.
-fn size_of_witness(question: &Question, parts: &[Vec<f64>], answer: Option<f64>) -> Option<f64> {
+fn size_of_witness(question: &Question, parts: &[Vec<f64>], answer: Option<f64>, ends: Ends) -> Option<f64> {
     if let Some(t) = answer.filter(|t| *t > 0.0) {
-        return question.kinds().into_iter().find_map(|kind| event_near(question, parts, t, kind));
+        return question.kinds().into_iter().find_map(|kind| event_near(question, parts, (t, kind), ends));
     }
     let coefficients: Vec<_> = question.forms.iter().zip(parts).map(|(form, parts)| form.moved(parts)).collect();
     let exact = question.with(&squared(question, coefficients))?;
@@ -57,31 +70,19 @@ fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<D
 const SLACK: i64 = 2;
 
 /// Moves polynomials of the boxes so that one has a root, or a turning point, at `t`; by how much if that is the next event.
-fn event_near(question: &Question, parts: &[Vec<f64>], t: f64, kind: Kind) -> Option<f64> {
+fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), ends: Ends) -> Option<f64> {
     let functional = question.functional(kind, t);
-    let form = &question.forms[functional.form];
     let mut coefficients: Vec<_> = question.forms.iter().zip(parts).map(|(form, parts)| form.moved(parts)).collect();
-    let step = functional.value(&coefficients).to_f64() / question.error_of(&functional);
-    let mut parts = parts.to_vec();
-    for (part, weight) in parts[functional.form].iter_mut().zip(&functional.weights) {
-        *part -= step * f64::from(weight.sign());
-    }
-    let size = largest(&parts);
-    if !(size <= 1.0) {
-        return None;
-    }
-    coefficients[functional.form] = form.moved(&parts[functional.form]);
-    // The parts are floats and leave a small rest, which is taken from the term that moves the value most.
-    let weights: Vec<_> = functional.weights.iter().map(Dyadic::to_f64).collect();
-    let effect = |k: &usize| weights[*k].abs() * form.errors[*k];
-    let term = (0..weights.len()).max_by(|a, b| effect(a).total_cmp(&effect(b)))?;
-    for _ in 0..CORRECTIONS {
-        let rest = functional.value(&coefficients).to_f64() / weights[term];
-        if !(rest.abs() <= REST * form.errors[term]) {
-            return None;
+    let mut size = largest(parts);
+    let (moved, part) = set(question, &functional, &parts[functional.form], 0.0)?;
+    coefficients[functional.form] = moved;
+    size = size.max(part);
+    for k in (1..question.forms.len()).filter(|k| ends == Ends::Pinned && *k != functional.form) {
+        let own = question.functional(Kind::Entry(k - 1), t);
+        if let Some((moved, part)) = set(question, &own, &parts[k], JUST_POSITIVE) {
+            coefficients[k] = moved;
+            size = size.max(part);
         }
-        let corrected = &coefficients[functional.form][term] - &Dyadic::from(rest);
-        coefficients[functional.form][term] = corrected;
     }
     let (at, slack) = (Dyadic::from(t), Dyadic::power_of_two(last_place(t) + SLACK));
     match next_event(&question.with(&coefficients)?) {
@@ -90,6 +91,38 @@ fn event_near(question: &Question, parts: &[Vec<f64>], t: f64, kind: Kind) -> Op
         }
         _ => None,
     }
+}
+
+/// In parts of an extent's error: so little that it does not bring an event forward.
+const JUST_POSITIVE: f64 = 1e-12;
+
+/// Moves the coefficients of a form, which are off by `parts`, on until a functional has a value, in units of its error; and the largest part then.
+fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> Option<(Vec<Dyadic>, f64)> {
+    let form = &question.forms[functional.form];
+    let error = question.error_of(functional);
+    let target = Dyadic::from(to * error);
+    let missing = |coefficients: &[Dyadic]| (&functional.value(coefficients) - &target).to_f64();
+    let step = missing(&form.moved(parts)) / error;
+    let signs = functional.weights.iter().map(|weight| f64::from(weight.sign()));
+    let parts: Vec<_> = parts.iter().zip(signs).map(|(part, sign)| part - step * sign).collect();
+    let size = parts.iter().fold(0.0_f64, |largest, part| largest.max(part.abs()));
+    // Not a number where nothing can be moved.
+    if step.is_nan() || size > 1.0 {
+        return None;
+    }
+    let mut coefficients = form.moved(&parts);
+    // The parts are floats and leave a small rest, which is taken from the term that moves the value most.
+    let weights: Vec<_> = functional.weights.iter().map(Dyadic::to_f64).collect();
+    let effect = |k: &usize| weights[*k].abs() * form.errors[*k];
+    let term = (0..weights.len()).max_by(|a, b| effect(a).total_cmp(&effect(b)))?;
+    for _ in 0..CORRECTIONS {
+        let rest = missing(&coefficients) / weights[term];
+        if rest.abs() > REST * form.errors[term] {
+            return None;
+        }
+        coefficients[term] = &coefficients[term] - &Dyadic::from(rest);
+    }
+    Some((coefficients, size))
 }
 
 /// Corrections, each of which leaves one part in 10^16: a value at `t` can be that much smaller than its own rounding.
@@ -112,6 +145,18 @@ fn directions(question: &Question, part: f64) -> impl Iterator<Item = Vec<Vec<f6
     ordered.flat_map(move |code| {
         let overlap = vector(code);
         extents.clone().into_iter().map(move |extents| std::iter::once(overlap.clone()).chain(extents).collect())
+    })
+}
+
+/// Rates of the extents moved up or down, and overlap functions as a whole: where two extents turn at the same time, all depends on which is first.
+fn tilts(question: &Question, part: f64) -> impl Iterator<Item = Vec<Vec<f64>>> {
+    let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
+    [0.0, -part, part].into_iter().flat_map(move |shift| {
+        let sizes = sizes.clone();
+        (0..power_of_three(sizes.len() - 1)).map(move |code| {
+            let tilt = |k: usize| vec![0.0, part * digit(code, k), 0.0];
+            std::iter::once(vec![shift; sizes[0]]).chain((0..sizes.len() - 1).map(tilt)).collect()
+        })
     })
 }
 
