@@ -9,21 +9,28 @@ use crate::measure::last_place;
 const PARTS: [f64; 4] = [0.0625, 0.25, 0.5, 1.0];
 
 /// The smallest change found, in parts of the boxes' size, after which the oracle has the answer: Carom's own coefficients, else the middles of the
-/// boxes, else their corners, edges and faces towards each part of their size, else tilted extents.
+/// boxes, else overlap functions and extents moved as a whole towards each part of their size, else tilted extents, else all corners, edges and faces of the boxes.
 pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     let computed: Vec<_> = question.forms.iter().map(Form::place_of_computed).collect();
     let middle: Vec<_> = computed.iter().map(|parts| vec![0.0; parts.len()]).collect();
     let try_all = |parts: &[Vec<f64>], ends: Ends| size_of_witness(question, parts, answer, ends);
     let found = [middle, computed].iter().find_map(|parts| try_all(parts, Ends::Free));
     let found = found.or_else(|| {
-        let mut directions = PARTS.into_iter().flat_map(|part| directions(question, part));
-        directions.find_map(|parts| try_all(&parts, Ends::Free))
+        let mut as_a_whole = PARTS.into_iter().flat_map(|part| directions(question, part, UNIFORM));
+        as_a_whole.find_map(|parts| try_all(&parts, Ends::Free))
     });
-    found.or_else(|| {
+    let found = found.or_else(|| {
         let mut tilts = PARTS.into_iter().flat_map(|part| tilts(question, part));
         tilts.find_map(|parts| try_all(&parts, Ends::Pinned))
+    });
+    found.or_else(|| {
+        let mut one_by_one = PARTS.into_iter().flat_map(|part| directions(question, part, usize::MAX));
+        one_by_one.find_map(|parts| try_all(&parts, Ends::Free))
     })
 }
+
+/// Overlap functions as they are, or moved as a whole.
+const UNIFORM: usize = 3;
 
 /// What becomes of extents other than that which makes an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -131,9 +138,9 @@ const CORRECTIONS: usize = 4;
 /// A part of a box so small that it may be left out of its size: a few roundings of the parts of other boxes.
 const REST: f64 = 1e-9;
 
-/// Corners of the boxes and the middles of their edges and faces. An extent is moved as a whole, up or down at all times; overlap functions
-/// first as a whole, then each coefficient on its own.
-fn directions(question: &Question, part: f64) -> impl Iterator<Item = Vec<Vec<f64>>> {
+/// Corners of the boxes and the middles of their edges and faces. An extent is moved as a whole, up or down at all times; so is the overlap function in the
+/// first three, then each of its coefficients on its own.
+fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item = Vec<Vec<f64>>> {
     let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
     let extents: Vec<Vec<Vec<f64>>> = (0..power_of_three(sizes.len() - 1))
         .map(|code| sizes[1..].iter().enumerate().map(|(k, size)| vec![part * digit(code, k); *size]).collect())
@@ -142,7 +149,7 @@ fn directions(question: &Question, part: f64) -> impl Iterator<Item = Vec<Vec<f6
     let vector = move |code: usize| (0..sizes[0]).map(|k| part * digit(code, k)).collect::<Vec<_>>();
     // The uniform ones first: they move f as far as it can be moved.
     let ordered = std::iter::once(all / 2).chain([0, all - 1]).chain((1..all - 1).filter(move |code| *code != all / 2));
-    ordered.flat_map(move |code| {
+    ordered.take(most).flat_map(move |code| {
         let overlap = vector(code);
         extents.clone().into_iter().map(move |extents| std::iter::once(overlap.clone()).chain(extents).collect())
     })
