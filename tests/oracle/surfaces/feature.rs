@@ -5,7 +5,7 @@
 //! extents `d . x` and `L - d . x` of a segment, and `w . x` of each side of a face. A face is met where `|h| <= s` and `|h|` falls.
 
 use super::question::{Form, Question, Shape};
-use super::rounded::{Rounded, Triple, across, dot, triple};
+use super::rounded::{Rounded, across, dot, triple};
 use carom::Vector;
 use carom::physics::detection::stretch::Parabola;
 use carom::physics::detection::{feature, plane};
@@ -85,9 +85,9 @@ impl State {
     /// The exact polynomials and their boxes.
     pub fn question(&self) -> Question {
         let (shape, first) = match &self.feature {
-            Feature::Point(side) => (Shape::Square(unit(*side)), self.square(None)),
-            Feature::Line(direction, side) => (Shape::Square(unit(*side)), self.square(Some(direction))),
-            Feature::Segment(direction, _) => (Shape::Square(1), self.square(Some(direction))),
+            Feature::Point(side) => (Shape::Square(unit(*side)), self.square(None, &self.acceleration)),
+            Feature::Line(direction, side) => (Shape::Square(unit(*side)), self.square(Some(direction), &self.acceleration)),
+            Feature::Segment(direction, _) => (Shape::Square(1), self.square(Some(direction), &self.acceleration)),
             Feature::Face(normal, _) => (Shape::TwoSided, self.height(normal, true)),
             Feature::Plane(normal) => (Shape::Linear, self.height(normal, false)),
         };
@@ -108,7 +108,11 @@ impl State {
             }
             _ => {}
         }
-        Question { shape, forms }
+        let without_acceleration = match &self.feature {
+            Feature::Line(direction, _) | Feature::Segment(direction, _) => self.without_acceleration(direction),
+            _ => None,
+        };
+        Question { shape, forms, without_acceleration }
     }
 
     /// A component of the motion, exact and as Carom has it.
@@ -133,47 +137,46 @@ impl State {
     }
 
     /// The squared distance from a point or a line.
-    fn square(&self, direction: Option<&Vector>) -> Form {
-        let [r, v, a] = [&self.position, &self.velocity, &self.acceleration].map(|vector| {
+    fn square(&self, direction: Option<&Vector>, acceleration: &Vector) -> Form {
+        let [r, v, a] = [&self.position, &self.velocity, acceleration].map(|vector| {
             let vector = triple(vector);
             direction.map_or(vector.clone(), |direction| across(&triple(direction), &vector))
         });
-        let a = if direction.is_some() { self.or_dropped(a) } else { a };
         let c0 = &dot(&r, &r) - &Rounded::of(self.contact * self.contact);
         let c2 = &dot(&a, &r) + &dot(&v, &v);
         let mut terms = vec![c0, dot(&v, &r).double(), c2, dot(&a, &v), dot(&a, &a).half().half()];
-        let (mut computed, is_quadratic) = self.computed_square(direction);
-        if terms[4].size + terms[4].error == 0.0 {
+        let is_quadratic = *acceleration == Vector::zeros();
+        if is_quadratic {
             terms.truncate(3);
-            computed.truncate(3);
         }
+        let mut computed = self.computed_square(direction, acceleration);
         if self.side() == Side::Negative {
             terms = terms.iter().map(Rounded::negative).collect();
             computed = computed.iter().map(|c| -c).collect();
         }
-        let roundings = if is_quadratic { [&OF_QUADRATIC[..], &[0, 0]].concat() } else { OF_QUARTIC.to_vec() };
-        Form::new(&terms, &computed, &roundings)
+        Form::new(&terms, &computed, if is_quadratic { &OF_QUADRATIC } else { &OF_QUARTIC })
     }
 
-    /// The acceleration across a line, of which Carom drops what rounding may have left of one along the line: below 4 epsilon of its size, to which
-    /// rounding itself adds less than 3. The error of what is dropped is all of it.
-    fn or_dropped(&self, across: Triple) -> Triple {
-        let square = across.iter().map(|x| x.size * x.size).sum::<f64>();
-        let can_be_dropped = square.sqrt() <= 8.0 * f64::EPSILON * self.acceleration.norm();
-        across.map(|x| if can_be_dropped { Rounded { error: x.error + x.size, ..x } } else { x })
+    /// The same without an acceleration, which Carom drops where it is what rounding may have left of one along the line: below 4 epsilon of its size,
+    /// to which rounding itself adds less than 3.
+    fn without_acceleration(&self, direction: &Vector) -> Option<Form> {
+        let size = self.acceleration.norm();
+        let beside = across(&triple(direction), &triple(&self.acceleration));
+        let square = beside.iter().map(|x| x.size * x.size).sum::<f64>();
+        let can_be_dropped = size > 0.0 && square.sqrt() <= 7.0 * f64::EPSILON * size;
+        can_be_dropped.then(|| self.square(Some(direction), &Vector::zeros()))
     }
 
-    /// Coefficients as Carom computes them, and whether it takes the motion for a straight one.
-    fn computed_square(&self, direction: Option<&Vector>) -> (Vec<f64>, bool) {
+    /// Coefficients as Carom computes them.
+    fn computed_square(&self, direction: Option<&Vector>, acceleration: &Vector) -> Vec<f64> {
         let project = |x: &Vector| direction.map_or(*x, |direction| feature::across(direction, x));
         let state = RelativeState { position: project(&self.position), velocity: project(&self.velocity) };
-        let acceleration = project(&self.acceleration);
         let squared = self.contact * self.contact;
-        if acceleration.norm() <= if direction.is_some() { 4.0 * f64::EPSILON * self.acceleration.norm() } else { 0.0 } {
+        if *acceleration == Vector::zeros() {
             let Quadratic { r2, b, v2 } = Quadratic::new(&state, squared);
-            return (vec![r2, 2.0 * b, v2, 0.0, 0.0], true);
+            return vec![r2, 2.0 * b, v2];
         }
-        (Quartic::new(&state, &acceleration, squared).coefficients.to_vec(), false)
+        Quartic::new(&state, &project(acceleration), squared).coefficients.to_vec()
     }
 }
 

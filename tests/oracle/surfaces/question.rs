@@ -60,6 +60,8 @@ pub enum Shape {
 pub struct Question {
     pub shape: Shape,
     pub forms: Vec<Form>,
+    /// The overlap function of a straight motion, where rounding cannot tell the acceleration across a line from none.
+    pub without_acceleration: Option<Form>,
 }
 
 /// A linear function of the coefficients of one form.
@@ -80,6 +82,13 @@ impl Question {
     pub fn exact(&self) -> Exact {
         let middles: Vec<_> = self.forms.iter().map(|form| form.coefficients.clone()).collect();
         self.with(&middles).expect("the exact square is one")
+    }
+
+    /// The question for a motion without acceleration across a line.
+    pub fn straight(&self) -> Option<Self> {
+        let mut forms = self.forms.clone();
+        forms[0] = self.without_acceleration.clone()?;
+        Some(Self { shape: self.shape, forms, without_acceleration: None })
     }
 
     /// The polynomials with other coefficients; none if a square would not be one.

@@ -23,6 +23,7 @@ pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
         let mut tilts = PARTS.into_iter().flat_map(|part| tilts(question, part));
         tilts.find_map(|parts| try_all(&parts, Ends::Pinned))
     });
+    let found = found.or_else(|| question.straight().and_then(|straight| witness(&straight, answer)));
     found.or_else(|| {
         let mut one_by_one = PARTS.into_iter().flat_map(|part| directions(question, part, usize::MAX));
         one_by_one.find_map(|parts| try_all(&parts, Ends::Free))
