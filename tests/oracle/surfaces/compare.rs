@@ -38,7 +38,7 @@ pub fn compare(state: &State) -> Comparison {
     let by_witness = || witness(&question, answer).map_or(Judgement::Wrong("verdict"), Judgement::WithinRounding);
     let parts = question.forms.iter().flat_map(super::question::Form::place_of_computed);
     let judgement = match (answer, &verdict) {
-        _ if parts.into_iter().any(|part| !(part.abs() <= 1.0)) => Judgement::Wrong("coefficients"),
+        _ if parts.into_iter().any(|part| !(-1.0..=1.0).contains(&part)) => Judgement::Wrong("coefficients"),
         (Some(t), _) if !(0.0..f64::INFINITY).contains(&t) => Judgement::Wrong("not a time"),
         (None, Verdict::None) | (Some(0.0), Verdict::Now) => Judgement::Right(None),
         (Some(t), Verdict::Later(kind, crossing)) if t > 0.0 => {

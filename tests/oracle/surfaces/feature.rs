@@ -86,7 +86,9 @@ impl State {
     pub fn question(&self) -> Question {
         let (shape, first) = match &self.feature {
             Feature::Point(side) => (Shape::Square(unit(*side)), self.square(None, &self.acceleration)),
-            Feature::Line(direction, side) => (Shape::Square(unit(*side)), self.square(Some(direction), &self.acceleration)),
+            Feature::Line(direction, side) => {
+                (Shape::Square(unit(*side)), self.square(Some(direction), &self.acceleration))
+            }
             Feature::Segment(direction, _) => (Shape::Square(1), self.square(Some(direction), &self.acceleration)),
             Feature::Face(normal, _) => (Shape::TwoSided, self.height(normal, true)),
             Feature::Plane(normal) => (Shape::Linear, self.height(normal, false)),

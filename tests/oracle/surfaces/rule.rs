@@ -111,30 +111,39 @@ fn negative(f: &Polynomial) -> Polynomial {
 
 /// Decides the rule.
 pub fn next_event(exact: &Exact) -> Verdict {
-    let Exact { overlap, extents } = exact;
-    let is_on = |place: &Place<'_>, own: Option<usize>| {
-        extents.iter().enumerate().all(|(k, extent)| own == Some(k) || place.sign(extent) >= 0)
-    };
-    if overlap.asks_at(&Place::Now) && is_on(&Place::Now, None) {
+    if exact.overlap.asks_at(&Place::Now) && exact.is_on(&Place::Now, None) {
         return Verdict::Now;
     }
+    // Of two at the same time the first of the list, in which beginnings come first.
+    let first = possible_events(exact).reduce(|a, b| if order(&a.1, &b.1).is_gt() { b } else { a });
+    first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
+}
+
+/// All times after now at which the rule holds and did not just before: each is the next event, were it not for those before it.
+pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> {
+    let Exact { overlap, extents } = exact;
     let mut candidates = overlap.beginnings();
     for (k, extent) in extents.iter().enumerate() {
         candidates.extend(falls(&negative(extent)).into_iter().map(|crossing| (Kind::Entry(k), crossing)));
         candidates.extend(touch(extent).map(|crossing| (Kind::Touch(k), crossing)));
     }
-    let holds = |(kind, crossing): &(Kind, Crossing)| {
+    candidates.into_iter().filter(|(kind, crossing)| {
         let place = Place::At(crossing);
         match kind {
             // A fall through zero is a beginning by itself.
-            Kind::Root { .. } => is_on(&place, None),
-            Kind::TurningPoint => overlap.asks_at(&place) && is_on(&place, None),
-            Kind::Entry(k) | Kind::Touch(k) => overlap.asks_at(&place) && is_on(&place, Some(*k)),
+            Kind::Root { .. } => exact.is_on(&place, None),
+            Kind::TurningPoint => overlap.asks_at(&place) && exact.is_on(&place, None),
+            Kind::Entry(k) | Kind::Touch(k) => overlap.asks_at(&place) && exact.is_on(&place, Some(*k)),
         }
-    };
-    // Of two at the same time the first of the list, in which beginnings come first.
-    let first = candidates.into_iter().filter(holds).reduce(|a, b| if order(&a.1, &b.1).is_gt() { b } else { a });
-    first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
+    })
+}
+
+impl Exact {
+    /// Whether no extent is negative, but for one that is known to be zero.
+    fn is_on(&self, place: &Place<'_>, zero: Option<usize>) -> bool {
+        let mut extents = self.extents.iter().enumerate();
+        extents.all(|(k, extent)| zero == Some(k) || place.sign(extent) >= 0)
+    }
 }
 
 /// The time after now at which a parabola has a double root and is negative elsewhere.

@@ -1,7 +1,8 @@
 //! Witnesses: polynomials that rounding cannot tell from the exact ones, for which an answer is right.
 
 use super::question::{Form, Functional, Question, Shape};
-use super::rule::{Kind, Verdict, next_event};
+use super::rule::{Kind, Verdict, next_event, possible_events};
+use crate::crossing::Crossing;
 use crate::dyadic::Dyadic;
 use crate::measure::last_place;
 
@@ -24,10 +25,29 @@ pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
         tilts.find_map(|parts| try_all(&parts, Ends::Pinned))
     });
     let found = found.or_else(|| question.straight().and_then(|straight| witness(&straight, answer)));
-    found.or_else(|| {
+    let found = found.or_else(|| {
         let mut one_by_one = PARTS.into_iter().flat_map(|part| directions(question, part, usize::MAX));
         one_by_one.find_map(|parts| try_all(&parts, Ends::Free))
-    })
+    });
+    found.or_else(|| pair_of_witnesses(question, answer?))
+}
+
+/// Two of them: one for which nothing comes before the answer, one for which something happens there. Each evaluation has an error of its own, and a line that is
+/// grazed twice may be missed the first time and met the second.
+fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
+    let tried = || PARTS.into_iter().flat_map(|part| directions(question, part, UNIFORM));
+    let before = &Dyadic::from(t) - &Dyadic::power_of_two(last_place(t) + SLACK);
+    let is_free_before = |parts: &Vec<Vec<f64>>| {
+        let coefficients: Vec<_> = question.forms.iter().zip(parts).map(|(form, parts)| form.moved(parts)).collect();
+        question.with(&squared(question, coefficients)).is_some_and(|exact| match next_event(&exact) {
+            Verdict::Now => false,
+            Verdict::Later(_, crossing) => crossing.is_after(&before),
+            Verdict::None => true,
+        })
+    };
+    let free = tried().find(is_free_before)?;
+    let met = tried().find_map(|parts| size_of_witness(question, &parts, Some(t), Ends::AfterOthers))?;
+    Some(met.max(largest(&free)))
 }
 
 /// Overlap functions as they are, or moved as a whole.
@@ -39,6 +59,8 @@ enum Ends {
     Free,
     /// Those that their boxes allow are moved to be just positive at the time of the event.
     Pinned,
+    /// As they are; events before the one that is sought do not count.
+    AfterOthers,
 }
 
 /// The largest part by which boxes moved, if the oracle's answer is then the one that is sought.
@@ -93,12 +115,16 @@ fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), e
         }
     }
     let (at, slack) = (Dyadic::from(t), Dyadic::power_of_two(last_place(t) + SLACK));
-    match next_event(&question.with(&coefficients)?) {
-        Verdict::Later(found, crossing) if found == kind => {
-            (crossing.is_after(&(&at - &slack)) && !crossing.is_after(&(&at + &slack))).then_some(size)
-        }
-        _ => None,
-    }
+    let exact = question.with(&coefficients)?;
+    let is_it = |found: Kind, crossing: &Crossing| {
+        found == kind && crossing.is_after(&(&at - &slack)) && !crossing.is_after(&(&at + &slack))
+    };
+    let is_found = if ends == Ends::AfterOthers {
+        possible_events(&exact).any(|(kind, crossing)| is_it(kind, &crossing))
+    } else {
+        matches!(next_event(&exact), Verdict::Later(kind, crossing) if is_it(kind, &crossing))
+    };
+    is_found.then_some(size)
 }
 
 /// In parts of an extent's error: so little that it does not bring an event forward.
@@ -110,19 +136,13 @@ fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> 
     let error = question.error_of(functional);
     let target = Dyadic::from(to * error);
     let missing = |coefficients: &[Dyadic]| (&functional.value(coefficients) - &target).to_f64();
-    let step = missing(&form.moved(parts)) / error;
-    let signs = functional.weights.iter().map(|weight| f64::from(weight.sign()));
-    let parts: Vec<_> = parts.iter().zip(signs).map(|(part, sign)| part - step * sign).collect();
+    let weights: Vec<_> = functional.weights.iter().map(Dyadic::to_f64).collect();
+    let effects: Vec<_> = weights.iter().zip(&form.errors).map(|(weight, error)| weight * error).collect();
+    let parts = moved_within(parts, &effects, -missing(&form.moved(parts)))?;
     let size = parts.iter().fold(0.0_f64, |largest, part| largest.max(part.abs()));
-    // Not a number where nothing can be moved.
-    if step.is_nan() || size > 1.0 {
-        return None;
-    }
     let mut coefficients = form.moved(&parts);
     // The parts are floats and leave a small rest, which is taken from the term that moves the value most.
-    let weights: Vec<_> = functional.weights.iter().map(Dyadic::to_f64).collect();
-    let effect = |k: &usize| weights[*k].abs() * form.errors[*k];
-    let term = (0..weights.len()).max_by(|a, b| effect(a).total_cmp(&effect(b)))?;
+    let term = (0..weights.len()).max_by(|a, b| effects[*a].abs().total_cmp(&effects[*b].abs()))?;
     for _ in 0..CORRECTIONS {
         let rest = missing(&coefficients) / weights[term];
         if rest.abs() > REST * form.errors[term] {
@@ -132,6 +152,39 @@ fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> 
     }
     Some((coefficients, size))
 }
+
+/// Moves all parts by the same amount, each to the edge of its box at most, until the sum of their effects has grown by so much.
+fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>> {
+    let moved = |step: f64| -> Vec<_> {
+        let moved = |(part, effect): (&f64, &f64)| match effect {
+            0.0 => *part,
+            _ => (part + step * effect.signum()).clamp(-1.0, 1.0),
+        };
+        parts.iter().zip(effects).map(moved).collect()
+    };
+    let grown = |step: f64| {
+        let grown =
+            moved(step).into_iter().zip(parts).zip(effects).map(|((moved, part), effect)| (moved - part) * effect);
+        grown.sum::<f64>()
+    };
+    let step = growth / effects.iter().map(|effect| effect.abs()).sum::<f64>();
+    if parts.iter().all(|part| part.abs() + step.abs() <= 1.0) {
+        return Some(moved(step));
+    }
+    let (mut lower, mut upper) = (-2.0, 2.0);
+    // Not a number where nothing can be moved.
+    if step.is_nan() || grown(lower) > growth || grown(upper) < growth {
+        return None;
+    }
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (lower + upper);
+        (lower, upper) = if grown(middle) < growth { (middle, upper) } else { (lower, middle) };
+    }
+    Some(moved(lower))
+}
+
+/// From 4 to the last place of 1.
+const BISECTIONS: usize = 55;
 
 /// Corrections, each of which leaves one part in 10^16: a value at `t` can be that much smaller than its own rounding.
 const CORRECTIONS: usize = 4;
