@@ -13,8 +13,9 @@ const PER_FAMILY: usize = 250;
 /// 10^6 states.
 const PER_FAMILY_OF_LONG_RUN: usize = 50_000;
 
-/// How many wrong answers are shown.
+/// How many wrong answers are shown, and after how many no more are looked for: each takes a second to be sure of.
 const SHOWN: usize = 3;
+const ENOUGH: usize = 10;
 
 /// Counts of one target.
 #[derive(Debug, Default)]
@@ -98,6 +99,9 @@ fn count_wrong(target: Target, per_family: usize, seed: u64) -> usize {
     for (number, (family, _)) in FAMILIES.iter().enumerate() {
         let mut random = Random::new(seed + number as u64);
         for _ in 0..per_family {
+            if tally.wrong_count >= ENOUGH {
+                break;
+            }
             let state = draw(&mut random, target, number);
             tally.add(family, state);
         }

@@ -1,15 +1,17 @@
 //! An answer of Carom against the oracle's, for a feature.
 //!
-//! The answer has to be the oracle's for the exact polynomials, at its time to within the bound that the roots' condition sets, or, where the input sits within its own
-//! rounding of the boundary between two verdicts, the oracle's for a witness.
+//! The answer has to be the oracle's for the exact polynomials, at its time to within the bound that the roots'
+//! condition sets, or, where the input sits within its own rounding of the boundary between two verdicts, the oracle's
+//! for a witness.
 
 use super::feature::State;
 use super::rule::{Kind, Verdict, next_event};
 use super::witness::witness;
 use crate::measure::distance;
 
-/// The largest error of a time, in units of what rounding allows ([`crate::measure::Distance::ratio`]): as for pairs (`tests/oracle/compare.rs`),
-/// closed forms and brackets are within their condition and 3 ulp. The time of an entry is the sum of a rounded time and a closed form: 4.
+/// The largest error of a time, in units of what rounding allows ([`crate::measure::Distance::ratio`]): as for pairs
+/// (`tests/oracle/compare.rs`), closed forms and brackets are within their condition and 3 ulp. The time of an entry is
+/// the sum of a rounded time and a closed form: 4.
 pub fn largest_ratio(kind: Kind) -> f64 {
     if matches!(kind, Kind::Entry(_)) { 4.0 } else { 3.0 }
 }

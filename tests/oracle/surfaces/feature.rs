@@ -1,8 +1,9 @@
 //! A sphere and a feature: what Carom is asked, and the exact polynomials by which the answer is judged.
 //!
-//! Positions, velocities, accelerations, directions and distances are floats and taken as exact, positions relative to a point of the feature. Exact are then the expressions
-//! of the code without rounding: `across(d, x) = x - d (d . x)` in the overlap function of a line, the height `n . x` of a plane and a face, the
-//! extents `d . x` and `L - d . x` of a segment, and `w . x` of each side of a face. A face is met where `|h| <= s` and `|h|` falls.
+//! Positions, velocities, accelerations, directions and distances are floats and taken as exact, positions relative to
+//! a point of the feature. Exact are then the expressions of the code without rounding: `across(d, x) = x - d (d . x)`
+//! in the overlap function of a line, the height `n . x` of a plane and a face, the extents `d . x` and `L - d . x` of
+//! a segment, and `w . x` of each side of a face. A face is met where `|h| <= s` and `|h|` falls.
 
 use super::question::{Form, Question, Shape};
 use super::rounded::{Rounded, across, dot, triple};
@@ -43,8 +44,9 @@ const OF_QUARTIC: [u32; 5] = [1, 3, 5, 8, 8];
 /// The products of `D = v^2 - 2 a h`; and the distance that is subtracted from a height.
 const OF_PLANE: [u32; 4] = [1, 1, 1, 0];
 
-/// Extents: Horner's rule gives 1, 3 and 4, the discriminant 2 each, and the rate at the beginning of a stretch 1 and 2. An extent is looked at
-/// where the time is a float and within 3 ulp of the root, which moves the terms of degree `k` by `6 k` roundings more.
+/// Extents: Horner's rule gives 1, 3 and 4, the discriminant 2 each, and the rate at the beginning of a stretch 1 and
+/// 2. An extent is looked at where the time is a float and within 3 ulp of the root, which moves the terms of degree
+/// `k` by `6 k` roundings more.
 const OF_EXTENT: [u32; 3] = [3, 6 + 6, 8 + 12];
 
 impl State {
@@ -159,8 +161,8 @@ impl State {
         Form::new(&terms, &computed, if is_quadratic { &OF_QUADRATIC } else { &OF_QUARTIC })
     }
 
-    /// The same without an acceleration, which Carom drops where it is what rounding may have left of one along the line: below 4 epsilon of its size,
-    /// to which rounding itself adds less than 3.
+    /// The same without an acceleration, which Carom drops where it is what rounding may have left of one along the
+    /// line: below 4 epsilon of its size, to which rounding itself adds less than 3.
     fn without_acceleration(&self, direction: &Vector) -> Option<Form> {
         let size = self.acceleration.norm();
         let beside = across(&triple(direction), &triple(&self.acceleration));

@@ -1,7 +1,7 @@
 //! Exact polynomials of a motion and a feature, and boxes around their coefficients.
 //!
-//! A box holds every polynomial which an evaluation in floats may have taken for the exact one: what rounding does to the coefficient, and to
-//! its term when the polynomial is evaluated.
+//! A box holds every polynomial which an evaluation in floats may have taken for the exact one: what rounding does to
+//! the coefficient, and to its term when the polynomial is evaluated.
 
 use super::rounded::{ROUND_OFF, Rounded};
 use super::rule::{Exact, Kind, Overlap};

@@ -1,7 +1,8 @@
 //! Exact numbers, each with a bound of the error that floats make on the way to it.
 //!
-//! Running error analysis (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.3): every operation adds the unit round-off times the size of
-//! its result to what the errors of its operands become. Written with these numbers, an expression of the code is its own analysis.
+//! Running error analysis (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.3): every operation adds
+//! the unit round-off times the size of its result to what the errors of its operands become. Written with these
+//! numbers, an expression of the code is its own analysis.
 
 use crate::dyadic::Dyadic;
 use carom::Vector;

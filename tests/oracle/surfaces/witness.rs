@@ -9,8 +9,9 @@ use crate::measure::last_place;
 /// Parts of the boxes' size at which witnesses are sought, the smallest first.
 const PARTS: [f64; 4] = [0.0625, 0.25, 0.5, 1.0];
 
-/// The smallest change found, in parts of the boxes' size, after which the oracle has the answer: Carom's own coefficients, else the middles of the
-/// boxes, else overlap functions and extents moved as a whole towards each part of their size, else tilted extents, else all corners, edges and faces of the boxes.
+/// The smallest change found, in parts of the boxes' size, after which the oracle has the answer: Carom's own
+/// coefficients, else the middles of the boxes, else overlap functions and extents moved as a whole towards each part
+/// of their size, else tilted extents, else all corners, edges and faces of the boxes.
 pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     let computed: Vec<_> = question.forms.iter().map(Form::place_of_computed).collect();
     let middle: Vec<_> = computed.iter().map(|parts| vec![0.0; parts.len()]).collect();
@@ -32,8 +33,8 @@ pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     found.or_else(|| pair_of_witnesses(question, answer?))
 }
 
-/// Two of them: one for which nothing comes before the answer, one for which something happens there. Each evaluation has an error of its own, and a line that is
-/// grazed twice may be missed the first time and met the second.
+/// Two of them: one for which nothing comes before the answer, one for which something happens there. Each evaluation
+/// has an error of its own, and a line that is grazed twice may be missed the first time and met the second.
 fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     let tried = || PARTS.into_iter().flat_map(|part| directions(question, part, UNIFORM));
     let before = &Dyadic::from(t) - &Dyadic::power_of_two(last_place(t) + SLACK);
@@ -130,7 +131,8 @@ fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), e
 /// In parts of an extent's error: so little that it does not bring an event forward.
 const JUST_POSITIVE: f64 = 1e-12;
 
-/// Moves the coefficients of a form, which are off by `parts`, on until a functional has a value, in units of its error; and the largest part then.
+/// Moves the coefficients of a form, which are off by `parts`, on until a functional has a value, in units of its
+/// error; and the largest part then.
 fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> Option<(Vec<Dyadic>, f64)> {
     let form = &question.forms[functional.form];
     let error = question.error_of(functional);
@@ -192,8 +194,8 @@ const CORRECTIONS: usize = 4;
 /// A part of a box so small that it may be left out of its size: a few roundings of the parts of other boxes.
 const REST: f64 = 1e-9;
 
-/// Corners of the boxes and the middles of their edges and faces. An extent is moved as a whole, up or down at all times; so is the overlap function in the
-/// first three, then each of its coefficients on its own.
+/// Corners of the boxes and the middles of their edges and faces. An extent is moved as a whole, up or down at all
+/// times; so is the overlap function in the first three, then each of its coefficients on its own.
 fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item = Vec<Vec<f64>>> {
     let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
     let extents: Vec<Vec<Vec<f64>>> = (0..power_of_three(sizes.len() - 1))
@@ -209,7 +211,8 @@ fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item
     })
 }
 
-/// Rates of the extents moved up or down, and overlap functions as a whole: where two extents turn at the same time, all depends on which is first.
+/// Rates of the extents moved up or down, and overlap functions as a whole: where two extents turn at the same time,
+/// all depends on which is first.
 fn tilts(question: &Question, part: f64) -> impl Iterator<Item = Vec<Vec<f64>>> {
     let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
     [0.0, -part, part].into_iter().flat_map(move |shift| {
