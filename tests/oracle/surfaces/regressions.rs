@@ -23,3 +23,38 @@ fn a_line_that_is_grazed_twice_may_be_met_the_second_time() {
         contact: 1.3031053409227717,
     });
 }
+
+/// A state of a face, its sides as directions into it and positions relative to their ends.
+fn face(normal: [f64; 3], sides: [[[f64; 3]; 2]; 3], motion: [[f64; 3]; 3], contact: f64) -> State {
+    let sides = sides.map(|[inward, from]| (Vector::from(inward), Vector::from(from)));
+    let [position, velocity, acceleration] = motion.map(Vector::from);
+    State { feature: Feature::Face(Vector::from(normal), sides), position, velocity, acceleration, contact }
+}
+
+#[test]
+fn a_foot_comes_onto_a_face_at_its_corner() {
+    // Rounding left either extent negative at the time at which the other one rose, and there was no event.
+    is_not_wrong(&face(
+        [-0.7142794160655317, 0.603633676388236, 0.35416281639255304],
+        [
+            [
+                [0.41209238930566633, -0.04626524038648073, 0.9099666973072853],
+                [-2.165126207620053, -1.0546318886806718, 0.4672665967528073],
+            ],
+            [
+                [0.031145089967072093, 0.5329625365686214, -0.8455654427572616],
+                [-1.8035379746539728, -0.5458658542748089, 0.32938289578130625],
+            ],
+            [
+                [-0.6487508587709361, -0.381244725104983, -0.6586158082096107],
+                [-2.054009817498451, -0.7582823473363678, 0.18627037614461167],
+            ],
+        ],
+        [
+            [-2.18054188651163, -0.5404099237623239, -0.4402617557547615],
+            [1.3878439659829112, 1.0948420091657438, -0.22879540271330306],
+            [-0.5003987811889223, -0.6631547795397268, 0.18838023542279456],
+        ],
+        0.5424522460844553,
+    ));
+}
