@@ -29,10 +29,10 @@ impl Stretch {
         // Each extent rises once at most, and may have to be asked again for all others.
         for _ in 0..=extents.len() {
             for extent in extents {
-                at = extent.first_on(self.from, at)?;
+                at = extent.first_on(self.from, at).filter(|at| *at < self.until)?;
             }
         }
-        (at < self.until).then_some(at)
+        Some(at)
     }
 }
 
@@ -66,17 +66,17 @@ impl Parabola {
     fn first_on(&self, from: f64, at: f64) -> Option<f64> {
         let [_, b, c] = self.0;
         let (value, rate) = (self.value(from), b + 2.0 * c * from);
-        let root = (rate * rate - 4.0 * c * value).sqrt();
+        let root = || (rate * rate - 4.0 * c * value).sqrt();
         if value < 0.0 {
             let rises = from + plane::next_event(-value, -rate, -2.0 * c)?;
             // Bent downwards it ends where it falls again.
-            let is_on = c >= 0.0 || at <= from + (rate + root) / (-2.0 * c);
+            let is_on = c >= 0.0 || at <= from + (rate + root()) / (-2.0 * c);
             return is_on.then_some(at.max(rises));
         }
         // Bent upwards it may dip below zero and come back.
         let ends = plane::next_event(value, rate, 2.0 * c).map(|after| from + after);
         match ends {
-            Some(ends) if at > ends => (c > 0.0).then(|| at.max(from + (root - rate) / (2.0 * c))),
+            Some(ends) if at > ends => (c > 0.0).then(|| at.max(from + (root() - rate) / (2.0 * c))),
             _ => Some(at),
         }
     }

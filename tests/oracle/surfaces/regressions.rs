@@ -58,3 +58,13 @@ fn a_foot_comes_onto_a_face_at_its_corner() {
         0.5424522460844553,
     ));
 }
+
+#[test]
+fn a_face_is_met_where_it_is_thinner_than_an_ulp_of_the_time() {
+    // Thrown up from the face, back after 1: between the distance and the plane there is no float.
+    let sides = [[[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]]; 3];
+    let motion = [[0.0; 3], [1.0, 0.0, 0.0], [-2.0, 0.0, 0.0]];
+    let state = face([1.0, 0.0, 0.0], sides, motion, 1e-18);
+    assert_eq!(state.ask(), Some(1.0));
+    is_not_wrong(&state);
+}
