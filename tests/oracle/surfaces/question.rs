@@ -55,6 +55,9 @@ pub enum Shape {
     TwoSided,
 }
 
+/// The place of the distance among the coefficients of a two-sided form.
+pub const DISTANCE: usize = 3;
+
 /// What is asked: an overlap function, and extents after it.
 #[derive(Debug, Clone)]
 pub struct Question {
@@ -84,6 +87,12 @@ impl Question {
         self.with(&middles).expect("the exact square is one")
     }
 
+    /// Whether the distance from a plane is lost in the rounding of heights.
+    pub fn is_thin(&self) -> bool {
+        let Form { coefficients, errors, .. } = &self.forms[0];
+        self.shape == Shape::TwoSided && coefficients[DISTANCE].to_f64() <= errors[DISTANCE]
+    }
+
     /// The question for a motion without acceleration across a line.
     pub fn straight(&self) -> Option<Self> {
         let mut forms = self.forms.clone();
@@ -95,7 +104,7 @@ impl Question {
     pub fn with(&self, coefficients: &[Vec<Dyadic>]) -> Option<Exact> {
         let (first, extents) = coefficients.split_first().expect("an overlap function");
         let overlap = match self.shape {
-            Shape::TwoSided => Overlap::Height(Polynomial::new(&first[..3]), first[3].clone()),
+            Shape::TwoSided => Overlap::Height(Polynomial::new(&first[..DISTANCE]), first[DISTANCE].clone()),
             Shape::Square(sign) if first.len() > 2 && first[first.len() - 1].sign() == -sign => return None,
             _ => Overlap::Value(Polynomial::new(first)),
         };

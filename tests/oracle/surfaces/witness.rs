@@ -1,6 +1,6 @@
 //! Witnesses: polynomials that rounding cannot tell from the exact ones, for which an answer is right.
 
-use super::question::{Form, Functional, Question, Shape};
+use super::question::{DISTANCE, Form, Functional, Question, Shape};
 use super::rule::{Kind, Verdict, next_event, possible_events};
 use crate::crossing::Crossing;
 use crate::dyadic::Dyadic;
@@ -139,8 +139,13 @@ fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> 
     let target = Dyadic::from(to * error);
     let missing = |coefficients: &[Dyadic]| (&functional.value(coefficients) - &target).to_f64();
     let weights: Vec<_> = functional.weights.iter().map(Dyadic::to_f64).collect();
-    let effects: Vec<_> = weights.iter().zip(&form.errors).map(|(weight, error)| weight * error).collect();
-    let parts = moved_within(parts, &effects, -missing(&form.moved(parts)))?;
+    let mut effects: Vec<_> = weights.iter().zip(&form.errors).map(|(weight, error)| weight * error).collect();
+    let mut parts = parts.to_vec();
+    if functional.form == 0 && question.is_thin() {
+        // Nothing would be within a distance that has become negative.
+        (effects[DISTANCE], parts[DISTANCE]) = (0.0, 0.0);
+    }
+    let parts = moved_within(&parts, &effects, -missing(&form.moved(&parts)))?;
     let size = parts.iter().fold(0.0_f64, |largest, part| largest.max(part.abs()));
     let mut coefficients = form.moved(&parts);
     // The parts are floats and leave a small rest, which is taken from the term that moves the value most.
