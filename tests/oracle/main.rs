@@ -10,6 +10,7 @@
 //! | `detection`, `compare`, `witness`, `measure` | what is asked, and how an answer is judged |
 //! | `cases`, `hard_cases`, `random` | states, by family |
 //! | `hand`, `agreement`, `regressions` | tests: of the oracle itself, of all functions, of each failure ever found |
+//! | `surfaces` | the same for points, lines, segments, faces and planes, where the foot has to be on the feature |
 //! | `tally`, `evaluations`, `long_run`, `table` | a million states of each algorithm, for `benches/results/detection.md` |
 
 mod agreement;
@@ -29,6 +30,7 @@ mod random;
 mod regressions;
 mod rule;
 mod sturm;
+mod surfaces;
 mod table;
 mod tally;
 mod witness;

@@ -13,7 +13,7 @@ pub struct Chain {
 
 impl Chain {
     pub fn new(f: &Polynomial) -> Self {
-        let mut elements = remainders(f);
+        let mut elements = remainders(f, &f.derivative());
         let common = elements.last().cloned().expect("the polynomial itself");
         if common.degree() > 0 {
             // Dividing all by a common factor of either sign keeps every count of variations.
@@ -37,12 +37,18 @@ impl Chain {
     }
 }
 
-/// `f, f', -(f mod f'), ...`, each up to a positive factor, down to the last that is not zero.
+/// A greatest common divisor, up to a factor of either sign; of degree 0 where there is none.
+pub fn common_factor(a: &Polynomial, b: &Polynomial) -> Polynomial {
+    let (a, b) = if a.degree() < b.degree() { (b, a) } else { (a, b) };
+    remainders(a, b).pop().expect("the polynomial itself")
+}
+
+/// `f, g, -(f mod g), ...` for `g` of no larger degree, each up to a positive factor, down to the last that is not zero.
 ///
 /// Subresultants (Brown and Traub 1971): each pseudo-remainder is divided by a factor known beforehand, which keeps the
 /// coefficients as short as determinants. The factors' signs are followed apart, because Sturm's theorem needs them.
-fn remainders(f: &Polynomial) -> Vec<Polynomial> {
-    let (mut a, mut b) = (f.coefficients.clone(), f.derivative().coefficients);
+fn remainders(f: &Polynomial, g: &Polynomial) -> Vec<Polynomial> {
+    let (mut a, mut b) = (f.coefficients.clone(), g.coefficients.clone());
     // The sequence's elements are sign_a a and sign_b b, up to positive factors.
     let (mut sign_a, mut sign_b) = (1, 1);
     let (mut g, mut h) = (BigInt::from(1), BigInt::from(1));

@@ -38,12 +38,15 @@ pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: 
         // It turns before the plane itself.
         if acceleration > 0.0 { -velocity / acceleration } else { f64::INFINITY }
     });
+    let falls_from = if velocity > 0.0 { -velocity / acceleration } else { 0.0 };
+    // What comes from farther than the distance is on the upper side for a while, which floats may not resolve.
+    let until = if from > falls_from { until.max(from.next_up()) } else { until };
     Some(Stretch { from, until })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::next_event;
+    use super::{Stretch, falling_stretch, next_event};
 
     #[test]
     fn a_particle_in_free_flight_arrives_if_it_approaches() {
@@ -75,5 +78,28 @@ mod tests {
         assert_eq!(next_event(-2.0, 1.0, -1.0), Some(1.0));
         assert_eq!(next_event(-2.0, 0.0, -1.0), Some(0.0));
         assert_eq!(next_event(-2.0, 3.0, -1.0), Some(3.0 + 5.0_f64.sqrt()));
+    }
+
+    #[test]
+    fn a_stretch_lasts_from_the_distance_to_the_plane_or_a_turning_point() {
+        let stretch = |height, velocity, acceleration| falling_stretch(height, 1.0, velocity, acceleration);
+        assert_eq!(stretch(3.0, -1.0, 0.0), Some(Stretch { from: 2.0, until: 3.0 }));
+        assert_eq!(stretch(3.0, -2.5, 1.0), Some(Stretch { from: 1.0, until: 2.0 }));
+        assert_eq!(stretch(2.5, -2.0, 1.0), Some(Stretch { from: 1.0, until: 2.0 }));
+        assert_eq!(stretch(0.5, 0.25, -1.0).map(|stretch| stretch.from), Some(0.25));
+        // On the other side already: empty.
+        assert_eq!(stretch(-1.0, -1.0, 0.0), Some(Stretch { from: 0.0, until: 0.0 }));
+        assert_eq!(stretch(-2.0, 1.0, -1.0), Some(Stretch { from: 1.0, until: 1.0 }));
+    }
+
+    #[test]
+    fn a_stretch_shorter_than_floats_resolve_is_not_empty() {
+        // Back at the plane at t = 1, a thin one.
+        for (height, velocity, acceleration) in
+            [(0.0, 1.0, -2.0), (1.0, -1.0, 0.0), (2.0, 0.0, -4.0), (0.75, -0.5, -0.5)]
+        {
+            let found = falling_stretch(height, 1e-18, velocity, acceleration);
+            assert_eq!(found, Some(Stretch { from: 1.0, until: 1.0_f64.next_up() }));
+        }
     }
 }

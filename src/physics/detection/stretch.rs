@@ -24,12 +24,15 @@ impl Stretch {
             return Some(self.from);
         }
         // The foot comes onto the feature during the stretch: only where rounding, or a bend of rounding, let an edge through.
-        let enters = |(k, extent): (usize, &Parabola)| {
-            let at = extent.next_rise(self.from).filter(|at| *at < self.until)?;
-            let mut others = extents.iter().enumerate().filter(|(other, _)| *other != k);
-            others.all(|(_, other)| other.value(at) >= 0.0).then_some(at)
-        };
-        extents.iter().enumerate().filter_map(enters).reduce(f64::min)
+        // Times are compared, not values: at a corner, rounding may leave either of two extents negative when the other one rises.
+        let mut at = self.from;
+        // Each extent rises once at most, and may have to be asked again for all others.
+        for _ in 0..=extents.len() {
+            for extent in extents {
+                at = extent.first_on(self.from, at).filter(|at| *at < self.until)?;
+            }
+        }
+        Some(at)
     }
 }
 
@@ -59,20 +62,22 @@ impl Parabola {
         Self([constant - self.0[0], -self.0[1], -self.0[2]])
     }
 
-    /// The first time after `from` at which it comes back to positive values; none if it does not.
-    fn next_rise(&self, from: f64) -> Option<f64> {
+    /// The first time from `at` on at which it is not negative, of those after `from`; none if it stays negative.
+    fn first_on(&self, from: f64, at: f64) -> Option<f64> {
         let [_, b, c] = self.0;
         let (value, rate) = (self.value(from), b + 2.0 * c * from);
-        let after = if value < 0.0 {
-            plane::next_event(-value, -rate, -2.0 * c)?
-        } else {
-            // Positive now: it may dip below zero, if it falls and bends upwards.
-            let discriminant = rate * rate - 4.0 * c * value;
-            if !(c > 0.0 && rate < 0.0 && discriminant > 0.0) {
-                return None;
-            }
-            (discriminant.sqrt() - rate) / (2.0 * c)
-        };
-        Some(from + after)
+        let root = || (rate * rate - 4.0 * c * value).sqrt();
+        if value < 0.0 {
+            let rises = from + plane::next_event(-value, -rate, -2.0 * c)?;
+            // Bent downwards it ends where it falls again.
+            let is_on = c >= 0.0 || at <= from + (rate + root()) / (-2.0 * c);
+            return is_on.then_some(at.max(rises));
+        }
+        // Bent upwards it may dip below zero and come back.
+        let ends = plane::next_event(value, rate, 2.0 * c).map(|after| from + after);
+        match ends {
+            Some(ends) if at > ends => (c > 0.0).then(|| at.max(from + (root() - rate) / (2.0 * c))),
+            _ => Some(at),
+        }
     }
 }

@@ -97,6 +97,34 @@ fn a_foot_that_comes_onto_a_face_within_its_thickness_is_an_event_there() {
 }
 
 #[test]
+fn a_foot_that_comes_in_at_a_corner_is_on_the_face() {
+    // Two extents rise at the same time but for rounding: at the time of either, the other one may be negative still.
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    for case in 0..20_000 {
+        let at = 1.0 + uniform(&mut random);
+        let mut rising = || {
+            let (speed, bend) = (0.1 + uniform(&mut random), 0.1 * uniform(&mut random));
+            Parabola([-at * (speed + bend * at), speed, bend])
+        };
+        let sides = [rising(), rising(), Parabola([1.0, 0.0, 0.0])];
+        let met = face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides);
+        assert!(met.is_some_and(|t| (t - at).abs() < 1e-13), "{case}: {met:?} {at}");
+    }
+    // One side is left when the other one is come to, or just before, or just after.
+    for (leaves, expected) in [(1.5, Some(1.5)), (1.5_f64.next_down(), None), (1.75, Some(1.5))] {
+        let sides = [Parabola([-1.5, 1.0, 0.0]), Parabola([leaves, -1.0, 0.0])];
+        assert_eq!(face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides), expected);
+    }
+    // Three in turn, each later than the one that is asked after it; one that dips meanwhile.
+    let rising = |at: f64| Parabola([-at, 1.0, 0.0]);
+    let dips = Parabola([1.5 * 2.0, -3.5, 1.0]);
+    let height = Parabola([2.0, -0.5, 0.0]);
+    assert_eq!(face(&height, 1.5, &[rising(1.75), rising(1.5), rising(1.25)]), Some(1.75));
+    assert_eq!(face(&height, 1.5, &[dips, rising(1.25)]), Some(1.25));
+    assert_eq!(face(&height, 1.5, &[dips, rising(1.625)]), Some(2.0));
+}
+
+#[test]
 fn two_faces_with_a_common_edge_never_both_miss_a_foot() {
     // Along and across the edge, within rounding of it, at heights that differ by rounding.
     let mut random = ChaCha8Rng::seed_from_u64(5);

@@ -1,0 +1,54 @@
+//! An answer of Carom against the oracle's, for a feature.
+//!
+//! The answer has to be the oracle's for the exact polynomials, at its time to within the bound that the roots'
+//! condition sets, or, where the input sits within its own rounding of the boundary between two verdicts, the oracle's
+//! for a witness.
+
+use super::feature::State;
+use super::rule::{Kind, Verdict, next_event};
+use super::witness::witness;
+use crate::measure::distance;
+
+/// The largest error of a time, in units of what rounding allows ([`crate::measure::Distance::ratio`]): as for pairs
+/// (`tests/oracle/compare.rs`), closed forms and brackets are within their condition and 3 ulp. The time of an entry is
+/// the sum of a rounded time and a closed form: 4.
+pub fn largest_ratio(kind: Kind) -> f64 {
+    if matches!(kind, Kind::Entry(_)) { 4.0 } else { 3.0 }
+}
+
+/// How an answer stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Judgement {
+    /// The oracle's verdict; where it is a time after now, the error in units of what rounding allows.
+    Right(Option<f64>),
+    /// That of a witness, which is off by such a part of what rounding allows.
+    WithinRounding(f64),
+    Wrong(&'static str),
+}
+
+#[derive(Debug)]
+pub struct Comparison {
+    pub answer: Option<f64>,
+    pub verdict: Verdict,
+    pub judgement: Judgement,
+}
+
+/// Asks Carom and the oracle.
+pub fn compare(state: &State) -> Comparison {
+    let (answer, question) = (state.ask(), state.question());
+    let verdict = next_event(&question.exact());
+    let by_witness = || witness(&question, answer).map_or(Judgement::Wrong("verdict"), Judgement::WithinRounding);
+    let parts = question.forms.iter().flat_map(super::question::Form::place_of_computed);
+    let judgement = match (answer, &verdict) {
+        _ if parts.into_iter().any(|part| !(-1.0..=1.0).contains(&part)) => Judgement::Wrong("coefficients"),
+        (Some(t), _) if !(0.0..f64::INFINITY).contains(&t) => Judgement::Wrong("not a time"),
+        (None, Verdict::None) | (Some(0.0), Verdict::Now) => Judgement::Right(None),
+        (Some(t), Verdict::Later(kind, crossing)) if t > 0.0 => {
+            let rounding = question.error_of(&question.functional(*kind, t));
+            let ratio = distance(crossing, t, rounding).ratio();
+            if ratio <= largest_ratio(*kind) { Judgement::Right(Some(ratio)) } else { by_witness() }
+        }
+        _ => by_witness(),
+    };
+    Comparison { answer, verdict, judgement }
+}

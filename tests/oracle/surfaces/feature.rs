@@ -1,0 +1,189 @@
+//! A sphere and a feature: what Carom is asked, and the exact polynomials by which the answer is judged.
+//!
+//! Positions, velocities, accelerations, directions and distances are floats and taken as exact, positions relative to
+//! a point of the feature. Exact are then the expressions of the code without rounding: `across(d, x) = x - d (d . x)`
+//! in the overlap function of a line, the height `n . x` of a plane and a face, the extents `d . x` and `L - d . x` of
+//! a segment, and `w . x` of each side of a face. A face is met where `|h| <= s` and `|h|` falls.
+
+use super::question::{Form, Question, Shape};
+use super::rounded::{Rounded, across, dot, triple};
+use carom::Vector;
+use carom::physics::detection::stretch::Parabola;
+use carom::physics::detection::{feature, plane};
+use carom::physics::motion::RelativeState;
+use carom::physics::overlap::{Quadratic, Quartic, Side};
+
+#[derive(Debug, Clone, Copy)]
+pub enum Feature {
+    Point(Side),
+    Line(Vector, Side),
+    /// A direction and a length along it.
+    Segment(Vector, f64),
+    /// The normal, and for each side the direction into the face and the position relative to its end.
+    Face(Vector, [(Vector, Vector); 3]),
+    Plane(Vector),
+}
+
+/// A motion relative to a feature.
+#[derive(Debug, Clone, Copy)]
+pub struct State {
+    pub feature: Feature,
+    pub position: Vector,
+    pub velocity: Vector,
+    pub acceleration: Vector,
+    /// Distance of contact.
+    pub contact: f64,
+}
+
+/// Roundings of the closed forms of Algorithms 2 and 3: the products of `D = B^2 - V2 R2`, as for pairs.
+const OF_QUADRATIC: [u32; 3] = [1, 1, 1];
+
+/// Horner's rule for a quartic, and the factor of its derivative.
+const OF_QUARTIC: [u32; 5] = [1, 3, 5, 8, 8];
+
+/// The products of `D = v^2 - 2 a h`; and the distance that is subtracted from a height.
+const OF_PLANE: [u32; 4] = [1, 1, 1, 0];
+
+/// Extents: Horner's rule gives 1, 3 and 4, the discriminant 2 each, and the rate at the beginning of a stretch 1 and
+/// 2. An extent is looked at where the time is a float and within 3 ulp of the root, which moves the terms of degree
+/// `k` by `6 k` roundings more.
+const OF_EXTENT: [u32; 3] = [3, 6 + 6, 8 + 12];
+
+impl State {
+    fn relative(&self) -> RelativeState {
+        RelativeState { position: self.position, velocity: self.velocity }
+    }
+
+    fn side(&self) -> Side {
+        match self.feature {
+            Feature::Point(side) | Feature::Line(_, side) => side,
+            _ => Side::Positive,
+        }
+    }
+
+    /// Carom's answer.
+    pub fn ask(&self) -> Option<f64> {
+        let (state, a, squared) = (self.relative(), &self.acceleration, self.contact * self.contact);
+        match &self.feature {
+            Feature::Point(side) => feature::point(&state, a, squared, *side),
+            Feature::Line(direction, side) => feature::line(direction, &state, a, squared, *side),
+            Feature::Segment(direction, length) => feature::segment(direction, *length, &state, a, squared),
+            Feature::Face(normal, sides) => {
+                let extents = sides.map(|(inward, from)| self.along(&inward, &from));
+                feature::face(&self.along(normal, &self.position), self.contact, &extents)
+            }
+            Feature::Plane(normal) => {
+                let height = normal.dot(&self.position) - self.contact;
+                plane::next_event(height, normal.dot(&self.velocity), normal.dot(a))
+            }
+        }
+    }
+
+    fn along(&self, direction: &Vector, position: &Vector) -> Parabola {
+        let state = RelativeState { position: *position, velocity: self.velocity };
+        Parabola::along(direction, &state, &self.acceleration)
+    }
+
+    /// The exact polynomials and their boxes.
+    pub fn question(&self) -> Question {
+        let (shape, first) = match &self.feature {
+            Feature::Point(side) => (Shape::Square(unit(*side)), self.square(None, &self.acceleration)),
+            Feature::Line(direction, side) => {
+                (Shape::Square(unit(*side)), self.square(Some(direction), &self.acceleration))
+            }
+            Feature::Segment(direction, _) => (Shape::Square(1), self.square(Some(direction), &self.acceleration)),
+            Feature::Face(normal, _) => (Shape::TwoSided, self.height(normal, true)),
+            Feature::Plane(normal) => (Shape::Linear, self.height(normal, false)),
+        };
+        let mut forms = vec![first];
+        match &self.feature {
+            Feature::Segment(direction, length) => {
+                let (terms, computed) = self.component(direction, &self.position);
+                let [b0, b1, b2] = &terms;
+                let rest = [&Rounded::of(*length) - b0, b1.negative(), b2.negative()];
+                forms.push(Form::new(&terms, &computed.0, &OF_EXTENT));
+                forms.push(Form::new(&rest, &computed.from_end(*length).0, &OF_EXTENT));
+            }
+            Feature::Face(_, sides) => {
+                for (inward, from) in sides {
+                    let (terms, computed) = self.component(inward, from);
+                    forms.push(Form::new(&terms, &computed.0, &OF_EXTENT));
+                }
+            }
+            _ => {}
+        }
+        let without_acceleration = match &self.feature {
+            Feature::Line(direction, _) | Feature::Segment(direction, _) => self.without_acceleration(direction),
+            _ => None,
+        };
+        Question { shape, forms, without_acceleration }
+    }
+
+    /// A component of the motion, exact and as Carom has it.
+    fn component(&self, direction: &Vector, position: &Vector) -> ([Rounded; 3], Parabola) {
+        let d = triple(direction);
+        let component = |vector: &Vector| dot(&d, &triple(vector));
+        let half = component(&self.acceleration).half();
+        ([component(position), component(&self.velocity), half], self.along(direction, position))
+    }
+
+    fn height(&self, normal: &Vector, is_two_sided: bool) -> Form {
+        let ([h0, h1, h2], computed) = self.component(normal, &self.position);
+        let distance = Rounded::of(self.contact);
+        let gap = &h0 - &distance;
+        let [c0, c1, c2] = computed.0;
+        if is_two_sided {
+            // The rounding of the subtraction belongs to the distance.
+            let distance = Rounded { error: gap.error - h0.error, ..distance };
+            return Form::new(&[h0, h1, h2, distance], &[c0, c1, c2, self.contact], &OF_PLANE);
+        }
+        Form::new(&[gap, h1, h2], &[c0 - self.contact, c1, c2], &OF_PLANE)
+    }
+
+    /// The squared distance from a point or a line.
+    fn square(&self, direction: Option<&Vector>, acceleration: &Vector) -> Form {
+        let [r, v, a] = [&self.position, &self.velocity, acceleration].map(|vector| {
+            let vector = triple(vector);
+            direction.map_or(vector.clone(), |direction| across(&triple(direction), &vector))
+        });
+        let c0 = &dot(&r, &r) - &Rounded::of(self.contact * self.contact);
+        let c2 = &dot(&a, &r) + &dot(&v, &v);
+        let mut terms = vec![c0, dot(&v, &r).double(), c2, dot(&a, &v), dot(&a, &a).half().half()];
+        let is_quadratic = *acceleration == Vector::zeros();
+        if is_quadratic {
+            terms.truncate(3);
+        }
+        let mut computed = self.computed_square(direction, acceleration);
+        if self.side() == Side::Negative {
+            terms = terms.iter().map(Rounded::negative).collect();
+            computed = computed.iter().map(|c| -c).collect();
+        }
+        Form::new(&terms, &computed, if is_quadratic { &OF_QUADRATIC } else { &OF_QUARTIC })
+    }
+
+    /// The same without an acceleration, which Carom drops where it is what rounding may have left of one along the
+    /// line: below 4 epsilon of its size, to which rounding itself adds less than 3.
+    fn without_acceleration(&self, direction: &Vector) -> Option<Form> {
+        let size = self.acceleration.norm();
+        let beside = across(&triple(direction), &triple(&self.acceleration));
+        let square = beside.iter().map(|x| x.size * x.size).sum::<f64>();
+        let can_be_dropped = size > 0.0 && square.sqrt() <= 7.0 * f64::EPSILON * size;
+        can_be_dropped.then(|| self.square(Some(direction), &Vector::zeros()))
+    }
+
+    /// Coefficients as Carom computes them.
+    fn computed_square(&self, direction: Option<&Vector>, acceleration: &Vector) -> Vec<f64> {
+        let project = |x: &Vector| direction.map_or(*x, |direction| feature::across(direction, x));
+        let state = RelativeState { position: project(&self.position), velocity: project(&self.velocity) };
+        let squared = self.contact * self.contact;
+        if *acceleration == Vector::zeros() {
+            let Quadratic { r2, b, v2 } = Quadratic::new(&state, squared);
+            return vec![r2, 2.0 * b, v2];
+        }
+        Quartic::new(&state, &project(acceleration), squared).coefficients.to_vec()
+    }
+}
+
+fn unit(side: Side) -> i32 {
+    if side == Side::Positive { 1 } else { -1 }
+}

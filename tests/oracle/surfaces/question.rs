@@ -1,0 +1,155 @@
+//! Exact polynomials of a motion and a feature, and boxes around their coefficients.
+//!
+//! A box holds every polynomial which an evaluation in floats may have taken for the exact one: what rounding does to
+//! the coefficient, and to its term when the polynomial is evaluated.
+
+use super::rounded::{ROUND_OFF, Rounded};
+use super::rule::{Exact, Kind, Overlap};
+use crate::dyadic::Dyadic;
+use crate::polynomial::Polynomial;
+
+/// Coefficients, constant first, with half the edges of their box.
+#[derive(Debug, Clone)]
+pub struct Form {
+    pub coefficients: Vec<Dyadic>,
+    pub errors: Vec<f64>,
+    /// What Carom computes for them.
+    pub computed: Vec<f64>,
+}
+
+impl Form {
+    /// `roundings[k]`: so many a term of degree `k` goes through when the polynomial is evaluated, or its roots are.
+    pub fn new(terms: &[Rounded], computed: &[f64], roundings: &[u32]) -> Self {
+        let error = |(term, n): (&Rounded, &u32)| term.error + f64::from(*n) * ROUND_OFF * (term.size + term.error);
+        Self {
+            coefficients: terms.iter().map(|term| term.exact.clone()).collect(),
+            errors: terms.iter().zip(roundings).map(error).collect(),
+            computed: computed.to_vec(),
+        }
+    }
+
+    /// Where in the box Carom's coefficients are, in parts of its half edges.
+    pub fn place_of_computed(&self) -> Vec<f64> {
+        let part = |((exact, error), computed): ((&Dyadic, &f64), &f64)| {
+            let off = (&Dyadic::from(*computed) - exact).to_f64();
+            if off == 0.0 { 0.0 } else { off / error }
+        };
+        self.coefficients.iter().zip(&self.errors).zip(&self.computed).map(part).collect()
+    }
+
+    /// Moved by parts of the half edges.
+    pub fn moved(&self, parts: &[f64]) -> Vec<Dyadic> {
+        let terms = self.coefficients.iter().zip(&self.errors).zip(parts);
+        terms.map(|((c, error), part)| c + &(&Dyadic::from(*error) * &Dyadic::from(*part))).collect()
+    }
+}
+
+/// How the coefficients of the first form make an overlap function.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// Those of a height above a plane.
+    Linear,
+    /// Those of a squared distance, times this sign: the leading one has it as well.
+    Square(i32),
+    /// Those of a height, and the distance at which the plane is met on either side.
+    TwoSided,
+}
+
+/// The place of the distance among the coefficients of a two-sided form.
+pub const DISTANCE: usize = 3;
+
+/// What is asked: an overlap function, and extents after it.
+#[derive(Debug, Clone)]
+pub struct Question {
+    pub shape: Shape,
+    pub forms: Vec<Form>,
+    /// The overlap function of a straight motion, where rounding cannot tell the acceleration across a line from none.
+    pub without_acceleration: Option<Form>,
+}
+
+/// A linear function of the coefficients of one form.
+pub struct Functional {
+    pub form: usize,
+    pub weights: Vec<Dyadic>,
+}
+
+impl Functional {
+    pub fn value(&self, coefficients: &[Dyadic]) -> Dyadic {
+        let terms = self.weights.iter().zip(coefficients).map(|(weight, c)| weight * c);
+        terms.fold(Dyadic::zero(), |sum, term| &sum + &term)
+    }
+}
+
+impl Question {
+    /// The polynomials of the middle of all boxes.
+    pub fn exact(&self) -> Exact {
+        let middles: Vec<_> = self.forms.iter().map(|form| form.coefficients.clone()).collect();
+        self.with(&middles).expect("the exact square is one")
+    }
+
+    /// Whether the distance from a plane is lost in the rounding of heights.
+    pub fn is_thin(&self) -> bool {
+        let Form { coefficients, errors, .. } = &self.forms[0];
+        self.shape == Shape::TwoSided && coefficients[DISTANCE].to_f64() <= errors[DISTANCE]
+    }
+
+    /// The question for a motion without acceleration across a line.
+    pub fn straight(&self) -> Option<Self> {
+        let mut forms = self.forms.clone();
+        forms[0] = self.without_acceleration.clone()?;
+        Some(Self { shape: self.shape, forms, without_acceleration: None })
+    }
+
+    /// The polynomials with other coefficients; none if a square would not be one.
+    pub fn with(&self, coefficients: &[Vec<Dyadic>]) -> Option<Exact> {
+        let (first, extents) = coefficients.split_first().expect("an overlap function");
+        let overlap = match self.shape {
+            Shape::TwoSided => Overlap::Height(Polynomial::new(&first[..DISTANCE]), first[DISTANCE].clone()),
+            Shape::Square(sign) if first.len() > 2 && first[first.len() - 1].sign() == -sign => return None,
+            _ => Overlap::Value(Polynomial::new(first)),
+        };
+        Some(Exact { overlap, extents: extents.iter().map(|extent| Polynomial::new(extent)).collect() })
+    }
+
+    /// What is zero at an event of a kind at a time.
+    pub fn functional(&self, kind: Kind, t: f64) -> Functional {
+        let form = match kind {
+            Kind::Entry(k) | Kind::Touch(k) => k + 1,
+            _ => 0,
+        };
+        let mut count = self.forms[form].coefficients.len();
+        let is_two_sided = form == 0 && self.shape == Shape::TwoSided;
+        count -= usize::from(is_two_sided);
+        let time = Dyadic::from(t);
+        let mut weights = vec![Dyadic::from(1.0)];
+        for k in 1..count {
+            weights.push(&weights[k - 1] * &time);
+        }
+        if matches!(kind, Kind::TurningPoint | Kind::Touch(_)) {
+            weights.pop();
+            weights = weights.iter().enumerate().map(|(k, power)| power * &Dyadic::from(k as f64 + 1.0)).collect();
+            weights.insert(0, Dyadic::zero());
+        }
+        if is_two_sided {
+            let is_root = matches!(kind, Kind::Root { .. });
+            if kind == (Kind::Root { is_below: true }) {
+                weights = weights.iter().map(|weight| -weight).collect();
+            }
+            weights.push(if is_root { Dyadic::from(-1.0) } else { Dyadic::zero() });
+        }
+        Functional { form, weights }
+    }
+
+    /// By how much the boxes can move it.
+    pub fn error_of(&self, functional: &Functional) -> f64 {
+        let terms = functional.weights.iter().zip(&self.forms[functional.form].errors);
+        terms.map(|(weight, error)| weight.to_f64().abs() * error).sum()
+    }
+
+    /// All kinds of events that it can have; touching is never computed.
+    pub fn kinds(&self) -> Vec<Kind> {
+        let below = (self.shape == Shape::TwoSided).then_some(Kind::Root { is_below: true });
+        let entries = (0..self.forms.len() - 1).map(Kind::Entry);
+        [super::rule::ROOT, Kind::TurningPoint].into_iter().chain(below).chain(entries).collect()
+    }
+}

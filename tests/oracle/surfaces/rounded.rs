@@ -1,0 +1,92 @@
+//! Exact numbers, each with a bound of the error that floats make on the way to it.
+//!
+//! Running error analysis (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.3): every operation adds
+//! the unit round-off times the size of its result to what the errors of its operands become. Written with these
+//! numbers, an expression of the code is its own analysis.
+
+use crate::dyadic::Dyadic;
+use carom::Vector;
+use std::ops::{Add, Mul, Sub};
+
+/// Half the distance from 1 to the next float.
+pub const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
+
+/// Bounds are themselves floats: rounded down by less than this in each operation.
+const SLACK: f64 = 1.0 + 8.0 * f64::EPSILON;
+
+#[derive(Debug, Clone)]
+pub struct Rounded {
+    pub exact: Dyadic,
+    /// A bound of its magnitude.
+    pub size: f64,
+    pub error: f64,
+}
+
+impl Rounded {
+    pub fn of(x: f64) -> Self {
+        Self { exact: Dyadic::from(x), size: x.abs(), error: 0.0 }
+    }
+
+    fn result(exact: Dyadic, error: f64) -> Self {
+        let size = exact.to_f64().abs() * SLACK;
+        Self { exact, size, error: (error + ROUND_OFF * (size + error)) * SLACK }
+    }
+
+    /// Half of it: exact in floats.
+    pub fn half(&self) -> Self {
+        Self { exact: self.exact.half(), size: 0.5 * self.size, error: 0.5 * self.error }
+    }
+
+    /// Twice it: exact in floats.
+    pub fn double(&self) -> Self {
+        Self { exact: &self.exact + &self.exact, size: 2.0 * self.size, error: 2.0 * self.error }
+    }
+
+    /// The other sign: exact in floats.
+    pub fn negative(&self) -> Self {
+        Self { exact: -&self.exact, ..*self }
+    }
+}
+
+impl Add for &Rounded {
+    type Output = Rounded;
+    fn add(self, other: &Rounded) -> Rounded {
+        Rounded::result(&self.exact + &other.exact, self.error + other.error)
+    }
+}
+
+impl Sub for &Rounded {
+    type Output = Rounded;
+    fn sub(self, other: &Rounded) -> Rounded {
+        Rounded::result(&self.exact - &other.exact, self.error + other.error)
+    }
+}
+
+impl Mul for &Rounded {
+    type Output = Rounded;
+    fn mul(self, other: &Rounded) -> Rounded {
+        let error = self.size * other.error + self.error * (other.size + other.error);
+        Rounded::result(&self.exact * &other.exact, error)
+    }
+}
+
+/// A vector of them.
+pub type Triple = [Rounded; 3];
+
+pub fn triple(vector: &Vector) -> Triple {
+    [0, 1, 2].map(|k| Rounded::of(vector[k]))
+}
+
+pub fn dot(a: &Triple, b: &Triple) -> Rounded {
+    let [x, y, z] = [0, 1, 2].map(|k| &a[k] * &b[k]);
+    &(&x + &y) + &z
+}
+
+/// `x - d (d . x)`, as `carom::physics::detection::feature::across` has it.
+///
+/// The direction's length misses 1 by rounding. It is taken as it is: what is exact here is this expression, not the
+/// projection onto the plane across the direction, from which it differs by less than its own rounding.
+pub fn across(direction: &Triple, vector: &Triple) -> Triple {
+    let along = dot(direction, vector);
+    [0, 1, 2].map(|k| &vector[k] - &(&direction[k] * &along))
+}

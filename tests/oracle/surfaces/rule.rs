@@ -1,0 +1,156 @@
+//! The rule for a feature with ends, decided exactly.
+//!
+//! > The first time `t >= 0` at which `f(t) <= 0`, `f` falls just after `t`, and no extent `b_k(t) < 0`.
+//!
+//! The times with `f <= 0` and `f` falling are stretches that their beginnings belong to; where no extent is negative is closed. So there
+//! is a first time, and it is now, the beginning of a stretch, or a time at which an extent stops being negative.
+
+use super::place::{Place, falls, order};
+use crate::crossing::Crossing;
+use crate::dyadic::Dyadic;
+use crate::polynomial::Polynomial;
+
+/// Kind of an event after now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The overlap function falls through zero; below a face, the other sign of the height.
+    Root { is_below: bool },
+    /// The overlap function is not positive and stops rising.
+    TurningPoint,
+    /// An extent comes back from negative values during a stretch.
+    Entry(usize),
+    /// An extent touches zero from below during a stretch.
+    Touch(usize),
+}
+
+/// A root on the side where overlap functions are written.
+pub const ROOT: Kind = Kind::Root { is_below: false };
+
+/// When the next event is.
+#[derive(Debug, Clone)]
+pub enum Verdict {
+    Now,
+    Later(Kind, Crossing),
+    None,
+}
+
+/// The overlap function.
+#[derive(Debug, Clone)]
+pub enum Overlap {
+    /// `f(t)`.
+    Value(Polynomial),
+    /// `|h(t)| - s`: a plane that is met from both sides.
+    Height(Polynomial, Dyadic),
+}
+
+/// Exact polynomials of a motion and a feature.
+#[derive(Debug, Clone)]
+pub struct Exact {
+    pub overlap: Overlap,
+    pub extents: Vec<Polynomial>,
+}
+
+impl Overlap {
+    /// `h - s` and `-h - s`.
+    fn gaps(height: &Polynomial, distance: &Dyadic) -> [Polynomial; 2] {
+        [1, -1].map(|side| shifted(height, side, distance))
+    }
+
+    /// Whether it is not positive and falls.
+    fn asks_at(&self, place: &Place<'_>) -> bool {
+        match self {
+            Self::Value(f) => place.sign(f) <= 0 && place.sign_after(&f.derivative()) < 0,
+            Self::Height(height, distance) => {
+                // At height 0 the distance from the plane is the smallest, and does not fall.
+                let side = place.sign(height);
+                side * place.sign_after(&height.derivative()) < 0
+                    && Self::gaps(height, distance).iter().all(|gap| place.sign(gap) <= 0)
+            }
+        }
+    }
+
+    /// All times after now at which it may begin to ask for an event.
+    fn beginnings(&self) -> Vec<(Kind, Crossing)> {
+        let mut found = Vec::new();
+        let mut add = |kind: Kind, f: &Polynomial| found.extend(falls(f).into_iter().map(|crossing| (kind, crossing)));
+        match self {
+            Self::Value(f) => {
+                add(ROOT, f);
+                add(Kind::TurningPoint, &f.derivative());
+            }
+            // Of a distance that rounding has made negative nothing is within.
+            Self::Height(_, distance) if distance.sign() <= 0 => {}
+            Self::Height(height, distance) => {
+                let [above, below] = Self::gaps(height, distance);
+                add(ROOT, &above);
+                add(Kind::Root { is_below: true }, &below);
+                let rate = height.derivative();
+                add(Kind::TurningPoint, &rate);
+                add(Kind::TurningPoint, &negative(&rate));
+            }
+        }
+        found
+    }
+}
+
+/// `side f - distance`.
+fn shifted(f: &Polynomial, side: i32, distance: &Dyadic) -> Polynomial {
+    let mut coefficients: Vec<_> = f
+        .coefficients
+        .iter()
+        .map(|c| Dyadic { mantissa: c * side, exponent: f.exponent })
+        .chain(f.is_zero().then(Dyadic::zero))
+        .collect();
+    coefficients[0] = &coefficients[0] - distance;
+    Polynomial::new(&coefficients)
+}
+
+fn negative(f: &Polynomial) -> Polynomial {
+    Polynomial { coefficients: f.coefficients.iter().map(|c| -c).collect(), exponent: f.exponent }
+}
+
+/// Decides the rule.
+pub fn next_event(exact: &Exact) -> Verdict {
+    if exact.overlap.asks_at(&Place::Now) && exact.is_on(&Place::Now, None) {
+        return Verdict::Now;
+    }
+    // Of two at the same time the first of the list, in which beginnings come first.
+    let first = possible_events(exact).reduce(|a, b| if order(&a.1, &b.1).is_gt() { b } else { a });
+    first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
+}
+
+/// All times after now at which the rule holds and did not just before: each is the next event, were it not for those before it.
+pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> {
+    let Exact { overlap, extents } = exact;
+    let mut candidates = overlap.beginnings();
+    for (k, extent) in extents.iter().enumerate() {
+        candidates.extend(falls(&negative(extent)).into_iter().map(|crossing| (Kind::Entry(k), crossing)));
+        candidates.extend(touch(extent).map(|crossing| (Kind::Touch(k), crossing)));
+    }
+    candidates.into_iter().filter(|(kind, crossing)| {
+        let place = Place::At(crossing);
+        match kind {
+            // A fall through zero is a beginning by itself.
+            Kind::Root { .. } => exact.is_on(&place, None),
+            Kind::TurningPoint => overlap.asks_at(&place) && exact.is_on(&place, None),
+            Kind::Entry(k) | Kind::Touch(k) => overlap.asks_at(&place) && exact.is_on(&place, Some(*k)),
+        }
+    })
+}
+
+impl Exact {
+    /// Whether no extent is negative, but for one that is known to be zero.
+    fn is_on(&self, place: &Place<'_>, zero: Option<usize>) -> bool {
+        let mut extents = self.extents.iter().enumerate();
+        extents.all(|(k, extent)| zero == Some(k) || place.sign(extent) >= 0)
+    }
+}
+
+/// The time after now at which a parabola has a double root and is negative elsewhere.
+fn touch(extent: &Polynomial) -> Option<Crossing> {
+    if extent.degree() != 2 || extent.sign_far_away() > 0 {
+        return None;
+    }
+    let [c, b, a] = &extent.coefficients[..] else { return None };
+    (b * b == a * c * 4).then(|| falls(&extent.derivative()).pop())?
+}
