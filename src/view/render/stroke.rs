@@ -47,10 +47,24 @@ impl Stroke {
     }
 }
 
+/// How edges are drawn.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pen {
+    /// In pixels.
+    pub width: f32,
+    pub colour: Colour,
+    pub opacity: f32,
+}
+
 /// Draws an edge in space, hidden by what is nearer.
-pub(super) fn draw_edge(pixels: &mut [Colour], camera: &Camera, solid: &Layer, ends: [Point; 2], style: (f32, Colour)) {
+pub(super) fn draw_edge(pixels: &mut [Colour], camera: &Camera, solid: &Layer, ends: [Point; 2], pen: Pen) {
     let Some([a, b]) = in_front(ends) else { return };
-    let stroke = Stroke { ends: [a, b].map(|end| camera.pixel(&end)), width: style.0, colour: style.1, opacity: 0.75 };
+    let stroke = Stroke {
+        ends: [a, b].map(|end| camera.pixel(&end)),
+        width: pen.width,
+        colour: pen.colour,
+        opacity: pen.opacity,
+    };
     let depth = |part: f32| {
         if camera.is_perspective {
             // What is even in space is even in 1/z in the image.
