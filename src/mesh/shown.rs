@@ -3,7 +3,7 @@
 //! | surface | its triangles |
 //! |---|---|
 //! | mesh | its own |
-//! | sphere, capsule | a surface of revolution with some 70 sides; a capsule of radius 0 is a thin rod |
+//! | sphere, capsule | a surface of revolution with 23 to 100 sides, more where it is large; a capsule of radius 0 is a thin rod |
 //! | cylinder | the part in the region; at open sides it ends across its axis |
 //! | plane | the polygon in which it cuts the region |
 //!
@@ -22,15 +22,15 @@ use std::f64::consts::PI;
 use super::clip::{HalfSpace, clipped, cut, fan};
 use super::revolution::revolution;
 use crate::Vector;
-use crate::base::numbers::trunc_to_i32;
+use crate::base::numbers::{trunc_to_i32, trunc_to_u32};
 use crate::model::space::Boundary;
 use crate::model::{Scene, SceneSurface, SurfaceShape, TriangleMesh};
 
-/// Distance of triangles from a round surface, relative to its radius: 71 sides.
-const TOLERANCE: f64 = 1e-3;
+/// Distance of triangles from a round surface, relative to the diagonal of the region: a part of a pixel of most pictures.
+const TOLERANCE: f64 = 2e-4;
 
-/// Steps of the line from pole to pole of a sphere.
-const STEPS: u32 = 36;
+/// The least and the largest of that distance, relative to the radius of the surface: 100 sides and 23.
+const RELATIVE: [f64; 2] = [5e-4, 1e-2];
 
 /// Radius at which a capsule without one is shown, relative to the diagonal of the region.
 const THIN: f64 = 1.5e-3;
@@ -77,6 +77,12 @@ impl Region {
         }
     }
 
+    /// Distance of triangles from a round surface of some radius.
+    fn tolerance(&self, radius: f64) -> f64 {
+        let [least, most] = RELATIVE;
+        (TOLERANCE * self.diagonal()).clamp(least * radius, most * radius)
+    }
+
     fn centre(&self) -> Vector {
         0.5 * (self.lower + self.upper)
     }
@@ -118,11 +124,11 @@ impl Region {
                 Cow::Owned(facing(self.cylinder(point, axis, *radius), *is_inside))
             }
             (_, SurfaceShape::Sphere { centre, radius, is_inside }) => {
-                Cow::Owned(facing(capsule(&[*centre; 2], *radius), *is_inside))
+                Cow::Owned(facing(self.capsule(&[*centre; 2], *radius), *is_inside))
             }
             (_, SurfaceShape::Capsule { ends, radius }) => {
                 let radius = if *radius > 0.0 { *radius } else { THIN * self.diagonal() };
-                Cow::Owned(capsule(ends, radius))
+                Cow::Owned(self.capsule(ends, radius))
             }
         };
         self.within_periods(whole)
@@ -158,8 +164,29 @@ impl Region {
         let middle = along.dot(&(self.centre() - point));
         let half = 0.5 * (0..3).map(|k| along[k].abs() * (self.upper[k] - self.lower[k])).sum::<f64>();
         let profile = [[radius, middle - half], [radius, middle + half]];
-        let tube = revolution(point, &along, &profile, TOLERANCE * radius).unwrap_or_default();
+        let tube = revolution(point, &along, &profile, self.tolerance(radius)).unwrap_or_default();
         clipped(&tube, &self.sides(|k, side| !self.is_open(k, side)), self.rounding())
+    }
+
+    /// A capsule, or a sphere where both ends are one.
+    fn capsule(&self, ends: &[Vector; 2], radius: f64) -> TriangleMesh {
+        let span = ends[1] - ends[0];
+        let length = span.norm();
+        let axis = if length > 0.0 { span } else { Vector::z() };
+        let tolerance = self.tolerance(radius);
+        // From pole to equator as large as the sides.
+        let half = trunc_to_u32((0.25 * PI / (2.0 * tolerance / radius).sqrt()).ceil()).clamp(4, 100);
+        let arc = |step: u32| {
+            // Exactly on the axis at the poles.
+            let angle = 0.5 * PI * f64::from(step) / f64::from(half);
+            let out = if step == 0 || step == 2 * half { 0.0 } else { radius * libm::sin(angle) };
+            (out, -radius * libm::cos(angle))
+        };
+        let first = if length > 0.0 { half } else { half + 1 };
+        let lower = (0..=half).map(|step| arc(step).into());
+        let upper = (first..=2 * half).map(arc).map(|(out, height)| [out, height + length]);
+        let profile: Vec<[f64; 2]> = lower.chain(upper).collect();
+        revolution(&ends[0], &axis, &profile, tolerance).unwrap_or_default()
     }
 
     /// A mesh in the box along periodic axes: what sticks out of one side comes in at the other.
@@ -196,26 +223,6 @@ fn across(up: &Vector) -> (Vector, Vector) {
     least[up.iamin()] = 1.0;
     let x = up.cross(&least).normalize();
     (x, up.cross(&x))
-}
-
-/// A capsule, or a sphere where both ends are one.
-fn capsule(ends: &[Vector; 2], radius: f64) -> TriangleMesh {
-    let span = ends[1] - ends[0];
-    let length = span.norm();
-    let axis = if length > 0.0 { span } else { Vector::z() };
-    let arc = |step: u32| {
-        // Exactly on the axis at the poles.
-        let angle = PI * f64::from(step) / f64::from(STEPS);
-        let out = if step == 0 || step == STEPS { 0.0 } else { radius * libm::sin(angle) };
-        let height = -radius * libm::cos(angle);
-        (out, height)
-    };
-    let half = STEPS / 2;
-    let lower = (0..=half).map(|step| arc(step).into());
-    let first = if length > 0.0 { half } else { half + 1 };
-    let upper = (first..=STEPS).map(arc).map(|(out, height)| [out, height + length]);
-    let profile: Vec<[f64; 2]> = lower.chain(upper).collect();
-    revolution(&ends[0], &axis, &profile, TOLERANCE * radius).unwrap_or_default()
 }
 
 /// A closed mesh, turned inside out where particles are inside.

@@ -190,15 +190,15 @@ fn paint(
     let mut pixels = scenery.colours();
     let thick = (0.0011 * style.width.min(style.height) as f32).max(1.0);
     let pen = |width, opacity| Pen { width, colour: colour::linear(colour::INK), opacity };
-    let mut draw = |[a, b]: &[Vector; 2], pen: Pen| {
-        stroke::draw_edge(&mut pixels, camera, &scenery.solid, [camera.place(a), camera.place(b)], pen);
-    };
-    if style.surface_opacity > 0.0 {
-        let edges = surfaces.skins.iter().flat_map(|skin| &skin.edges);
-        edges.for_each(|ends| draw(ends, pen(FINE * thick, FINE_OPACITY)));
+    let place = |[a, b]: &[Vector; 2]| [camera.place(a), camera.place(b)];
+    let view = (camera, &scenery.solid);
+    let sharp: Vec<_> = surfaces.skins.iter().flat_map(|skin| &skin.edges).map(place).collect();
+    if style.surface_opacity > 0.0 && !sharp.is_empty() {
+        stroke::draw_outline(&mut pixels, view, &sharp, pen(FINE * thick, FINE_OPACITY));
     }
     if style.has_box {
-        box_edges(frame).iter().for_each(|ends| draw(ends, pen(thick, 0.75)));
+        let edges: Vec<_> = box_edges(frame).iter().map(place).collect();
+        stroke::draw_edges(&mut pixels, view, &edges, pen(thick, 0.75));
     }
     pixels
 }

