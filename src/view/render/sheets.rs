@@ -188,7 +188,7 @@ pub(super) struct Fragments {
 }
 
 impl Fragments {
-    /// Those in front of what is opaque, in rows of samples.
+    /// Sheets in front of what is opaque, in rows of samples.
     pub fn of(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2]) -> Self {
         let first = rows[0] * solid.width;
         let count = (rows[1] - rows[0]) * solid.width;
@@ -218,7 +218,7 @@ impl Fragments {
         Self { first, starts, all }
     }
 
-    /// Those of a sample.
+    /// Sheets on the ray of a sample.
     pub fn at(&self, place: usize) -> &[Fragment] {
         let place = place - self.first;
         let ends = (self.starts.get(place), self.starts.get(place + 1));
