@@ -25,6 +25,7 @@ mod replacement;
 mod scene_copy;
 mod scenes;
 pub mod summary;
+mod surfaces;
 mod thermo;
 mod vtk;
 
@@ -38,3 +39,4 @@ pub use occupied::FolderState;
 pub(crate) use owned::note;
 pub use scenes::{read_scene, read_scene_text};
 pub use summary::Summary;
+pub use surfaces::surface_files;

@@ -11,5 +11,7 @@ pub mod final_table;
 pub mod movie;
 pub mod render;
 pub mod report;
+mod surfaces;
 
 pub use error::ViewError;
+pub use surfaces::Surfaces;

@@ -28,6 +28,7 @@ use super::owned::{Owned, Replacement};
 use super::partial::PartialFile;
 use super::replacement;
 use super::scene_copy;
+use super::surfaces;
 use super::thermo::Columns;
 use crate::analysis::instruments::Scalar;
 use crate::analysis::observables::Row;
@@ -57,7 +58,8 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 
 /// The folder of a run: a recorder that writes rows, frames, checkpoints and results.
 ///
-/// Files are written beside their final names, as `thermo.csv.partial`, and take those when all are complete, `summary.json` last. A run that
+/// Files are written beside their final names, as `thermo.csv.partial`, and take those when all are complete, `summary.json` last; the surfaces of the scene
+/// are complete from the start, in `surfaces/`. A run that
 /// replaces another one is written in the folder `replacement` within the other's, which stays as it is until the new one is complete and
 /// sound; one that is not stays there. Checkpoints are written now and then; from the last one, [`Folder::resume`] goes on. The file `.carom` lists what Carom wrote: nothing else is ever
 /// replaced or removed. It is locked while a run writes.
@@ -143,6 +145,7 @@ impl Folder {
             outer = Some(std::mem::replace(&mut owned, inner));
         }
         owned.claim(&names)?;
+        surfaces::write(&path, scene, |_| true)?;
         let columns = Columns::of(scene);
         let contacts = || PartialFile::with_text(path.join(CONTACTS), contacts::HEADER);
         Ok(Self {
@@ -221,7 +224,8 @@ impl Folder {
     #[must_use]
     pub fn files_of(run: &Path) -> Vec<PathBuf> {
         let names = [SUMMARY, SCENE, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];
-        names.iter().map(|name| run.join(name)).chain([checkpoints::last(run)]).collect()
+        let known = names.iter().map(|name| run.join(name)).chain([checkpoints::last(run)]);
+        known.chain(surfaces::surface_files(run)).collect()
     }
 }
 
@@ -234,6 +238,7 @@ fn names_of(scene: &Scene) -> Vec<String> {
     if scene.output.has_event_log {
         names.extend(event_log::names());
     }
+    names.extend(surfaces::names(scene));
     names.extend(scene.output.formats.iter().map(|format| format.listed()));
     names
 }

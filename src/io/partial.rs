@@ -133,6 +133,11 @@ impl PartialFile {
         self.file.get_ref().inner().sync_all().map_err(OutputError::write(&self.partial))
     }
 
+    /// Removes it, before it is complete.
+    pub fn discard(self) -> Result<(), OutputError> {
+        fs::remove_file(&self.partial).map_err(OutputError::write(&self.partial))
+    }
+
     /// Makes it safe on the disk and gives it its name.
     pub fn complete(mut self) -> Result<PathBuf, OutputError> {
         self.sync()?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::mesh::read::MeshFileError;
 use crate::model::ParticleId;
 use crate::trajectory::extended_xyz::ReadError;
 
@@ -20,6 +21,17 @@ pub enum ViewError {
         /// Why.
         source: ReadError,
     },
+    /// The file of a surface beside the trajectory could not be read.
+    #[error("cannot read the surface {}", path.display())]
+    SurfaceFile {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file of a surface beside the trajectory is damaged.
+    #[error("a surface beside the trajectory is damaged")]
+    Surface(#[source] Box<MeshFileError>),
     /// The frame has no particles.
     #[error("the frame has no particles to draw")]
     Empty,
@@ -180,6 +192,9 @@ impl ViewError {
             }
             Self::NoSuchFrame { .. } => "choose earlier frames with --frames",
             Self::Exists(_) => "replace it with --force, or choose another name with --out",
+            Self::SurfaceFile { .. } | Self::Surface(_) => {
+                "remove the file, which then is not drawn, or have it written again with `carom run --resume`"
+            }
             Self::NotReplaceable(_) => "choose another name with --out",
             Self::NotFile(_) => "write it to a file first",
             Self::Write { .. } => "choose a file with --out in a folder that can be written to",

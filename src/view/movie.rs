@@ -46,8 +46,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use super::ViewError;
 use super::render::{self, BYTES_PER_PIXEL, Image, MAP_BYTES, Shot, Style, Team};
+use super::{Surfaces, ViewError};
 use crate::base::memory;
 use crate::base::numbers::index as count_of;
 use crate::io::Existing;
@@ -156,6 +156,7 @@ pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 ///   options make no movie, [`ViewError::NoFfmpeg`] if there is no ffmpeg for an MP4;
 /// - [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::Changed`], [`ViewError::NoSuchFrame`], [`ViewError::EmptyMovie`] or
 ///   [`ViewError::Frame`] if the trajectory does not;
+/// - [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if a surface beside it cannot be read;
 /// - [`ViewError::Exists`] or [`ViewError::NotReplaceable`] if there is something that is to be kept, [`ViewError::Write`] if the file cannot
 ///   be written, [`ViewError::Ffmpeg`] if ffmpeg fails, [`ViewError::Threads`] if no thread can be started;
 /// - [`ViewError::Interrupted`] if `watch` breaks.
@@ -174,8 +175,9 @@ pub fn write(
     refuse_existing(path, existing)?;
     let selection = Selection { first: movie.first, last: movie.last, every: movie.every };
     let index = Index::of(trajectory, selection, &movie.style, watch)?;
-    let shot = index.shot(&movie.style, movie.turn)?;
-    let reel = Reel { trajectory, path, movie, clock: Clock::of(&index), index, shot };
+    let surfaces = Surfaces::beside(trajectory)?;
+    let shot = index.shot(&surfaces, &movie.style, movie.turn)?;
+    let reel = Reel { trajectory, path, movie, clock: Clock::of(&index), index, surfaces, shot };
     let palette = (format == MovieFormat::Gif).then(|| reel.palette(watch)).transpose()?;
     let (draft, file) = UnnamedFile::beside(path).map_err(ViewError::write(path))?;
     let (style, per_second) = (&movie.style, movie.frames_per_second);
@@ -246,6 +248,7 @@ struct Reel<'a> {
     path: &'a Path,
     movie: &'a Movie,
     index: Index,
+    surfaces: Surfaces,
     shot: Shot,
     clock: Clock,
 }
@@ -289,6 +292,7 @@ impl Reel<'_> {
         let style = &self.movie.style;
         let pixels = u64::from(style.width) * u64::from(style.height);
         let bytes = MAP_BYTES + BYTES_PER_PIXEL * pixels + BYTES_PER_PARTICLE * self.index.most_particles;
+        let bytes = bytes + self.surfaces.image_bytes();
         let fitting = count_of(MOST_MEMORY.min(memory::total() / 4) / bytes);
         render::cores().min(fitting).min(self.index.places.len()).max(1)
     }
@@ -306,7 +310,7 @@ impl Reel<'_> {
     /// The colours of a GIF, from some of its images, drawn small.
     fn palette(&self, watch: &mut Watch) -> Result<palette::Palette, ViewError> {
         let style = palette::pilot_style(&self.movie.style);
-        let shot = self.index.shot(&style, self.movie.turn)?;
+        let shot = self.index.shot(&self.surfaces, &style, self.movie.turn)?;
         let mut images = Vec::new();
         for place in self.index.spread(palette::PILOTS) {
             images.push(self.draw(place, &shot, &Team::whole())?);

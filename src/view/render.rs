@@ -2,7 +2,7 @@
 //!
 //! A frame is drawn by a camera that places itself: three-dimensional scenes in perspective from a raised corner, flat
 //! and straight ones from the front. Light comes from a sky with shadows and from a sun, so that heaps and packings
-//! read as bodies; static particles are translucent, so that what they hold stays in sight. The same frame and style
+//! read as bodies; static particles and [surfaces](Surfaces) are translucent, so that what they hold stays in sight. The same frame, surfaces and style
 //! give the same bytes each time.
 //!
 //! ```
@@ -27,6 +27,7 @@ mod map;
 mod parallel;
 mod raster;
 mod shade;
+mod sheets;
 mod shot;
 mod stroke;
 #[cfg(test)]
@@ -42,7 +43,7 @@ pub(super) use light::MAP_BYTES;
 pub(super) use parallel::{Team, cores};
 pub(super) use shot::{Shot, SpeedScale};
 
-use super::ViewError;
+use super::{Surfaces, ViewError};
 use crate::Vector;
 use crate::base::numbers::single;
 use crate::trajectory::Frame;
@@ -52,12 +53,18 @@ use camera::Camera;
 use colour::Colour;
 use light::Fineness;
 use shade::Scenery;
+use sheets::Sheets;
+use stroke::Pen;
 
 /// The most pixels of an image, enough for 3840 x 2160.
 const MOST_PIXELS: u32 = 1 << 23;
 
 /// Memory of each pixel while it is drawn, besides the maps of the lights, so that the largest image takes 2 GB `[bytes]`.
 pub(super) const BYTES_PER_PIXEL: u64 = 240;
+
+/// Edges of surfaces: their width relative to those of the box, and their opacity.
+const FINE: f32 = 0.7;
+const FINE_OPACITY: f32 = 0.4;
 
 /// Colouring of the particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -96,6 +103,8 @@ pub struct Style {
     pub top_speed: Option<f64>,
     /// Opacity of static particles, 0 to 1; those that hold a bond are always opaque.
     pub static_opacity: f64,
+    /// Opacity of surfaces where they are seen straight on, 0 to 1; at 0 they are not drawn.
+    pub surface_opacity: f64,
     /// Framing of the image.
     pub framing: Framing,
     /// Whether the edges of the box are drawn.
@@ -117,6 +126,7 @@ impl Default for Style {
             palette: colour::PALETTE.to_vec(),
             top_speed: None,
             static_opacity: 0.16,
+            surface_opacity: 0.35,
             framing: Framing::Box,
             has_box: true,
             up: None,
@@ -126,31 +136,39 @@ impl Default for Style {
     }
 }
 
-/// Draws the frame of a trajectory file that is nearest to a time `[time]`, or the last one. Where a killed run has cut
+/// Draws the frame of a trajectory file that is nearest to a time `[time]`, or the last one, with the surfaces beside it. Where a killed run has cut
 /// the file off, the last complete frame counts.
 ///
 /// # Errors
-/// [`ViewError::Trajectory`] if the file cannot be read; otherwise as [`draw`].
+/// [`ViewError::Trajectory`] if the file cannot be read, [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if that of a surface cannot; otherwise as [`draw`].
 pub fn of_trajectory(path: &Path, time: Option<f64>, style: &Style) -> Result<Image, ViewError> {
     let pick = pick_frame(path, time).map_err(ViewError::trajectory(path))?;
-    draw(&pick.frame, style)
+    draw_with(&pick.frame, &Surfaces::beside(path)?, style)
 }
 
 /// Draws a frame.
 ///
 /// # Errors
+/// As [`draw_with`].
+pub fn draw(frame: &Frame, style: &Style) -> Result<Image, ViewError> {
+    draw_with(frame, &Surfaces::default(), style)
+}
+
+/// Draws a frame and surfaces. A surface that is much larger than the box and the particles is drawn as far as it is in view.
+///
+/// # Errors
 /// [`ViewError::Empty`], [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn;
 /// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style makes no sense.
-pub fn draw(frame: &Frame, style: &Style) -> Result<Image, ViewError> {
+pub fn draw_with(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Result<Image, ViewError> {
     refuse_style(style)?;
     refuse_frame(frame)?;
     let footer = match style.colour_by {
         ColourBy::Species => 0.0,
         ColourBy::Speed => legend::STRIP * style.width.min(style.height) as f32,
     };
-    let camera = Camera::facing(frame, style, &framed(frame, style), footer).ok_or(ViewError::Box)?;
+    let camera = Camera::facing(frame, style, &framed(frame, surfaces, style), footer).ok_or(ViewError::Box)?;
     let scale = SpeedScale::of(frame, style);
-    let mut pixels = paint(frame, style, &camera, scale.fastest, Fineness::PICTURE, &Team::whole());
+    let mut pixels = paint((frame, surfaces), style, &camera, scale.fastest, Fineness::PICTURE, &Team::whole());
     if style.colour_by == ColourBy::Speed {
         legend::draw(&mut pixels, camera.width as usize, footer, scale.fastest, scale.is_exceeded());
     }
@@ -158,22 +176,35 @@ pub fn draw(frame: &Frame, style: &Style) -> Result<Image, ViewError> {
 }
 
 /// Draws a frame without letters.
-fn paint(frame: &Frame, style: &Style, camera: &Camera, fastest: f64, fineness: Fineness, team: &Team) -> Vec<Colour> {
-    let bodies = Bodies::of(frame, style, camera, fastest);
+fn paint(
+    (frame, surfaces): (&Frame, &Surfaces),
+    style: &Style,
+    camera: &Camera,
+    fastest: f64,
+    fineness: Fineness,
+    team: &Team,
+) -> Vec<Colour> {
+    let mut bodies = Bodies::of(frame, style, camera, fastest);
+    bodies.sheets = Sheets::of(surfaces, camera, style);
     let scenery = Scenery::new(&bodies, camera, single(style.static_opacity), fineness, team);
     let mut pixels = scenery.colours();
+    let thick = (0.0011 * style.width.min(style.height) as f32).max(1.0);
+    let pen = |width, opacity| Pen { width, colour: colour::linear(colour::INK), opacity };
+    let place = |[a, b]: &[Vector; 2]| [camera.place(a), camera.place(b)];
+    let view = (camera, &scenery.solid);
+    let sharp: Vec<_> = surfaces.skins.iter().flat_map(|skin| &skin.edges).map(place).collect();
+    if style.surface_opacity > 0.0 && !sharp.is_empty() {
+        stroke::draw_outline(&mut pixels, view, &sharp, pen(FINE * thick, FINE_OPACITY));
+    }
     if style.has_box {
-        let edge = (0.0011 * style.width.min(style.height) as f32, colour::linear(colour::INK));
-        for ends in box_edges(frame) {
-            let ends = ends.map(|end| camera.place(&end));
-            stroke::draw_edge(&mut pixels, camera, &scenery.solid, ends, (edge.0.max(1.0), edge.1));
-        }
+        let edges: Vec<_> = box_edges(frame).iter().map(place).collect();
+        stroke::draw_edges(&mut pixels, view, &edges, pen(thick, 0.75));
     }
     pixels
 }
 
 /// Spheres and corners that have to be in the image.
-fn framed(frame: &Frame, style: &Style) -> Vec<Extent> {
+fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<Extent> {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
     let has_all = style.framing == Framing::Particles || frame.size.iter().all(|&edge| edge == 0.0);
@@ -182,6 +213,17 @@ fn framed(frame: &Frame, style: &Style) -> Vec<Extent> {
         particles.map(|particle| Extent { position: particle.position, radius: particle.radius }).collect();
     if !has_all {
         framed.extend(corners(&frame.lower, &frame.size).map(|position| Extent { position, radius: 0.0 }));
+    }
+    with_surfaces(framed, surfaces)
+}
+
+/// Adds those of the surfaces that are framed with what there is.
+pub(super) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surfaces) -> Vec<Extent> {
+    let reach = |extent: &Extent| Vector::repeat(extent.radius);
+    let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b));
+    let upper = framed.iter().map(|e| e.position + reach(e)).reduce(|a, b| a.sup(&b));
+    if let (Some(lower), Some(upper)) = (lower, upper) {
+        framed.extend(surfaces.framed([lower, upper]).into_iter().map(|position| Extent { position, radius: 0.0 }));
     }
     framed
 }
@@ -215,6 +257,7 @@ pub(super) fn refuse_style(style: &Style) -> Result<(), ViewError> {
     let top_speed = style.top_speed.unwrap_or(1.0);
     let checks = [
         ("static_opacity of an image", style.static_opacity, (0.0..=1.0).contains(&style.static_opacity), "0 to 1"),
+        ("surface_opacity of an image", style.surface_opacity, (0.0..=1.0).contains(&style.surface_opacity), "0 to 1"),
         ("azimuth of an image", style.azimuth, style.azimuth.is_finite(), "a finite angle"),
         ("elevation of an image", style.elevation, style.elevation.abs() <= 90.0, "-90 to 90 degrees"),
         ("top_speed of an image", top_speed, top_speed.is_finite() && top_speed > 0.0, "a positive finite speed"),

@@ -1,4 +1,4 @@
-"""Looks at the pages of two runs, as a reader would: check.py RUNS PICTURES, or check.py --find."""
+"""Looks at the pages of three runs, as a reader would: check.py RUNS PICTURES, or check.py --find."""
 
 import sys
 import time
@@ -200,6 +200,25 @@ def check_hopper(browser, path, pictures):
     browser.screenshot(pictures / "hopper.png")
 
 
+def check_funnel(browser, path, pictures):
+    page = Page(browser, path)
+    seen = set()
+    for scheme in ("light", "dark"):
+        page.open(scheme)
+        page.choose("frame", 12, "input")
+        shown = page.pixels()
+        browser.screenshot(pictures / f"funnel_{scheme}.png")
+        page.click("surfaces")
+        hidden = page.pixels()
+        page.click("surfaces")
+        expect(page.pixels() == shown, f"the funnel can be hidden and shown, {scheme}")
+        seen |= {shown[1], hidden[1]}
+    expect(len(seen) == 4, "with the funnel the picture is another one")
+    x, y = page.middle()
+    page.browser.drag((x, y), (x + 120, y + 60))
+    expect(page.pixels()[1] not in seen, "it turns with the particles")
+
+
 def check_without_webgl(browser, path):
     script = browser.call("Page.addScriptToEvaluateOnNewDocument", source="HTMLCanvasElement.prototype.getContext = () => null")
     browser.open(path.as_uri())
@@ -214,7 +233,7 @@ def main():
     runs, pictures = map(Path, sys.argv[1:3])
     browser = Browser(find())
     try:
-        for name, check in (("fluid", check_fluid), ("hopper", check_hopper)):
+        for name, check in (("fluid", check_fluid), ("hopper", check_hopper), ("funnel", check_funnel)):
             print(name)
             check(browser, runs / name / "report.html", pictures)
         check_without_webgl(browser, runs / "fluid/report.html")

@@ -20,8 +20,9 @@ mkdir -p "$pictures"
 "$program" run "$here/../../configs/square_well_fluid.toml" --quiet --out "$runs/fluid" --until-events 20000 \
     --set run.equilibration_events=2000 --set fill.0.count=500 >/dev/null
 "$program" run "$here/../../configs/hopper.toml" --quiet --out "$runs/hopper" --until-time 12 >/dev/null
+"$program" run "$here/../../configs/funnel.toml" --quiet --out "$runs/funnel" --until-time 6 >/dev/null
 cp "$here/measurements.json" "$runs/fluid/"
-for run in fluid hopper; do
+for run in fluid hopper funnel; do
     "$program" report "$runs/$run" >/dev/null
 done
 timeout 300 python3 -B "$here/check.py" "$runs" "$pictures"

@@ -15,6 +15,7 @@ use crate::io::owned::Owned;
 use crate::io::partial::PartialFile;
 use crate::io::replacement;
 use crate::io::summary::Summary;
+use crate::io::surfaces;
 use crate::run::Finished;
 
 /// The files of a completed run.
@@ -58,6 +59,8 @@ impl Folder {
         let mut files: Vec<_> = files.into_iter().map(PartialFile::complete).collect::<Result<_, _>>()?;
         let Conversions { files: converted, failures } = Conversions::make(&trajectory, &self.formats);
         files.extend(converted);
+        let surfaces = surfaces::names(finished.simulation.scene()).into_iter().map(|name| self.path.join(name));
+        files.extend(surfaces.filter(|file| file.exists()));
         sync_folder(&self.path);
         files.push(summary_file.complete()?);
         sync_folder(&self.path);

@@ -15,8 +15,8 @@ use crate::io::occupied::active;
 use crate::io::owned::{Owned, is_run};
 use crate::io::partial::PartialFile;
 use crate::io::thermo::Columns;
-use crate::io::{inputs, replacement, scene_copy};
-use crate::model::Limit;
+use crate::io::{inputs, replacement, scene_copy, surfaces};
+use crate::model::{Limit, Scene};
 use crate::run::Recorder;
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
 
@@ -50,6 +50,7 @@ impl Folder {
         for file in &manifest.files {
             PartialFile::check(&path.join(&file.name), file)?;
         }
+        add_surfaces(path, &mut owned, scene)?;
         set_summary_aside(path, &mut owned)?;
         let file = |name: &str| {
             let entry = manifest.files.iter().find(|entry| entry.name == name);
@@ -107,6 +108,15 @@ fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError>
     let path = active(target);
     let is_inner = path != target;
     Ok(if is_inner { (path.clone(), Owned::lock(&path)?, Some(owned)) } else { (path, owned, None) })
+}
+
+/// Writes the files of surfaces that are not there. Those that are stay as they are: open sides were cut off around the particles at the start.
+fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), OutputError> {
+    let is_missing = |file: &Path| fs::symlink_metadata(file).is_err();
+    let names = surfaces::names(scene);
+    let missing: Vec<String> = names.into_iter().filter(|name| is_missing(&path.join(name))).collect();
+    owned.claim(&missing)?;
+    surfaces::write(path, scene, is_missing)
 }
 
 /// Gives the summary another name until there is a new one: without it the folder is that of a run under way.

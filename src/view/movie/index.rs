@@ -8,8 +8,8 @@ use super::{MovieProgress, Watch};
 use crate::Vector;
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
-use crate::view::ViewError;
 use crate::view::render::{ColourBy, Extent, Framing, Shot, SpeedScale, Style, corners, refuse_numbers};
+use crate::view::{Surfaces, ViewError};
 
 /// Which frames of a trajectory are in a movie.
 #[derive(Debug, Clone, Copy)]
@@ -125,10 +125,10 @@ impl Index {
     }
 
     /// The camera and the scale for these frames.
-    pub fn shot(&self, style: &Style, turn: f64) -> Result<Shot, ViewError> {
+    pub fn shot(&self, surfaces: &Surfaces, style: &Style, turn: f64) -> Result<Shot, ViewError> {
         let (lower, size) = self.region.unwrap_or((self.stage.lower, self.stage.size));
         let framed = corners(&lower, &size).map(|position| Extent { position, radius: self.margin });
-        Shot::new(self.stage.clone(), style, &framed, turn, self.scale)
+        Shot::new((self.stage.clone(), surfaces.clone()), style, framed.to_vec(), turn, self.scale)
     }
 
     /// Reads a frame.

@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::camera::{Camera, Point};
 use super::colour::{self, Colour};
+use super::sheets::Sheets;
 use super::{ColourBy, Style};
 use crate::base::numbers::single;
 use crate::model::ParticleId;
@@ -39,6 +40,8 @@ pub(super) struct Bodies {
     pub veil: Vec<Ball>,
     /// Bonds.
     pub rods: Vec<Rod>,
+    /// Translucent triangles.
+    pub sheets: Sheets,
 }
 
 impl Bodies {

@@ -175,6 +175,11 @@ impl Camera {
         (self.rotation * ((position - self.centre) / self.unit)).cast::<f32>() + self.offset
     }
 
+    /// A direction, seen from the camera.
+    pub fn turn(&self, direction: &Vector) -> Point {
+        (self.rotation * direction).cast::<f32>()
+    }
+
     /// A length in units of the half diagonal.
     pub fn length(&self, length: f64) -> f32 {
         single(length / self.unit)

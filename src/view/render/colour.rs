@@ -21,6 +21,9 @@ pub(super) const PALETTE: [[u8; 3]; 8] = [
 /// Static particles.
 pub(super) const STATIC: [u8; 3] = [144, 153, 168];
 
+/// Surfaces that particles meet.
+pub(super) const SURFACE: [u8; 3] = [156, 174, 198];
+
 /// Colour of the background.
 pub(in crate::view) const BACKGROUND: [u8; 3] = [247, 248, 250];
 

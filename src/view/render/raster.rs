@@ -161,6 +161,21 @@ impl Rays {
         }
     }
 
+    /// Window coordinates of a sample.
+    pub fn window(&self, row: usize, column: usize) -> [f32; 2] {
+        [self.columns[column], self.rows[row]]
+    }
+
+    /// Columns whose window coordinate may be in a range: the first, and the one behind the last.
+    pub fn columns_between(&self, [low, high]: [f64; 2]) -> [usize; 2] {
+        let (Some(first), Some(last)) = (self.columns.first(), self.columns.last()) else { return [0, 0] };
+        let (first, last) = (f64::from(*first), f64::from(*last));
+        let step = (last - first) / (self.columns.len() - 1).max(1) as f64;
+        let place = |x: f64| (x - first) / step;
+        // Numbers saturate, so what is far outside ends in an empty range.
+        [trunc_to_usize(place(low) - 1.0), trunc_to_usize(place(high) + 2.0).min(self.columns.len())]
+    }
+
     /// Origin and direction of the ray through a sample. The direction has `z = 1`, so that distance along the ray is depth.
     pub fn through(&self, row: usize, column: usize) -> (Point, Point) {
         let (x, y) = (self.columns[column], self.rows[row]);

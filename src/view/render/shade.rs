@@ -1,11 +1,12 @@
 //! From surfaces and lights to colours.
 
-use super::bodies::Bodies;
+use super::bodies::{Ball, Bodies};
 use super::camera::{Camera, Point};
 use super::colour::{self, Colour};
 use super::light::{Fineness, Lights, Received, SurfacePoint};
 use super::parallel::{self, Team};
 use super::raster::{Keep, Layer, NOTHING, Rays, SAMPLES};
+use super::sheets::{Fragment, Fragments};
 
 /// Share of the light that comes from the sky and from the sun.
 const SKY: f32 = 0.6;
@@ -40,6 +41,20 @@ pub(super) struct Scenery<'a> {
     veil: Option<[Layer; 2]>,
 }
 
+/// A side of a static surface on the ray of a sample.
+#[derive(Debug, Clone, Copy)]
+struct Film {
+    depth: f32,
+    ball: Ball,
+    opacity: f32,
+}
+
+/// How much a translucent surface covers, given its opacity where it is seen straight on: it is denser at the rim, as glass is.
+fn covered(opacity: f32, normal: &Point, view: &Point) -> f32 {
+    let rim = 1.0 - normal.dot(view).clamp(0.0, 1.0);
+    (opacity + (1.0 - opacity) * RIM * rim.powi(3)).min(1.0)
+}
+
 impl<'a> Scenery<'a> {
     pub fn new(bodies: &'a Bodies, camera: &'a Camera, opacity: f32, fineness: Fineness, team: &'a Team<'a>) -> Self {
         let rays = Rays::of(camera);
@@ -59,23 +74,28 @@ impl<'a> Scenery<'a> {
         let mut pixels = vec![Colour::zeros(); width * height];
         let rows = parallel::rows_per_band(height);
         parallel::for_each(self.team, pixels.chunks_mut(rows * width).enumerate(), |(band, pixels)| {
+            let last = (band * rows + pixels.len() / width) * SAMPLES;
+            let sheets = &self.bodies.sheets;
+            let fragments = (!sheets.is_empty())
+                .then(|| Fragments::of(sheets, &self.rays, &self.solid, [band * rows * SAMPLES, last]));
             // Samples of one share ask the same few lights, whose maps stay in the cache.
             for share in 0..SAMPLES * SAMPLES {
                 for (index, pixel) in pixels.iter_mut().enumerate() {
                     let (row, column) = (band * rows + index / width, index % width);
                     let (row, column) = (row * SAMPLES + share / SAMPLES, column * SAMPLES + share % SAMPLES);
-                    *pixel += self.sample(row, column, share) / (SAMPLES * SAMPLES) as f32;
+                    *pixel += self.sample([row, column], share, fragments.as_ref()) / (SAMPLES * SAMPLES) as f32;
                 }
             }
         });
         pixels
     }
 
-    fn sample(&self, row: usize, column: usize, share: usize) -> Colour {
+    fn sample(&self, [row, column]: [usize; 2], share: usize, fragments: Option<&Fragments>) -> Colour {
         let place = row * self.solid.width + column;
         let body = self.solid.body[place];
         let veil = self.veil.as_ref().filter(|[near, _]| near.body[place] != NOTHING);
-        if body == NOTHING && veil.is_none() {
+        let sheets = fragments.map_or(&[][..], |fragments| fragments.at(place));
+        if body == NOTHING && veil.is_none() && sheets.is_empty() {
             return self.background;
         }
         let (origin, direction) = self.rays.through(row, column);
@@ -86,39 +106,57 @@ impl<'a> Scenery<'a> {
             let (normal, own) = self.solid_surface(body as usize, &point);
             colour = self.shade(&SurfacePoint { position: point, normal, body }, &view, &own, share);
         }
-        if let Some(veil) = veil {
-            colour = self.draw_veil(colour, veil, place, (origin, direction), share);
+        // From the farthest to the nearest: the two sides of a static surface, and between them and around them the sheets.
+        let ray = (origin, direction);
+        let mut left = sheets;
+        for side in veil.map(|veil| self.sides(veil, place)).into_iter().flatten().flatten() {
+            let farther = left.partition_point(|sheet| sheet.depth > side.depth);
+            let (behind, before) = left.split_at(farther);
+            colour = self.draw_sheets(colour, behind, ray, share);
+            colour = self.draw_film(colour, &side, ray, share);
+            left = before;
         }
-        colour
+        self.draw_sheets(colour, left, ray, share)
     }
 
-    /// The two sides of a static surface over what is behind them.
-    fn draw_veil(
-        &self,
-        behind: Colour,
-        [near, far]: &[Layer; 2],
-        place: usize,
-        ray: (Point, Point),
-        share: usize,
-    ) -> Colour {
+    /// The far and the near side of a static surface.
+    fn sides(&self, [near, far]: &[Layer; 2], place: usize) -> [Option<Film>; 2] {
         let ball_of = |layer: &Layer| self.bodies.veil.get(layer.body[place] as usize);
-        let Some(nearest) = ball_of(near) else { return behind };
+        let (Some(nearest), Some(farthest)) = (ball_of(near), ball_of(far)) else { return [None; 2] };
         // Neighbours in one wall overlap: they are one side.
         let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
+        let last = self.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
+        let film = |layer: &Layer, ball: &Ball, opacity| Film { depth: layer.depth[place], ball: *ball, opacity };
+        match has_two_sides {
+            true => [Some(film(far, farthest, last)), Some(film(near, nearest, self.opacity))],
+            false => [None, Some(film(near, nearest, last))],
+        }
+    }
+
+    /// A side of a static surface over what is behind it.
+    fn draw_film(&self, behind: Colour, film: &Film, ray: (Point, Point), share: usize) -> Colour {
         let view = -ray.1.normalize();
-        let mut opacity = self.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
+        let point = ray.0 + ray.1 * film.depth;
+        let normal = (point - film.ball.centre) / film.ball.radius;
+        let surface = SurfacePoint { position: point, normal, body: NOTHING };
+        let shaded = self.shade(&surface, &view, &film.ball.colour, share);
+        let covered = covered(film.opacity, &normal, &view);
+        behind * (1.0 - covered) + shaded * covered
+    }
+
+    /// Sheets over what is behind them.
+    fn draw_sheets(&self, behind: Colour, sheets: &[Fragment], ray: (Point, Point), share: usize) -> Colour {
+        let view = -ray.1.normalize();
+        let window = [ray.0.x + ray.1.x, ray.0.y + ray.1.y];
+        let all = &self.bodies.sheets;
         let mut colour = behind;
-        for layer in [has_two_sides.then_some(far), Some(near)].into_iter().flatten() {
-            let Some(ball) = ball_of(layer) else { continue };
-            let point = ray.0 + ray.1 * layer.depth[place];
-            let normal = (point - ball.centre) / ball.radius;
+        for sheet in sheets {
+            let point = ray.0 + ray.1 * sheet.depth;
+            let normal = all.normal(sheet, window, &view);
             let surface = SurfacePoint { position: point, normal, body: NOTHING };
-            let shaded = self.shade(&surface, &view, &ball.colour, share);
-            // Denser at the rim, as glass is.
-            let rim = 1.0 - normal.dot(&view).clamp(0.0, 1.0);
-            let covered = (opacity + (1.0 - opacity) * RIM * rim.powi(3)).min(1.0);
+            let shaded = self.shade(&surface, &view, &all.colour, share);
+            let covered = covered(all.opacity, &normal, &view);
             colour = colour * (1.0 - covered) + shaded * covered;
-            opacity = self.opacity;
         }
         colour
     }

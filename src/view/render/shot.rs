@@ -6,9 +6,9 @@ use super::colour;
 use super::legend;
 use super::light::Fineness;
 use super::parallel::Team;
-use super::{ColourBy, Image, Style, paint, refuse_numbers, refuse_style};
+use super::{ColourBy, Image, Style, paint, refuse_numbers, refuse_style, with_surfaces};
 use crate::trajectory::Frame;
-use crate::view::ViewError;
+use crate::view::{Surfaces, ViewError};
 
 /// The scale of speeds of one or more frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +45,7 @@ pub(in crate::view) struct Shot {
     style: Style,
     /// The box and its flat axes, without particles.
     stage: Frame,
+    surfaces: Surfaces,
     camera: Camera,
     scale: SpeedScale,
     caption: Caption,
@@ -57,17 +58,18 @@ impl Shot {
     /// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style makes no sense, [`ViewError::Box`] if what
     /// is framed has no extent.
     pub fn new(
-        stage: Frame,
+        (stage, surfaces): (Frame, Surfaces),
         style: &Style,
-        framed: &[Extent],
+        framed: Vec<Extent>,
         turn: f64,
         scale: SpeedScale,
     ) -> Result<Self, ViewError> {
         refuse_style(style)?;
         let mut caption = Caption::of(style);
-        let camera = Camera::walking(&stage, style, framed, caption.height, turn).ok_or(ViewError::Box)?;
+        let camera = Camera::walking(&stage, style, &with_surfaces(framed, &surfaces), caption.height, turn)
+            .ok_or(ViewError::Box)?;
         caption.measure(&camera);
-        Ok(Self { style: style.clone(), stage, camera, scale, caption })
+        Ok(Self { style: style.clone(), stage, surfaces, camera, scale, caption })
     }
 
     /// Draws a frame as the camera sees it from an azimuth `[degrees]`, with a time as it is written below. A team that is stopped leaves an
@@ -80,7 +82,7 @@ impl Shot {
         let style = Style { azimuth, ..self.style.clone() };
         let camera = self.camera.turned(&self.stage, &style);
         let fineness = Fineness::of_movie(&camera);
-        let mut pixels = paint(frame, &style, &camera, self.scale.fastest, fineness, team);
+        let mut pixels = paint((frame, &self.surfaces), &style, &camera, self.scale.fastest, fineness, team);
         let width = camera.width as usize;
         if style.colour_by == ColourBy::Speed {
             legend::draw(&mut pixels, width, self.caption.row, self.scale.fastest, self.scale.is_exceeded());

@@ -8,7 +8,7 @@ use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
 /// A box of edge 10 (0 where flat) with balls: species, position, radius. Species 0 and 1 move, 2 is static.
-fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
+pub(super) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
     let species = [("a", false), ("b", false), ("static", true)];
     Frame {
         time: 0.0,
@@ -36,7 +36,7 @@ fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
 }
 
 /// Red and green balls, seen level from the front: x to the right, y into the image, z up.
-fn level() -> Style {
+pub(super) fn level() -> Style {
     Style {
         width: 240,
         height: 240,
@@ -49,12 +49,12 @@ fn level() -> Style {
 }
 
 /// Pixel at a fraction of width and height.
-fn pixel(image: &Image, x: f64, y: f64) -> [u8; 4] {
+pub(super) fn pixel(image: &Image, x: f64, y: f64) -> [u8; 4] {
     let (column, row) = (trunc_to_usize(x * f64::from(image.width())), trunc_to_usize(y * f64::from(image.height())));
     image.pixels()[row * image.width() as usize + column]
 }
 
-fn is_red(pixel: [u8; 4]) -> bool {
+pub(super) fn is_red(pixel: [u8; 4]) -> bool {
     pixel[0] / 2 > pixel[1] && pixel[0] > 100
 }
 
@@ -62,7 +62,7 @@ fn is_green(pixel: [u8; 4]) -> bool {
     pixel[1] / 2 > pixel[0] && pixel[1] > 100
 }
 
-fn is_background(pixel: [u8; 4]) -> bool {
+pub(super) fn is_background(pixel: [u8; 4]) -> bool {
     pixel[..3] == colour::BACKGROUND
 }
 

@@ -5,17 +5,18 @@ use std::fs::{self, File};
 use std::io::{self, BufReader};
 use std::path::Path;
 
-use super::recording::{self, Recording};
+use super::recording::{self, MOST_TRIANGLES, Recording};
 use super::table::{self, Trace};
 use crate::analysis::instruments::{Curve, Measured};
 use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::PublishedValue;
 use crate::io::rates::Rate;
 use crate::io::summary::{Column, Observable};
-use crate::io::{Folder, Measurements, Summary, read_scene_text};
+use crate::io::{Folder, Measurements, Summary, read_scene_text, surface_files};
 use crate::model::Scene;
 use crate::model::run_plan::MEASUREMENT;
 use crate::view::ViewError;
+use crate::view::surfaces::{self, Surfaces};
 
 /// Everything that a page is made of.
 #[derive(Debug)]
@@ -117,11 +118,12 @@ pub(super) fn read(run: &Path) -> Result<Inputs, ViewError> {
     });
     let stages = stages.collect();
     let measured = measurements.last;
-    let recording = noted("trajectory.xyz", &mut notes, || {
+    let mut recording = noted("trajectory.xyz", &mut notes, || {
         let file = open(&run.join("trajectory.xyz"))?;
         recording::read(file, scene.as_ref())
     });
-    if let Some(recording) = &recording {
+    if let Some(recording) = &mut recording {
+        recording.add_surfaces(&surfaces(run, &mut notes));
         notes.extend(recording.notes.iter().cloned());
     }
     Ok(Inputs { summary, scene_text, scene, thermo: thermo.unwrap_or_default(), measured, stages, recording, notes })
@@ -151,6 +153,28 @@ fn scene(run: &Path, notes: &mut Vec<String>) -> (Option<String>, Option<Scene>)
         noted("scene.toml", notes, || read_scene_text(text.clone(), &path, &[]).map_err(|error| error.to_string()))
     });
     (text, scene)
+}
+
+/// The surfaces of the scene, as far as the page has room for them.
+fn surfaces(run: &Path, notes: &mut Vec<String>) -> Surfaces {
+    let mut room = MOST_TRIANGLES;
+    let mut meshes = Vec::new();
+    for file in surface_files(run) {
+        let name = format!("surfaces/{}", file.file_name().unwrap_or_default().display());
+        let mesh = noted(&name, notes, || match surfaces::read(&file) {
+            Ok(mesh) if mesh.triangles.len() > room => Err(format!(
+                "the player does not show it: {} triangles are more than the {room} that there is still room for",
+                mesh.triangles.len()
+            )),
+            Ok(mesh) => Ok(mesh),
+            Err(ViewError::Surface(error)) => Err(error.problem.to_string()),
+            Err(ViewError::SurfaceFile { source, .. }) => Err(cannot_read(&source)),
+            Err(error) => Err(error.to_string()),
+        });
+        room -= mesh.as_ref().map_or(0, |mesh| mesh.triangles.len());
+        meshes.extend(mesh);
+    }
+    Surfaces::of(&meshes)
 }
 
 /// The rows of a stage.

@@ -5,22 +5,25 @@ use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
 /// The program of the player, in the order in which it is read.
-const PROGRAM: [&str; 6] = [
+const PROGRAM: [&str; 7] = [
     include_str!("player/recording.js"),
     include_str!("player/matrix.js"),
     include_str!("player/camera.js"),
+    include_str!("player/surfaces.js"),
     include_str!("player/renderer.js"),
     include_str!("player/pointer.js"),
     include_str!("player/player.js"),
 ];
 
 /// The shaders, by their names in the program.
-const SHADERS: [(&str, &str); 7] = [
+const SHADERS: [(&str, &str); 9] = [
     ("light", include_str!("player/light.glsl")),
     ("sphere.vert", include_str!("player/sphere.vert")),
     ("sphere.frag", include_str!("player/sphere.frag")),
     ("rod.vert", include_str!("player/rod.vert")),
     ("rod.frag", include_str!("player/rod.frag")),
+    ("surface.vert", include_str!("player/surface.vert")),
+    ("surface.frag", include_str!("player/surface.frag")),
     ("edge.vert", include_str!("player/edge.vert")),
     ("edge.frag", include_str!("player/edge.frag")),
 ];
@@ -43,6 +46,9 @@ pub(super) fn section(recording: Option<&Recording>) -> String {
     section
         .push_str(&format!("<script type=\"application/json\" id=\"player-head\">{}</script>\n", escape_json(&head)));
     data(&mut section, "player-constants", &recording.constants);
+    if let Some(surfaces) = &recording.surfaces {
+        data(&mut section, "player-surface-data", surfaces);
+    }
     let mut chunk = Vec::new();
     let mut number = 0;
     for (index, frame) in recording.frames.iter().enumerate() {
@@ -84,6 +90,9 @@ fn about(recording: &Recording) -> String {
     text.push_str(&format!("Positions are rounded to 16 bits, by at most {step} [length] along an axis. "));
     if head.periodic.iter().any(|is_periodic| *is_periodic) {
         text.push_str("They are wrapped into the periodic box. ");
+    }
+    if head.surfaces.is_some() {
+        text.push_str("Surfaces are those of the folder surfaces/. ");
     }
     let beyond = head.frames.iter().map(|frame| frame.beyond).max().unwrap_or(0);
     if beyond > 0 {

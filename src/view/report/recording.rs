@@ -11,19 +11,24 @@
 mod channel;
 mod frame;
 mod neighbours;
+mod surface;
 
 use std::collections::HashMap;
 use std::io::BufRead;
 
 use serde::Serialize;
 
+use crate::Vector;
 use crate::base::numbers::single;
 use crate::model::Scene;
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::FrameReader;
 use crate::trajectory::frame::FrameParticle;
+use crate::view::Surfaces;
 use channel::Channels;
 use frame::Encoded;
+pub(super) use surface::MOST_TRIANGLES;
+use surface::{SurfaceData, SurfaceHead};
 
 /// The most bytes of all frames: base64 makes 40 MB of them.
 const MOST_BYTES: usize = 29_000_000;
@@ -44,6 +49,8 @@ pub(super) struct Recording {
     pub constants: Vec<u8>,
     /// Per frame coordinates (u16), padded to four bytes, then each scalar (u8).
     pub frames: Vec<Vec<u8>>,
+    /// Bytes of the surfaces, as [`SurfaceData`] has them.
+    pub surfaces: Option<Vec<u8>>,
     /// Notes on everything in the file that is not in the player.
     pub notes: Vec<String>,
 }
@@ -66,6 +73,8 @@ pub(super) struct Head {
     pub periodic: [bool; 3],
     /// How many frames the file has.
     pub frames_in_file: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surfaces: Option<SurfaceHead>,
     pub frames: Vec<FrameHead>,
 }
 
@@ -107,6 +116,19 @@ pub(super) struct FrameHead {
     pub ranges: Vec<[f64; 2]>,
     /// How many particles are beyond the field.
     pub beyond: usize,
+}
+
+impl Recording {
+    /// Adds surfaces; the camera shows those that are not much larger than the rest.
+    pub fn add_surfaces(&mut self, surfaces: &Surfaces) {
+        let Some(SurfaceData { head, bytes }) = SurfaceData::of(surfaces) else { return };
+        let view = self.head.view.map(Vector::from);
+        let [lower, upper] =
+            surfaces.framed(view).iter().fold(view, |[lower, upper], corner| [lower.inf(corner), upper.sup(corner)]);
+        self.head.view = [lower.into(), upper.into()];
+        self.head.surfaces = Some(head);
+        self.surfaces = Some(bytes);
+    }
 }
 
 /// Reads a trajectory; `scene` has gravity and wells. `Err` says why there is nothing to play.
@@ -218,9 +240,10 @@ impl Recorder {
             flat: [0, 1, 2].map(|axis| first.is_flat(axis)),
             periodic: first.periodic,
             frames_in_file: self.seen,
+            surfaces: None,
             frames: heads,
         };
-        Recording { head, constants, frames, notes }
+        Recording { head, constants, frames, surfaces: None, notes }
     }
 }
 

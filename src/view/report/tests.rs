@@ -7,6 +7,7 @@ use crate::io::{Existing, Folder};
 use crate::model::Scene;
 use crate::run;
 
+mod surfaces;
 mod system;
 
 const SCENE: &str = r#"

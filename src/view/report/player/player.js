@@ -60,6 +60,10 @@ class Player {
         reach = Math.max(reach, norm(subtract(corner, this.camera.centre)) * 1.8);
       }
     }
+    const { surfaces } = this.recording.head;
+    for (const corner of surfaces ? [surfaces.lower, add(surfaces.lower, surfaces.size)] : []) {
+      reach = Math.max(reach, norm(subtract(corner, this.camera.centre)) * 1.8);
+    }
     return 1.1 * reach + 2 * this.camera.margin;
   }
 
@@ -69,6 +73,7 @@ class Player {
     colour.add(new Option("species", "-1"));
     head.channels.forEach(({ name }, index) => colour.add(new Option(name, String(index))));
     element("static-choice").hidden = this.renderer.mesh.count === 0;
+    element("surfaces-choice").hidden = !head.surfaces;
     element("frame").max = String(this.recording.length - 1);
     element("message").hidden = true;
   }
@@ -89,6 +94,7 @@ class Player {
       this.show(this.index);
     });
     element("static").addEventListener("change", draw);
+    element("surfaces").addEventListener("change", draw);
     element("box").addEventListener("change", draw);
     element("reset").addEventListener("click", () => this.resetView());
     canvas.addEventListener("keydown", (event) => this.key(event));
@@ -243,7 +249,11 @@ class Player {
     }
     if (this.renderer.frame) {
       const aspect = this.renderer.resize();
-      const choices = { hasBox: element("box").checked, fixed: element("static").value };
+      const choices = {
+        hasBox: element("box").checked,
+        hasSurfaces: element("surfaces").checked,
+        fixed: element("static").value,
+      };
       this.renderer.draw(this.camera.look(aspect), this.scheme, choices);
       this.player.dataset.frame = String(this.index);
     }

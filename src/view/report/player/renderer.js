@@ -1,7 +1,7 @@
 /** Light and dark surroundings of the particles, sRGB. */
 const SCHEMES = {
-  light: { background: [0.969, 0.973, 0.98], ink: [0.27, 0.3, 0.34, 0.85], fixed: [144, 153, 168] },
-  dark: { background: [0.075, 0.082, 0.098], ink: [0.62, 0.66, 0.72, 0.8], fixed: [132, 141, 156] },
+  light: { background: [0.969, 0.973, 0.98], ink: [0.27, 0.3, 0.34, 0.85], fixed: [144, 153, 168], sheet: [156, 174, 198] },
+  dark: { background: [0.075, 0.082, 0.098], ink: [0.62, 0.66, 0.72, 0.8], fixed: [132, 141, 156], sheet: [126, 146, 172] },
 };
 
 /** Where there are very many, spheres of a smaller radius are drawn as discs `[pixels]`. */
@@ -81,6 +81,7 @@ class Renderer {
       ["end", this.edgeEnds, 3, gl.FLOAT, 24, 12, 1],
     ]);
     this.colours = gl.createTexture();
+    this.surfaces = recording.head.surfaces ? new Surfaces(this, recording.head.surfaces) : undefined;
   }
 
   buffer(data) {
@@ -218,7 +219,20 @@ class Renderer {
     return uniforms;
   }
 
-  draw(camera, scheme, { hasBox, fixed }) {
+  /** Lines of some width relative to that of the box. */
+  drawEdges(camera, scheme, { shape, count, width, opacity }) {
+    const { gl, canvas } = this;
+    const uniforms = this.use(this.edges, camera, scheme);
+    const [red, green, blue, alpha] = scheme.ink;
+    gl.uniform2f(uniforms.viewport, canvas.width, canvas.height);
+    gl.uniform1f(uniforms.width, width * Math.max(1.4, canvas.width / 700));
+    gl.uniform1f(uniforms.nearest, camera.near);
+    gl.uniform4f(uniforms.ink, red, green, blue, alpha * opacity);
+    gl.bindVertexArray(shape);
+    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
+  }
+
+  draw(camera, scheme, { hasBox, fixed, hasSurfaces }) {
     const { gl, canvas } = this;
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(...scheme.background, 1);
@@ -237,17 +251,14 @@ class Renderer {
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
     if (hasBox) {
-      const uniforms = this.use(this.edges, camera, scheme);
-      gl.uniform2f(uniforms.viewport, canvas.width, canvas.height);
-      gl.uniform1f(uniforms.width, Math.max(1.4, canvas.width / 700));
-      gl.uniform1f(uniforms.nearest, camera.near);
-      gl.uniform4fv(uniforms.ink, scheme.ink);
-      gl.bindVertexArray(this.edgeShape);
-      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.boxEdges.length / 6);
+      this.drawEdges(camera, scheme, { shape: this.edgeShape, count: this.boxEdges.length / 6, width: 1, opacity: 1 });
     }
     if (fixed === "veil") {
       const uniforms = this.useSpheres(this.whole, camera, scheme);
       this.drawGroup(uniforms, this.mesh, 0.17, false);
+    }
+    if (hasSurfaces) {
+      this.surfaces?.draw(camera, scheme);
     }
     gl.bindVertexArray(null);
     this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);

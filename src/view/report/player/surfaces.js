@@ -1,0 +1,92 @@
+/** Opacity of a surface that is seen straight on, and of its edges. */
+const SHEET = 0.35;
+const OUTLINE = 0.45;
+
+/** Surfaces as `src/view/report/recording/surface.rs` describes them: vertices with normals, edges and triangles. */
+function surfacesOf(head) {
+  const { triangles, edges, vertices, lower, size } = head;
+  const bytes = decoded(element("surface-data").textContent).buffer;
+  const corners = new Uint32Array(bytes, 0, 3 * triangles);
+  const steps = new Uint16Array(bytes, 12 * triangles, 6 * edges + 3 * vertices);
+  const normals = new Int8Array(bytes, 12 * (triangles + edges) + 6 * vertices, 3 * vertices);
+  const place = (index) => lower[index % 3] + (steps[index] / 65535) * size[index % 3];
+  const ends = new Float32Array(6 * edges).map((_, index) => place(index));
+  const points = new Float32Array(6 * vertices);
+  for (let k = 0; k < 3 * vertices; k += 1) {
+    const at = 6 * Math.floor(k / 3) + (k % 3);
+    points[at] = place(6 * edges + k);
+    points[at + 3] = normals[k] / 127;
+  }
+  return { triangles, edges, corners, ends, points };
+}
+
+/** Draws surfaces into the picture of a renderer, over what is opaque. */
+class Surfaces {
+  constructor(renderer, head) {
+    const { gl } = renderer;
+    this.renderer = renderer;
+    Object.assign(this, surfacesOf(head));
+    this.sheets = program(gl, "surface");
+    const points = renderer.buffer(this.points);
+    this.shape = renderer.shape(this.sheets, [
+      ["position", points, 3, gl.FLOAT, 24, 0, 0],
+      ["direction", points, 3, gl.FLOAT, 24, 12, 0],
+    ]);
+    this.order = gl.createBuffer();
+    this.sorted = new Uint32Array(this.corners.length);
+    this.keys = new Uint32Array(this.triangles);
+    this.depths = new Float32Array(this.triangles);
+    const ends = renderer.buffer(this.ends);
+    this.outline = renderer.shape(renderer.edges, [
+      ["corner", renderer.quad, 2, gl.FLOAT, 8, 0, 0],
+      ["start", ends, 3, gl.FLOAT, 24, 0, 1],
+      ["end", ends, 3, gl.FLOAT, 24, 12, 1],
+    ]);
+  }
+
+  /** Puts the farthest triangles first. */
+  sort(view) {
+    const { corners, points, keys, depths, sorted } = this;
+    let [least, most] = [Infinity, -Infinity];
+    for (let k = 0; k < keys.length; k += 1) {
+      let depth = 0;
+      for (let corner = 3 * k; corner < 3 * k + 3; corner += 1) {
+        const at = 6 * corners[corner];
+        depth += view[2] * points[at] + view[6] * points[at + 1] + view[10] * points[at + 2];
+      }
+      depths[k] = depth;
+      least = Math.min(least, depth);
+      most = Math.max(most, depth);
+    }
+    // Depth in the upper 16 bits, number in the lower ones: there are fewer triangles than these count.
+    const scale = most > least ? 65535 / (most - least) : 0;
+    for (let k = 0; k < keys.length; k += 1) {
+      keys[k] = Math.round((depths[k] - least) * scale) * 65536 + k;
+    }
+    keys.sort();
+    for (let k = 0; k < keys.length; k += 1) {
+      const first = 3 * (keys[k] & 65535);
+      sorted[3 * k] = corners[first];
+      sorted[3 * k + 1] = corners[first + 1];
+      sorted[3 * k + 2] = corners[first + 2];
+    }
+  }
+
+  draw(camera, scheme) {
+    const { renderer } = this;
+    const { gl } = renderer;
+    const uniforms = renderer.use(this.sheets, camera, scheme);
+    gl.uniform3fv(uniforms.colour, scheme.sheet.map((x) => x / 255));
+    gl.uniform1f(uniforms.opacity, SHEET);
+    gl.bindVertexArray(this.shape);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.order);
+    const seen = camera.view.join();
+    if (this.seen !== seen) {
+      this.seen = seen;
+      this.sort(camera.view);
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, this.sorted, gl.DYNAMIC_DRAW);
+    }
+    gl.drawElements(gl.TRIANGLES, this.sorted.length, gl.UNSIGNED_INT, 0);
+    renderer.drawEdges(camera, scheme, { shape: this.outline, count: this.edges, width: 0.7, opacity: OUTLINE });
+  }
+}

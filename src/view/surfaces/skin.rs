@@ -1,0 +1,151 @@
+//! Normals and edges of a mesh.
+
+use crate::Vector;
+use crate::base::numbers::id;
+use crate::model::TriangleMesh;
+use crate::model::triangle_mesh::{EdgeUse, twice_area};
+
+/// Cosine of the angle up to which two triangles are taken for parts of one smooth surface: 35 degrees.
+const SMOOTH: f64 = 0.819;
+
+/// More edges would cover the surface instead of outlining it.
+const MOST_EDGES: usize = 20_000;
+
+/// A mesh with a normal at each corner: smooth where its triangles meet at small angles, broken where they do not.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(in crate::view) struct Skin {
+    /// Positions `[length]`; one for each normal.
+    pub vertices: Vec<Vector>,
+    /// Of length 1.
+    pub normals: Vec<Vector>,
+    pub triangles: Vec<[u32; 3]>,
+    /// Ends of the edges at rims and at sharp angles.
+    pub edges: Vec<[Vector; 2]>,
+    /// Lower and upper corner of the box around it.
+    pub bounds: [Vector; 2],
+}
+
+impl Skin {
+    /// Triangles without an area are left out.
+    pub fn of(mesh: &TriangleMesh) -> Self {
+        let normal =
+            |corners: &[Vector; 3]| twice_area(corners).try_normalize(0.0).filter(|n| n.iter().all(|x| x.is_finite()));
+        let normals: Vec<Option<Vector>> = mesh.all_corners().map(|corners| normal(&corners)).collect();
+        let around = corners_around(mesh, &normals);
+        let mut skin = Self { bounds: mesh.bounds(), edges: sharp_edges(mesh, &normals), ..Self::default() };
+        // Of each vertex, the ones with different normals that it has become.
+        let mut copies: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];
+        for (triangle, own) in mesh.triangles.iter().zip(&normals) {
+            let Some(own) = own else { continue };
+            let corner = |vertex: u32| {
+                let place = vertex as usize;
+                let mut sum = Vector::zeros();
+                for (normal, weight) in around.get(place).into_iter().flatten() {
+                    let cosine = normal.dot(own);
+                    if cosine.abs() > SMOOTH {
+                        sum += normal * (weight * cosine.signum());
+                    }
+                }
+                let mean = sum.try_normalize(0.0).unwrap_or(*own);
+                let known = copies.get_mut(place)?;
+                let same = known.iter().find(|copy| skin.normals.get(**copy as usize) == Some(&mean));
+                if let Some(same) = same {
+                    return Some(*same);
+                }
+                let copy = id(skin.vertices.len());
+                known.push(copy);
+                skin.vertices.push(*mesh.vertices.get(place)?);
+                skin.normals.push(mean);
+                Some(copy)
+            };
+            if let [Some(a), Some(b), Some(c)] = triangle.map(corner) {
+                skin.triangles.push([a, b, c]);
+            }
+        }
+        skin
+    }
+
+    /// Positions of the corners of a triangle, and their normals.
+    #[cfg(test)]
+    pub fn corners(&self, triangle: usize) -> [(Vector, Vector); 3] {
+        self.triangles[triangle].map(|vertex| (self.vertices[vertex as usize], self.normals[vertex as usize]))
+    }
+}
+
+/// For each vertex, the normals of the triangles around it, each with its angle there.
+fn corners_around(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<Vec<(Vector, f64)>> {
+    let mut around = vec![Vec::new(); mesh.vertices.len()];
+    for ((triangle, corners), normal) in mesh.triangles.iter().zip(mesh.all_corners()).zip(normals) {
+        let Some(normal) = normal else { continue };
+        let [a, b, c] = corners;
+        for (vertex, [at, one, other]) in triangle.iter().zip([[a, b, c], [b, c, a], [c, a, b]]) {
+            if let Some(around) = around.get_mut(*vertex as usize) {
+                around.push((*normal, (one - at).angle(&(other - at))));
+            }
+        }
+    }
+    around
+}
+
+/// Edges that outline the surface.
+fn sharp_edges(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<[Vector; 2]> {
+    let normal = |side: &EdgeUse| normals.get(side.triangle as usize).copied().flatten();
+    let is_sharp = |uses: &&[EdgeUse]| match uses {
+        [one, other] => match (normal(one), normal(other)) {
+            (Some(a), Some(b)) => a.dot(&b) * if one.is_forward == other.is_forward { -1.0 } else { 1.0 } < SMOOTH,
+            _ => false,
+        },
+        _ => true,
+    };
+    let edges = mesh.edges();
+    let sharp: Vec<[u32; 2]> =
+        edges.iter().filter(is_sharp).filter_map(|uses| uses.first()).map(|side| side.ends).collect();
+    if sharp.len() > MOST_EDGES {
+        return Vec::new();
+    }
+    let place = |vertex: u32| mesh.vertices.get(vertex as usize).copied();
+    sharp.iter().filter_map(|[a, b]| Some([place(*a)?, place(*b)?])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::revolution::revolution;
+
+    #[test]
+    fn a_tube_is_smooth_and_a_box_is_not() {
+        let tube = revolution(&Vector::zeros(), &Vector::z(), &[[2.0, 0.0], [2.0, 5.0]], 0.02).unwrap();
+        let skin = Skin::of(&tube);
+        assert_eq!((skin.vertices.len(), skin.triangles.len()), (tube.vertices.len(), tube.triangles.len()));
+        for (vertex, normal) in skin.vertices.iter().zip(&skin.normals) {
+            assert!((normal - Vector::new(vertex.x, vertex.y, 0.0) / 2.0).norm() < 1e-6);
+        }
+        // The rims.
+        assert_eq!(skin.edges.len(), tube.vertices.len());
+        let cube = Skin::of(&TriangleMesh::cuboid(&Vector::zeros(), &Vector::repeat(1.0)));
+        assert_eq!((cube.vertices.len(), cube.edges.len()), (24, 12));
+        for triangle in 0..12 {
+            let corners = cube.corners(triangle);
+            assert!(corners.iter().all(|(_, normal)| normal.amax() == 1.0 && *normal == corners[0].1));
+        }
+    }
+
+    #[test]
+    fn turned_triangles_shade_as_their_neighbours_do() {
+        let mut tube = revolution(&Vector::zeros(), &Vector::z(), &[[2.0, 0.0], [2.0, 5.0]], 0.02).unwrap();
+        tube.triangles.iter_mut().step_by(3).for_each(|[_, b, c]| std::mem::swap(b, c));
+        let skin = Skin::of(&tube);
+        assert_eq!(skin.edges.len(), tube.vertices.len());
+        for (vertex, normal) in skin.vertices.iter().zip(&skin.normals) {
+            assert!((normal.dot(&Vector::new(vertex.x, vertex.y, 0.0)) / 2.0).abs() > 0.999);
+        }
+    }
+
+    #[test]
+    fn what_is_no_triangle_is_left_out() {
+        let vertices = vec![Vector::zeros(), Vector::x(), Vector::y(), Vector::repeat(f64::NAN)];
+        let triangles = vec![[0, 1, 2], [0, 0, 1], [0, 1, 3], [0, 1, 9]];
+        let skin = Skin::of(&TriangleMesh { vertices, triangles });
+        assert_eq!(skin.triangles, [[0, 1, 2]]);
+    }
+}
