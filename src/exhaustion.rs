@@ -51,6 +51,14 @@ pub fn give_back_large_arrays() {
     }
 }
 
+/// Takes as much of the stack as the program needs. It grows by itself, and where memory has ended by then the system ends the program with a signal.
+#[inline(never)] // else the room would be that of the caller, and what follows beyond it
+pub fn take_stack() {
+    /// To read a checkpoint takes 0.7 MB `[bytes]`.
+    const NEEDED: usize = 3 << 19;
+    std::hint::black_box(&mut [0_u8; NEEDED]);
+}
+
 #[inline]
 fn given(memory: *mut u8, size: usize) -> *mut u8 {
     if memory.is_null() {

@@ -10,6 +10,7 @@ use std::process::ExitCode;
 static ALLOCATOR: exhaustion::Reporting = exhaustion::Reporting;
 
 fn main() -> ExitCode {
+    exhaustion::take_stack();
     exhaustion::give_back_large_arrays();
     cli::main()
 }

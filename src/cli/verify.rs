@@ -209,7 +209,7 @@ fn words(certificate: &Certificate) -> String {
         End::RunEnded => format!("{proven},\nup to the end of the run"),
         End::Idle => format!("{proven};\nnothing will happen any more"),
         End::Driven => {
-            "NOTHING PROVEN: a thermostat, a growth, a sheared box or a thermal wall acts from outside".to_owned()
+            "NOTHING PROVEN: a thermostat, a growth, a sheared box, a thermal wall or a [[surface]] acts".to_owned()
         }
         End::Departed { .. } => "NOT PROVEN: the events above are those of another run".to_owned(),
         End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),

@@ -215,7 +215,7 @@ impl Scene {
         self.interactions.iter_mut().for_each(|interaction| interaction.potential.grow(factor));
     }
 
-    /// Whether anything acts from outside: a thermostat, a growth, a sheared box, a thermal wall.
+    /// Whether anything acts from outside, other than surfaces: a thermostat, a growth, a sheared box, a thermal wall.
     #[must_use]
     pub fn is_driven(&self) -> bool {
         self.run.is_driven() || self.shear_rate.is_some() || self.has_thermal_walls()

@@ -47,7 +47,7 @@ pub enum End {
     Idle,
     /// The caller wanted no more.
     Interrupted,
-    /// Something acts from outside: a thermostat, a growth, a sheared box, a thermal wall. The rule that is proven does not cover that.
+    /// Something acts from outside: a thermostat, a growth, a sheared box, a thermal wall, a surface of the scene. The rule that is proven does not cover that.
     Driven,
     /// An event is wrong.
     Violated(Violation),

@@ -87,7 +87,7 @@ pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'
 }
 
 fn certify(scene: Scene, range: EventRange, recorded: Option<RunEnd>, watch: Watch<'_>) -> Certificate {
-    if scene.is_driven() {
+    if scene.is_driven() || !scene.surfaces.is_empty() {
         return Certificate { end: End::Driven, ..Certificate::blank(1, scene.start_time) };
     }
     let stages = stages(&scene.run);

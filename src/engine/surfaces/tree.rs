@@ -1,6 +1,6 @@
 //! A tree of boxes around features: which of them may reach into a box.
 //!
-//! What a particle may meet before its prediction ends anyway is in the box that it sweeps until then. Trees need no more memory for long or thin
+//! A particle is asked for the features in the box that it sweeps until its prediction ends anyway. Trees need no more memory for long or thin
 //! features than for others, and know nothing of the cells of the particles, which are larger where those are few.
 
 use super::{Placed, Surface};

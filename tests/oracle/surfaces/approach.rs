@@ -5,7 +5,7 @@ use crate::random::Random;
 use carom::Vector;
 use carom::physics::overlap::Side;
 
-/// What is met.
+/// The feature that is met.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     Point,

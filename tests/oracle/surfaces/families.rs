@@ -267,7 +267,7 @@ fn speeds(random: &mut Random, approach: &mut Approach) {
     approach.time /= speed;
 }
 
-/// The same in other units of length and time, between `1e-20` and `1e20` for all.
+/// A family in other units of length and time, between `1e-20` and `1e20` for all.
 fn rescaled(random: &mut Random, mut state: State) -> State {
     let (length, time) = loop {
         let (length, time) = (random.scale(-20.0, 20.0), random.scale(-20.0, 20.0));

@@ -161,7 +161,7 @@ impl State {
         Form::new(&terms, &computed, if is_quadratic { &OF_QUADRATIC } else { &OF_QUARTIC })
     }
 
-    /// The same without an acceleration, which Carom drops where it is what rounding may have left of one along the
+    /// This question without an acceleration, which Carom drops where it is what rounding may have left of one along the
     /// line: below 4 epsilon of its size, to which rounding itself adds less than 3.
     fn without_acceleration(&self, direction: &Vector) -> Option<Form> {
         let size = self.acceleration.norm();

@@ -13,7 +13,7 @@ use crate::polynomial::Polynomial;
 pub struct Form {
     pub coefficients: Vec<Dyadic>,
     pub errors: Vec<f64>,
-    /// What Carom computes for them.
+    /// Coefficients as Carom computes them.
     pub computed: Vec<f64>,
 }
 
@@ -47,18 +47,18 @@ impl Form {
 /// How the coefficients of the first form make an overlap function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// Those of a height above a plane.
+    /// Coefficients of a height above a plane.
     Linear,
-    /// Those of a squared distance, times this sign: the leading one has it as well.
+    /// Coefficients of a squared distance, times this sign: the leading one has it as well.
     Square(i32),
-    /// Those of a height, and the distance at which the plane is met on either side.
+    /// Coefficients of a height, and the distance at which the plane is met on either side.
     TwoSided,
 }
 
 /// The place of the distance among the coefficients of a two-sided form.
 pub const DISTANCE: usize = 3;
 
-/// What is asked: an overlap function, and extents after it.
+/// A question: an overlap function, and extents after it.
 #[derive(Debug, Clone)]
 pub struct Question {
     pub shape: Shape,
@@ -111,7 +111,7 @@ impl Question {
         Some(Exact { overlap, extents: extents.iter().map(|extent| Polynomial::new(extent)).collect() })
     }
 
-    /// What is zero at an event of a kind at a time.
+    /// The polynomial that is zero at an event of a kind at a time.
     pub fn functional(&self, kind: Kind, t: f64) -> Functional {
         let form = match kind {
             Kind::Entry(k) | Kind::Touch(k) => k + 1,

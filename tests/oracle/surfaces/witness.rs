@@ -54,11 +54,11 @@ fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
 /// Overlap functions as they are, or moved as a whole.
 const UNIFORM: usize = 3;
 
-/// What becomes of extents other than that which makes an event.
+/// Treatment of extents other than that which makes an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ends {
     Free,
-    /// Those that their boxes allow are moved to be just positive at the time of the event.
+    /// Extents that their boxes allow are moved to be just positive at the time of the event.
     Pinned,
     /// As they are; events before the one that is sought do not count.
     AfterOthers,

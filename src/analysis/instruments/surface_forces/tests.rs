@@ -119,6 +119,8 @@ fn the_pressure_in_a_sphere_is_that_of_the_virial() {
 #[test]
 fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
     // Without contacts with each other, and at even places: the rate of contacts is `v S / 4 V` (Cauchy), whatever the shape.
+    /// Triangles reach up to 0.0024 into the ring, and a sphere has a radius of 0.15.
+    const START: f64 = 1.8475;
     let middle = Vector::repeat(10.0);
     let ring = |place: &Vector| (place.x - 10.0).hypot(place.y - 10.0) - 5.0;
     let torus = {
@@ -132,8 +134,8 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
     };
     let pipe = SurfaceShape::Cylinder { point: middle, axis: Vector::x(), radius: 2.0, is_inside: true };
     let around = |place: &Vector| (place.y - 10.0).hypot(place.z - 10.0);
-    let in_ring = |place: &Vector| ring(place).hypot(place.z - 10.0) < 1.849;
-    let in_pipe = |place: &Vector| around(place) < 1.849;
+    let in_ring = |place: &Vector| ring(place).hypot(place.z - 10.0) < START;
+    let in_pipe = |place: &Vector| around(place) < START;
     for shape in [torus, pipe] {
         let is_ring = matches!(shape, SurfaceShape::Mesh(_));
         let mut ratios = Vec::new();
