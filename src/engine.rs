@@ -128,7 +128,7 @@ impl EngineChoice {
     /// The engine for a scene.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        let is_falling = scene.species.iter().any(|s| s.acceleration.iter().any(|a| *a != 0.0));
+        let is_falling = scene.accelerations().any(|acceleration| acceleration.iter().any(|a| *a != 0.0));
         let is_one_hard_sphere = scene.species.len() == 1
             && scene.bonds.is_empty()
             && !scene.species[0].is_static()

@@ -3,7 +3,8 @@
 use super::parts::Engine;
 use crate::Vector;
 use crate::engine::neighbours::candidates::Candidates;
-use crate::engine::surfaces::{Shape, Surface};
+use crate::engine::sources::surface::Touching;
+use crate::engine::surfaces::Surface;
 use crate::model::ParticleId;
 use crate::model::space::Boundary;
 use crate::physics::motion::RelativeState;
@@ -102,11 +103,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Round-off of a contact with a surface, whose overlap function is a length.
-    pub(super) fn round_off_of_surface(&self, i: u32, shape: &Shape, flown: f64) -> f64 {
-        let body = &self.state.bodies[i as usize];
-        let normal = shape.normal(&body.position);
-        let speed = normal.dot(&body.velocity).abs() + normal.dot(&self.acceleration(i)).abs() * flown;
-        let scale = shape.terms(&body.position) + speed * (flown + self.clock(flown));
+    pub(super) fn round_off_of_surface(&self, i: u32, at: &Touching, flown: f64) -> f64 {
+        let normal = at.shape.normal(&at.position);
+        let speed = normal.dot(&at.velocity).abs() + normal.dot(&self.acceleration(i)).abs() * flown;
+        let mut scale = at.shape.terms(&at.position) + speed * (flown + self.clock(flown));
+        if let Some(moment) = &at.moment {
+            // Where it is follows from the simulated time.
+            let own = moment.velocity_at(&at.place).norm();
+            scale += at.place.lp_norm(1) + moment.pose.displacement.lp_norm(1) + own * self.time().abs();
+        }
         ROUNDINGS * f64::EPSILON * scale + self.counts.accepted_overlap
     }
 
@@ -250,10 +255,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let radius = self.pairs.rules.species[usize::from(self.row(particle))].radius;
         let unit = unit_of_surface(radius);
         let row = self.row(particle);
-        self.sources.surfaces.for_each_near(&position, radius, row, |_, surface| {
-            let depth = -surface.shape.gap(&position, radius);
+        self.sources.surfaces.for_each_near((&position, radius), row, self.time(), |surface, position| {
+            let depth = -surface.shape.gap(position, radius);
             if depth > 0.0 {
-                let round_off = self.round_off_of_surface(particle, &surface.shape, self.flown(particle));
+                let at = self.touching(particle, surface, self.clock.now);
+                let round_off = self.round_off_of_surface(particle, &at, self.flown(particle));
                 let particle = self.name(particle);
                 found(Overlap { particle, partner: None, depth: depth / unit, round_off: round_off / unit });
             }

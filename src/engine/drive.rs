@@ -4,8 +4,9 @@ use super::sources::andersen::Bath;
 use super::{Chosen, InvariantBroken, Simulation};
 use crate::Vector;
 use crate::engine::contact::apply::{Change, With};
+use crate::engine::pairs::rules::Rules;
 use crate::engine::parts::Engine;
-use crate::model::{Thermostat, ThermostatError};
+use crate::model::{Scene, Thermostat, ThermostatError};
 
 impl Simulation {
     /// Starts a heat bath in place of the one that there is, or ends it with `None`. `stage` tells the random numbers of one stage from those of another.
@@ -40,6 +41,16 @@ impl Simulation {
     /// Puts the surfaces of a stage of a run in, and takes away those that are not there.
     pub(crate) fn set_stage_of_surfaces(&mut self, stage: &str) {
         with_engine!(&mut self.engine, engine => engine.set_stage_of_surfaces(stage));
+    }
+
+    /// Gives all species that move another acceleration; the potential energy that particles gain by it is counted as supplied.
+    pub(crate) fn set_gravity(&mut self, gravity: &Vector) {
+        let mut moving = self.scene.species.iter_mut().filter(|species| !species.is_static()).peekable();
+        if moving.peek().is_some_and(|species| species.acceleration != *gravity) {
+            moving.for_each(|species| species.acceleration = *gravity);
+            let scene = &self.scene;
+            with_engine!(&mut self.engine, engine => engine.set_accelerations(scene));
+        }
     }
 
     /// Whether a heat bath gives particles new velocities.
@@ -105,6 +116,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.sources.surfaces = surfaces;
             self.start_anew();
         }
+    }
+
+    /// Takes the accelerations of a scene, which differs in nothing else.
+    fn set_accelerations(&mut self, scene: &Scene) {
+        self.join();
+        for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
+            self.stream(particle, self.clock.now);
+        }
+        let before = self.energy().potential;
+        self.pairs.rules = Rules::new(scene);
+        let gained = self.energy().potential - before;
+        self.note_energies(0.0, 0.0, gained);
+        self.start_anew();
     }
 
     /// Gives a particle a velocity from outside.

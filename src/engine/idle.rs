@@ -9,7 +9,7 @@ use super::predict::Streamed;
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::candidates::Candidates;
-use crate::engine::surfaces::{Placed, Surface};
+use crate::engine::surfaces::{Flight, Placed, Surface};
 use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
@@ -45,7 +45,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Whether it can be shown that nothing will ever happen again, by the states now.
     pub(super) fn is_over(&self) -> bool {
-        if self.acts_for_ever() {
+        if self.acts_for_ever() || !self.sources.surfaces.rest_from(self.time()) {
             return false;
         }
         // Contacts of the pairs that are inside of a step of theirs are always predicted.
@@ -115,7 +115,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             // They have images without end.
             return true;
         }
-        self.sources.surfaces.for_each_feature(&flight.swept(f64::INFINITY), self.row(me.id), look);
+        self.sources.surfaces.for_each_feature(&flight.swept(f64::INFINITY), self.row(me.id), &mut look);
+        self.sources.surfaces.for_each_moving(self.row(me.id), self.time(), |pose, surface| {
+            let (position, velocity) = (pose.place_of_shape(&me.position), pose.direction_of_shape(&me.velocity));
+            let acceleration = pose.direction_of_shape(&me.acceleration);
+            let seen = Flight { position: &position, velocity: &velocity, acceleration: &acceleration, ..flight };
+            may_meet |= !surface.shape.is_never_met(&seen, doubt);
+        });
         may_meet
     }
 

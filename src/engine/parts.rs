@@ -111,7 +111,13 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Simulated time now.
     pub fn time(&self) -> f64 {
-        self.clock.start + (self.clock.epoch + self.clock.now)
+        self.simulated(self.clock.now)
+    }
+
+    /// The simulated time at a time since the epoch `[time]`.
+    #[inline]
+    pub fn simulated(&self, time: f64) -> f64 {
+        self.clock.start + (self.clock.epoch + time)
     }
 
     /// Ends the run in an impossible state.

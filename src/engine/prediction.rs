@@ -107,6 +107,12 @@ impl Prediction {
         }
     }
 
+    /// Whether nothing is met, but the search for contacts with surfaces that move goes on.
+    #[inline]
+    pub fn is_search(&self) -> bool {
+        self.contact == Contact::Surface && self.partner_events == SEARCH
+    }
+
     /// Renumbers the particles that it names, by their numbers until now. One that is not there any more keeps its number, as that of an absent one.
     pub fn renumber(&mut self, new: &[u32]) {
         if let Some(&number) = new.get(self.partner as usize) {
@@ -129,6 +135,9 @@ impl Prediction {
         self.contact = Contact::Surface;
     }
 }
+
+/// In place of the index of a surface: the search for contacts with surfaces that move goes on.
+pub(super) const SEARCH: u32 = u32::MAX;
 
 /// Bits in the tie orders of contacts with surfaces and of transitions, which those of pairs have not: there are fewer than `2^29` particles.
 const SURFACE: u32 = 1 << 30;

@@ -124,6 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
                 self.execute_pair([particle, partner], side, time, observe).map(Some)
             }
+            Contact::Surface if prediction.is_search() => Ok(None),
             Contact::Surface => self.execute_surface(particle, prediction.partner_events, time, observe).map(Some),
         }
     }

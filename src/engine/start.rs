@@ -144,8 +144,14 @@ mod tests {
     #[test]
     fn what_only_a_run_does_is_refused() {
         let growth = Some(Growth { rate: 0.1, until: GrowthTarget::PackingFraction(0.3) });
-        let stage =
-            StagePlan { name: "grow".into(), limit: Limit::default(), thermostat: None, growth, measured: None };
+        let stage = StagePlan {
+            name: "grow".into(),
+            limit: Limit::default(),
+            thermostat: None,
+            gravity: None,
+            growth,
+            measured: None,
+        };
         let rescaling = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
         let plain = RunPlan { limit: Limit::time(1.0), ..RunPlan::default() };
         for (plan, refused) in [

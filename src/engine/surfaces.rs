@@ -7,6 +7,7 @@
 
 pub(crate) mod face;
 pub(crate) mod features;
+mod moving;
 pub(crate) mod plane;
 pub(crate) mod round;
 pub(crate) mod set;
@@ -17,6 +18,7 @@ use super::neighbours::grid::Grid;
 use crate::Vector;
 use crate::physics::detection::never::Doubt;
 use face::Face;
+pub(crate) use moving::Found;
 use plane::Plane;
 use round::Round;
 pub(crate) use set::{FIRST_SURFACE, MOST_FEATURES, Placed, Surfaces};
@@ -82,6 +84,21 @@ pub(crate) trait Surface {
 
     /// Acceleration with which the surface bends away from straight flight along it, negative where it bends towards it `[length / time^2]`.
     fn bend(&self, _position: &Vector, _velocity: &Vector, _radius: f64) -> f64 {
+        0.0
+    }
+
+    /// A smooth overlap function, positive where the sphere is free, and its rate: the gap, or the difference of squared distances.
+    fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
+        (self.gap(position, radius), self.normal(position).dot(velocity))
+    }
+
+    /// Bound of the second rate of the overlap function, within a distance of a place, from bounds of the speed and of the acceleration.
+    fn second_rate_bound(&self, _position: &Vector, _within: f64, _speed: f64, acceleration: f64) -> f64 {
+        acceleration
+    }
+
+    /// How far the foot of a position is beyond the ends of the surface; zero or negative on it `[length]`.
+    fn beyond(&self, _position: &Vector) -> f64 {
         0.0
     }
 
@@ -163,6 +180,18 @@ impl Surface for Shape {
     #[inline]
     fn bend(&self, position: &Vector, velocity: &Vector, radius: f64) -> f64 {
         with_shape!(self, surface => surface.bend(position, velocity, radius))
+    }
+
+    fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
+        with_shape!(self, surface => surface.overlap(position, velocity, radius))
+    }
+
+    fn second_rate_bound(&self, position: &Vector, within: f64, speed: f64, acceleration: f64) -> f64 {
+        with_shape!(self, surface => surface.second_rate_bound(position, within, speed, acceleration))
+    }
+
+    fn beyond(&self, position: &Vector) -> f64 {
+        with_shape!(self, surface => surface.beyond(position))
     }
 
     fn extent(&self) -> Option<[Vector; 2]> {

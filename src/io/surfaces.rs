@@ -2,21 +2,26 @@
 //!
 //! The name of a file is that of its surface, where blanks and letters beyond ASCII are `_`; where two would be the same, also on a disk that does not tell
 //! capitals from small letters, the later one has a number. A surface of which nothing is in sight has no file, nor has one with coordinates beyond `f32`.
+//! The files are those before the first motion; `motions.json` has the motions of those that move.
 
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
 use super::partial::PartialFile;
 use crate::mesh::{WriteStlError, shown, write_stl};
-use crate::model::Scene;
+use crate::model::{Scene, SurfaceMotion};
 
 /// The folder, in that of a run.
 const FOLDER: &str = "surfaces";
+
+/// The file of their motions, by the names of their files.
+const MOTIONS: &str = "motions.json";
 
 /// Extension of the files.
 const EXTENSION: &str = "stl";
@@ -31,7 +36,39 @@ const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 pub(super) fn names(scene: &Scene) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let surfaces = scene.surfaces().iter().map(|surface| surface.name.as_str());
-    surfaces.map(|name| format!("{FOLDER}/{}.{EXTENSION}", file_name(name, &mut taken))).collect()
+    let mut names: Vec<String> =
+        surfaces.map(|name| format!("{FOLDER}/{}.{EXTENSION}", file_name(name, &mut taken))).collect();
+    if scene.has_moving_surfaces() {
+        names.push(format!("{FOLDER}/{MOTIONS}"));
+    }
+    names
+}
+
+/// Motions of surfaces, by the names of their files.
+pub type Motions = BTreeMap<String, Vec<SurfaceMotion>>;
+
+/// The motions of the surfaces in the folder of a trajectory; none where there is no file of them.
+///
+/// # Errors
+/// [`io::Error`] if there is one that cannot be read.
+pub fn surface_motions(folder: &Path) -> io::Result<Motions> {
+    match fs::read(folder.join(FOLDER).join(MOTIONS)) {
+        Ok(content) => serde_json::from_slice(&content).map_err(io::Error::from),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Motions::new()),
+        Err(error) => Err(error),
+    }
+}
+
+/// Writes the motions, if some surface moves.
+fn write_motions(run: &Path, scene: &Scene) -> Result<(), OutputError> {
+    let own = |name: String| name.trim_start_matches(FOLDER).trim_start_matches('/').to_owned();
+    let named = names(scene).into_iter().map(own).zip(scene.surfaces());
+    let moving = named.filter(|(_, surface)| surface.moves()).map(|(name, surface)| (name, surface.motions.clone()));
+    let motions: Motions = moving.collect();
+    let path = run.join(FOLDER).join(MOTIONS);
+    let mut file = PartialFile::create(path.clone())?;
+    serde_json::to_writer_pretty(file.writer(), &motions).map_err(|error| OutputError::write(&path)(error.into()))?;
+    file.complete().map(drop)
 }
 
 /// Writes those of these files that are wanted, each with its name at once: they are complete from the start of a run.
@@ -53,6 +90,12 @@ pub(super) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool
             // Beyond what the format holds; nothing was written.
             Err(_) => file.discard()?,
         }
+    }
+    let motions = run.join(FOLDER).join(MOTIONS);
+    if scene.has_moving_surfaces() && is_wanted(&motions) {
+        let folder = run.join(FOLDER);
+        fs::create_dir_all(&folder).map_err(|source| OutputError::Folder { path: folder, source })?;
+        write_motions(run, scene)?;
     }
     Ok(())
 }

@@ -83,7 +83,8 @@ impl Scene {
         self.shear_rate.map_or_else(Vector::zeros, |rate| Vector::new(rate * (position.y - middle), 0.0, 0.0))
     }
 
-    /// Whether contacts that are possible lose energy in the measurement, and nothing supplies any: a thermostat, a sheared box, a thermal wall, gravity.
+    /// Whether contacts that are possible lose energy in the measurement, and nothing supplies any: a thermostat, a sheared box, a thermal wall, a surface that
+    /// moves, gravity.
     /// Such a system cools for ever.
     #[must_use]
     pub fn cools_for_ever(&self) -> bool {
@@ -104,7 +105,7 @@ impl Scene {
     pub(crate) fn conserves_heat_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let heats = |what: Influence| matches!(what, Influence::ThermalWalls | Influence::AndersenCollisions);
         let is_heated = self.influences_with(thermostat).iter().any(|(what, _)| heats(*what));
-        !is_heated && self.shear_rate.is_none() && !self.loses_energy()
+        !is_heated && self.shear_rate.is_none() && !self.has_moving_surfaces() && !self.loses_energy()
     }
 
     /// Whether a contact that is possible loses energy.
@@ -120,15 +121,17 @@ impl Scene {
         loses_at_walls || loses_in_pairs || self.bonds.iter().any(|bond| loses(bond.interaction))
     }
 
-    /// Whether a thermostat, a sheared box or a thermal wall supplies energy.
+    /// Whether a thermostat, a sheared box, a thermal wall or a surface that moves supplies energy.
     fn is_heated_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let mut influences = self.influences_with(thermostat).into_iter();
-        thermostat.is_some() || self.shear_rate.is_some() || influences.any(|(what, _)| what == Influence::ThermalWalls)
+        let moves = self.shear_rate.is_some() || self.has_moving_surfaces();
+        thermostat.is_some() || moves || influences.any(|(what, _)| what == Influence::ThermalWalls)
     }
 
     /// The accelerations of all species that move `[length / time^2]`.
     pub(crate) fn accelerations(&self) -> impl Iterator<Item = Vector> + '_ {
-        self.species.iter().filter(|species| !species.is_static()).map(|species| species.acceleration)
+        let moving = self.species.iter().filter(|species| !species.is_static());
+        moving.map(|species| species.acceleration).chain(self.run.gravities())
     }
 
     /// Whether some particle that moves interacts with one that does not.

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::thermostat::Thermostat;
 use super::threads::Threads;
+use crate::Vector;
 
 /// Name in tables of the equilibration before the last measurement.
 pub(crate) const EQUILIBRATION: &str = "equilibration";
@@ -47,6 +48,8 @@ pub struct RunPlan {
     pub limit: Limit,
     /// Thermostat of the measurement.
     pub thermostat: Option<Thermostat>,
+    /// Gravity of the last equilibration and measurement, in place of that of the species; of all stages or of none `[length / time^2]`.
+    pub gravity: Option<Vector>,
     /// Threads that everything of it runs on.
     pub threads: Threads,
 }
@@ -77,7 +80,12 @@ impl RunPlan {
     #[must_use]
     pub fn is_driven(&self) -> bool {
         let is_driven = |stage: &StagePlan| stage.thermostat.is_some() || stage.growth.is_some();
-        self.thermostat.is_some() || self.stages.iter().any(is_driven)
+        self.thermostat.is_some() || self.stages.iter().any(is_driven) || self.gravities().next().is_some()
+    }
+
+    /// Gravity of the stages that have one, the measurement last.
+    pub fn gravities(&self) -> impl Iterator<Item = Vector> + '_ {
+        self.stages.iter().map(|stage| stage.gravity).chain([self.gravity]).flatten()
     }
 
     /// Whether some thermostat gives single particles new velocities in any stage.
@@ -97,6 +105,8 @@ pub struct StagePlan {
     pub limit: Limit,
     /// A thermostat.
     pub thermostat: Option<Thermostat>,
+    /// Gravity during the stage, in place of that of the species `[length / time^2]`.
+    pub gravity: Option<Vector>,
     /// How the diameters grow.
     pub growth: Option<Growth>,
     /// The equilibration before its measurement; `None` for a stage that is not measured.

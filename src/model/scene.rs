@@ -215,10 +215,16 @@ impl Scene {
         self.interactions.iter_mut().for_each(|interaction| interaction.potential.grow(factor));
     }
 
-    /// Whether anything acts from outside, other than surfaces: a thermostat, a growth, a sheared box, a thermal wall.
+    /// Whether anything acts from outside, other than surfaces at rest: a thermostat, a growth, a sheared box, a thermal or moving surface.
     #[must_use]
     pub fn is_driven(&self) -> bool {
-        self.run.is_driven() || self.shear_rate.is_some() || self.has_thermal_walls()
+        self.run.is_driven() || self.shear_rate.is_some() || self.has_thermal_walls() || self.has_moving_surfaces()
+    }
+
+    /// Whether some surface moves at some time.
+    #[must_use]
+    pub fn has_moving_surfaces(&self) -> bool {
+        self.surfaces.iter().any(SceneSurface::moves)
     }
 
     /// Whether some wall or other surface has a temperature.

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SpeciesId, TriangleMesh};
+use super::{SpeciesId, SurfaceMotion, TriangleMesh};
 use crate::Vector;
 
-/// A surface that does not move: a shape, the species that meet it, and how it answers a contact.
+/// A surface: a shape, the species that meet it, how it answers a contact, and how it moves.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SceneSurface {
@@ -19,19 +19,27 @@ pub struct SceneSurface {
     pub law: SurfaceLaw,
     /// Names of the stages in which it is there, `measurement` for what comes after those that are listed; empty for all.
     pub stages: Vec<String>,
+    /// Its motions, in the order of time, of which none begins before the one before it ends; the shape is that before all of them.
+    pub motions: Vec<SurfaceMotion>,
 }
 
 impl SceneSurface {
     /// A surface that all species meet, in all stages.
     #[must_use]
     pub fn new(name: &str, shape: SurfaceShape, law: SurfaceLaw) -> Self {
-        Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new() }
+        Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new(), motions: Vec::new() }
     }
 
     /// Whether it is there in a stage of this name.
     #[must_use]
     pub fn is_in(&self, stage: &str) -> bool {
         self.stages.is_empty() || self.stages.iter().any(|name| name == stage)
+    }
+
+    /// Whether it ever moves.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        !self.motions.is_empty()
     }
 
     /// Whether a species meets it.

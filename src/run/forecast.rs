@@ -93,7 +93,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
 
 /// Events of a fluid by simulated time, by kinetic theory `[1 / time]`; `None` where particles fall, can leave, or rest.
 pub(super) fn rate(scene: &Scene) -> Option<f64> {
-    let is_falling = scene.species.iter().any(|species| species.acceleration.norm() > 0.0);
+    let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
     let rate = if is_falling || !scene.space.is_closed() { 0.0 } else { Pace::of(scene).events };
     (rate.is_finite() && rate > 0.0).then_some(rate)
 }

@@ -4,8 +4,9 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use crate::Vector;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
-use crate::model::{Growth, Limit, RunPlan, Thermostat};
+use crate::model::{Growth, Limit, RunPlan, StagePlan, Thermostat};
 
 /// Stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,6 +29,7 @@ pub(crate) struct Settings {
     pub limit: Limit,
     pub thermostat: Option<Thermostat>,
     pub growth: Option<Growth>,
+    pub gravity: Option<Vector>,
     /// Whether it ends when no observable drifts.
     pub until_stationary: bool,
     /// The number of its stream of random numbers, from the first one of the scene on.
@@ -85,27 +87,35 @@ impl Stage {
     /// Settings of the stage in a run.
     pub(crate) fn settings(self, plan: &RunPlan) -> Settings {
         let listed = |number: u32| (&plan.stages[number as usize], plan.first_stream_of(number as usize));
-        let plain =
-            |limit, thermostat, stream| Settings { limit, thermostat, growth: None, until_stationary: false, stream };
+        let plain = |limit, (thermostat, gravity), stream| Settings {
+            limit,
+            thermostat,
+            growth: None,
+            gravity,
+            until_stationary: false,
+            stream,
+        };
+        let of_stage = |stage: &StagePlan| (stage.thermostat, stage.gravity);
+        let of_run = (plan.thermostat, plan.gravity);
         match self {
             Self::Preparation(number) => {
                 let (stage, stream) = listed(number);
-                Settings { growth: stage.growth, ..plain(stage.limit, stage.thermostat, stream) }
+                Settings { growth: stage.growth, ..plain(stage.limit, of_stage(stage), stream) }
             }
             Self::EquilibrationOf(number) => {
                 let (stage, stream) = listed(number);
                 let before = stage.measured.unwrap_or_default();
-                Settings { until_stationary: before.until_stationary, ..plain(before.limit, stage.thermostat, stream) }
+                Settings { until_stationary: before.until_stationary, ..plain(before.limit, of_stage(stage), stream) }
             }
             Self::MeasurementOf(number) => {
                 let (stage, stream) = listed(number);
-                plain(stage.limit, stage.thermostat, stream + 1)
+                plain(stage.limit, of_stage(stage), stream + 1)
             }
             Self::Equilibration => {
                 let (before, stream) = (plan.last_equilibration(), plan.first_stream_of(plan.stages.len()));
-                Settings { until_stationary: before.until_stationary, ..plain(before.limit, plan.thermostat, stream) }
+                Settings { until_stationary: before.until_stationary, ..plain(before.limit, of_run, stream) }
             }
-            Self::Measurement => plain(plan.limit, plan.thermostat, plan.first_stream_of(plan.stages.len()) + 1),
+            Self::Measurement => plain(plan.limit, of_run, plan.first_stream_of(plan.stages.len()) + 1),
         }
     }
 

@@ -18,7 +18,7 @@ pub(crate) use interaction::InteractionFile;
 pub(crate) use measure::MeasureFile;
 pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshFile, ParticleFile, RegionFile};
 pub(crate) use space::{AxisFile, SideFile, SidesFile, SpaceFile};
-pub(crate) use surface::SurfaceFile;
+pub(crate) use surface::{MotionFile, SurfaceFile};
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -168,6 +168,8 @@ pub(crate) struct RunFile {
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub until_events: Option<u64>,
+    /// Gravity of the equilibration and the measurement `[length / time^2]`; that of `[dynamics]` if not given.
+    pub gravity: Option<[f64; 3]>,
     /// Thermostat while the run is measured; none if not given.
     pub thermostat: Option<ThermostatFile>,
     /// Threads that everything runs on, with the same bits for any number; 1 if not given, as many as there are cores where it pays for `auto`.

@@ -2,6 +2,7 @@
 
 pub(crate) mod diameter;
 pub(crate) mod interaction;
+pub(crate) mod motion;
 pub(crate) mod particles;
 pub(crate) mod plan;
 pub(crate) mod space;

@@ -8,7 +8,7 @@ use crate::model::Region;
 use crate::model::Species;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
-use crate::model::{SurfaceLaw, SurfaceShape};
+use crate::model::{SurfaceLaw, SurfaceMotion, SurfaceShape};
 pub use crate::prepare::lattice::Lattice;
 use crate::prepare::region::FillRegion;
 pub use crate::prepare::surface::Surface;
@@ -154,6 +154,7 @@ pub struct SurfaceDraft {
     pub(crate) species: Vec<String>,
     pub(crate) law: SurfaceLaw,
     pub(crate) stages: Vec<String>,
+    pub(crate) motions: Vec<SurfaceMotion>,
 }
 
 impl SurfaceDraft {
@@ -161,7 +162,7 @@ impl SurfaceDraft {
     #[must_use]
     pub fn new(name: &str, shape: SurfaceShape) -> Self {
         let law = SurfaceLaw::Reflecting { restitution: 1.0 };
-        Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new() }
+        Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new(), motions: Vec::new() }
     }
 
     /// With a ratio of the normal speeds after and before a contact, 0 to 1.
@@ -180,6 +181,13 @@ impl SurfaceDraft {
     #[must_use]
     pub fn during(mut self, stage: &str) -> Self {
         self.stages.push(stage.to_owned());
+        self
+    }
+
+    /// With one more motion, which begins when the one before it has ended, or later.
+    #[must_use]
+    pub fn motion(mut self, motion: SurfaceMotion) -> Self {
+        self.motions.push(motion);
         self
     }
 

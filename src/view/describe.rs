@@ -360,6 +360,7 @@ mod tests {
             name: "dense".to_owned(),
             limit: Limit::time(20.0),
             thermostat: Some(bath),
+            gravity: None,
             growth: Some(growth),
             measured: None,
         };

@@ -71,7 +71,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     }
     warnings.extend(burdens(scene));
     let is_dissipative = scene.interactions().iter().any(|interaction| interaction.restitution < 1.0);
-    let is_falling = scene.species().iter().any(|species| species.acceleration.norm() > 0.0);
+    let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
     if is_dissipative && is_falling && scene.contact_time().is_none() {
         warnings.push(
             "particles that fall and lose energy come to rest in ever more contacts: consider dynamics.contact_time"

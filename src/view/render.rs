@@ -184,6 +184,7 @@ fn paint(
     fineness: Fineness,
     team: &Team,
 ) -> Vec<Colour> {
+    let surfaces = &*surfaces.at(frame.time);
     let mut bodies = Bodies::of(frame, style, camera, fastest);
     bodies.sheets = Sheets::of(surfaces, camera, style);
     let scenery = Scenery::new(&bodies, camera, single(style.static_opacity), fineness, team);

@@ -2,6 +2,7 @@
 
 mod skin;
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
@@ -9,9 +10,10 @@ pub(super) use skin::Skin;
 
 use super::ViewError;
 use crate::Vector;
-use crate::io::surface_files;
+use crate::io::{surface_files, surface_motions};
 use crate::mesh::read_mesh;
 use crate::model::TriangleMesh;
+use crate::model::surface_motion::Timeline;
 
 /// How far a surface may reach beyond the particles and the box and still be framed as a whole, relative to the longest edge of what holds these. Larger ones
 /// run out of the picture, so that particles stay large in it.
@@ -36,9 +38,26 @@ impl Surfaces {
     /// [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if one of them cannot be read.
     pub fn beside(trajectory: &Path) -> Result<Self, ViewError> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
-        let meshes: Vec<TriangleMesh> =
-            surface_files(folder).iter().map(|file| read(file)).collect::<Result<_, ViewError>>()?;
-        Ok(Self::of(&meshes))
+        let path = folder.join("surfaces").join("motions.json");
+        let motions = surface_motions(folder).map_err(|source| ViewError::SurfaceFile { path, source })?;
+        let mut surfaces = Self::default();
+        for file in surface_files(folder) {
+            let mut skin = Skin::of(&read(&file)?);
+            let name = file.file_name().unwrap_or_default().display().to_string();
+            skin.timeline = motions.get(&name).map(|motions| Timeline::of(motions));
+            if !skin.triangles.is_empty() {
+                surfaces.skins.push(skin);
+            }
+        }
+        Ok(surfaces)
+    }
+
+    /// The surfaces where they are at a time.
+    pub(super) fn at(&self, time: f64) -> Cow<'_, Self> {
+        if self.skins.iter().all(|skin| skin.timeline.is_none()) {
+            return Cow::Borrowed(self);
+        }
+        Cow::Owned(Self { skins: self.skins.iter().map(|skin| skin.at(time)).collect() })
     }
 
     /// Whether there is nothing to draw.

@@ -285,6 +285,7 @@ fn samples_see_a_rescaled_gas_at_all_times_between_two_scalings() {
 fn a_stage_with_a_heat_bath_leaves_a_fluid_that_moves_as_a_whole() {
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 2.0, axes: [true; 3] };
     let stage = StagePlan {
+        gravity: None,
         name: "heat".into(),
         limit: Limit::time(3.0),
         thermostat: Some(bath),

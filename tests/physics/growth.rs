@@ -11,6 +11,7 @@ fn growing_spheres_of_two_sizes_reach_their_packing_fraction_without_an_overlap(
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
     let growth = Growth { rate: 0.05, until: GrowthTarget::PackingFraction(0.6) };
     let stage = StagePlan {
+        gravity: None,
         name: "compress".into(),
         limit: Limit::default(),
         thermostat: Some(scaling),
@@ -50,6 +51,7 @@ fn growing_spheres_of_two_sizes_reach_their_packing_fraction_without_an_overlap(
 fn growth_to_a_pressure_ends_near_the_jammed_state() {
     let growth = Growth { rate: 0.1, until: GrowthTarget::CompressibilityFactor(200.0) };
     let stage = StagePlan {
+        gravity: None,
         name: "jam".into(),
         limit: Limit::default(),
         thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
@@ -80,6 +82,7 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
     let (target, rate, count, contacts) = (50.0, 0.005, 500, 20_000);
     for seed in 1..=2 {
         let stage = StagePlan {
+            gravity: None,
             name: "compress".into(),
             limit: Limit::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),

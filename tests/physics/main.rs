@@ -18,6 +18,7 @@ mod hopper;
 mod in_plane;
 mod invariance;
 mod measure;
+mod moving;
 mod rates;
 mod sheared;
 mod single_bodies;

@@ -239,6 +239,7 @@ fn the_reader_knows_the_same_words() {
         ("surface.0.shape", "'?'"),
         ("surface", "[{ shape = 'sphere', centre = [30.0, 36.0, 36.0], radius = 1.0, side = '?' }]"),
         ("mesh.0.open", "['?']"),
+        ("surface.1.motion.0.kind", "'?'"),
         ("run.thermostat.kind", "'?'"),
         ("run.equilibration", "'?'"),
         ("stage.0.thermostat.axes", "['?']"),

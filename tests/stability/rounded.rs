@@ -160,7 +160,7 @@ fn growth_much_faster_than_the_thermal_speed_passes() {
         let growth = Growth { rate, until: GrowthTarget::PackingFraction(0.4) };
         let thermostat = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
         let name = "grow".to_owned();
-        let stage = StagePlan { name, limit: Limit::default(), thermostat, growth: Some(growth), measured: None };
+        let stage = StagePlan { name, thermostat, growth: Some(growth), ..StagePlan::default() };
         let plan = RunPlan { stages: vec![stage], limit: Limit::events(1_000), ..RunPlan::default() };
         let scene = SceneBuilder::new("growth")
             .species("A", 1.0, 1.0)

@@ -72,9 +72,10 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     match prediction.contact {
         Contact::Surface => {
             let placed = *engine.sources.surfaces.get(prediction.partner_events)?;
+            let at = engine.touching(i, &placed, time);
             let (number, shape) = (placed.number, placed.shape);
             let unit = unit_of_surface(engine.pairs.rules.species[usize::from(engine.row(i))].radius);
-            let speed = shape.normal(&me.position).dot(&me.velocity).abs();
+            let speed = shape.normal(&at.position).dot(&at.velocity).abs();
             Some(Passing {
                 who: [i, i],
                 surface: Some(number),
@@ -84,7 +85,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
                 deepens_for: f64::INFINITY,
                 speed,
                 scale: me.position.amax()
-                    + shape.terms(&me.position)
+                    + shape.terms(&at.position)
                     + box_scale
                     + (speed + me.acceleration.norm() * clock) * clock,
             })

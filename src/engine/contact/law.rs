@@ -68,21 +68,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (response, leaving.tangential_scale)
     }
 
-    /// The normal speed with which a particle leaves a surface that reflects, and the factor of its tangential velocity. `vn` is the speed along the
-    /// normal before, which points away from the surface, `closing` the acceleration that brings it back.
+    /// The normal speed with which a particle leaves a surface that reflects, and the factor of its tangential velocity. `velocity` is that before, as
+    /// the surface sees it, `vn` its part along the normal, which points away from the surface, `closing` the acceleration that brings it back.
     #[inline]
     pub(in crate::engine) fn leave_surface(
         &mut self,
         i: u32,
-        vn: f64,
-        closing: f64,
+        (velocity, vn, closing): (&Vector, f64, f64),
         restitution: f64,
         time: f64,
     ) -> Leaving {
         if self.pairs.contact_times.is_none() {
             return Leaving { speed: if vn < 0.0 { -restitution * vn } else { vn }, tangential_scale: 1.0 };
         }
-        let velocity = self.state.bodies[i as usize].velocity;
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
         let leaving = self.tc_model(&[i], restitution, Arrival { speed: arriving, tangential, closing }, time);

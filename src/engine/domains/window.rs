@@ -97,16 +97,19 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     fn contact(&mut self, regions: &Regions, particle: u32, prediction: &Prediction, is_observed: bool) {
         let time = self.engine.clock.now;
         let partner = prediction.partner_in_contact();
-        if let Some(partner) = partner {
+        let has_changed = |partner: u32| {
             let body = self.engine.state.bodies.get(partner as usize);
-            if body.is_none_or(|body| body.events != prediction.partner_events) {
-                self.save(particle);
-                self.engine.repredict(particle, time);
-                if self.shared.has(particle) {
-                    self.note(particle, None, time, 0);
-                }
-                return;
+            body.is_none_or(|body| body.events != prediction.partner_events)
+        };
+        if prediction.is_search() || partner.is_some_and(has_changed) {
+            self.save(particle);
+            self.engine.repredict(particle, time);
+            if self.shared.has(particle) {
+                self.note(particle, None, time, 0);
             }
+            return;
+        }
+        if let Some(partner) = partner {
             self.save(partner);
         }
         self.save(particle);

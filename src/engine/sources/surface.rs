@@ -7,11 +7,12 @@ use crate::engine::event::CountedKind;
 use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
 use crate::engine::predict::Streamed;
-use crate::engine::prediction::Prediction;
-use crate::engine::surfaces::{Flight, Law, Placed, Shape, Surface, Surfaces};
+use crate::engine::prediction::{Prediction, SEARCH};
+use crate::engine::surfaces::{Flight, Found, Law, Placed, Shape, Surface, Surfaces};
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::Scene;
 use crate::model::random::{Purpose, Random};
+use crate::model::surface_motion::Moment;
 use crate::physics::response::Leaving;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -74,6 +75,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sources.surfaces.for_each_feature(&swept, self.row(me.id), |index, feature| {
             self.predict_surface(me, &flight, (index, feature), prediction);
         });
+        let (now, name) = (self.simulated(me.time), self.state.bodies[me.id as usize].name);
+        let horizon = prediction.due_time() - me.time;
+        self.sources.surfaces.next_moving_contacts(&flight, self.row(me.id), now, horizon, |found| {
+            let (index, dt) = match found {
+                Found::Contact(index, dt) => (index, dt),
+                Found::NoneUntil(dt) => (SEARCH, dt),
+            };
+            if me.time + dt < prediction.contact_time {
+                prediction.reach(index, me.time + dt, name);
+            }
+            prediction.due_time() - me.time
+        });
     }
 
     #[inline]
@@ -108,54 +121,70 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> Result<ControlFlow<()>, InvariantBroken> {
         let flown = time - self.state.bodies[i as usize].time;
         self.stream(i, time);
-        let Some(&Placed { ref shape, law, .. }) = self.sources.surfaces.get(index) else {
+        let Some(placed) = self.sources.surfaces.get(index) else {
             return Err(self.broken(i, None, Invariant::Surface));
         };
-        let shape = *shape;
+        let at = self.touching(i, placed, time);
+        let (shape, law) = (at.shape, placed.law);
         let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
-        let body = &self.state.bodies[i as usize];
-        let normal = shape.normal(&body.position);
-        let vn = normal.dot(&body.velocity);
-        let depth = -shape.gap(&body.position, radius);
+        let normal = shape.normal(&at.position);
+        let vn = normal.dot(&at.velocity);
+        let depth = -shape.gap(&at.position, radius);
         if depth > 0.0 {
             let unit = unit_of_surface(radius);
             self.counts.totals.deepest_overlap = self.counts.totals.deepest_overlap.max(depth / unit);
-            self.note_overlap(depth, unit, self.round_off_of_surface(i, &shape, flown));
+            self.note_overlap(depth, unit, self.round_off_of_surface(i, &at, flown));
         }
         if vn >= 0.0 {
             self.counts.totals.turning_point += 1;
         }
         let change = match law {
-            Law::Reflecting { restitution } => self.reflect(i, &shape, &normal, vn, restitution),
-            Law::Thermal { temperature } => self.draw_from_surface(i, &shape, temperature)?,
+            Law::Reflecting { restitution } => self.reflect(i, &at, vn, restitution),
+            Law::Thermal { temperature } => self.draw_from_surface(i, &at, temperature)?,
         };
         let change = Change { other: With::Surface(index), ..change };
-        let counted = Some(CountedKind::Wall);
+        let (counted, normal) = (Some(CountedKind::Wall), at.in_space(&normal));
         Ok(self.apply(&Change { counted, line: normal, squared: 1.0, distance: radius, ..change }, observe))
+    }
+
+    /// A particle at a surface at a time since the epoch.
+    #[inline]
+    pub(in crate::engine) fn touching(&self, i: u32, placed: &Placed, time: f64) -> Touching {
+        let (position, velocity) = self.state_at(i, time);
+        let at = Touching { shape: placed.shape, moment: None, position, velocity, place: position };
+        if placed.is_at_rest() {
+            return at;
+        }
+        let moment = self.sources.surfaces.moment(placed, self.simulated(time));
+        let (position, velocity) = moment.map_or((position, velocity), |moment| moment.seen(&position, &velocity));
+        Touching { moment, position, velocity, ..at }
     }
 
     /// A particle is reflected by a surface.
     #[inline]
-    fn reflect(&mut self, i: u32, shape: &Shape, normal: &Vector, vn: f64, restitution: f64) -> Change {
-        let body = &self.state.bodies[i as usize];
+    fn reflect(&mut self, i: u32, at: &Touching, vn: f64, restitution: f64) -> Change {
         let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
+        let (shape, normal) = (&at.shape, at.shape.normal(&at.position));
         let bend =
-            if self.pairs.contact_times.is_some() { shape.bend(&body.position, &body.velocity, radius) } else { 0.0 };
-        let closing = -normal.dot(&self.acceleration(i)) - bend;
-        let Leaving { speed, tangential_scale } = self.leave_surface(i, vn, closing, restitution, self.clock.now);
+            if self.pairs.contact_times.is_some() { shape.bend(&at.position, &at.velocity, radius) } else { 0.0 };
+        let before = self.state.bodies[i as usize].velocity;
+        let acceleration = at.acceleration(&before, self.acceleration(i));
+        let closing = -normal.dot(&acceleration) - bend;
+        let arriving = (&at.velocity, vn, closing);
+        let Leaving { speed, tangential_scale } = self.leave_surface(i, arriving, restitution, self.clock.now);
         let inverse_mass = self.inverse_mass(i);
-        let body = &self.state.bodies[i as usize];
-        let before = body.velocity;
-        let scaled = if tangential_scale == 1.0 { before } else { before * tangential_scale };
-        let after = outwards(shape, &body.position, shape.with_normal_speed(&body.position, &scaled, speed));
+        let scaled = if tangential_scale == 1.0 { at.velocity } else { at.velocity * tangential_scale };
+        let after = at.outwards(shape.with_normal_speed(&at.position, &scaled, speed));
         let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
-        Change { supplied: 0.0, dissipated, ..change }
+        // The work of a surface at rest is none, that of one that moves is what is gained and lost.
+        let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
+        Change { supplied, dissipated, ..change }
     }
 
     /// A particle leaves a surface with a velocity from the flux of a gas of its temperature: its normal component has the density
     /// `(m v / T) exp(- m v^2 / 2 T)`, the others are normal.
-    fn draw_from_surface(&mut self, i: u32, shape: &Shape, temperature: f64) -> Result<Change, InvariantBroken> {
+    fn draw_from_surface(&mut self, i: u32, at: &Touching, temperature: f64) -> Result<Change, InvariantBroken> {
         let inverse_mass = self.inverse_mass(i);
         let width = (temperature * inverse_mass).sqrt();
         let body = self.state.bodies[i as usize];
@@ -165,26 +194,64 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let random = random.next(i, body.name);
         let drawn = random.normal_vector(&self.state.space) * width;
         let speed = width * (2.0 * random.exponential()).sqrt();
-        let after = outwards(shape, &body.position, shape.with_normal_speed(&body.position, &drawn, speed));
+        let after = at.outwards(at.shape.with_normal_speed(&at.position, &drawn, speed));
         Ok(Change::of_one(With::Program, i, &body.velocity, after, inverse_mass))
     }
 }
 
-/// Rounds a velocity after a contact away from the surface, in the numbers that prediction will see, as [`super::super::contact::law`] does for pairs.
-#[inline]
-fn outwards(shape: &Shape, position: &Vector, mut velocity: Vector) -> Vector {
-    if !shape.is_closing(position, &velocity) {
-        return velocity;
+/// A particle at a surface, in the frame of that.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::engine) struct Touching {
+    pub shape: Shape,
+    /// The motion of the surface, if it ever moves.
+    pub moment: Option<Moment>,
+    pub position: Vector,
+    pub velocity: Vector,
+    /// The position in space.
+    pub place: Vector,
+}
+
+impl Touching {
+    /// A direction in space.
+    #[inline]
+    fn in_space(&self, direction: &Vector) -> Vector {
+        self.moment.as_ref().map_or(*direction, |moment| moment.pose.direction(direction))
     }
-    let mut change = f64::EPSILON * velocity.amax().max(f64::MIN_POSITIVE);
-    let normal = shape.normal(position);
-    // 52 doublings take a float's spacing to the float itself.
-    for _ in 0..52 {
-        velocity += normal * change;
-        if !shape.is_closing(position, &velocity) {
-            break;
+
+    /// The acceleration of a particle as the surface sees it.
+    #[inline]
+    fn acceleration(&self, velocity: &Vector, acceleration: Vector) -> Vector {
+        let seen = |moment: &Moment| moment.acceleration_seen(&self.place, velocity, &acceleration);
+        self.moment.as_ref().map_or(acceleration, seen)
+    }
+
+    /// The velocity in space of one that the surface sees, rounded away from it in the numbers that prediction will see, as
+    /// [`super::super::contact::law`] does for pairs.
+    #[inline]
+    fn outwards(&self, seen: Vector) -> Vector {
+        let mut velocity = self.moment.as_ref().map_or(seen, |moment| moment.velocity_of(&self.place, &seen));
+        if !self.is_closing(&velocity) {
+            return velocity;
         }
-        change *= 2.0;
+        let mut change = f64::EPSILON * velocity.amax().max(f64::MIN_POSITIVE);
+        let normal = self.in_space(&self.shape.normal(&self.position));
+        // 52 doublings take a float's spacing to the float itself.
+        for _ in 0..52 {
+            velocity += normal * change;
+            if !self.is_closing(&velocity) {
+                break;
+            }
+            change *= 2.0;
+        }
+        velocity
     }
-    velocity
+
+    /// Whether a velocity in space brings the particle further in.
+    #[inline]
+    fn is_closing(&self, velocity: &Vector) -> bool {
+        match &self.moment {
+            None => self.shape.is_closing(&self.position, velocity),
+            Some(moment) => self.shape.is_closing(&self.position, &moment.seen(&self.place, velocity).1),
+        }
+    }
 }

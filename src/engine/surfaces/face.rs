@@ -102,6 +102,20 @@ impl Surface for Face {
         }
     }
 
+    /// Of either side: squares of heights, or heights for points.
+    fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
+        let (height, rate) = (self.height(position), self.normal.dot(velocity));
+        ((height - radius) * (height + radius), 2.0 * height * rate)
+    }
+
+    fn second_rate_bound(&self, position: &Vector, within: f64, speed: f64, acceleration: f64) -> f64 {
+        2.0 * (speed * speed + (self.height(position).abs() + within) * acceleration)
+    }
+
+    fn beyond(&self, position: &Vector) -> f64 {
+        (0..3).map(|side| -self.inwards[side].dot(&(position - self.end(side)))).fold(f64::NEG_INFINITY, f64::max)
+    }
+
     fn terms(&self, position: &Vector) -> f64 {
         position.lp_norm(1) + self.corners[0].lp_norm(1)
     }

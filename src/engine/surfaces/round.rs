@@ -150,6 +150,23 @@ impl Surface for Round {
         (0..3).all(|k| start[k] - reach <= upper[k] && end[k] + reach >= lower[k])
     }
 
+    fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
+        let (apart, contact, sign) = (self.apart(position), self.contact(radius), self.side().sign());
+        let gap = (apart.norm() - contact) * (apart.norm() + contact);
+        (sign * gap, sign * 2.0 * apart.dot(&self.across(velocity)))
+    }
+
+    /// Of `|r|^2`: `2 v^2 + 2 r . a`.
+    fn second_rate_bound(&self, position: &Vector, within: f64, speed: f64, acceleration: f64) -> f64 {
+        2.0 * (speed * speed + (self.apart(position).norm() + within) * acceleration)
+    }
+
+    fn beyond(&self, position: &Vector) -> f64 {
+        let Some(axis) = self.axis.filter(|_| self.has_ends()) else { return 0.0 };
+        let along = axis.dot(&(position - self.centre));
+        (-along).max(along - self.length)
+    }
+
     fn extent(&self) -> Option<[Vector; 2]> {
         let is_limited = !self.is_inside && (self.axis.is_none() || self.length.is_finite());
         let around = Vector::repeat(self.radius);

@@ -1,10 +1,13 @@
 //! The surfaces of a scene: which there are, who meets them, and which are near.
 
+use super::moving::{Found, Moving};
 use super::tree::Tree;
 use super::wall::Wall;
-use super::{Law, Shape, Surface, features};
+use super::{Flight, Law, Shape, Surface, features};
 use crate::Vector;
+use crate::base::numbers::id;
 use crate::model::space::{Boundary, Face, Space};
+use crate::model::surface_motion::{Moment, Pose, Timeline};
 use crate::model::{Scene, SceneSurface, SpeciesId, SurfaceLaw};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -18,7 +21,20 @@ pub(crate) struct Placed {
     pub feature: u32,
     pub shape: Shape,
     pub law: Law,
+    /// Number among the surfaces that move, or [`AT_REST`].
+    pub moving: u32,
 }
+
+impl Placed {
+    /// Whether the surface never moves.
+    #[inline]
+    pub fn is_at_rest(&self) -> bool {
+        self.moving == AT_REST
+    }
+}
+
+/// No surface that moves.
+const AT_REST: u32 = u32::MAX;
 
 /// So many triangles a scene has at most: with their edges and corners they have numbers of 32 bits, also their images in a periodic box.
 pub(crate) const MOST_FEATURES: usize = 1 << 26;
@@ -31,6 +47,8 @@ pub(crate) const FIRST_SURFACE: u32 = 6;
 struct Origin {
     space: Space,
     temperatures: [[Option<f64>; 2]; 3],
+    /// Simulated time at the start.
+    start_time: f64,
     surfaces: Vec<SceneSurface>,
     /// By row of the tables.
     species: Vec<SpeciesId>,
@@ -50,22 +68,19 @@ pub(crate) struct Surfaces {
     meets: Vec<Vec<bool>>,
     /// Where the others are, if there are any.
     tree: Option<Arc<Tree>>,
+    /// Those that move: their features follow.
+    moving: Arc<Vec<Moving>>,
 }
 
 impl From<Origin> for Surfaces {
     fn from(origin: Origin) -> Self {
         let mut all = walls(&origin.space, &origin.temperatures);
-        let mut limited = Vec::new();
         let present = origin.surfaces.iter().zip(FIRST_SURFACE..).zip(&origin.is_present);
-        for ((surface, number), _) in present.filter(|(_, is_present)| **is_present) {
-            let law = match surface.law {
-                SurfaceLaw::Reflecting { restitution } => Law::Reflecting { restitution },
-                SurfaceLaw::Thermal { temperature } => Law::Thermal { temperature },
-            };
-            for (shape, feature) in features::within(&origin.space, &surface.shape) {
-                let placed = Placed { number, feature, shape, law };
-                if shape.extent().is_some() { limited.push(placed) } else { all.push(placed) }
-            }
+        let present: Vec<(&SceneSurface, u32)> =
+            present.filter(|(_, is_present)| **is_present).map(|(numbered, _)| numbered).collect();
+        let mut limited = Vec::new();
+        for (surface, number) in present.iter().filter(|(surface, _)| !surface.moves()) {
+            sort(placed(&origin.space, surface, *number, AT_REST), &mut all, &mut limited);
         }
         let meets = |surface: &SceneSurface| match surface.species.is_empty() {
             true => Vec::new(),
@@ -74,8 +89,18 @@ impl From<Origin> for Surfaces {
         let unlimited = all.len();
         let tree = (!limited.is_empty()).then(|| Arc::new(Tree::of(&mut limited, unlimited)));
         all.append(&mut limited);
+        let mut moving = Vec::new();
+        for (surface, number) in present.iter().filter(|(surface, _)| surface.moves()) {
+            let first = all.len();
+            sort(placed(&origin.space, surface, *number, id(moving.len())), &mut all, &mut limited);
+            let unlimited = first..all.len();
+            let tree = (!limited.is_empty()).then(|| Tree::of(&mut limited, unlimited.end));
+            all.append(&mut limited);
+            let features = first..all.len();
+            moving.push(Moving { timeline: Timeline::of(&surface.motions), features, unlimited, tree });
+        }
         let meets = origin.surfaces.iter().map(meets).collect();
-        Self { origin: Arc::new(origin), all: Arc::new(all), unlimited, meets, tree }
+        Self { origin: Arc::new(origin), all: Arc::new(all), unlimited, meets, tree, moving: Arc::new(moving) }
     }
 }
 
@@ -89,19 +114,19 @@ impl Surfaces {
     /// The surfaces of a scene, for tables with rows of these species. Whatever asks which there are asks here.
     pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
         let stage = scene.run.first_stage();
-        Self::of_parts((&scene.space, &scene.wall_temperatures), &scene.surfaces, species, stage)
+        Self::of_parts((&scene.space, &scene.wall_temperatures, scene.start_time), &scene.surfaces, species, stage)
     }
 
     /// The surfaces of the parts of a scene that are there in a stage.
     pub fn of_parts(
-        (space, temperatures): (&Space, &[[Option<f64>; 2]; 3]),
+        (space, temperatures, start_time): (&Space, &[[Option<f64>; 2]; 3], f64),
         surfaces: &[SceneSurface],
         species: &[SpeciesId],
         stage: &str,
     ) -> Self {
         let is_present = surfaces.iter().map(|surface| surface.is_in(stage)).collect();
         let (space, surfaces, species) = (space.clone(), surfaces.to_vec(), species.to_vec());
-        Self::from(Origin { space, temperatures: *temperatures, surfaces, species, is_present })
+        Self::from(Origin { space, temperatures: *temperatures, start_time, surfaces, species, is_present })
     }
 
     /// Surfaces of another stage; none if these are the same.
@@ -115,6 +140,11 @@ impl Surfaces {
         let has_temperature = |surface: &SceneSurface| surface.law.temperature().is_some();
         self.all.iter().any(|placed| matches!(placed.law, Law::Thermal { .. }))
             || self.origin.surfaces.iter().any(has_temperature)
+    }
+
+    /// Simulated time at the start of the scene.
+    pub fn start_time(&self) -> f64 {
+        self.origin.start_time
     }
 
     /// Surfaces of the scene, without the walls.
@@ -146,10 +176,48 @@ impl Surfaces {
         self.all.is_empty()
     }
 
-    /// Whether some have a limited extent, and are met near to it only.
+    /// Whether some are met near to where they are only: those of a limited extent, and those that move.
     #[inline]
     pub fn has_features(&self) -> bool {
-        self.tree.is_some()
+        self.tree.is_some() || !self.moving.is_empty()
+    }
+
+    /// Where a surface is and how it moves at a simulated time, if it ever moves.
+    #[inline]
+    pub fn moment(&self, placed: &Placed, time: f64) -> Option<Moment> {
+        self.moving.get(placed.moving as usize).map(|moving| moving.timeline.at(time))
+    }
+
+    /// Calls `visit(pose, feature)` for all features of surfaces that move and that particles of a row meet.
+    pub fn for_each_moving(&self, row: u16, time: f64, mut visit: impl FnMut(&Pose, &Placed)) {
+        for moving in self.moving.iter() {
+            let pose = moving.timeline.at(time).pose;
+            let features = self.all.get(moving.features.clone()).unwrap_or_default().iter();
+            features.filter(|placed| self.meet(placed, row)).for_each(|placed| visit(&pose, placed));
+        }
+    }
+
+    /// Whether none moves any more from a simulated time on.
+    pub fn rest_from(&self, time: f64) -> bool {
+        self.moving.iter().all(|moving| moving.timeline.rests_from(time))
+    }
+
+    /// The next contact of a particle of a row with each of the surfaces that move, from a simulated time on, before a time from then has passed.
+    pub fn next_moving_contacts(
+        &self,
+        flight: &Flight<'_>,
+        row: u16,
+        now: f64,
+        horizon: f64,
+        mut visit: impl FnMut(Found) -> f64,
+    ) {
+        let mut horizon = horizon;
+        for moving in self.moving.iter() {
+            if let Some(found) = moving.next_contact(&self.all, |placed| self.meet(placed, row), (flight, now), horizon)
+            {
+                horizon = visit(found);
+            }
+        }
     }
 
     /// Calls `visit(index, surface)` for the surfaces without a limited extent that particles of a row meet.
@@ -174,11 +242,26 @@ impl Surfaces {
         });
     }
 
-    /// Calls `visit(index, surface)` for all that a sphere at a position may touch or overlap.
-    pub fn for_each_near(&self, position: &Vector, radius: f64, row: u16, mut visit: impl FnMut(u32, &Placed)) {
-        self.for_each_unlimited(row, &mut visit);
+    /// Calls `visit(surface, position)` for all that a sphere at a position may touch or overlap at a simulated time, with the position in the frame of the
+    /// surface.
+    pub fn for_each_near(
+        &self,
+        (position, radius): (&Vector, f64),
+        row: u16,
+        time: f64,
+        mut visit: impl FnMut(&Placed, &Vector),
+    ) {
+        self.for_each_unlimited(row, |_, placed| visit(placed, position));
         let around = Vector::repeat(radius);
-        self.for_each_feature(&[position - around, position + around], row, visit);
+        self.for_each_feature(&[position - around, position + around], row, |_, placed| visit(placed, position));
+        for moving in self.moving.iter() {
+            let position = moving.timeline.at(time).pose.place_of_shape(position);
+            moving.for_each_within(&self.all, (&position, radius), 0.0, |_, placed| {
+                if self.meet(placed, row) {
+                    visit(placed, &position);
+                }
+            });
+        }
     }
 
     /// Whether particles of a row meet a surface.
@@ -187,6 +270,23 @@ impl Surfaces {
         let of_scene = placed.number.checked_sub(FIRST_SURFACE);
         let rows = of_scene.and_then(|number| self.meets.get(number as usize));
         rows.is_none_or(|rows| rows.is_empty() || rows.get(usize::from(row)).copied().unwrap_or(false))
+    }
+}
+
+/// The features of a surface of a scene.
+fn placed(space: &Space, surface: &SceneSurface, number: u32, moving: u32) -> impl Iterator<Item = Placed> + use<> {
+    let law = match surface.law {
+        SurfaceLaw::Reflecting { restitution } => Law::Reflecting { restitution },
+        SurfaceLaw::Thermal { temperature } => Law::Thermal { temperature },
+    };
+    let features = features::within(space, &surface.shape).into_iter();
+    features.map(move |(shape, feature)| Placed { number, feature, shape, law, moving })
+}
+
+/// Adds features to those without a limited extent, or to the others.
+fn sort(features: impl Iterator<Item = Placed>, unlimited: &mut Vec<Placed>, limited: &mut Vec<Placed>) {
+    for placed in features {
+        if placed.shape.extent().is_some() { limited.push(placed) } else { unlimited.push(placed) }
     }
 }
 
@@ -202,7 +302,13 @@ fn walls(space: &Space, temperatures: &[[Option<f64>; 2]; 3]) -> Vec<Placed> {
                 let wall = Wall { axis, is_upper, at };
                 let law =
                     temperature.map_or(Law::Reflecting { restitution }, |temperature| Law::Thermal { temperature });
-                walls.push(Placed { number: wall.number(), feature: 0, shape: Shape::Wall(wall), law });
+                walls.push(Placed {
+                    number: wall.number(),
+                    feature: 0,
+                    shape: Shape::Wall(wall),
+                    law,
+                    moving: AT_REST,
+                });
             }
         }
     }

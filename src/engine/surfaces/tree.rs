@@ -74,6 +74,11 @@ impl Tree {
         self.nodes[at].next = number(self.nodes.len());
     }
 
+    /// The longest diagonal of a box around all `[length]`.
+    pub fn size(&self) -> f64 {
+        self.nodes.first().map_or(0.0, |root| (root.upper - root.lower).norm())
+    }
+
     /// Calls `visit` with the index of each feature that may reach into a box.
     #[inline]
     pub fn for_each(&self, [lower, upper]: &[Vector; 2], mut visit: impl FnMut(u32)) {

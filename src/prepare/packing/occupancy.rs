@@ -111,7 +111,7 @@ impl<'a> Occupancy<'a> {
         let mut reaches = false;
         // A scene with more species was refused.
         let row = u16::try_from(species).unwrap_or(u16::MAX);
-        surfaces.for_each_near(position, radius, row, |_, surface| {
+        surfaces.for_each_near((position, radius), row, surfaces.start_time(), |surface, position| {
             // Walls are the sides of what is filled.
             reaches |= surface.shape.side().is_none() && surface.shape.gap(position, radius) < 0.0;
         });

@@ -175,6 +175,7 @@ mod tests {
             name: "compress".into(),
             limit: Limit::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
+            gravity: None,
             growth: Some(Growth { rate: 0.05, until: GrowthTarget::CompressibilityFactor(15.0) }),
             measured: None,
         };
@@ -207,6 +208,7 @@ mod tests {
             name: "compress".into(),
             limit: Limit::default(),
             thermostat,
+            gravity: None,
             growth: Some(Growth { rate, until: GrowthTarget::PackingFraction(packing_fraction) }),
             measured: None,
         };

@@ -18,7 +18,7 @@ impl Driver<'_> {
     /// Sets the present stage up.
     pub(super) fn enter(&mut self) {
         let stage = self.state.stage.stage;
-        let Settings { mut limit, thermostat, growth, stream, .. } = self.settings();
+        let Settings { mut limit, thermostat, growth, gravity, stream, .. } = self.settings();
         let scene = self.simulation.scene();
         // Of a stage that is not measured, the temperature is that of the components which the last measurement has.
         let counted = if matches!(stage, Stage::Preparation(_)) { scene.run.thermostat } else { thermostat };
@@ -27,6 +27,9 @@ impl Driver<'_> {
         self.simulation.set_planned_thermostat(thermostat.as_ref(), stream);
         let listed = stage.listed_name(&self.simulation.scene().run).to_owned();
         self.simulation.set_stage_of_surfaces(&listed);
+        if let Some(gravity) = gravity {
+            self.simulation.set_gravity(&gravity);
+        }
         self.state.next_temperature = f64::INFINITY;
         self.state.next_scaling = match thermostat {
             Some(Thermostat::Rescaling { .. }) => self.simulation.time(),

@@ -41,6 +41,8 @@ pub(crate) struct StageFile {
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub until_events: Option<u64>,
+    /// Gravity during the stage `[length / time^2]`; that of `[dynamics]` if not given.
+    pub gravity: Option<[f64; 3]>,
     /// Thermostat during the stage; none if not given.
     pub thermostat: Option<ThermostatFile>,
     /// Hard spheres that grow during the stage.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::scene::names::WORDS;
+use crate::scene::parse::motion::MOTIONS;
 use crate::scene::parse::surface::{SHAPES, SIDES};
 use crate::scene::schema::{keys_by_kind, words};
 
@@ -26,6 +27,9 @@ pub(crate) struct SurfaceFile {
     /// Names of the stages in which it is there, `measurement` for what comes after those; all if not given. One that is put in later needs free room.
     #[schemars(length(min = 1))]
     pub stages: Option<Vec<String>>,
+    /// Its motions, in the order of time; it rests before, between and after them.
+    #[schemars(length(min = 1))]
+    pub motion: Option<Vec<MotionFile>>,
     /// Ratio of the normal speeds after and before a contact.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
@@ -87,6 +91,38 @@ pub(crate) struct SurfaceFile {
     /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. Runs keep it with their scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
+}
+
+/// A motion of a surface.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("allOf" = keys_by_kind("kind", &MOTIONS)))]
+pub(crate) struct MotionFile {
+    /// `"translation"` is `v t + a t^2 / 2`, `"oscillation"` `A (sin(2 pi f t + phase) - sin(phase))`, `"rotation"` turns by `2 pi f t`, by the time `t`
+    /// since its beginning.
+    #[schemars(extend("enum" = words(&MOTIONS)))]
+    pub kind: String,
+    /// Simulated time at which it begins `[time]`; the end of the motion before if not given, 0 for the first.
+    pub from: Option<f64>,
+    /// Simulated time at which it ends `[time]`; never if not given.
+    pub until: Option<f64>,
+    /// Velocity of a translation at its beginning `[length / time]`.
+    #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
+    pub velocity: Option<[f64; 3]>,
+    /// Acceleration of a translation `[length / time^2]`.
+    #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
+    pub acceleration: Option<[f64; 3]>,
+    /// Amplitude of an oscillation `[length]`.
+    pub amplitude: Option<[f64; 3]>,
+    /// Periods of an oscillation by time; turns by time of a rotation, negative for the other sense `[1 / time]`.
+    pub frequency: Option<f64>,
+    /// Phase of an oscillation at its beginning, in degrees.
+    #[schemars(extend("default" = 0.0))]
+    pub phase: Option<f64>,
+    /// A point of the axis of a rotation `[length]`.
+    pub point: Option<[f64; 3]>,
+    /// Direction of that axis, of any length; it turns counterclockwise seen against it.
+    pub axis: Option<[f64; 3]>,
 }
 
 /// A rotation.

@@ -1,6 +1,6 @@
 //! Parses the tables `[run]`, `[[stage]]`, `[exchange]` and `[measure]` into plans.
 
-use super::Keys;
+use super::{Keys, vector};
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text::shortest;
 use crate::model::MeasurementPlan;
@@ -28,6 +28,7 @@ pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<
         equilibration: equilibration.limit,
         until_stationary: equilibration.until_stationary,
         limit: Limit { time: run.until_time, events: run.until_events },
+        gravity: run.gravity.map(vector),
         thermostat: run.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
         threads: run.threads.map_or(Ok(Threads::default()), |file| parse_threads(file, at.key("threads")))?,
     })
@@ -75,6 +76,7 @@ fn parse_stage(stage: StageFile, at: &ConfigPath) -> Result<StagePlan, SceneErro
     Ok(StagePlan {
         name: stage.name,
         measured: stage.measure.then_some(equilibration),
+        gravity: stage.gravity.map(vector),
         limit,
         thermostat: stage.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
         growth: stage.grow.map(|file| parse_growth(&file, &at.key("grow"))).transpose()?,

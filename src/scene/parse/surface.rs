@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use nalgebra::{Matrix3, Rotation3};
+use nalgebra::Rotation3;
 
+use super::motion::parse_motions;
 use super::{Keys, variant, vector};
-use crate::Vector;
-use crate::base::numbers::trunc_to_usize;
 use crate::mesh::read::{MeshFileError, read_mesh};
 use crate::mesh::revolution::revolution;
+use crate::model::surface_motion::{sine_and_cosine, turn};
 use crate::model::{InputFile, SurfaceLaw, SurfaceShape, TriangleMesh};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::unchanged;
@@ -65,6 +65,7 @@ pub(super) fn parse_surface(
         species: file.species.unwrap_or_default(),
         law,
         stages: file.stages.unwrap_or_default(),
+        motions: parse_motions(file.motion.unwrap_or_default(), &at)?,
     };
     Ok((draft, input))
 }
@@ -180,20 +181,8 @@ fn mesh(file: &SurfaceFile, keys: &Keys<'_>, directory: &Path) -> Result<(Triang
             let Some(axis) = axis.try_normalize(0.0) else {
                 return refuse(key.key("axis"), "zero", "a direction");
             };
-            turn(&axis, rotation.angle)
+            Rotation3::from_matrix_unchecked(turn(&axis, sine_and_cosine(rotation.angle / 360.0)))
         }
     };
     Ok((read.transformed(scale, &rotation, &translation), input))
-}
-
-/// A rotation about an axis of length 1, by degrees, with the same bits on every machine (Rodrigues' formula). Right angles are exact.
-fn turn(axis: &Vector, degrees: f64) -> Rotation3<f64> {
-    let quarters = degrees / 90.0;
-    let (sin, cos) = if quarters == quarters.round() {
-        [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][trunc_to_usize(quarters.rem_euclid(4.0)) % 4]
-    } else {
-        (libm::sin(degrees.to_radians()), libm::cos(degrees.to_radians()))
-    };
-    let cross = axis.cross_matrix();
-    Rotation3::from_matrix_unchecked(Matrix3::identity() * cos + cross * sin + axis * axis.transpose() * (1.0 - cos))
 }

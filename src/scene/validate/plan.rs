@@ -9,9 +9,14 @@ use crate::model::{
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::interactions::Interactions;
-use crate::scene::limits::{finite, positive, positive_if_given};
+use crate::scene::limits::{finite, on_flat_axes, positive, positive_if_given};
 
 pub(in crate::scene) const SO_MANY_THREADS: &str = "a whole number from 1 to 64, or \"auto\"";
+
+/// Gravity of a stage, which is zero along flat axes.
+fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    gravity.map_or(Ok(()), |gravity| on_flat_axes(&gravity, &Vector::zeros(), space, &at.key("gravity")))
+}
 
 pub(super) fn check_limit(limit: Limit, time: ConfigPath, events: ConfigPath) -> Result<(), SceneError> {
     positive_if_given(limit.time, time)?;
@@ -34,6 +39,7 @@ impl SceneParts {
         check_limit(self.run.equilibration, at.key("equilibration_time"), at.key("equilibration_events"))?;
         check_limit(self.run.limit, at.key("until_time"), at.key("until_events"))?;
         check_thermostat(self.run.thermostat.as_ref(), &at.key("thermostat"))?;
+        check_gravity(self.run.gravity, &self.space, &at)?;
         if let Threads::Number(number) = self.run.threads
             && !(1..=Threads::MOST).contains(&number)
         {
@@ -46,6 +52,7 @@ impl SceneParts {
                 return refuse(at.key("name"), format!("{:?}", stage.name), expected);
             }
             check_limit(stage.limit, at.key("until_time"), at.key("until_events"))?;
+            check_gravity(stage.gravity, &self.space, &at)?;
             check_thermostat(stage.thermostat.as_ref(), &at.key("thermostat"))?;
             if let Some(growth) = &stage.growth {
                 check_growth(growth, &at.key("grow"))?;
@@ -92,7 +99,8 @@ impl SceneParts {
         interactions: &Interactions<'_>,
     ) -> Result<(), SceneError> {
         let (species, longest) = (interactions.species, interactions.longest_range(|_, _| true));
-        let is_falling = species.iter().any(|species| species.acceleration.amax() > 0.0);
+        let is_falling =
+            species.iter().map(|species| species.acceleration).chain(self.run.gravities()).any(|a| a.amax() > 0.0);
         let has_static = species.iter().any(Species::is_static);
         let is_alone = space.is_fully_periodic() && !is_falling && !has_static;
         if let Some(index) = self.run.stages.iter().position(|stage| stage.growth.is_some()) {

@@ -56,7 +56,7 @@ pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &Su
         let mut refused = None;
         // A scene with more species was refused.
         let row = u16::try_from(row).unwrap_or(u16::MAX);
-        surfaces.for_each_near(position, radius, row, |_, surface| {
+        surfaces.for_each_near((position, radius), row, surfaces.start_time(), |surface, position| {
             let rounding = ROUNDING * (surface.shape.terms(position) + radius);
             let gap = surface.shape.gap(position, radius);
             if gap < -rounding && refused.is_none() {
@@ -186,14 +186,14 @@ mod tests {
         let check = |x: f64, surfaces: &Surfaces| check_surfaces(&at(x), &species, surfaces);
         let walled = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(5.0) };
         let none = [[None; 2]; 3];
-        let walls = Surfaces::of_parts((&walled, &none), &[], &[], "");
+        let walls = Surfaces::of_parts((&walled, &none, 0.0), &[], &[], "");
         assert!(check(0.5, &walls).is_ok());
         let refused = check(0.25, &walls).unwrap_err();
         assert_eq!(refused.kind().to_string(), "particle 1 reaches 0.25 through the lower wall of x");
 
         let plane = SurfaceShape::Plane { point: Vector::x(), normal: Vector::x() };
         let plane = SceneSurface::new("slope", plane, SurfaceLaw::Reflecting { restitution: 1.0 });
-        let plane = Surfaces::of_parts((&Space::periodic_cube(5.0), &none), &[plane], &[], "");
+        let plane = Surfaces::of_parts((&Space::periodic_cube(5.0), &none, 0.0), &[plane], &[], "");
         assert!(check(1.5, &plane).is_ok());
         let refused = check(1.25, &plane).unwrap_err();
         assert_eq!(refused.kind().to_string(), "particle 1 reaches 0.25 through surface `slope`");

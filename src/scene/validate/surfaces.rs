@@ -1,5 +1,6 @@
 //! Validates the surfaces of a scene.
 
+use super::motions::check_motions;
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::surfaces::{MOST_FEATURES, Surfaces};
@@ -37,6 +38,7 @@ impl SceneBuilder {
             check_space(&surface.shape, space, &at)?;
             check_radii(surface, species, &at)?;
             self.check_stages(&surface.stages, &at)?;
+            check_motions(surface, space, &at)?;
             if let SurfaceShape::Mesh(mesh) = &surface.shape {
                 features += mesh.triangles.len();
             }
@@ -54,7 +56,7 @@ impl SceneBuilder {
         }
         let ids: Vec<SpeciesId> = (0..species.len()).map(|index| SpeciesId(id(index))).collect();
         let stage = self.parts.run.first_stage();
-        Ok(Surfaces::of_parts((space, &self.parts.wall_temperatures), &surfaces, &ids, stage))
+        Ok(Surfaces::of_parts((space, &self.parts.wall_temperatures, self.parts.start_time), &surfaces, &ids, stage))
     }
 
     /// Refuses stages that there are not.
@@ -80,16 +82,16 @@ impl SceneBuilder {
 
 /// A surface with the numbers of its species.
 fn resolved(draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
-    let SurfaceDraft { name, shape, species: named, law, stages } = draft;
+    let SurfaceDraft { name, shape, species: named, law, stages, motions } = draft.clone();
     let at = ConfigPath::entry("surface", index).key("species");
-    let find = |name: &String| {
-        let found = species.iter().position(|species| species.name == *name);
+    let find = |name: String| {
+        let found = species.iter().position(|species| species.name == name);
         found
             .map(|index| SpeciesId(id(index)))
-            .ok_or_else(|| unknown(&at, "species", name, species.iter().map(|species| species.name.as_str())))
+            .ok_or_else(|| unknown(&at, "species", &name, species.iter().map(|species| species.name.as_str())))
     };
-    let species = named.iter().map(find).collect::<Result<Vec<_>, _>>()?;
-    Ok(SceneSurface { name: name.clone(), shape: shape.clone(), species, law: *law, stages: stages.clone() })
+    let species = named.into_iter().map(find).collect::<Result<Vec<_>, _>>()?;
+    Ok(SceneSurface { name, shape, species, law, stages, motions })
 }
 
 fn check_law(law: SurfaceLaw, at: &ConfigPath) -> Result<(), SceneError> {
@@ -128,7 +130,7 @@ fn check_shape(shape: &SurfaceShape, at: &ConfigPath) -> Result<(), SceneError> 
     }
 }
 
-fn direction(vector: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
+pub(super) fn direction(vector: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(vector, at)?;
     positive(vector.norm(), at.clone()).map(drop)
 }

@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::base::text::{digits, listed, plural};
 use crate::mesh::MeshReport;
 use crate::mesh::report::{Finding, Inside, Orientation, Thinnest};
-use crate::model::{Scene, SceneSurface, Species, SurfaceLaw, SurfaceShape, TriangleMesh};
+use crate::model::{MotionKind, Scene, SceneSurface, Species, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
 
 /// Beyond this ratio of its size to that of the particles, or of the box, a mesh probably has other units.
 const OTHER_UNITS: f64 = 100.0;
@@ -39,7 +39,34 @@ pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
     };
     let names: Vec<&str> = surface.species.iter().map(|id| scene.species[id.0 as usize].name.as_str()).collect();
     let who = if names.is_empty() { String::new() } else { format!(", for {} only", listed(&names)) };
-    format!("{}: {shape}, {law}{who}", surface.name)
+    let when = match surface.stages.as_slice() {
+        [] => String::new(),
+        stages => format!(", in {} only", listed(&stages.iter().map(String::as_str).collect::<Vec<_>>())),
+    };
+    let motions: Vec<String> = surface.motions.iter().map(motion).collect();
+    let moves = if motions.is_empty() { String::new() } else { format!(", {}", motions.join(", ")) };
+    format!("{}: {shape}, {law}{who}{when}{moves}", surface.name)
+}
+
+/// A motion in words: `moves with velocity (0, 0, 1) from t = 2 to 4`.
+fn motion(motion: &SurfaceMotion) -> String {
+    let at = |v: &Vector| format!("({}, {}, {})", digits(v.x), digits(v.y), digits(v.z));
+    let how = match &motion.kind {
+        MotionKind::Translation { velocity, acceleration } if *acceleration == Vector::zeros() => {
+            format!("moves with velocity {}", at(velocity))
+        }
+        MotionKind::Translation { velocity, acceleration } => {
+            format!("moves with velocity {} and acceleration {}", at(velocity), at(acceleration))
+        }
+        MotionKind::Oscillation { amplitude, frequency, .. } => {
+            format!("oscillates by {} with frequency {}", at(amplitude), digits(*frequency))
+        }
+        MotionKind::Rotation { point, axis, frequency } => {
+            format!("turns about {} through {} with frequency {}", at(axis), at(point), digits(*frequency))
+        }
+    };
+    let until = if motion.until.is_finite() { format!(" to {}", digits(motion.until)) } else { String::new() };
+    format!("{how} from t = {}{until}", digits(motion.from))
 }
 
 /// Lines about the meshes of a scene, and warnings: whether they are closed, volume, walls and gaps, faults, and what starts inside.

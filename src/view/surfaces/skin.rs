@@ -3,6 +3,7 @@
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::TriangleMesh;
+use crate::model::surface_motion::Timeline;
 use crate::model::triangle_mesh::{EdgeUse, twice_area};
 
 /// Cosine of the angle up to which two triangles are taken for parts of one smooth surface: 35 degrees.
@@ -23,6 +24,8 @@ pub(in crate::view) struct Skin {
     pub edges: Vec<[Vector; 2]>,
     /// Lower and upper corner of the box around it.
     pub bounds: [Vector; 2],
+    /// How it moves, if it does; all else is as before it moves.
+    pub timeline: Option<Timeline>,
 }
 
 impl Skin {
@@ -63,6 +66,24 @@ impl Skin {
             }
         }
         skin
+    }
+
+    /// The skin where it is at a time.
+    pub fn at(&self, time: f64) -> Self {
+        let Some(timeline) = &self.timeline else { return self.clone() };
+        let pose = timeline.at(time).pose;
+        let vertices: Vec<Vector> = self.vertices.iter().map(|vertex| pose.place(vertex)).collect();
+        let bounds = vertices.iter().fold(None, |all: Option<[Vector; 2]>, vertex| {
+            Some(all.map_or([*vertex; 2], |[lower, upper]| [lower.inf(vertex), upper.sup(vertex)]))
+        });
+        Self {
+            normals: self.normals.iter().map(|normal| pose.direction(normal)).collect(),
+            triangles: self.triangles.clone(),
+            edges: self.edges.iter().map(|ends| ends.map(|end| pose.place(&end))).collect(),
+            bounds: bounds.unwrap_or(self.bounds),
+            vertices,
+            timeline: None,
+        }
     }
 
     /// Positions of the corners of a triangle, and their normals.

@@ -14,7 +14,7 @@ use crate::scene::{SceneBuilder, SurfaceDraft};
 use std::ops::ControlFlow;
 
 /// Hard spheres of two sizes and masses at random places within a distance of the middle of an open box.
-fn gas(count: u32, room: f64, gravity: f64) -> SceneBuilder {
+pub(super) fn gas(count: u32, room: f64, gravity: f64) -> SceneBuilder {
     let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
     let mut scene = SceneBuilder::new("gas")
@@ -36,12 +36,12 @@ fn gas(count: u32, room: f64, gravity: f64) -> SceneBuilder {
     scene
 }
 
-fn mesh(name: &str, mesh: TriangleMesh) -> SurfaceDraft {
+pub(super) fn mesh(name: &str, mesh: TriangleMesh) -> SurfaceDraft {
     SurfaceDraft::new(name, SurfaceShape::Mesh(mesh))
 }
 
 /// Contacts with surfaces or walls, in order.
-fn contacts(scene: Scene, events: u64) -> Vec<Event> {
+pub(super) fn contacts(scene: Scene, events: u64) -> Vec<Event> {
     let mut found = Vec::new();
     let mut simulation = Simulation::without_plan(scene);
     let mut see = |event: &Event| {

@@ -1,0 +1,271 @@
+//! Surfaces that move: when a particle comes to one of their features.
+//!
+//! All is asked in the frame of the surface. Where that accelerates evenly, distances are the polynomials of surfaces at rest. Where it oscillates or turns
+//! they are not, and contacts are found by conservative advancement: with a bound `|f''| <= M` no root of the overlap function lies within
+//! `h = (f' + sqrt(f'^2 + 2 M f)) / M` of a time, and steps by `h` come to the first root from the valid side and never pass one (theory, section 7).
+
+use super::tree::Tree;
+use super::{Flight, Placed, Surface};
+use crate::Vector;
+use crate::model::MotionKind;
+use crate::model::surface_motion::{Moment, Piece, Timeline};
+use crate::physics::motion::stream_position;
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+/// Steps of the search for one contact, before it is gone on with later.
+const MOST_STEPS: u32 = 1_000;
+
+/// Intervals of one search, before it is gone on with later.
+const MOST_INTERVALS: u32 = 200;
+
+/// Of a period, the longest time for which bounds of distances and rates are taken.
+const SHARE: f64 = 0.125;
+
+/// A surface that moves: its features are a range of all, with their own tree, as they are before it moves.
+#[derive(Debug, Clone)]
+pub(super) struct Moving {
+    pub timeline: Timeline,
+    pub features: Range<usize>,
+    /// Features of no limited extent.
+    pub unlimited: Range<usize>,
+    /// Where the others are.
+    pub tree: Option<Tree>,
+}
+
+/// What a search has found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Found {
+    /// A contact with a feature, after a time from now `[time]`.
+    Contact(u32, f64),
+    /// None up to a time from now, at which it has to be gone on with `[time]`.
+    NoneUntil(f64),
+}
+
+/// A flight beside a surface that moves, from a simulated time on.
+#[derive(Debug, Clone, Copy)]
+struct Passage<'a> {
+    flight: &'a Flight<'a>,
+    now: f64,
+    piece: &'a Piece,
+}
+
+/// A flight as a surface sees it after a time, and what it is not beyond in some time from then.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    position: Vector,
+    /// Bounds of the speed and of the acceleration `[length / time]`, `[length / time^2]`.
+    speed: f64,
+    acceleration: f64,
+    /// Bound of the path, also over many periods `[length]`.
+    path: f64,
+}
+
+impl Moving {
+    /// The next contact of a sphere before a time from now has passed, with the features that it meets; those are at `all`.
+    pub fn next_contact(
+        &self,
+        all: &[Placed],
+        meets: impl Fn(&Placed) -> bool,
+        (flight, now): (&Flight<'_>, f64),
+        horizon: f64,
+    ) -> Option<Found> {
+        let mut after = 0.0;
+        loop {
+            let piece = self.timeline.piece_at(now + after);
+            let passage = Passage { flight, now, piece };
+            let end = horizon.min(piece.until - now);
+            let found = match piece.kind {
+                Some(kind) if !kind.is_polynomial() => self.search(all, &meets, &passage, (after, end)),
+                _ => self.solve(all, &meets, &passage, (after, end)),
+            };
+            if found.is_some() || end >= horizon {
+                return found;
+            }
+            // Rounding may leave the end of a piece within it.
+            after = if end > after { end } else { after + 2.0 * f64::EPSILON * (now.abs() + after.abs()) };
+        }
+    }
+
+    /// Calls `visit` for the features that may be met within a distance of a place, in the frame of the surface.
+    pub fn for_each_within(
+        &self,
+        all: &[Placed],
+        (position, radius): (&Vector, f64),
+        reach: f64,
+        mut visit: impl FnMut(u32, &Placed),
+    ) {
+        for (index, placed) in (0..).zip(all).skip(self.unlimited.start).take(self.unlimited.len()) {
+            // A plane that the sphere overlaps counts, however far it is behind.
+            if placed.shape.gap(position, radius) <= reach {
+                visit(index, placed);
+            }
+        }
+        let Some(tree) = &self.tree else { return };
+        let around = Vector::repeat((reach + radius) * (1.0 + 1e-6) + 1e-12 * position.amax());
+        tree.for_each(&[position - around, position + around], |index| {
+            if let Some(placed) = all.get(index as usize) {
+                visit(index, placed);
+            }
+        });
+    }
+
+    /// The first contact in a piece in which overlap functions are polynomials.
+    fn solve(
+        &self,
+        all: &[Placed],
+        meets: &impl Fn(&Placed) -> bool,
+        passage: &Passage<'_>,
+        (after, end): (f64, f64),
+    ) -> Option<Found> {
+        let Passage { flight, now, piece } = *passage;
+        let (position, velocity) = passage.state(after);
+        let moment = piece.at(now + after);
+        let (position, velocity) = moment.seen(&position, &velocity);
+        let acceleration = moment.pose.direction_of_shape(&(flight.acceleration - moment.acceleration));
+        let seen = Flight { position: &position, velocity: &velocity, acceleration: &acceleration, ..*flight };
+        let mut first = end - after;
+        let mut found = None;
+        let mut look = |index: u32, placed: &Placed| {
+            if let Some(dt) = placed.shape.next_contact(&seen).filter(|dt| *dt < first && meets(placed)) {
+                (first, found) = (dt, Some(Found::Contact(index, after + dt)));
+            }
+        };
+        for (index, placed) in (0..).zip(all).skip(self.unlimited.start).take(self.unlimited.len()) {
+            look(index, placed);
+        }
+        if let Some(tree) = &self.tree {
+            tree.for_each(&seen.swept(end - after), |index| {
+                if let Some(placed) = all.get(index as usize) {
+                    look(index, placed);
+                }
+            });
+        }
+        found
+    }
+
+    /// The first contact in a piece in which they are not: in intervals in which the flight comes near to few features.
+    fn search(
+        &self,
+        all: &[Placed],
+        meets: &impl Fn(&Placed) -> bool,
+        passage: &Passage<'_>,
+        (mut after, end): (f64, f64),
+    ) -> Option<Found> {
+        let longest = passage.longest();
+        let size = self.tree.as_ref().map_or(f64::INFINITY, Tree::size);
+        let mut step = (end - after).min(64.0 * longest);
+        for _ in 0..MOST_INTERVALS {
+            if after >= end {
+                return None;
+            }
+            step = step.min(end - after);
+            let seen = passage.seen(after, step);
+            let is_short = step <= longest && seen.path <= 0.125 * size + 4.0 * passage.flight.radius;
+            let (mut is_near, mut first, mut found) = (false, after + step, None);
+            self.for_each_within(all, (&seen.position, passage.flight.radius), seen.path, |index, placed| {
+                is_near |= meets(placed);
+                if is_short && meets(placed) {
+                    match passage.advance(placed, &seen, (after, first)) {
+                        Some(Found::Contact(_, at)) => (first, found) = (at, Some(Found::Contact(index, at))),
+                        Some(Found::NoneUntil(at)) => (first, found) = (at, Some(Found::NoneUntil(at))),
+                        None => {}
+                    }
+                }
+            });
+            if found.is_some() {
+                return found;
+            }
+            if is_near && !is_short {
+                step *= 0.5;
+                continue;
+            }
+            after += step;
+            step *= 2.0;
+        }
+        Some(Found::NoneUntil(after))
+    }
+}
+
+impl Passage<'_> {
+    /// Position and velocity of the flight after a time.
+    fn state(&self, after: f64) -> (Vector, Vector) {
+        let Flight { position, velocity, acceleration, .. } = *self.flight;
+        (stream_position(position, velocity, acceleration, after), velocity + acceleration * after)
+    }
+
+    fn moment(&self, after: f64) -> Moment {
+        self.piece.at(self.now + after)
+    }
+
+    /// The longest interval for which bounds are of use `[time]`.
+    fn longest(&self) -> f64 {
+        match self.piece.kind {
+            Some(MotionKind::Oscillation { frequency, .. } | MotionKind::Rotation { frequency, .. }) => {
+                SHARE / frequency.abs().max(f64::MIN_POSITIVE)
+            }
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// The flight as the surface sees it after a time, with bounds for an interval from then on.
+    fn seen(&self, after: f64, interval: f64) -> Seen {
+        let (position, velocity) = self.state(after);
+        let moment = self.moment(after);
+        let (seen_position, seen_velocity) = moment.seen(&position, &velocity);
+        let push = self.flight.acceleration.norm();
+        let fastest = velocity.norm() + push * interval;
+        let flown = fastest * interval;
+        let (speed, acceleration, path) = match self.piece.kind {
+            Some(MotionKind::Oscillation { amplitude, frequency, .. }) => {
+                let (rate, amplitude) = (TAU * frequency.abs(), amplitude.norm());
+                let speed = fastest + rate * amplitude;
+                (speed, push + rate * rate * amplitude, flown + amplitude * (rate * interval).min(2.0))
+            }
+            Some(MotionKind::Rotation { point, frequency, .. }) => {
+                let (rate, arm) = (TAU * frequency.abs(), (position - point).norm() + flown);
+                let speed = fastest + rate * arm;
+                let acceleration = push + rate * rate * arm + 2.0 * rate * speed;
+                (speed, acceleration, flown + arm * (rate * interval).min(2.0))
+            }
+            _ => (seen_velocity.norm() + push * interval, push, f64::INFINITY),
+        };
+        Seen { position: seen_position, speed, acceleration, path }
+    }
+
+    /// The first contact with one feature between two times from now, for which `seen` holds bounds.
+    fn advance(&self, placed: &Placed, seen: &Seen, (after, end): (f64, f64)) -> Option<Found> {
+        let shape = &placed.shape;
+        let bound = shape.second_rate_bound(&seen.position, seen.path, seen.speed, seen.acceleration);
+        let bound = bound.max(f64::MIN_POSITIVE);
+        let mut at = after;
+        for _ in 0..MOST_STEPS {
+            if at >= end {
+                return None;
+            }
+            let (position, velocity) = self.state(at);
+            let (position, velocity) = self.moment(at).seen(&position, &velocity);
+            let (f, rate) = shape.overlap(&position, &velocity, self.flight.radius);
+            // Times are rounded at some units in the last place of the simulated time.
+            let shortest = 4.0 * f64::EPSILON * (self.now.abs() + at + self.longest());
+            let step = if f > 0.0 {
+                let root = (rate * rate + 2.0 * bound * f).sqrt();
+                if rate > 0.0 { (rate + root) / bound } else { 2.0 * f / (root - rate) }
+            } else if rate >= 0.0 {
+                rate / bound
+            } else {
+                0.0
+            };
+            if rate < 0.0 && step <= shortest {
+                let beyond = shape.beyond(&position);
+                if beyond <= 0.0 {
+                    return Some(Found::Contact(0, at));
+                }
+                at += (beyond / seen.speed).max(shortest);
+                continue;
+            }
+            at += step.max(shortest);
+        }
+        (at < end).then_some(Found::NoneUntil(at))
+    }
+}

@@ -1,0 +1,209 @@
+//! Surfaces that move: against exact bounces, against surfaces at rest in another frame, and closed ones that nothing leaves.
+
+use super::meshes::{contacts, gas, mesh};
+use crate::Vector;
+use crate::engine::{Simulation, Until};
+use crate::model::potential::Potential;
+use crate::model::space::{Boundary, Space};
+use crate::model::{MotionKind, Scene, SurfaceMotion, SurfaceShape, TriangleMesh};
+use crate::scene::{SceneBuilder, SurfaceDraft};
+use std::f64::consts::{PI, TAU};
+
+const ALWAYS: (f64, f64) = (0.0, f64::INFINITY);
+
+fn moving((from, until): (f64, f64), kind: MotionKind) -> SurfaceMotion {
+    SurfaceMotion { from, until, kind }
+}
+
+fn along_z(speed: f64, acceleration: f64) -> MotionKind {
+    MotionKind::Translation { velocity: Vector::z() * speed, acceleration: Vector::z() * acceleration }
+}
+
+fn floor(restitution: f64) -> SurfaceDraft {
+    let plane = SurfaceShape::Plane { point: Vector::zeros(), normal: Vector::z() };
+    SurfaceDraft::new("floor", plane).restitution(restitution)
+}
+
+/// A ball of mass 0.7 and radius 0.25 at a height above contact with a floor at 0.
+fn ball(gravity: f64, height: f64, speed: f64, floor: SurfaceDraft) -> Scene {
+    let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
+    SceneBuilder::new("ball")
+        .space(space)
+        .gravity(Vector::z() * -gravity)
+        .species("A", 0.7, 0.5)
+        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .surface(floor)
+        .particle("A", Vector::new(10.0, 10.0, height + 0.25), Vector::new(0.1, 0.0, speed))
+        .build()
+        .unwrap()
+}
+
+fn oscillation(amplitude: f64, rate: f64, phase: f64) -> MotionKind {
+    MotionKind::Oscillation { amplitude: Vector::z() * amplitude, frequency: rate / TAU, phase }
+}
+
+#[test]
+fn a_floor_that_starts_and_stops_throws_a_ball_as_far_as_it_should() {
+    // Up by 0.5 t from the time 2 to 4, then by 0.3 t^2 to 5. The ball waits at 0.6 above it, at rest.
+    let floor = floor(0.8).motion(moving((2.0, 4.0), along_z(0.5, 0.0))).motion(moving((4.0, 5.0), along_z(0.0, 0.6)));
+    let found = contacts(ball(0.0, 0.6, 0.0, floor), 1);
+    let event = &found[0];
+    assert!((event.time - 3.2).abs() < 1e-14);
+    // `v' = -e v + (1 + e) w`, and the work `J w`.
+    assert!((event.after[0].z - 0.9).abs() < 1e-14);
+    let (work, lost) = (0.7 * 0.9 * 0.5, 0.5 * 0.7 * (1.0 - 0.64) * 0.25);
+    assert!((event.energy_step - work).abs() < 1e-14 && (event.dissipated - lost).abs() < 1e-14, "{event:?}");
+    // It accelerates from 4 on: `0.3 (t - 4)^2 = 0.8` after the ball at 1.8 has come to rest there, is never.
+    let late = ball(0.0, 1.1, 0.0, self::floor(1.0).motion(moving((4.0, 5.0), along_z(0.0, 2.4))));
+    let found = contacts(late, 1);
+    assert!((found[0].time - (4.0 + (1.1_f64 / 1.2).sqrt())).abs() < 1e-14, "{}", found[0].time);
+    let mut simulation =
+        Simulation::without_plan(ball(0.0, 1.3, 0.0, self::floor(1.0).motion(moving((4.0, 5.0), along_z(0.0, 2.4)))));
+    let _ = simulation.advance(Until::time(100.0));
+    assert_eq!(simulation.event_counts().wall, 0, "it stops 0.1 below the ball");
+}
+
+/// Times of the first bounces of a ball on a floor, by steps and bisection of the height above it.
+fn bounces(
+    gravity: f64,
+    (height, leaving): (f64, f64),
+    restitution: f64,
+    (amplitude, rate, phase): (f64, f64, f64),
+    count: usize,
+) -> Vec<f64> {
+    let first = amplitude * libm::sin(TAU * phase);
+    let surface = |t: f64| amplitude * libm::sin(rate * t + TAU * phase) - first;
+    let (mut since, mut from, mut speed) = (0.0, height, leaving);
+    let mut times = Vec::new();
+    while times.len() < count {
+        let above = |t: f64| from + (speed - 0.5 * gravity * (t - since)) * (t - since) - surface(t);
+        let step = 1e-3 / rate;
+        let mut upper = since + step;
+        while above(upper) > 0.0 {
+            upper += step;
+        }
+        let mut lower = upper - step;
+        for _ in 0..80 {
+            let middle = 0.5 * (lower + upper);
+            if above(middle) > 0.0 { lower = middle } else { upper = middle }
+        }
+        let own = amplitude * rate * libm::cos(rate * upper + TAU * phase);
+        let arriving = speed - gravity * (upper - since);
+        (since, from) = (upper, surface(upper));
+        speed = -restitution * arriving + (1.0 + restitution) * own;
+        times.push(upper);
+    }
+    times
+}
+
+#[test]
+fn a_ball_bounces_on_a_vibrating_floor_when_it_should() {
+    // Near to stable orbits, which forget rounding, and elastic bounces without an orbit, which multiply it.
+    for (restitution, gamma, count) in [(0.5, 1.3, 400), (0.8, 0.9, 400), (1.0, 2.0, 12)] {
+        let (gravity, rate) = (9.81, 31.0);
+        let amplitude = gamma * gravity / (rate * rate);
+        let phase = libm::acos(PI * (1.0 - restitution) / (gamma * (1.0 + restitution))) / TAU;
+        let leaving = 1.02 * PI * gravity / rate;
+        let floor = floor(restitution).motion(moving(ALWAYS, oscillation(amplitude, rate, phase)));
+        let found = contacts(ball(gravity, 1e-3, leaving, floor), count as u64);
+        let expected = bounces(gravity, (1e-3, leaving), restitution, (amplitude, rate, phase), count);
+        for (event, time) in found.iter().zip(&expected) {
+            assert!((event.time - time).abs() * rate < 1e-9, "{restitution} {gamma}: {} {time}", event.time);
+        }
+        assert_eq!(found.len(), expected.len());
+    }
+}
+
+/// The largest difference of intervals between bounces, in periods, long after the start on the orbit of one bounce in each period.
+fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
+    let (gravity, rate) = (9.81, 31.0);
+    let amplitude = gamma * gravity / (rate * rate);
+    // Of the orbit, `cos(phase) = pi (1 - e) / (gamma (1 + e))`; it starts at a bounce there, a little off.
+    let phase = libm::acos(PI * (1.0 - restitution) / (gamma * (1.0 + restitution)));
+    let leaving = PI * gravity / rate;
+    let floor = floor(restitution).motion(moving(ALWAYS, oscillation(amplitude, rate, phase / TAU)));
+    let found = contacts(ball(gravity, 1e-12, leaving * (1.0 + 1e-4), floor), bounces);
+    let last = &found[found.len() - 40..];
+    let intervals: Vec<f64> = last.windows(2).map(|two| (two[1].time - two[0].time) * rate / TAU).collect();
+    intervals.windows(2).map(|two| (two[1] - two[0]).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_period_of_a_bouncing_ball_doubles_where_it_should() {
+    // The acceleration at which the orbit loses its stability, in units of gravity.
+    for (restitution, threshold) in [(0.5, 1.52682), (0.8, 1.07084)] {
+        let below = unevenness(restitution, threshold - 1e-3, 20_000);
+        let above = unevenness(restitution, threshold + 1e-3, 20_000);
+        assert!(below < 1e-9, "{restitution}: {below}");
+        assert!(above > 1e-3, "{restitution}: {above}");
+    }
+}
+
+#[test]
+fn what_moves_with_its_surface_sees_one_at_rest() {
+    // A closed box with a gas, at rest and at a constant velocity, and one that falls with its gas.
+    let (lower, upper) = (Vector::new(6.1, 6.3, 6.7), Vector::new(13.9, 14.2, 14.8));
+    let draft = || mesh("box", TriangleMesh::cuboid(&lower, &upper)).restitution(0.9);
+    let scene = |drift: Vector, gravity: f64, draft: SurfaceDraft| {
+        let scene = gas(6, 5.0, gravity).surface(draft).build().unwrap();
+        let mut parts = scene.into_parts();
+        parts.particles.iter_mut().for_each(|particle| particle.velocity += drift);
+        Scene::new(parts).unwrap()
+    };
+    let expected = contacts(scene(Vector::zeros(), 0.0, draft()), 60);
+    let (drift, fall) = (Vector::new(0.3, -0.2, 0.5), Vector::new(0.1, -0.2, -1.0) * 0.4);
+    let drifts = MotionKind::Translation { velocity: drift, acceleration: Vector::zeros() };
+    let falls = MotionKind::Translation { velocity: drift, acceleration: fall };
+    for (gravity, kind) in [(0.0, drifts), (0.4, falls)] {
+        let found = contacts(scene(drift, gravity, draft().motion(moving(ALWAYS, kind))), 60);
+        assert_eq!(expected.len(), found.len());
+        assert!(found.len() > 20);
+        for (one, other) in expected.iter().zip(&found) {
+            assert_eq!(one.particle, other.particle);
+            assert!((one.time - other.time).abs() < 1e-9, "{} {}", one.time, other.time);
+            assert!((one.impulse - other.impulse).norm() < 1e-9);
+        }
+    }
+}
+
+/// Whether a place is within a convex mesh.
+fn depth(mesh: &TriangleMesh, place: &Vector) -> f64 {
+    let height = |[a, b, c]: [Vector; 3]| (b - a).cross(&(c - a)).normalize().dot(&(a - place));
+    mesh.all_corners().map(height).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn nothing_leaves_a_closed_box_that_turns_or_shakes() {
+    let cuboid = TriangleMesh::cuboid(&Vector::new(6.1, 6.3, 6.7), &Vector::new(13.9, 14.2, 14.8));
+    let axis = Vector::new(1.0, 0.4, -0.3);
+    let turns = MotionKind::Rotation { point: Vector::new(9.5, 10.2, 10.4), axis, frequency: 0.21 };
+    let shakes = MotionKind::Oscillation { amplitude: Vector::new(0.2, -0.1, 0.3), frequency: 2.3, phase: 0.2 };
+    let stops = [moving((0.5, 3.5), turns), moving((4.0, 9.0), shakes), moving((9.0, 11.0), turns)];
+    for motions in [&[moving(ALWAYS, turns)][..], &[moving(ALWAYS, shakes)], &stops] {
+        for (gravity, restitution) in [(0.0, 1.0), (0.7, 0.9), (0.7, 0.3)] {
+            let mut draft = mesh("box", cuboid.clone()).restitution(restitution);
+            draft = motions.iter().fold(draft, |draft, motion| draft.motion(*motion));
+            let scene = gas(20, 4.0, gravity).contact_time(1e-3).surface(draft).build().unwrap();
+            let timeline = crate::model::surface_motion::Timeline::of(motions);
+            let mut simulation = Simulation::without_plan(scene);
+            let before = simulation.energy();
+            for step in 1..=40 {
+                simulation.advance(Until::time(0.5 * f64::from(step))).unwrap();
+                let pose = timeline.at(simulation.time()).pose;
+                let snapshot = simulation.snapshot();
+                for (k, place) in snapshot.positions.iter().enumerate() {
+                    let radius = if k % 3 == 0 { 0.4 } else { 0.25 };
+                    let room = depth(&cuboid, &pose.place_of_shape(place)) - radius;
+                    assert!(room > -1e-12, "{motions:?} {gravity} {restitution}: particle {k} at {room}");
+                }
+                assert_eq!(simulation.real_overlaps(), []);
+            }
+            let (after, counts) = (simulation.energy(), simulation.event_counts());
+            assert!(counts.wall > 200, "{}", counts.wall);
+            assert_eq!(counts.in_invalid_state, 0);
+            let change = after.kinetic + after.potential - before.kinetic - before.potential;
+            let off = change + counts.dissipated.total() - counts.supplied.total();
+            assert!(off.abs() < 1e-10 * (after.kinetic + before.kinetic), "{off}");
+        }
+    }
+}

@@ -1,0 +1,351 @@
+//! Motions of surfaces: translations, oscillations and rotations, one after the other.
+
+use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+use crate::Vector;
+use crate::base::numbers::trunc_to_usize;
+
+/// One motion of a surface, from a time until another. Before, between and after its motions a surface rests.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SurfaceMotion {
+    /// Simulated time at which it begins `[time]`.
+    pub from: f64,
+    /// Simulated time at which it ends; infinite if it goes on for ever `[time]`.
+    #[serde(with = "endless")]
+    pub until: f64,
+    /// The motion between.
+    pub kind: MotionKind,
+}
+
+/// A motion, by the time `t` since it began.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum MotionKind {
+    /// By `u(t) = v t + a t^2 / 2`.
+    Translation {
+        /// Velocity `v` at its beginning `[length / time]`.
+        velocity: Vector,
+        /// Constant acceleration `a` `[length / time^2]`.
+        acceleration: Vector,
+    },
+    /// By `u(t) = A (sin(2 pi f t + phase) - sin(phase))`.
+    Oscillation {
+        /// `A` `[length]`.
+        amplitude: Vector,
+        /// Periods per time, `f` `[1 / time]`.
+        frequency: f64,
+        /// In turns: a quarter starts at the highest place.
+        phase: f64,
+    },
+    /// By the angle `2 pi f t` about an axis, counterclockwise seen against it.
+    Rotation {
+        /// A point of the axis `[length]`.
+        point: Vector,
+        /// Direction of the axis, of any length.
+        axis: Vector,
+        /// Turns per time, `f` `[1 / time]`.
+        frequency: f64,
+    },
+}
+
+impl MotionKind {
+    /// Whether distances to a plane or a line at rest are polynomials of the time.
+    #[must_use]
+    pub fn is_polynomial(&self) -> bool {
+        matches!(self, Self::Translation { .. })
+    }
+}
+
+/// A time that may be infinite, which JSON has no number for.
+mod endless {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(time: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        Some(*time).filter(|time| time.is_finite()).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
+    }
+}
+
+/// Where a surface is: at `R x + d` for the places `x` of its shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// `R`.
+    pub rotation: Matrix3<f64>,
+    /// Whether `R` is another matrix than that of no rotation.
+    pub is_turned: bool,
+    /// `d` `[length]`.
+    pub displacement: Vector,
+}
+
+impl Default for Pose {
+    fn default() -> Self {
+        Self { rotation: Matrix3::identity(), is_turned: false, displacement: Vector::zeros() }
+    }
+}
+
+impl Pose {
+    /// The place in space of a place of the shape.
+    #[must_use]
+    pub fn place(&self, position: &Vector) -> Vector {
+        self.direction(position) + self.displacement
+    }
+
+    /// The direction in space of one of the shape.
+    #[must_use]
+    pub fn direction(&self, vector: &Vector) -> Vector {
+        if self.is_turned { self.rotation * vector } else { *vector }
+    }
+
+    /// The place of the shape at a place in space.
+    #[must_use]
+    pub fn place_of_shape(&self, position: &Vector) -> Vector {
+        self.direction_of_shape(&(position - self.displacement))
+    }
+
+    /// The direction of the shape along one in space.
+    #[must_use]
+    pub fn direction_of_shape(&self, vector: &Vector) -> Vector {
+        if self.is_turned { self.rotation.tr_mul(vector) } else { *vector }
+    }
+
+    fn moved(self, by: &Vector) -> Self {
+        Self { displacement: self.displacement + by, ..self }
+    }
+
+    fn turned(&self, point: &Vector, turn: &Matrix3<f64>) -> Self {
+        Self {
+            rotation: turn * self.rotation,
+            is_turned: true,
+            displacement: point + turn * (self.displacement - point),
+        }
+    }
+}
+
+/// The motion of a surface at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Where it is.
+    pub pose: Pose,
+    /// Velocity of the point that `origin` names `[length / time]`.
+    pub velocity: Vector,
+    /// Acceleration of that point `[length / time^2]`.
+    pub acceleration: Vector,
+    /// Angular velocity `[1 / time]`.
+    pub spin: Vector,
+    /// A point of the axis `[length]`.
+    pub origin: Vector,
+}
+
+impl Moment {
+    /// Velocity of the surface at a place in space `[length / time]`.
+    #[must_use]
+    pub fn velocity_at(&self, position: &Vector) -> Vector {
+        self.velocity + self.spin.cross(&(position - self.origin))
+    }
+
+    /// Position and velocity as the surface sees them.
+    #[must_use]
+    pub fn seen(&self, position: &Vector, velocity: &Vector) -> (Vector, Vector) {
+        let apart = velocity - self.velocity_at(position);
+        (self.pose.place_of_shape(position), self.pose.direction_of_shape(&apart))
+    }
+
+    /// A velocity in space, from one that the surface sees at a place in space `[length / time]`.
+    #[must_use]
+    pub fn velocity_of(&self, position: &Vector, seen: &Vector) -> Vector {
+        self.pose.direction(seen) + self.velocity_at(position)
+    }
+
+    /// Acceleration that the surface sees, with those of its rotation: `a - A - W x (W x r) - 2 W x v'` `[length / time^2]`.
+    #[must_use]
+    pub fn acceleration_seen(&self, position: &Vector, velocity: &Vector, acceleration: &Vector) -> Vector {
+        let arm = position - self.origin;
+        let apart = velocity - self.velocity_at(position);
+        let turning = self.spin.cross(&self.spin.cross(&arm)) + self.spin.cross(&apart) * 2.0;
+        self.pose.direction_of_shape(&(acceleration - self.acceleration - turning))
+    }
+}
+
+/// A motion, or a rest between motions, with the pose at its beginning.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    /// `[time]`
+    pub from: f64,
+    /// `[time]`
+    pub until: f64,
+    start: Pose,
+    /// None at rest.
+    pub kind: Option<MotionKind>,
+}
+
+impl Piece {
+    /// Where the surface is, and how it moves, at a time of this piece.
+    #[must_use]
+    pub fn at(&self, time: f64) -> Moment {
+        let still = Moment {
+            pose: self.start,
+            velocity: Vector::zeros(),
+            acceleration: Vector::zeros(),
+            spin: Vector::zeros(),
+            origin: Vector::zeros(),
+        };
+        // At rest the time since the beginning of all time is none.
+        let Some(kind) = &self.kind else { return still };
+        let t = time - self.from;
+        match *kind {
+            MotionKind::Translation { velocity, acceleration } => Moment {
+                pose: self.start.moved(&((velocity + acceleration * (0.5 * t)) * t)),
+                velocity: velocity + acceleration * t,
+                acceleration,
+                ..still
+            },
+            MotionKind::Oscillation { amplitude, frequency, phase } => {
+                let (sin, cos) = sine_and_cosine(frequency * t + phase);
+                let (first, _) = sine_and_cosine(phase);
+                let rate = TAU * frequency;
+                Moment {
+                    pose: self.start.moved(&(amplitude * (sin - first))),
+                    velocity: amplitude * (rate * cos),
+                    acceleration: amplitude * (-rate * rate * sin),
+                    ..still
+                }
+            }
+            MotionKind::Rotation { point, axis, frequency } => {
+                let axis = axis.try_normalize(0.0).unwrap_or_else(Vector::z);
+                let turn = turn(&axis, sine_and_cosine(frequency * t));
+                let spin = axis * (TAU * frequency);
+                Moment { pose: self.start.turned(&point, &turn), spin, origin: point, ..still }
+            }
+        }
+    }
+}
+
+/// Sine and cosine of an angle in turns, with the same bits on every machine, and with the digits of small angles also after many of them.
+pub(crate) fn sine_and_cosine(turns: f64) -> (f64, f64) {
+    let quarters = 4.0 * (turns - turns.floor());
+    if quarters == quarters.floor() {
+        // Right angles are exact.
+        return [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][trunc_to_usize(quarters) % 4];
+    }
+    libm::sincos(TAU * (turns - turns.round()))
+}
+
+/// A rotation about an axis of length 1 (Rodrigues' formula).
+pub(crate) fn turn(axis: &Vector, (sin, cos): (f64, f64)) -> Matrix3<f64> {
+    let mut matrix = axis.cross_matrix() * sin + axis * axis.transpose() * (1.0 - cos);
+    for k in 0..3 {
+        // Along the axis nothing is rounded.
+        matrix[(k, k)] = 1.0 - (1.0 - cos) * (1.0 - axis[k] * axis[k]);
+    }
+    matrix
+}
+
+/// The motions of a surface with the rests between them: for every time there is one piece.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timeline {
+    pieces: Vec<Piece>,
+}
+
+impl Timeline {
+    /// Of motions in the order of time, of which none begins before the one before it ends.
+    #[must_use]
+    pub fn of(motions: &[SurfaceMotion]) -> Self {
+        let rest = Piece { from: f64::NEG_INFINITY, until: f64::INFINITY, start: Pose::default(), kind: None };
+        let mut pieces = vec![rest];
+        for motion in motions {
+            if let Some(before) = pieces.last_mut() {
+                before.until = motion.from;
+                let start = before.at(motion.from).pose;
+                let moving = Piece { from: motion.from, until: motion.until, start, kind: Some(motion.kind) };
+                pieces.push(moving);
+                if motion.until < f64::INFINITY {
+                    let start = moving.at(motion.until).pose;
+                    pieces.push(Piece { from: motion.until, until: f64::INFINITY, start, kind: None });
+                }
+            }
+        }
+        pieces.retain(|piece| piece.from < piece.until);
+        Self { pieces }
+    }
+
+    /// The piece at a time.
+    #[must_use]
+    pub fn piece_at(&self, time: f64) -> &Piece {
+        // The first one begins before all time.
+        let after = self.pieces.partition_point(|piece| piece.from <= time);
+        &self.pieces[after.saturating_sub(1)]
+    }
+
+    /// Where the surface is, and how it moves, at a time.
+    #[must_use]
+    pub fn at(&self, time: f64) -> Moment {
+        self.piece_at(time).at(time)
+    }
+
+    /// Whether it rests from a time on.
+    #[must_use]
+    pub fn rests_from(&self, time: f64) -> bool {
+        let piece = self.piece_at(time);
+        piece.kind.is_none() && piece.until == f64::INFINITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn piston() -> Timeline {
+        let kind = MotionKind::Translation { velocity: Vector::z(), acceleration: Vector::zeros() };
+        let turns = MotionKind::Rotation { point: Vector::x(), axis: Vector::z() * 3.0, frequency: 0.25 };
+        Timeline::of(&[
+            SurfaceMotion { from: 1.0, until: 3.0, kind },
+            SurfaceMotion { from: 4.0, until: 5.0, kind: turns },
+        ])
+    }
+
+    #[test]
+    fn a_surface_rests_between_its_motions() {
+        let piston = piston();
+        for (time, height, speed) in
+            [(0.0, 0.0, 0.0), (1.0, 0.0, 1.0), (2.5, 1.5, 1.0), (3.0, 2.0, 0.0), (9.0, 2.0, 0.0)]
+        {
+            let moment = piston.at(time);
+            assert_eq!(moment.pose.place(&Vector::x()), Vector::new(1.0, 0.0, height));
+            assert_eq!(moment.velocity_at(&Vector::zeros()), Vector::z() * speed);
+        }
+        assert!(!piston.rests_from(4.9) && piston.rests_from(5.0));
+    }
+
+    #[test]
+    fn it_turns_about_the_axis_from_where_it_has_come_to() {
+        // A quarter about (1, 0): from (3, 0) to (1, 2).
+        let end = piston().at(5.0).pose;
+        assert!((end.place(&Vector::new(3.0, 0.0, 0.0)) - Vector::new(1.0, 2.0, 2.0)).norm() < 1e-15);
+        let place = Vector::new(0.3, -0.7, 1.1);
+        assert!((end.place_of_shape(&end.place(&place)) - place).norm() < 1e-15);
+    }
+
+    #[test]
+    fn velocities_and_accelerations_are_the_derivatives_of_places() {
+        let oscillation = MotionKind::Oscillation { amplitude: Vector::new(0.1, 0.0, 0.3), frequency: 1.7, phase: 0.1 };
+        let rotation = MotionKind::Rotation { point: Vector::x(), axis: Vector::new(1.0, 2.0, -0.5), frequency: -0.4 };
+        for kind in [oscillation, rotation] {
+            let timeline = Timeline::of(&[SurfaceMotion { from: 0.5, until: f64::INFINITY, kind }]);
+            let (place, time, step) = (Vector::new(0.2, -0.4, 1.3), 2.3, 1e-4);
+            // A particle that flies straight ahead, as the surface sees it.
+            let (position, velocity) = (|t: f64| place + Vector::new(0.3, 0.2, -0.1) * t, Vector::new(0.3, 0.2, -0.1));
+            let seen = |t: f64| timeline.at(time + t).pose.place_of_shape(&position(t));
+            let moment = timeline.at(time);
+            let rate = (seen(step) - seen(-step)) / (2.0 * step);
+            assert!((moment.seen(&position(0.0), &velocity).1 - rate).norm() < 1e-6);
+            let second = (seen(step) + seen(-step) - seen(0.0) * 2.0) / (step * step);
+            let acceleration = moment.acceleration_seen(&position(0.0), &velocity, &Vector::zeros());
+            assert!((acceleration - second).norm() < 1e-5, "{acceleration} {second}");
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Parses the motions of surfaces.
+
+use super::{Keys, vector};
+use crate::model::{MotionKind, SurfaceMotion};
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, refuse};
+use crate::scene::file::MotionFile;
+
+/// The motions, and the keys that each one takes.
+pub(crate) const MOTIONS: [(&str, &[&str]); 3] = [
+    ("translation", &["velocity", "acceleration"]),
+    ("oscillation", &["amplitude", "frequency", "phase"]),
+    ("rotation", &["point", "axis", "frequency"]),
+];
+
+/// Motions in the order of time.
+pub(super) fn parse_motions(files: Vec<MotionFile>, of: &ConfigPath) -> Result<Vec<SurfaceMotion>, SceneError> {
+    let mut motions: Vec<SurfaceMotion> = Vec::with_capacity(files.len());
+    for (index, file) in files.into_iter().enumerate() {
+        let at = of.key("motion").index(index);
+        let before = motions.last().map_or(0.0, |before| before.until);
+        let from = file.from.unwrap_or(before);
+        if from == f64::INFINITY {
+            return refuse(
+                of.key("motion").index(index - 1).key("until"),
+                "not given",
+                "its end: another motion follows",
+            );
+        }
+        let (word, keys) = Keys::of_kind(&MOTIONS, "kind", &file.kind, &at, &file)?;
+        let kind = match word {
+            "translation" => {
+                if file.velocity.is_none() && file.acceleration.is_none() {
+                    return refuse(at, "neither a velocity nor an acceleration", "at least one of them");
+                }
+                let [velocity, acceleration] =
+                    [file.velocity, file.acceleration].map(|given| vector(given.unwrap_or_default()));
+                MotionKind::Translation { velocity, acceleration }
+            }
+            "oscillation" => MotionKind::Oscillation {
+                amplitude: keys.vector("amplitude")?,
+                frequency: keys.need("frequency")?,
+                phase: file.phase.unwrap_or(0.0) / 360.0,
+            },
+            _ => MotionKind::Rotation {
+                point: keys.vector("point")?,
+                axis: keys.vector("axis")?,
+                frequency: keys.need("frequency")?,
+            },
+        };
+        motions.push(SurfaceMotion { from, until: file.until.unwrap_or(f64::INFINITY), kind });
+    }
+    Ok(motions)
+}

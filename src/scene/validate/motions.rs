@@ -1,0 +1,105 @@
+//! Checks the motions of surfaces: their times and numbers, and whether they fit the box.
+
+use super::surfaces::direction;
+use crate::Vector;
+use crate::model::space::{AXES, Boundary, Space};
+use crate::model::surface_motion::Timeline;
+use crate::model::{MotionKind, SceneSurface, SurfaceMotion, SurfaceShape};
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, refuse};
+use crate::scene::limits::{finite, finite_vector, positive};
+
+/// Refuses motions that overlap in time, whose numbers are none, or that do not fit the box.
+pub(super) fn check_motions(surface: &SceneSurface, space: &Space, of: &ConfigPath) -> Result<(), SceneError> {
+    let mut before = f64::NEG_INFINITY;
+    for (index, motion) in surface.motions.iter().enumerate() {
+        let at = of.key("motion").index(index);
+        let SurfaceMotion { from, until, kind } = *motion;
+        finite(from, at.key("from"))?;
+        if from < before {
+            return refuse(at.key("from"), from, format!("at least {before}, where the motion before ends"));
+        }
+        // Also not a number.
+        if until.partial_cmp(&from) != Some(std::cmp::Ordering::Greater) {
+            return refuse(at.key("until"), until, format!("more than {from}, where it begins"));
+        }
+        before = until;
+        check_kind(&kind, &at)?;
+        check_box(&kind, &surface.shape, space, &at)?;
+    }
+    let timeline = Timeline::of(&surface.motions);
+    for (index, motion) in surface.motions.iter().enumerate().filter(|(_, motion)| motion.until.is_finite()) {
+        let end = timeline.at(motion.until).pose.displacement;
+        if !end.iter().all(|x| x.is_finite()) {
+            return refuse(
+                of.key("motion").index(index).key("until"),
+                motion.until,
+                "an earlier end: it goes to infinity",
+            );
+        }
+    }
+    Ok(())
+}
+
+fn check_kind(kind: &MotionKind, at: &ConfigPath) -> Result<(), SceneError> {
+    match kind {
+        MotionKind::Translation { velocity, acceleration } => {
+            finite_vector(velocity, &at.key("velocity"))?;
+            finite_vector(acceleration, &at.key("acceleration"))
+        }
+        MotionKind::Oscillation { amplitude, frequency, phase } => {
+            finite_vector(amplitude, &at.key("amplitude"))?;
+            positive(*frequency, at.key("frequency"))?;
+            finite(*phase, at.key("phase")).map(drop)
+        }
+        MotionKind::Rotation { point, axis, frequency } => {
+            finite_vector(point, &at.key("point"))?;
+            direction(axis, &at.key("axis"))?;
+            finite(*frequency, at.key("frequency"))?;
+            if *frequency == 0.0 { refuse(at.key("frequency"), 0, "a number that is not zero") } else { Ok(()) }
+        }
+    }
+}
+
+/// Images of a surface move as it does, so it may not move along a periodic axis, or turn about another one; along a flat axis nothing moves.
+fn check_box(kind: &MotionKind, shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    for k in 0..3 {
+        let why = match space.boundary[k] {
+            Boundary::Flat => "flat",
+            // A plane along the axis is its own image.
+            Boundary::Periodic if matches!(shape, SurfaceShape::Plane { .. }) => continue,
+            Boundary::Periodic => "periodic",
+            Boundary::Bounded { .. } => continue,
+        };
+        let because = |expected: &str| format!("{expected}, because {} is {why}", AXES[k]);
+        let none = |vector: &Vector, key: &'static str| match vector[k] {
+            0.0 => Ok(()),
+            x => refuse(at.key(key).index(k), x, because("0")),
+        };
+        match kind {
+            MotionKind::Translation { velocity, acceleration } => {
+                none(velocity, "velocity")?;
+                none(acceleration, "acceleration")?;
+            }
+            MotionKind::Oscillation { amplitude, .. } => none(amplitude, "amplitude")?,
+            MotionKind::Rotation { axis, .. } => {
+                if (0..3).any(|other| other != k && axis[other] != 0.0) {
+                    return refuse(at.key("axis"), "across it", because(&format!("an axis along {}", AXES[k])));
+                }
+            }
+        }
+    }
+    // A plane that turns about any other axis than that of the period would meet its images.
+    let turns = matches!(kind, MotionKind::Rotation { .. });
+    let axis = match kind {
+        MotionKind::Rotation { axis, .. } => *axis,
+        _ => Vector::zeros(),
+    };
+    let across = (0..3).find(|k| {
+        matches!(space.boundary[*k], Boundary::Periodic) && (0..3).any(|other| other != *k && axis[other] != 0.0)
+    });
+    match across.filter(|_| turns) {
+        Some(k) => refuse(at.key("axis"), "across it", format!("an axis along {0}, because {0} is periodic", AXES[k])),
+        None => Ok(()),
+    }
+}

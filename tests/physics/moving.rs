@@ -1,0 +1,88 @@
+//! Surfaces that move, and gravity that turns from stage to stage.
+
+use carom::engine::Simulation;
+use carom::engine::Until;
+use carom::model::potential::Potential;
+use carom::model::run_plan::StagePlan;
+use carom::model::space::{Boundary, Face, Space};
+use carom::model::{Limit, MotionKind, RunPlan, SurfaceMotion, SurfaceShape};
+use carom::scene::{SceneBuilder, SurfaceDraft};
+use carom::{Run, Vector};
+
+#[test]
+fn gravity_of_each_stage_acts_in_turn() {
+    let (down, aside) = (Vector::new(0.0, 0.0, -1.5), Vector::new(0.7, 0.0, 0.2));
+    let stage = |name: &str, time: f64, gravity: Option<Vector>| StagePlan {
+        name: name.to_owned(),
+        limit: Limit::time(time),
+        gravity,
+        ..StagePlan::default()
+    };
+    let plan = RunPlan {
+        stages: vec![stage("first", 2.0, None), stage("aside", 3.0, Some(aside)), stage("again", 1.0, None)],
+        limit: Limit::time(0.5),
+        gravity: Some(Vector::zeros()),
+        ..RunPlan::default()
+    };
+    let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
+    let (place, velocity) = (Vector::new(5.0, 6.0, 7.0), Vector::new(0.3, -0.2, 1.1));
+    let scene = SceneBuilder::new("turning")
+        .space(space)
+        .gravity(down)
+        .species("A", 0.7, 0.5)
+        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .particle("A", place, velocity)
+        .particle("A", place + Vector::y() * 4.0, velocity)
+        .run(plan)
+        .build()
+        .unwrap();
+    let finished = Run::new(scene).finish().unwrap();
+    let (mut expected, mut speed) = (place, velocity);
+    for (time, gravity) in [(2.0, down), (3.0, aside), (1.0, down), (0.5, Vector::zeros())] {
+        expected += (speed + gravity * (0.5 * time)) * time;
+        speed += gravity * time;
+    }
+    let snapshot = finished.simulation.snapshot();
+    assert!((snapshot.positions[0] - expected).norm() < 1e-13 * expected.norm(), "{}", snapshot.positions[0]);
+    assert!((snapshot.velocities[0] - speed).norm() < 1e-14 * speed.norm());
+    assert_eq!(finished.audit.faults(), []);
+    // What the turns of gravity supply is the potential energy that is there afterwards.
+    assert!(finished.simulation.event_counts().supplied.total() != 0.0);
+}
+
+/// The relative change of `v_z L` of balls that fly between a floor and a piston, which halves their way at a speed.
+fn changes(speed: f64) -> Vec<f64> {
+    let walls = Boundary::Bounded { lower: Face::Wall { restitution: 1.0 }, upper: Face::Open };
+    let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, walls], ..Space::periodic_cube(10.0) };
+    let piston = SurfaceShape::Plane { point: Vector::z() * 10.0, normal: -Vector::z() };
+    let kind = MotionKind::Translation { velocity: Vector::z() * -speed, acceleration: Vector::zeros() };
+    let motion = SurfaceMotion { from: 3.0, until: 3.0 + 4.7 / speed, kind };
+    let mut scene = SceneBuilder::new("piston")
+        .space(space)
+        .species("A", 0.7, 0.6)
+        .no_interaction("A", "A")
+        .surface(SurfaceDraft::new("piston", piston).motion(motion));
+    for k in 0..20 {
+        let k = f64::from(k);
+        let place = Vector::new(5.0, 5.0, 0.5 + 0.45 * k);
+        scene = scene.particle("A", place, Vector::new(0.01 * k, 0.0, 1.3 + 0.11 * k));
+    }
+    let mut simulation = Simulation::without_plan(scene.build().unwrap());
+    let before = simulation.snapshot();
+    simulation.advance(Until::time(motion.until + 1.0)).unwrap();
+    let after = simulation.snapshot();
+    // Centres come as near as 0.3 to both.
+    let change = |(a, b): (&Vector, &Vector)| b.z.abs() * (9.4 - 4.7) / (a.z.abs() * 9.4) - 1.0;
+    before.velocities.iter().zip(&after.velocities).map(change).collect()
+}
+
+#[test]
+fn the_adiabatic_invariant_of_each_ball_stays_what_it_was() {
+    // `v_z L` swings by the speed of the piston beside that of the ball, and no more than that.
+    for speed in [0.1, 0.01, 0.001] {
+        for (k, change) in (0_u32..).zip(changes(speed)) {
+            let slowest = 1.3 + 0.11 * f64::from(k);
+            assert!(change.abs() < 2.0 * speed / slowest, "{speed}: ball {k} by {change}");
+        }
+    }
+}
