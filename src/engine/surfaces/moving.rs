@@ -33,7 +33,7 @@ pub(super) struct Moving {
     pub tree: Option<Tree>,
 }
 
-/// What a search has found.
+/// Outcome of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Found {
     /// A contact with a feature, after a time from now `[time]`.

@@ -68,7 +68,7 @@ pub(crate) struct Surfaces {
     meets: Vec<Vec<bool>>,
     /// Where the others are, if there are any.
     tree: Option<Arc<Tree>>,
-    /// Those that move: their features follow.
+    /// Surfaces that move: their features follow.
     moving: Arc<Vec<Moving>>,
 }
 

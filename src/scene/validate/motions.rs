@@ -7,7 +7,7 @@ use crate::model::surface_motion::Timeline;
 use crate::model::{MotionKind, SceneSurface, SurfaceMotion, SurfaceShape};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
-use crate::scene::limits::{finite, finite_vector, positive};
+use crate::scene::limits::{finite, finite_vector};
 
 /// Refuses motions that overlap in time, whose numbers are none, or that do not fit the box.
 pub(super) fn check_motions(surface: &SceneSurface, space: &Space, of: &ConfigPath) -> Result<(), SceneError> {
@@ -49,14 +49,13 @@ fn check_kind(kind: &MotionKind, at: &ConfigPath) -> Result<(), SceneError> {
         }
         MotionKind::Oscillation { amplitude, frequency, phase } => {
             finite_vector(amplitude, &at.key("amplitude"))?;
-            positive(*frequency, at.key("frequency"))?;
+            finite(*frequency, at.key("frequency"))?;
             finite(*phase, at.key("phase")).map(drop)
         }
         MotionKind::Rotation { point, axis, frequency } => {
             finite_vector(point, &at.key("point"))?;
             direction(axis, &at.key("axis"))?;
-            finite(*frequency, at.key("frequency"))?;
-            if *frequency == 0.0 { refuse(at.key("frequency"), 0, "a number that is not zero") } else { Ok(()) }
+            finite(*frequency, at.key("frequency")).map(drop)
         }
     }
 }
