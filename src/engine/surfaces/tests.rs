@@ -14,6 +14,7 @@ use crate::scene::{SceneBuilder, SurfaceDraft};
 use std::ops::ControlFlow;
 
 mod meshes;
+mod periodic;
 
 /// Grains of three masses in the middle of an open region, where gravity pulls if it is given.
 fn grains(gravity: f64, count: u32, surfaces: Vec<SurfaceDraft>) -> Scene {
