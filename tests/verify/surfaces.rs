@@ -145,7 +145,6 @@ fn scenes_of_configs_with_surfaces_are_proven() {
     for (name, events) in [("funnel", 3000), ("silo", 600), ("hopper_smooth", 600)] {
         let certificate = prove(config(name), 0, events);
         assert_proven(name, &certificate, events);
-        println!("{name}: {:?}", certificate);
     }
     // Where grains have reached the surfaces.
     for (name, from) in [("funnel", 30_000), ("silo", 30_000)] {
@@ -217,7 +216,7 @@ fn a_gate_is_there_in_its_stage_and_for_its_species() {
     let certificate = prove(scene(GATE), 0, 1_000);
     assert_proven("gate", &certificate, 1_000);
     assert_eq!(certificate.end, End::RunEnded);
-    assert!((certificate.duration - 42.0).abs() < 1e-9 && certificate.counts.surface > 20, "{certificate:?}");
+    assert!((certificate.duration - 42.0).abs() < 1e-9 && certificate.counts.surface > 10, "{certificate:?}");
     // A range that begins after it has opened, and a stage that ends by its events.
     for from in 6..12 {
         assert_proven("later", &prove(scene(GATE), from, 10), 10);
@@ -240,11 +239,14 @@ fn surfaces_in_periodic_boxes_are_proven_in_all_images() {
     let rod =
         SurfaceShape::Cylinder { point: Vector::new(0.1, 0.3, 5.0), axis: Vector::x(), radius: 0.5, is_inside: false };
     let ball = SurfaceShape::Sphere { centre: Vector::new(6.9, 3.0, 3.0), radius: 0.8, is_inside: false };
-    for (seed, gravity) in [(1, 0.0), (2, 0.3)] {
-        let gas = grains(0, 0).space(Space::periodic_cube(7.0)).gravity(Vector::new(0.1, 0.0, -1.0) * gravity);
-        let gas = gas.seed(seed).add_fill(Fill::new(Arrangement::Random, "A").count(40)).temperature(1.0);
-        let scene = with(gas, vec![block.clone(), rod.clone(), ball.clone()], 0.95);
+    let other = SurfaceShape::Sphere { centre: Vector::new(3.0, 0.2, 6.8), radius: 0.8, is_inside: false };
+    // Few particles have neighbour lists and fly round the box many times, many have cells.
+    for (count, gravity) in [(3, 0.0), (3, 0.3), (40, 0.0), (40, 0.3)] {
+        let gas = grains(0, 0).space(Space::periodic_cube(7.0)).gravity(Vector::new(0.1, 0.2, -1.0) * gravity);
+        let gas = gas.add_fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);
+        let shapes = if count == 3 { [&rod, &ball, &other] } else { [&rod, &ball, &block] };
+        let scene = with(gas, shapes.map(SurfaceShape::clone).to_vec(), 1.0);
         let met = assert_surfaces("periodic", scene, 2000);
-        assert!(met > 300, "{met}");
+        assert!(met > 300, "{count}: {met}");
     }
 }

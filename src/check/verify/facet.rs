@@ -143,10 +143,10 @@ impl Facet {
 }
 
 impl World {
-    /// A particle as features see it.
+    /// A particle as features see it, within half a period of the box, wherever its flight has led.
     pub fn motion(&self, states: &States, i: u32) -> Motion {
         let at = i as usize;
-        let (position, velocity) = (states.positions[at], states.velocities[at]);
+        let (position, velocity) = (self.brought_back(states.positions[at]), states.velocities[at]);
         Motion { position, velocity, acceleration: self.accelerations[at], radius: self.radius(i) }
     }
 

@@ -195,7 +195,7 @@ impl Verifier {
         let radius = self.world.radius(i);
         let unit = if radius > 0.0 { radius } else { 1.0 };
         self.check_contact(contact, &meeting.approach, &meeting.bounds, unit)?;
-        let touch = meeting.facet.feature.contact(&self.before.positions[i as usize]);
+        let touch = meeting.facet.feature.contact(&self.world.motion(&self.before, i).position);
         let flights = self.flights(&contact);
         self.encounter(event, after, meeting.bounds, flights).check_surface(&touch, restitution)
     }

@@ -92,7 +92,7 @@ fn certify(scene: Scene, range: EventRange, recorded: Option<RunEnd>, watch: Wat
     if scene.is_driven() {
         return refused(End::Driven);
     }
-    let Some(stretches) = schedule(&scene) else { return refused(End::OpenStages) };
+    let Some(stretches) = schedule(&scene.run, &scene.surfaces) else { return refused(End::OpenStages) };
     let follows_stages = recorded.is_none() || scene.surfaces.iter().any(|surface| !surface.stages.is_empty());
     let mut replay = Replay {
         simulation: Simulation::without_plan(scene),

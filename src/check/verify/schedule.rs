@@ -1,7 +1,7 @@
 //! The stages that a replay goes through: when each ends, and which surfaces are there.
 
 use crate::model::run_plan::MEASUREMENT;
-use crate::model::{Equilibration, Limit, RunPlan, Scene};
+use crate::model::{Equilibration, Limit, RunPlan, SceneSurface};
 
 /// A stretch of a run that is left to replay.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,11 +12,11 @@ pub(super) struct Stretch {
 }
 
 /// All stretches of a run, the next one last. `None` if the end of one is not planned and the surfaces after it are others.
-pub(super) fn schedule(scene: &Scene) -> Option<Vec<Stretch>> {
-    let all = stretches(&scene.run);
+pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<Stretch>> {
+    let all = stretches(plan);
     let first_open = all.iter().position(|(_, stage)| stage.until_stationary);
     if let Some(((stage, _), later)) = first_open.and_then(|at| all[at..].split_first()) {
-        let are_same = |other: &str| scene.surfaces.iter().all(|it| it.is_in(stage) == it.is_in(other));
+        let are_same = |other: &str| surfaces.iter().all(|it| it.is_in(stage) == it.is_in(other));
         if !later.iter().all(|(other, _)| are_same(other)) {
             return None;
         }
@@ -47,9 +47,9 @@ fn stretches(plan: &RunPlan) -> Vec<(&str, Equilibration)> {
 mod tests {
     use super::*;
     use crate::Vector;
-    use crate::model::{SceneSurface, StagePlan, SurfaceLaw, SurfaceShape};
+    use crate::model::{StagePlan, SurfaceLaw, SurfaceShape};
 
-    fn scene(stages: &[(&str, bool)], gate: &[&str]) -> Scene {
+    fn of(stages: &[(&str, bool)], gate: &[&str]) -> Option<Vec<Stretch>> {
         let stage = |&(name, until_stationary): &(&str, bool)| StagePlan {
             name: name.to_owned(),
             limit: Limit::events(7),
@@ -59,16 +59,13 @@ mod tests {
         let shape = SurfaceShape::Plane { point: Vector::zeros(), normal: Vector::z() };
         let mut surface = SceneSurface::new("gate", shape, SurfaceLaw::Reflecting { restitution: 1.0 });
         surface.stages = gate.iter().map(|name| (*name).to_owned()).collect();
-        let mut scene = Scene::default();
-        scene.run =
-            RunPlan { stages: stages.iter().map(stage).collect(), limit: Limit::time(2.0), ..RunPlan::default() };
-        scene.surfaces = vec![surface];
-        scene
+        let stages = stages.iter().map(stage).collect();
+        schedule(&RunPlan { stages, limit: Limit::time(2.0), ..RunPlan::default() }, &[surface])
     }
 
     #[test]
     fn stages_come_in_their_order_with_their_names() {
-        let found = schedule(&scene(&[("a", false), ("b", false)], &["a"])).unwrap();
+        let found = of(&[("a", false), ("b", false)], &["a"]).unwrap();
         let stretch = |stage: &str, limit| Stretch { stage: stage.to_owned(), limit };
         let expected =
             [stretch(MEASUREMENT, Limit::time(2.0)), stretch("b", Limit::events(7)), stretch("a", Limit::events(7))];
@@ -77,7 +74,7 @@ mod tests {
 
     #[test]
     fn a_stage_that_ends_by_what_it_measures_goes_on_unless_surfaces_change_after_it() {
-        let open = |gate: &[&str]| schedule(&scene(&[("a", false), ("b", true)], gate));
+        let open = |gate: &[&str]| of(&[("a", false), ("b", true)], gate);
         let expected = [("b", Limit::default()), ("a", Limit::events(7))];
         for gate in [&[][..], &["a"], &["b", MEASUREMENT]] {
             let found = open(gate).unwrap();

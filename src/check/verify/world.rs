@@ -209,6 +209,17 @@ impl World {
         Some(images)
     }
 
+    /// A position along periodic axes, moved by whole periods to where the engine keeps particles.
+    pub fn brought_back(&self, mut position: Vector) -> Vector {
+        if !self.is_in_box(&position) {
+            for k in (0..3).filter(|&k| self.periods[k] > 0.0) {
+                let periods = ((position[k] - self.scene.space.lower[k]) / self.periods[k]).floor();
+                position[k] -= periods * self.periods[k];
+            }
+        }
+        position
+    }
+
     /// Whether a position is where the engine keeps particles: along periodic axes within the box to half a period.
     pub fn is_in_box(&self, position: &Vector) -> bool {
         (0..3).filter(|&k| self.periods[k] > 0.0).all(|k| {
