@@ -1,7 +1,7 @@
 //! A proof that a range of events of a run is right.
 //!
-//! The events of an engine are replayed and each is held against the rule of the paper, asked over all pairs and all walls by
-//! [Algorithm 1](crate::check::reference::next_event): no event is missing, spurious or out of order, each came out as the
+//! The events of an engine are replayed and each is held against the rule of the paper, asked over all pairs, all walls and all features
+//! of surfaces by [Algorithm 1](crate::check::reference::next_event): no event is missing, spurious or out of order, each came out as the
 //! energies demand, and no overlap function decreased while it was negative. The engine's cells, predictions and memory of
 //! pairs are not used. States are taken from the engine after every event, so that the two cannot drift apart; what is
 //! compared are distances, within what the rounding of numbers explains, and never times.
@@ -31,13 +31,16 @@ mod certificate;
 mod clear;
 mod contact;
 mod ending;
+mod facet;
 mod flights;
+mod foot;
 mod meeting;
 mod outcome;
 mod pace;
 mod pairs;
 mod replay;
 mod rules;
+mod schedule;
 mod verifier;
 mod violation;
 mod window;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use carom::base::text::{self, digits, short, tiny};
-use carom::check::verify::{self, Certificate, Counts, End, EventRange, Fault, RunEnd, Violation};
+use carom::check::verify::{self, Certificate, Contact, Counts, End, EventRange, Fault, RunEnd, Violation};
 use carom::engine::InvariantBroken;
 use carom::io::{Folder, Summary};
 use carom::model::Scene;
@@ -20,8 +20,8 @@ use super::signals;
 /// Proves a range of events of a run
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Replays the events and holds each against the paper's Algorithm 1, asked over all pairs and walls, without the engine's
-cells, predictions or memory. The cost of an event grows with the number of particles.
+Replays the events and holds each against the paper's Algorithm 1, asked over all pairs, walls and features of surfaces,
+without the engine's cells, predictions or memory. The cost of an event grows with the number of particles.
 
 Examples:
   carom verify configs/hopper.toml
@@ -56,6 +56,7 @@ impl Verify {
             self.refuse_nothing(events)?;
         }
         let header = header(&scene);
+        let surfaces: Vec<String> = scene.surfaces().iter().map(|surface| surface.name.clone()).collect();
         let starts_from_run = scene.predecessor().is_some();
         signals::watch_without_traces();
         let mut display = Display::new(&scene, self.quiet);
@@ -74,7 +75,7 @@ impl Verify {
             self.refuse_nothing(certificate.first_event - 1)?;
         }
         super::print(&format!("{header}{}", table(&certificate, recorded.is_some(), starts_from_run)))?;
-        verdict(&certificate, recorded.as_ref())
+        verdict(&certificate, recorded.as_ref(), &surfaces)
     }
 
     /// Refuses to prove nothing of a run that has no more than so many events.
@@ -155,7 +156,9 @@ fn header(scene: &Scene) -> String {
     let moving = scene.particles().iter().filter(|p| !scene.species()[p.species.0 as usize].is_static()).count() as f64;
     let all = scene.particles().len() as f64;
     let pairs = moving * (all - moving) + 0.5 * moving * (moving - 1.0);
-    lines.pair("rule", &format!("Algorithm 1 over all {pairs} pairs and all walls"));
+    let others =
+        if scene.surfaces().is_empty() { " and all walls" } else { ", all walls and all features of surfaces" };
+    lines.pair("rule", &format!("Algorithm 1 over all {pairs} pairs{others}"));
     lines.text()
 }
 
@@ -171,9 +174,11 @@ fn table(certificate: &Certificate, is_of_run: bool, starts_from_run: bool) -> S
     };
     lines.pair("pair states", &format!("{pairs}, then from the events"));
     lines.title("proven");
-    let Counts { core, capture, release, bounce, wall, .. } = *counts;
+    let Counts { core, capture, release, bounce, wall, surface, .. } = *counts;
     let kinds = kinds([core, capture, release, bounce, wall], |count| count.to_string());
-    let kinds = if kinds.is_empty() { kinds } else { format!(" ({kinds})") };
+    let surfaces = if surface > 0 { format!("{surface} surface") } else { String::new() };
+    let kinds: Vec<String> = [kinds, surfaces].into_iter().filter(|words| !words.is_empty()).collect();
+    let kinds = if kinds.is_empty() { String::new() } else { format!(" ({})", kinds.join(", ")) };
     lines.pair("events", &format!("{}{kinds}", counts.events()));
     lines.pair("ties within round-off", &counts.ties.to_string());
     lines.pair("at turning points", &counts.turning_points.to_string());
@@ -209,8 +214,9 @@ fn words(certificate: &Certificate) -> String {
         End::RunEnded => format!("{proven},\nup to the end of the run"),
         End::Idle => format!("{proven};\nnothing will happen any more"),
         End::Driven => {
-            "NOTHING PROVEN: a thermostat, a growth, a sheared box, a thermal wall or a [[surface]] acts".to_owned()
+            "NOTHING PROVEN: a thermostat, a growth, a sheared box, a thermal wall or a thermal surface acts".to_owned()
         }
+        End::OpenStages => "NOTHING PROVEN: nothing says when the surfaces of a stage come or go".to_owned(),
         End::Departed { .. } => "NOT PROVEN: the events above are those of another run".to_owned(),
         End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),
         End::Violated(Violation { fault: Fault::EndedEarly { .. } | Fault::EndNotShown { .. }, .. }) => {
@@ -226,7 +232,7 @@ fn words(certificate: &Certificate) -> String {
     }
 }
 
-fn verdict(certificate: &Certificate, recorded: Option<&Recorded>) -> Result<(), Failure> {
+fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[String]) -> Result<(), Failure> {
     match certificate.end {
         End::Departed { recorded: run, events, time } => {
             let of_run = run.events.map_or_else(String::new, |events| format!("{events} events and "));
@@ -245,16 +251,29 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>) -> Result<(),
         }
         End::Violated(violation @ Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             let help = "a smaller box, shallower wells or slower particles leave more digits to the positions";
-            Err(Failure::failed(violation.to_string(), Some(help)))
+            Err(Failure::failed(message(&violation, surfaces), Some(help)))
         }
         End::Violated(violation) => {
             let help = "carom should not do this: please report the scene and the command";
-            Err(Failure::failed(violation.to_string(), Some(help)))
+            Err(Failure::failed(message(&violation, surfaces), Some(help)))
         }
         End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), Some(arrest.cure()))),
         End::Broken(broken) => Err(Failure::failed(broken.to_string(), Some(InvariantBroken::CURE))),
         End::Driven => Err(Failure::bad_input("only runs on which nothing acts from outside can be proven", None)),
+        End::OpenStages => {
+            let help = "give the stage until_time or until_events in place of an end by what it measures, or the surfaces to all stages";
+            Err(Failure::bad_input("surfaces come or go after a stage that ends by what it measures", Some(help)))
+        }
         End::Interrupted => Err(Failure::failed("interrupted; what is above is proven", None)),
         _ => Ok(()),
     }
+}
+
+/// A violation in words, with the name of its surface.
+fn message(violation: &Violation, surfaces: &[String]) -> String {
+    let surface = match violation.fault.contact() {
+        Some(Contact::Surface { surface, .. }) => surfaces.get(surface as usize),
+        _ => None,
+    };
+    surface.map_or_else(|| violation.to_string(), |name| format!("{violation} (the surface is `{name}`)"))
 }

@@ -1,5 +1,5 @@
 //! Imports of the verifier and the reference engine from the rest of the program: the scene, and the states that the verifier is shown; and the verifier
-//! Algorithm 1 as printed. Whatever they shared with the engine they could not check.
+//! Algorithm 1 as printed, with the features of surfaces that it is asked of. Whatever they shared with the engine they could not check.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,22 @@ type Allowed = [(&'static str, &'static [&'static str])];
 
 const OF_VERIFIER: &Allowed = &[
     ("Vector", &[]),
-    ("check::reference", &["Polynomial", "next_event"]),
+    // Algorithm 1, and what the features of surfaces are.
+    (
+        "check::reference",
+        &[
+            "Across",
+            "Barrier",
+            "Extents",
+            "Feature",
+            "Motion",
+            "Polynomial",
+            "Touch",
+            "features",
+            "first_on",
+            "next_event",
+        ],
+    ),
     // The form in which states are shown, and how a run says that it cannot go on.
     ("engine", &["Arrest", "Elapsed", "InvariantBroken", "States"]),
     ("engine::event", &[]),

@@ -5,6 +5,7 @@ mod endings;
 mod extremes;
 mod imports;
 mod scenes;
+mod surfaces;
 mod tampered_events;
 
 use std::ops::ControlFlow;

@@ -132,6 +132,27 @@ pub fn next_event(f: &Polynomial) -> Option<f64> {
     if f.value(turn) > 0.0 { f.next_root(turn) } else { Some(turn) }
 }
 
+/// The rule of Algorithm 1 for a feature with ends: the first time at which `f <= 0` and falls, and no extent is negative.
+#[must_use]
+pub(in crate::check) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Option<f64> {
+    let first = next_event(f)?;
+    let is_on = |time: f64| extents.iter().all(|extent| extent.value(time) >= 0.0);
+    if is_on(first) {
+        return Some(first);
+    }
+    // Between two changes of a sign nothing changes.
+    let falls = f.derivative();
+    let all = [f, &falls].into_iter().chain(extents);
+    let mut times: Vec<f64> = all.flat_map(|polynomial| polynomial.sign_changes(first)).chain([first]).collect();
+    times.sort_by(f64::total_cmp);
+    times.extend(times.last().map(|last| 2.0 * last + 1.0));
+    let stretch = times.windows(2).find(|stretch| {
+        let middle = 0.5 * (stretch[0] + stretch[1]);
+        f.value(middle) <= 0.0 && falls.value(middle) < 0.0 && is_on(middle)
+    });
+    stretch.map(|stretch| stretch[0])
+}
+
 /// Relative width of a closed bracket, a few floats.
 const WIDTH: f64 = 2.0 * f64::EPSILON;
 
@@ -175,6 +196,24 @@ mod tests {
     fn a_valid_pair_interacts_at_the_next_root() {
         assert_eq!(next_event(&Polynomial::new(&[8.0, -6.0, 1.0])), Some(2.0));
         assert_eq!(next_event(&Polynomial::new(&[8.0, 6.0, 1.0])), None);
+    }
+
+    #[test]
+    fn a_feature_is_met_while_the_foot_is_on_it() {
+        let falling = Polynomial::new(&[2.0, -1.0]);
+        let from = |start: f64| Polynomial::new(&[-start, 1.0]);
+        let until = |end: f64| Polynomial::new(&[end, -1.0]);
+        assert_eq!(first_on(&falling, &[]), Some(2.0));
+        assert_eq!(first_on(&falling, &[from(1.0), until(3.0)]), Some(2.0));
+        assert_eq!(first_on(&falling, &[from(2.0), until(2.0)]), Some(2.0), "ends are on it");
+        assert_eq!(first_on(&falling, &[until(1.0)]), None);
+        // It comes onto the feature too low, which is at once.
+        let late = first_on(&falling, &[from(2.5), until(3.0)]).unwrap();
+        assert!((late - 2.5).abs() < 1e-14, "{late}");
+        assert_eq!(first_on(&falling, &[from(3.0), until(2.5)]), None);
+        // Down at 1, up at 3, down at 4 again: f = -(t - 1)(t - 3)(t - 4).
+        let again = first_on(&Polynomial::new(&[12.0, -19.0, 8.0, -1.0]), &[from(2.5)]).unwrap();
+        assert!((again - 4.0).abs() < 1e-13, "{again}");
     }
 
     #[test]

@@ -1,16 +1,13 @@
 //! Surfaces by Algorithm 1 on every feature: faces, edges and corners, each with its own overlap function, and all of them, flat edges too.
 
-use super::algorithm_1::{Polynomial, next_event};
+use super::algorithm_1::{Polynomial, first_on};
 use super::rules::Side;
 use crate::Vector;
 use crate::model::{SceneSurface, SurfaceShape};
 
-/// A quartic has four roots.
-const MOST_ROOTS: usize = 4;
-
 /// One feature of a surface, of which a sphere's centre keeps a distance.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Feature {
+pub(in crate::check) struct Feature {
     /// Number of the surface among those of the scene.
     pub surface: usize,
     shape: Shape,
@@ -22,22 +19,40 @@ enum Shape {
     Point { centre: Vector, radius: f64, side: Side },
     /// A line through a point along a unit vector, whole or between the point and a length.
     Line { start: Vector, along: Vector, length: Option<f64>, radius: f64, side: Side },
-    /// A half space, or with `corners` a face that is met from both sides.
+    /// A half space, or with `corners` one side of a face.
     Plane { point: Vector, normal: Vector, corners: Option<[Vector; 3]> },
 }
 
 /// The motion of a sphere: position, velocity, acceleration, radius.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Motion {
+pub(in crate::check) struct Motion {
     pub position: Vector,
     pub velocity: Vector,
     pub acceleration: Vector,
     pub radius: f64,
 }
 
+/// The part of a motion across a feature, which is what its overlap function sees.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::check) struct Across {
+    pub position: Vector,
+    pub velocity: Vector,
+    pub acceleration: Vector,
+    pub barrier: Barrier,
+}
+
+/// Where the part of a motion across a feature is in contact.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::check) enum Barrier {
+    /// At a distance from the origin, reached from a side.
+    Round { distance: f64, side: Side },
+    /// Where the first coordinate, the height above contact, is zero.
+    Flat,
+}
+
 /// How a sphere in contact sees a feature.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Contact {
+pub(in crate::check) struct Touch {
     /// Unit vector from the point, the line or the plane to the centre of the sphere.
     pub normal: Vector,
     pub side: Side,
@@ -47,8 +62,12 @@ pub(super) struct Contact {
     pub along: Option<Vector>,
 }
 
+/// The positions of a foot within the sides of a feature, each as coefficients of a polynomial in time: negative where it is off. Rows that are
+/// not needed are zero.
+pub(in crate::check) type Extents = [[f64; 3]; 4];
+
 /// All features of the surfaces of a scene.
-pub(super) fn features(surfaces: &[SceneSurface]) -> Vec<Feature> {
+pub(in crate::check) fn features(surfaces: &[SceneSurface]) -> Vec<Feature> {
     let of = |(surface, of): (usize, &SceneSurface)| {
         let shapes = shapes(&of.shape);
         shapes.into_iter().map(move |shape| Feature { surface, shape })
@@ -77,8 +96,7 @@ fn shapes(shape: &SurfaceShape) -> Vec<Shape> {
             let mut shapes: Vec<Shape> = mesh.vertices.iter().copied().map(point).collect();
             for corners @ [a, b, c] in mesh.all_corners() {
                 shapes.extend([[a, b], [b, c], [c, a]].into_iter().filter_map(|ends| line(ends, 0.0)));
-                let normal = (b - a).cross(&(c - a)).try_normalize(0.0);
-                shapes.extend(normal.map(|normal| Shape::Plane { point: a, normal, corners: Some(corners) }));
+                shapes.extend(face(corners).into_iter().flatten());
             }
             shapes
         }
@@ -90,70 +108,90 @@ fn line([start, end]: [Vector; 2], radius: f64) -> Option<Shape> {
     Some(Shape::Line { start, along, length: Some((end - start).norm()), radius, side: Side::Positive })
 }
 
+/// Both sides of a triangle; none of one whose area is rounding.
+fn face(corners: [Vector; 3]) -> Option<[Shape; 2]> {
+    let [a, b, c] = corners;
+    if slenderness(&corners) > 0.25 / f64::EPSILON {
+        return None;
+    }
+    let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
+    Some([normal, -normal].map(|normal| Shape::Plane { point: a, normal, corners: Some(corners) }))
+}
+
+/// The longest side of a triangle over its height: so many roundings its normal may be off.
+fn slenderness([a, b, c]: &[Vector; 3]) -> f64 {
+    let longest = [b - a, c - b, a - c].iter().map(Vector::norm_squared).fold(0.0, f64::max);
+    longest / (b - a).cross(&(c - a)).norm()
+}
+
 impl Feature {
     /// Time from now to the next event of a sphere with the feature.
     pub fn next_event(&self, motion: &Motion) -> Option<f64> {
+        let Across { position, velocity, acceleration, barrier } = self.across(motion);
+        let f = match barrier {
+            Barrier::Round { distance, side } => {
+                Polynomial::overlap(side, distance, &position, &velocity, &acceleration)
+            }
+            Barrier::Flat => Polynomial::new(&[position.x, velocity.x, 0.5 * acceleration.x]),
+        };
+        let extents = self.extents(motion).map(|extents| extents.map(|extent| Polynomial::new(&extent)));
+        first_on(&f, extents.as_ref().map_or(&[][..], |extents| extents.as_slice()))
+    }
+
+    /// The part of a motion across it.
+    pub fn across(&self, motion: &Motion) -> Across {
         let Motion { position, velocity, acceleration, radius } = *motion;
+        let round = |own: f64, side: Side| Barrier::Round { distance: own + side.sign() * radius, side };
         match self.shape {
             Shape::Point { centre, radius: own, side } => {
-                let distance = own + side.sign() * radius;
-                next_event(&Polynomial::overlap(side, distance, &(position - centre), &velocity, &acceleration))
+                Across { position: position - centre, velocity, acceleration, barrier: round(own, side) }
             }
             Shape::Line { start, along, radius: own, side, .. } => {
                 let across = |vector: Vector| vector - along * along.dot(&vector);
-                let [r, v, a] = [position - start, velocity, acceleration].map(across);
+                let [position, velocity, push] = [position - start, velocity, acceleration].map(across);
                 // Along the line there is no acceleration across it but rounding.
-                let a = if a.norm() > 1e-14 * acceleration.norm() { a } else { Vector::zeros() };
-                let f = Polynomial::overlap(side, own + side.sign() * radius, &r, &v, &a);
-                self.first_on(&f, motion)
+                let acceleration = if push.norm() > 1e-14 * acceleration.norm() { push } else { Vector::zeros() };
+                Across { position, velocity, acceleration, barrier: round(own, side) }
             }
-            Shape::Plane { point, normal, corners: None } => {
-                let f =
-                    [normal.dot(&(position - point)) - radius, normal.dot(&velocity), 0.5 * normal.dot(&acceleration)];
-                next_event(&Polynomial::new(&f))
-            }
-            Shape::Plane { point, normal, corners: Some(_) } => {
-                // From either side: the square of the height, as of a pair on a line.
-                let [r, v, a] = [position - point, velocity, acceleration].map(|vector| normal * normal.dot(&vector));
-                self.first_on(&Polynomial::overlap(Side::Positive, radius, &r, &v, &a), motion)
+            Shape::Plane { point, normal, .. } => {
+                let along = |length: f64| Vector::new(length, 0.0, 0.0);
+                Across {
+                    position: along(normal.dot(&(position - point)) - radius),
+                    velocity: along(normal.dot(&velocity)),
+                    acceleration: along(normal.dot(&acceleration)),
+                    barrier: Barrier::Flat,
+                }
             }
         }
     }
 
-    /// The first event of an overlap function whose foot is on the feature.
-    fn first_on(&self, f: &Polynomial, motion: &Motion) -> Option<f64> {
-        let mut time = next_event(f)?;
-        loop {
-            let at = motion.position + (motion.velocity + motion.acceleration * (0.5 * time)) * time;
-            if self.holds(&at) {
-                return Some(time);
-            }
-            // On to the next one at which it becomes negative.
-            let derivative = f.derivative();
-            // Rounding may leave a root behind the time where it was found, to be found again.
-            let after = |time: f64| f.next_root(time * (1.0 + 8.0 * f64::EPSILON));
-            time = std::iter::successors(after(time), |root| after(*root))
-                .take(MOST_ROOTS)
-                .find(|root| derivative.value(*root) < 0.0)?;
-        }
-    }
-
-    /// Whether the foot of a position is on the feature, its ends included.
-    fn holds(&self, position: &Vector) -> bool {
+    /// Where the foot of a motion is within the sides of the feature, if it has any; of a face, also the height above the side that it is.
+    pub fn extents(&self, motion: &Motion) -> Option<Extents> {
+        let Motion { position, velocity, acceleration, .. } = *motion;
+        let along = |direction: &Vector, from: &Vector| {
+            [direction.dot(&(position - from)), direction.dot(&velocity), 0.5 * direction.dot(&acceleration)]
+        };
         match self.shape {
-            Shape::Line { start, along, length: Some(length), .. } => {
-                (0.0..=length).contains(&along.dot(&(position - start)))
+            Shape::Line { start, along: line, length: Some(length), .. } => {
+                let [foot, rate, bend] = along(&line, &start);
+                Some([[foot, rate, bend], [length - foot, -rate, -bend], [0.0; 3], [0.0; 3]])
             }
-            Shape::Plane { normal, corners: Some([a, b, c]), .. } => {
-                [[a, b], [b, c], [c, a]].iter().all(|[a, b]| normal.cross(&(b - a)).dot(&(position - a)) >= 0.0)
+            Shape::Plane { normal, corners: Some([a, b, c]), point } => {
+                // Counterclockwise about the normal that the corners have.
+                let turn = (b - a).cross(&(c - a)).dot(&normal).signum();
+                let inwards = |from: Vector, to: Vector| {
+                    let direction = normal.cross(&(to - from)).try_normalize(0.0).unwrap_or_default() * turn;
+                    along(&direction, &from)
+                };
+                Some([inwards(a, b), inwards(b, c), inwards(c, a), along(&normal, &point)])
             }
-            _ => true,
+            _ => None,
         }
     }
 
     /// A contact at a position.
-    pub fn contact(&self, position: &Vector) -> Contact {
-        let round = |apart: Vector, side: Side, along: Option<Vector>| Contact {
+    pub fn contact(&self, position: &Vector) -> Touch {
+        let round = |apart: Vector, side: Side, along: Option<Vector>| Touch {
             normal: apart.try_normalize(0.0).unwrap_or(Vector::x()),
             side,
             curvature: 1.0 / apart.norm().max(f64::MIN_POSITIVE),
@@ -165,16 +203,64 @@ impl Feature {
                 let apart = position - start;
                 round(apart - along * along.dot(&apart), side, Some(along))
             }
-            Shape::Plane { point, normal, corners } => {
-                let is_behind = corners.is_some() && normal.dot(&(position - point)) < 0.0;
-                let normal = if is_behind { -normal } else { normal };
-                Contact { normal, side: Side::Positive, curvature: 0.0, along: None }
+            Shape::Plane { normal, .. } => Touch { normal, side: Side::Positive, curvature: 0.0, along: None },
+        }
+    }
+
+    /// The corners of a box around it, infinite where it is not limited; of a surface that is met from inside, without limits.
+    pub fn bounds(&self) -> [Vector; 2] {
+        let endless = |is_endless: &dyn Fn(usize) -> bool, at: &Vector, radius: f64| {
+            let end = |sign: f64| Vector::from_fn(|k, _| sign * if is_endless(k) { f64::INFINITY } else { radius });
+            [at + end(-1.0), at + end(1.0)]
+        };
+        match self.shape {
+            Shape::Point { centre, radius, side } => endless(&|_| side == Side::Negative, &centre, radius),
+            Shape::Line { start, along, length: None, radius, side } => {
+                endless(&|k| side == Side::Negative || along[k] != 0.0, &start, radius)
+            }
+            Shape::Line { start, along, length: Some(length), radius, .. } => {
+                let end = start + along * length;
+                [start.inf(&end).add_scalar(-radius), start.sup(&end).add_scalar(radius)]
+            }
+            Shape::Plane { corners: Some([a, b, c]), .. } => [a.inf(&b).inf(&c), a.sup(&b).sup(&c)],
+            Shape::Plane { point, corners: None, .. } => endless(&|_| true, &point, 0.0),
+        }
+    }
+
+    /// The largest coordinate of the points that it is given by, and the radius around them `[length]`.
+    pub fn farthest(&self) -> f64 {
+        match self.shape {
+            Shape::Point { centre, radius, .. } => centre.amax() + radius,
+            Shape::Line { start, length, radius, .. } => start.amax() + length.unwrap_or(0.0) + radius,
+            Shape::Plane { point, corners, .. } => {
+                corners.iter().flatten().map(Vector::amax).fold(point.amax(), f64::max)
             }
         }
     }
+
+    /// So many roundings its normal may be off `[1]`.
+    pub fn slenderness(&self) -> f64 {
+        match self.shape {
+            Shape::Plane { corners: Some(corners), .. } => slenderness(&corners),
+            _ => 1.0,
+        }
+    }
+
+    /// The feature elsewhere.
+    pub fn moved(&self, by: &Vector) -> Self {
+        let mut moved = *self;
+        match &mut moved.shape {
+            Shape::Point { centre: at, .. } | Shape::Line { start: at, .. } => *at += by,
+            Shape::Plane { point, corners, .. } => {
+                *point += by;
+                corners.iter_mut().flatten().for_each(|corner| *corner += by);
+            }
+        }
+        moved
+    }
 }
 
-impl Contact {
+impl Touch {
     /// The curvature for a velocity, of which the part along a line does not curve `[1 / length]`.
     pub fn curvature_for(&self, velocity: &Vector) -> f64 {
         let tangential = velocity - self.normal * self.normal.dot(velocity);

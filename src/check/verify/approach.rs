@@ -1,13 +1,16 @@
-//! The motion across one discontinuity: how far from it a pair, or a particle and a wall, is and will be.
+//! The motion across one discontinuity: how far from it a pair, or a particle and a wall or a surface, is and will be.
 
+use super::foot::Foot;
 use super::rules::{Side, fly};
 use super::world::World;
 use crate::Vector;
-use crate::check::reference::{Polynomial, next_event};
+use crate::check::reference::{Polynomial, first_on, next_event};
 use crate::engine::States;
 
 /// The derivative of a quartic has three roots.
 const MOST_TURNS: usize = 3;
+/// From a root to a time that is surely before or after it, relative to it.
+const BESIDE: f64 = 8.0 * f64::EPSILON;
 
 /// Discontinuity that a flight approaches.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +33,8 @@ pub(super) struct Approach {
     /// Relative acceleration `[length / time^2]`.
     pub acceleration: Vector,
     pub boundary: Boundary,
+    /// Where it is along a feature with ends, which is there only while it is between them.
+    pub foot: Option<Foot>,
 }
 
 impl Approach {
@@ -37,12 +42,23 @@ impl Approach {
     pub fn of_pair(world: &World, states: &States, [i, j]: [u32; 2], since: f64, boundary: Boundary) -> Self {
         let of = |values: &[Vector]| values[i as usize] - values[j as usize];
         let position = world.nearest(states, i, j);
-        Self { since, position, velocity: of(&states.velocities), acceleration: of(&world.accelerations), boundary }
+        let (velocity, acceleration) = (of(&states.velocities), of(&world.accelerations));
+        Self { since, position, velocity, acceleration, boundary, foot: None }
     }
 
     /// Time in the window of the next event, by Algorithm 1.
     pub fn next_event(&self) -> Option<f64> {
-        next_event(&self.polynomial()).map(|dt| self.since + dt)
+        let f = self.polynomial();
+        let after = match &self.foot {
+            Some(foot) => first_on(&f, &foot.polynomials()),
+            None => next_event(&f),
+        };
+        after.map(|dt| self.since + dt)
+    }
+
+    /// Whether the discontinuity is there at a time in the window.
+    pub fn is_on(&self, time: f64) -> bool {
+        self.foot.is_none_or(|foot| foot.within(time - self.since) >= 0.0)
     }
 
     /// How far it is from the discontinuity at a time in the window, on the valid side; negative in an invalid state `[length]`.
@@ -56,16 +72,27 @@ impl Approach {
         }
     }
 
-    /// The smallest gap between two times in the window.
+    /// The smallest gap between two times in the window, after the first where the discontinuity is there.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
-        let mut lowest = self.gap(from).min(self.gap(to));
-        let derivative = self.polynomial().derivative();
-        let mut after = from - self.since;
-        for _ in 0..MOST_TURNS {
-            let Some(at) = derivative.next_root(after).filter(|at| *at < to - self.since) else { break };
-            lowest = lowest.min(self.gap(self.since + at));
-            // Rounding may leave the root itself behind the time where it was found, to be found again.
-            after = at * (1.0 + 8.0 * f64::EPSILON);
+        let mut lowest = self.gap(from);
+        let mut look = |time: f64| {
+            if self.is_on(time) {
+                lowest = lowest.min(self.gap(time));
+            }
+        };
+        look(to);
+        // It is lowest where it turns, or on this side of an end.
+        let turns = self.polynomial().derivative();
+        let ends = self.foot.iter().flat_map(Foot::polynomials);
+        for polynomial in [turns].into_iter().chain(ends) {
+            let mut after = from - self.since;
+            for _ in 0..MOST_TURNS {
+                let Some(at) = polynomial.next_root(after).filter(|at| *at < to - self.since) else { break };
+                look(self.since + at * (1.0 - BESIDE));
+                // Rounding may leave the root itself behind the time where it was found, to be found again.
+                after = at * (1.0 + BESIDE);
+                look(self.since + after);
+            }
         }
         lowest
     }
@@ -81,8 +108,9 @@ impl Approach {
 
     /// Flight from a later time in the window on.
     pub fn streamed(&self, time: f64) -> Self {
-        let (position, velocity) = fly(&self.position, &self.velocity, &self.acceleration, time - self.since);
-        Self { since: time, position, velocity, ..*self }
+        let dt = time - self.since;
+        let (position, velocity) = fly(&self.position, &self.velocity, &self.acceleration, dt);
+        Self { since: time, position, velocity, foot: self.foot.map(|foot| foot.streamed(dt)), ..*self }
     }
 
     /// How fast the closing speed changes, at its start `[length / time^2]`.
@@ -129,6 +157,7 @@ mod tests {
             velocity: Vector::new(velocity, 0.0, 0.0),
             acceleration: Vector::new(-1.0, 0.0, 0.0),
             boundary: Boundary::Plane,
+            foot: None,
         }
     }
 
@@ -148,9 +177,23 @@ mod tests {
             velocity: Vector::new(1.0, 0.0, 0.0),
             acceleration: Vector::zeros(),
             boundary: Boundary::Sphere { distance: 1.0, side: Side::Positive },
+            foot: None,
         };
         assert_eq!(pair.lowest(1.0, 5.0), -0.5);
         assert_eq!(pair.lowest(4.0, 5.0), pair.gap(4.0));
         assert!(pair.next_event().is_some_and(|time| pair.gap(time).abs() < 1e-15));
+    }
+    #[test]
+    fn a_feature_is_met_between_its_ends_only() {
+        // At the height of 1 - t^2 / 2 after the time 1, while the foot is at 3 - t and between 0 and 2.
+        let to_end = Foot { extents: [[3.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0; 3], [0.0; 3]], slenderness: 1.0 };
+        let ball = Approach { foot: Some(to_end), ..falling(1.0, 0.0) };
+        assert_eq!(ball.next_event(), Some(1.0 + 2.0_f64.sqrt()));
+        assert!(!ball.is_on(1.5) && ball.is_on(2.0) && ball.is_on(4.0) && !ball.is_on(4.5));
+        let later = ball.streamed(2.5);
+        assert!(later.is_on(2.5) && later.is_on(4.0) && !later.is_on(4.5));
+        // It is gone at 4, at a gap of 1 - 9 / 2.
+        assert!((ball.lowest(3.0, 5.0) - (1.0 - 4.5)).abs() < 1e-13);
+        assert_eq!(ball.lowest(3.0, 3.5), ball.gap(3.5));
     }
 }

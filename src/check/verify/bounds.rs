@@ -43,6 +43,11 @@ impl Flight {
     /// Of a wall.
     pub const NONE: Self = Self { length: 0.0, speed: 0.0, falling: 0.0, duration: 0.0 };
 
+    /// Of a feature, which is where it is, at coordinates up to this one.
+    pub fn fixed(farthest: f64) -> Self {
+        Self { length: farthest, duration: f64::INFINITY, ..Self::NONE }
+    }
+
     /// Of a particle, from its state, the time of its last event and that of the start of the window.
     pub fn new(world: &World, states: &States, i: u32, last_event: &Elapsed, window: &Elapsed) -> Self {
         let duration = states.elapsed.after(last_event).max(0.0);
@@ -123,5 +128,12 @@ impl Bounds {
         let velocity = a.velocity();
         let distance = rounded(a.length + at.abs() + radius);
         Self { distance, velocity, normal_velocity: velocity, direction: 0.0 }
+    }
+
+    /// At a plane in any direction, or at a face that is so slender.
+    pub fn plane(a: &Flight, plane: &Flight, radius: f64, slenderness: f64) -> Self {
+        let (velocity, direction) = (a.velocity(), rounded(slenderness));
+        let distance = rounded((a.length + plane.length) * slenderness + radius);
+        Self { distance, velocity, normal_velocity: velocity + a.speed * direction, direction }
     }
 }

@@ -43,12 +43,14 @@ pub enum End {
         /// Simulated time of the replay then.
         time: f64,
     },
-    /// Nothing will ever happen again: no pair, in any image, and no particle and wall has an event in all the time to come.
+    /// Nothing will ever happen again: no pair, in any image, and no particle and wall or surface has an event in all the time to come.
     Idle,
     /// The caller wanted no more.
     Interrupted,
-    /// Something acts from outside: a thermostat, a growth, a sheared box, a thermal wall, a surface of the scene. The rule that is proven does not cover that.
+    /// Something acts from outside: a thermostat, a growth, a sheared box, a thermal wall or surface. The rule that is proven does not cover that.
     Driven,
+    /// Surfaces come or go when a stage has ended that ends by what it measures: the replay cannot tell when.
+    OpenStages,
     /// An event is wrong.
     Violated(Violation),
     /// The dynamics came to rest in a way that needs infinitely many events.
@@ -71,6 +73,8 @@ pub struct Counts {
     pub bounce: u64,
     /// Contacts with walls.
     pub wall: u64,
+    /// Contacts with surfaces of the scene.
+    pub surface: u64,
     /// Events before which another one was due by less than round-off.
     pub ties: u64,
     /// Events without a closing speed, beyond round-off: turning points.
@@ -87,7 +91,7 @@ impl Counts {
     /// Events that were proven.
     #[must_use]
     pub fn events(&self) -> u64 {
-        self.core + self.capture + self.release + self.bounce + self.wall
+        self.core + self.capture + self.release + self.bounce + self.wall + self.surface
     }
 }
 
@@ -122,6 +126,9 @@ impl Certificate {
     /// Whether every event that was verified is proven, and the simulation could go on.
     #[must_use]
     pub fn is_proven(&self) -> bool {
-        !matches!(self.end, End::Violated(_) | End::Arrested(_) | End::Broken(_) | End::Driven | End::Departed { .. })
+        !matches!(
+            self.end,
+            End::Violated(_) | End::Arrested(_) | End::Broken(_) | End::Driven | End::OpenStages | End::Departed { .. }
+        )
     }
 }

@@ -78,7 +78,8 @@ mod tests {
 
     fn flight(position: [f64; 3], velocity: [f64; 3], gravity: f64, boundary: Boundary) -> Approach {
         let acceleration = Vector::new(0.0, 0.0, -gravity);
-        Approach { since: 2.0, position: position.into(), velocity: velocity.into(), acceleration, boundary }
+        let (position, velocity) = (position.into(), velocity.into());
+        Approach { since: 2.0, position, velocity, acceleration, boundary, foot: None }
     }
 
     #[test]

@@ -1,11 +1,14 @@
-//! Contacts: a pair of particles, or a particle and a wall, in words.
+//! Contacts: a pair of particles, or a particle and a wall or another surface, in words.
 
 use super::rules::Side;
-use crate::engine::event::Event;
+use crate::engine::event::{Event, Other};
 use crate::model::ParticleId;
 use std::fmt;
 
-/// A contact: a pair of particles, or a particle and a wall of the box.
+/// The surfaces of a scene have the numbers from this one on in events; those below it are walls.
+const FIRST_SURFACE: u32 = 6;
+
+/// A contact: a pair of particles, or a particle and a wall of the box or a surface of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Contact {
@@ -20,15 +23,26 @@ pub enum Contact {
         /// Whether it is the wall at the upper corner.
         is_upper: bool,
     },
+    /// A particle at a surface of the scene.
+    Surface {
+        /// The particle.
+        particle: ParticleId,
+        /// Its number among the surfaces of the scene, from 0.
+        surface: u32,
+    },
 }
 
 impl Contact {
     /// The contact of an event.
     #[must_use]
     pub fn of(event: &Event) -> Self {
-        match event.wall() {
-            Some((axis, is_upper)) => Self::Wall { particle: event.particle, axis, is_upper },
-            None => Self::pair(event.particle, event.partner().unwrap_or(event.particle)),
+        let particle = event.particle;
+        match (event.wall(), event.other) {
+            (Some((axis, is_upper)), _) => Self::Wall { particle, axis, is_upper },
+            (None, Other::Surface { surface, .. }) => {
+                Self::Surface { particle, surface: surface.saturating_sub(FIRST_SURFACE) }
+            }
+            _ => Self::pair(particle, event.partner().unwrap_or(particle)),
         }
     }
 
@@ -42,7 +56,7 @@ impl Contact {
     pub(super) fn particles(&self) -> impl Iterator<Item = u32> + use<> {
         let (first, second) = match self {
             Self::Pair([a, b]) => (a.0, Some(b.0)),
-            Self::Wall { particle, .. } => (particle.0, None),
+            Self::Wall { particle, .. } | Self::Surface { particle, .. } => (particle.0, None),
         };
         [Some(first), second].into_iter().flatten()
     }
@@ -56,6 +70,9 @@ impl fmt::Display for Contact {
                 let end = if *is_upper { "upper" } else { "lower" };
                 let axis = ["x", "y", "z"].get(usize::from(*axis)).unwrap_or(&"?");
                 write!(f, "particle {} and the wall at the {end} end of {axis}", particle.0)
+            }
+            Self::Surface { particle, surface } => {
+                write!(f, "particle {} and surface {} of the scene", particle.0, u64::from(*surface) + 1)
             }
         }
     }

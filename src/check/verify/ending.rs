@@ -6,6 +6,7 @@ use super::rules::{Side, Step};
 use super::verifier::Verifier;
 use super::violation::Fault;
 use super::window::{MARGIN, reach_along, wall_approach};
+use crate::Vector;
 use crate::model::ParticleId;
 
 /// So many images of all pairs together are searched before that is given up.
@@ -23,7 +24,7 @@ enum Search {
 
 impl Verifier {
     /// Proves that from the states that were shown last on nothing will ever happen: no pair, in any of its images, and no particle
-    /// and wall has an event in all the time to come.
+    /// and wall or surface has an event in all the time to come.
     ///
     /// # Errors
     /// [`Fault::EndedEarly`] with something that is due, [`Fault::EndNotShown`] if nothing is found that is due, but neither that
@@ -34,6 +35,7 @@ impl Verifier {
         for at in 0..self.world.moving.len() {
             let i = self.world.moving[at];
             open = open.or(self.search_walls(i)?);
+            open = open.or(self.search_facets(i)?);
             for (j, _) in (0..).zip(&self.states.positions) {
                 if self.world.is_first(i, j) && self.search_pair(i, j, &mut left)? {
                     open = open.or(Some(Contact::pair(ParticleId(i), ParticleId(j))));
@@ -55,6 +57,29 @@ impl Verifier {
             let size = self.before.positions[i as usize].norm() + wall.at.abs() + self.world.radius(i);
             if !approach.is_clear(size) {
                 open = Some(contact);
+            }
+        }
+        Ok(open)
+    }
+
+    /// A surface that it is not shown to miss.
+    fn search_facets(&self, i: u32) -> Result<Option<Contact>, Fault> {
+        let (world, states) = (&self.world, &self.before);
+        let at = i as usize;
+        let rests = states.velocities[at] == Vector::zeros() && world.accelerations[at] == Vector::zeros();
+        if rests {
+            return Ok(None);
+        }
+        let round: Vec<usize> = (0..3).filter(|&k| world.periods[k] > 0.0).collect();
+        let mut open = None;
+        for facet in world.facets_near(states, i, f64::INFINITY) {
+            if let Some(after) = facet.approach(world, states, i, 0.0).next_event() {
+                return Err(self.ended_early(facet.contact(i), after));
+            }
+            // One with ends has images for ever.
+            let has_images = round.iter().any(|&k| !facet.is_endless(k));
+            if open.is_none() && (has_images || !facet.is_clear(world, states, i)) {
+                open = Some(facet.contact(i));
             }
         }
         Ok(open)

@@ -4,13 +4,37 @@ use super::approach::{Approach, Boundary};
 use super::bounds::{Bounds, Flight, is_without_digits};
 use super::certificate::note;
 use super::contact::Contact;
+use super::facet::Facet;
 use super::outcome::Encounter;
 use super::rules::{Side, Step};
 use super::verifier::Verifier;
 use super::violation::Fault;
 use super::window::wall_approach;
+use super::world::World;
 use crate::engine::States;
 use crate::engine::event::{Event, Outcome};
+
+/// A particle at a feature of a surface.
+struct Meeting {
+    facet: Facet,
+    approach: Approach,
+    bounds: Bounds,
+}
+
+impl Meeting {
+    /// Whether the foot is on the feature, within rounding.
+    fn has_foot(&self) -> bool {
+        self.approach.foot.is_none_or(|foot| foot.within(0.0) >= -self.bounds.distance)
+    }
+
+    fn gap(&self) -> f64 {
+        self.approach.gap(self.approach.since)
+    }
+
+    fn is_in_contact(&self) -> bool {
+        self.gap() <= self.bounds.distance
+    }
+}
 
 impl Verifier {
     pub(super) fn flight(&self, i: u32) -> Flight {
@@ -21,17 +45,24 @@ impl Verifier {
         match contact {
             Contact::Pair(pair) => pair.map(|id| self.flight(id.0)),
             Contact::Wall { particle, .. } => [self.flight(particle.0), Flight::NONE],
+            Contact::Surface { particle, .. } => [self.flight(particle.0), Flight::fixed(self.world.farthest_facet)],
         }
     }
 
     pub(super) fn bounds(&self, contact: &Contact, approach: &Approach, flights: &[Flight; 2]) -> Bounds {
         match (contact, approach.boundary) {
-            (Contact::Pair(_), Boundary::Sphere { distance, .. }) => {
+            (Contact::Pair(_) | Contact::Surface { .. }, Boundary::Sphere { distance, .. }) => {
                 Bounds::pair(&self.world, &flights[0], &flights[1], distance)
             }
             (contact, _) => {
                 let radius = contact.particles().next().map_or(0.0, |i| self.world.radius(i));
-                Bounds::wall(&flights[0], self.world.farthest_wall, radius)
+                match contact {
+                    Contact::Surface { .. } => {
+                        let slenderness = approach.foot.map_or(1.0, |foot| foot.slenderness);
+                        Bounds::plane(&flights[0], &flights[1], radius, slenderness)
+                    }
+                    _ => Bounds::wall(&flights[0], self.world.farthest_wall, radius),
+                }
             }
         }
     }
@@ -107,6 +138,66 @@ impl Verifier {
         self.note_contact(&[i], after);
         self.proof.counts.wall += 1;
         Ok(())
+    }
+
+    /// An event at a surface of the scene: at one of its features, due, and with the right outcome there.
+    pub(super) fn check_surface(&mut self, event: &Event, contact: Contact, after: &States) -> Result<(), Fault> {
+        let i = event.particle.0;
+        let unknown = Fault::Unknown { contact, distance: event.distance, state: 0 };
+        let Contact::Surface { surface, .. } = contact else { return Err(unknown) };
+        let is_its = event.distance == self.world.radius(i);
+        let restitution = self.world.surface_restitution(i, surface).filter(|_| is_its).ok_or(unknown)?;
+        // Without a feature in contact, the nearest of all says how far away the event was.
+        let near = self.meetings(contact, surface, |world, facet| facet.is_near(world.motion(&self.before, i)));
+        let meetings = if near.is_empty() { self.meetings(contact, surface, |_, _| true) } else { near };
+        let (proof, mut fault) = (self.proof, None);
+        for meeting in meetings {
+            if fault.is_some() && !meeting.is_in_contact() {
+                break;
+            }
+            match self.check_meeting(event, after, &meeting, restitution) {
+                Ok(()) => {
+                    self.note_contact(&[i], after);
+                    self.proof.counts.surface += 1;
+                    return Ok(());
+                }
+                Err(found) => fault = fault.or(Some(found)),
+            }
+            self.proof = proof;
+        }
+        Err(fault.unwrap_or(unknown))
+    }
+
+    /// The features of a surface on which the foot of a particle is, the nearest first: where several meet, rounding decides which of them the
+    /// engine takes.
+    fn meetings(&self, contact: Contact, surface: u32, is_wanted: impl Fn(&World, &Facet) -> bool) -> Vec<Meeting> {
+        let (now, flights) = (self.window.time(&self.before.elapsed), self.flights(&contact));
+        let facets = self.world.facets.iter().filter(|facet| facet.surface == surface && is_wanted(&self.world, facet));
+        let Some(i) = contact.particles().next() else { return Vec::new() };
+        let meeting = |facet: &Facet| {
+            let approach = facet.approach(&self.world, &self.before, i, now);
+            let bounds = self.bounds(&contact, &approach, &flights);
+            Meeting { facet: *facet, approach, bounds }
+        };
+        let mut on: Vec<Meeting> = facets.map(meeting).filter(Meeting::has_foot).collect();
+        on.sort_by(|a, b| a.gap().abs().total_cmp(&b.gap().abs()));
+        on
+    }
+
+    fn check_meeting(
+        &mut self,
+        event: &Event,
+        after: &States,
+        meeting: &Meeting,
+        restitution: f64,
+    ) -> Result<(), Fault> {
+        let (i, contact) = (event.particle.0, Contact::of(event));
+        let radius = self.world.radius(i);
+        let unit = if radius > 0.0 { radius } else { 1.0 };
+        self.check_contact(contact, &meeting.approach, &meeting.bounds, unit)?;
+        let touch = meeting.facet.feature.contact(&self.world.motion(&self.before, i).position);
+        let flights = self.flights(&contact);
+        self.encounter(event, after, meeting.bounds, flights).check_surface(&touch, restitution)
     }
 
     fn note_contact(&mut self, particles: &[u32], now: &States) {

@@ -8,6 +8,7 @@ use super::rules::{Side, Step};
 use super::violation::{Fault, Quantity};
 use super::world::{Wall, World};
 use crate::Vector;
+use crate::check::reference::Touch;
 use crate::engine::States;
 use crate::engine::event::{Event, Outcome};
 
@@ -22,6 +23,14 @@ pub(super) struct Encounter<'a> {
     pub flights: [Flight; 2],
     pub contacts: &'a Option<ContactMemory>,
     pub margins: &'a mut Margins,
+}
+
+/// How a barrier curves where it is met.
+struct Curve {
+    /// Its radius, infinite if it is flat, negative if it curves around the particle `[length]`.
+    radius: f64,
+    /// The direction along which it does not curve, of a line.
+    along: Option<Vector>,
 }
 
 /// The relative motion of two particles, or of one and a wall, when they meet.
@@ -89,18 +98,30 @@ impl Encounter<'_> {
             return self.check_energy(&motion, 0.0, 0.0);
         }
         let acceleration = self.world.accelerations[i as usize] - self.world.accelerations[j as usize];
-        let distance = apart.norm().max(f64::MIN_POSITIVE);
-        self.check_barrier(&motion, restitution, &acceleration, distance, &arriving)
+        let curve = Curve { radius: apart.norm().max(f64::MIN_POSITIVE), along: None };
+        self.check_barrier(&motion, restitution, &acceleration, &curve, &arriving)
     }
 
     /// A reflection off a wall.
     pub fn check_wall(&mut self, wall: &Wall) -> Result<(), Fault> {
-        let i = self.event.particle.0;
-        let (k, inwards) = (usize::from(wall.axis), wall.inwards());
         let mut normal = Vector::zeros();
-        normal[k] = inwards;
+        normal[usize::from(wall.axis)] = wall.inwards();
         self.within(Quantity::Normal, (self.event.normal - normal).norm(), 0.0)?;
-        let leaving = inwards * self.after.velocities[i as usize][k];
+        self.check_reflection(&normal, wall.restitution, &Curve { radius: f64::INFINITY, along: None })
+    }
+
+    /// A reflection off a feature of a surface.
+    pub fn check_surface(&mut self, touch: &Touch, restitution: f64) -> Result<(), Fault> {
+        let sign = touch.side.sign();
+        let normal = touch.normal * sign;
+        self.within(Quantity::Normal, (self.event.normal - normal).norm(), 2.0 * self.bounds.direction)?;
+        self.check_reflection(&normal, restitution, &Curve { radius: sign / touch.curvature, along: touch.along })
+    }
+
+    /// A reflection off what never moves, with a normal towards the particle.
+    fn check_reflection(&mut self, normal: &Vector, restitution: f64, curve: &Curve) -> Result<(), Fault> {
+        let i = self.event.particle.0;
+        let leaving = normal.dot(&self.after.velocities[i as usize]);
         self.within(Quantity::Direction, -leaving, self.bounds.normal_velocity)?;
         let weight = self.world.inverse_masses[i as usize];
         let velocity = self.before.velocities[i as usize];
@@ -108,14 +129,13 @@ impl Encounter<'_> {
             particles: &[i],
             weights: &[weight],
             reduced_mass: 1.0 / weight,
-            normal,
+            normal: *normal,
             outwards: 1.0,
             velocity,
-            radial: inwards * velocity[k],
+            radial: normal.dot(&velocity),
         };
-        // A plane: nothing is centrifugal.
         let (acceleration, bounds) = (self.world.accelerations[i as usize], self.bounds);
-        self.check_barrier(&motion, wall.restitution, &acceleration, f64::INFINITY, &bounds)
+        self.check_barrier(&motion, restitution, &acceleration, curve, &bounds)
     }
 
     /// Makes the bounds those of the velocities after the event, which have the speed that it gives.
@@ -150,23 +170,26 @@ impl Encounter<'_> {
         (if crosses { crossing } else { Outcome::Bounce }, crosses)
     }
 
-    /// Checks the motion after an infinite barrier. `arriving` are the bounds before the contact, `distance` the radius of the
-    /// barrier's curvature.
+    /// Checks the motion after an infinite barrier. `arriving` are the bounds before the contact.
     fn check_barrier(
         &mut self,
         motion: &Motion,
         restitution: f64,
         acceleration: &Vector,
-        distance: f64,
+        curve: &Curve,
         arriving: &Bounds,
     ) -> Result<(), Fault> {
         let (approach, tangential, slack) = (motion.approach(), motion.tangential().norm(), arriving.normal_velocity);
         let plain = || vec![Leaving { speed: (restitution * approach, slack), sliding: None }];
         let leavings = self.contacts.as_ref().map_or_else(plain, |contacts| {
-            let centrifugal = tangential * tangential / distance;
+            let around = curve.along.map_or(motion.tangential(), |along| {
+                let tangential = motion.tangential();
+                tangential - along * along.dot(&tangential)
+            });
+            let centrifugal = around.norm_squared() / curve.radius;
             let closing = -motion.outwards * (acceleration.dot(&motion.normal) + centrifugal);
-            let bound = 2.0 * tangential * slack / distance
-                + (acceleration.norm() + centrifugal) * (arriving.direction + rounded(1.0));
+            let bound = 2.0 * tangential * slack / curve.radius.abs()
+                + (acceleration.norm() + centrifugal.abs()) * (arriving.direction + rounded(1.0));
             let (approach, tangential) = ((approach, slack), (tangential, slack));
             let arrival = Arrival { restitution, approach, tangential, closing: (closing, bound) };
             contacts.leavings(&arrival, motion.particles, &self.after.elapsed)

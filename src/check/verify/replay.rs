@@ -1,11 +1,12 @@
 //! The replay of a run, with every event of a range shown to the verifier.
 
 use super::certificate::{Certificate, End};
+use super::schedule::{Stretch, schedule};
 use super::verifier::Verifier;
 use super::violation::{Fault, Violation};
 use crate::engine::event::Event;
 use crate::engine::{EngineError, Reason, Simulation, States, Until};
-use crate::model::{Equilibration, Limit, RunPlan, Scene};
+use crate::model::Scene;
 use std::ops::ControlFlow;
 
 /// Events between two calls of `watch` on the way to the range.
@@ -87,16 +88,19 @@ pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'
 }
 
 fn certify(scene: Scene, range: EventRange, recorded: Option<RunEnd>, watch: Watch<'_>) -> Certificate {
-    if scene.is_driven() || !scene.surfaces.is_empty() {
-        return Certificate { end: End::Driven, ..Certificate::blank(1, scene.start_time) };
+    let refused = |end: End| Certificate { end, ..Certificate::blank(1, scene.start_time) };
+    if scene.is_driven() {
+        return refused(End::Driven);
     }
-    let stages = stages(&scene.run);
+    let Some(stretches) = schedule(&scene.run, &scene.surfaces) else { return refused(End::OpenStages) };
+    let follows_stages = recorded.is_none() || scene.surfaces.iter().any(|surface| !surface.stages.is_empty());
     let mut replay = Replay {
         simulation: Simulation::without_plan(scene),
         states: States::default(),
         range,
         watch,
-        stages,
+        stretches: if follows_stages { stretches } else { Vec::new() },
+        stage: None,
         ends: None,
         recorded,
         has_run_out: false,
@@ -119,25 +123,17 @@ fn certify(scene: Scene, range: EventRange, recorded: Option<RunEnd>, watch: Wat
     Certificate { duration: replay.states.elapsed.after(&origin), end, ..verifier.proof }
 }
 
-/// The stages of a run that are left, the next one last.
-fn stages(plan: &RunPlan) -> Vec<Limit> {
-    let until = |limit| Equilibration { limit, until_stationary: false };
-    let listed = plan.stages.iter().flat_map(|stage| [stage.measured.unwrap_or_default(), until(stage.limit)]);
-    let all: Vec<Equilibration> = listed.chain([plan.last_equilibration(), until(plan.limit)]).collect();
-    let ends = all.iter().rev().map(|stage| stage.limit).filter(|limit| *limit != Limit::default());
-    let ends: Vec<Limit> = ends.collect();
-    // A scene that does not say how long to run, or whose equilibration ends by what it measures, can be replayed for ever.
-    if ends.is_empty() || all.iter().any(|stage| stage.until_stationary) { vec![Limit::default()] } else { ends }
-}
-
 struct Replay<'w> {
     simulation: Simulation,
     /// Its states after the last event, from the start of the range on.
     states: States,
     range: EventRange,
     watch: Watch<'w>,
-    stages: Vec<Limit>,
-    /// Simulated time and events at which the present stage ends.
+    /// What is left of the plan of the run, the next one last.
+    stretches: Vec<Stretch>,
+    /// Stage that has begun, until the verifier has been told.
+    stage: Option<String>,
+    /// Simulated time and events at which the present stretch ends.
     ends: Option<Until>,
     /// Where the run has ended; `None` ends where the scene plans it.
     recorded: Option<RunEnd>,
@@ -151,20 +147,25 @@ impl Replay<'_> {
         self.simulation.event_counts().physical()
     }
 
-    /// Where the present stage of the run ends; none after the last one.
-    fn stage(&mut self) -> Option<Until> {
-        if let Some(recorded) = self.recorded {
-            return self.left_of(&recorded);
-        }
-        if self.ends.is_none_or(|ends| self.events() >= ends.events) {
-            let limit = self.stages.pop()?;
+    /// Where the present stretch of the run ends; none after the last one.
+    fn stretch(&mut self) -> Option<Until> {
+        let recorded = match self.recorded {
+            Some(recorded) => Some(self.left_of(&recorded)?),
+            None => None,
+        };
+        while self.ends.is_none_or(|ends| self.events() >= ends.events) {
+            let Some(Stretch { stage, limit }) = self.stretches.pop() else { return recorded };
             let events = self.events();
             self.ends = Some(Until {
                 time: limit.time.map_or(f64::INFINITY, |time| self.simulation.time() + time),
                 events: limit.events.map_or(u64::MAX, |more| events.saturating_add(more)),
             });
+            self.simulation.set_stage_of_surfaces(&stage);
+            self.stage = Some(stage);
         }
-        self.ends
+        let first =
+            |one: Until, other: Until| Until { time: one.time.min(other.time), events: one.events.min(other.events) };
+        self.ends.map(|ends| recorded.map_or(ends, |recorded| first(ends, recorded)))
     }
 
     /// Limit of the next step of a run that is over: its events first, and then a time without any. An event there is one too many.
@@ -199,10 +200,13 @@ impl Replay<'_> {
         End::RunEnded
     }
 
-    /// Ends a stage by its time.
-    fn end_stage(&mut self) {
-        self.ends = None;
-        self.has_run_out = true;
+    /// Ends a stretch, or the record of a run, at its time.
+    fn end_at(&mut self, time: f64) {
+        if self.ends.is_some_and(|ends| ends.time <= time) {
+            self.ends = None;
+        } else {
+            self.has_run_out = true;
+        }
     }
 
     /// Goes to the start of the range without looking.
@@ -214,12 +218,12 @@ impl Replay<'_> {
             if self.is_stopped(false) {
                 return Err(End::Interrupted);
             }
-            let Some(stage) = self.stage() else { return Err(self.ended()) };
+            let Some(stretch) = self.stretch() else { return Err(self.ended()) };
             let chunk = self.events().saturating_add(CHUNK);
-            let until = Until { events: stage.events.min(self.range.from).min(chunk), ..stage };
+            let until = Until { events: stretch.events.min(self.range.from).min(chunk), ..stretch };
             match self.simulation.advance_for(STEPS, until, None)? {
                 None | Some(Reason::Events | Reason::Observer) => {}
-                Some(Reason::Time) => self.end_stage(),
+                Some(Reason::Time) => self.end_at(until.time),
                 Some(Reason::Idle) => return Err(End::Idle),
             }
         }
@@ -227,7 +231,18 @@ impl Replay<'_> {
     }
 
     /// At the start of the range.
-    fn verifier(&self) -> Result<Verifier, Fault> {
+    fn verifier(&mut self) -> Result<Verifier, Fault> {
+        let mut verifier = self.verifier_of_first_stage()?;
+        self.tell_stage(&mut verifier)?;
+        Ok(verifier)
+    }
+
+    /// Tells the verifier of a stage that has begun.
+    fn tell_stage(&mut self, verifier: &mut Verifier) -> Result<(), Fault> {
+        self.stage.take().map_or(Ok(()), |stage| verifier.enter_stage(&stage, &self.states))
+    }
+
+    fn verifier_of_first_stage(&self) -> Result<Verifier, Fault> {
         let (scene, states) = (self.simulation.scene(), &self.states);
         if self.range.from == 0 && scene.predecessor().is_none() {
             return Verifier::new(scene, states);
@@ -267,14 +282,15 @@ impl Replay<'_> {
     /// # Errors
     /// How the proof ends instead.
     fn step(&mut self, verifier: &mut Verifier) -> Result<(), End> {
-        let Some(stage) = self.stage() else {
+        let Some(stretch) = self.stretch() else {
             return Err(match self.ended() {
                 End::Idle => self.idle(verifier),
                 end => end,
             });
         };
+        self.tell_stage(verifier).map_err(|fault| self.violated(fault))?;
         let progress = self.progress(true);
-        let until = Until { time: stage.time, events: self.events().saturating_add(1) };
+        let until = Until { time: stretch.time, events: self.events().saturating_add(1) };
         let Self { simulation, states, watch, .. } = self;
         let mut watch = || watch(&progress);
         let mut event = None;
@@ -295,7 +311,7 @@ impl Replay<'_> {
             return verifier.witness_watched(&event, states, &mut watch).map_err(|fault| self.violated(fault));
         }
         verifier.witness_quiet(states, &mut watch).map_err(|fault| self.violated(fault))?;
-        self.end_stage();
+        self.end_at(until.time);
         if reason == Reason::Idle { Err(self.idle(verifier)) } else { Ok(()) }
     }
 

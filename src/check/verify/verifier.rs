@@ -110,8 +110,9 @@ impl Verifier {
         match event.kind {
             EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after)?,
             EventKind::Surface if event.wall().is_some() => self.check_wall(event, contact, after)?,
+            EventKind::Surface => self.check_surface(event, contact, after)?,
             // No rule for it.
-            EventKind::Surface | EventKind::Thermostat => {
+            EventKind::Thermostat => {
                 return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
             }
         }
@@ -142,6 +143,23 @@ impl Verifier {
         check_count(self.states.positions.len(), now)?;
         self.pass_to(&now.elapsed, None, watch)?;
         self.check_flights(now, |_| false)
+    }
+
+    /// Puts the surfaces of a stage of a run in, and takes others away, at the time of states that flights have led to.
+    ///
+    /// # Errors
+    /// [`Fault::TooFast`] if a pair goes round the box too often.
+    pub fn enter_stage(&mut self, stage: &str, now: &States) -> Result<(), Fault> {
+        check_count(self.states.positions.len(), now)?;
+        if !self.world.enter_stage(stage) {
+            return Ok(());
+        }
+        self.stream(now.elapsed.after(&self.states.elapsed), now.elapsed);
+        self.overdue.clear();
+        self.proof.counts.asked += self.window.asked;
+        let length = self.pace.length(&self.world, &self.before, 0.0);
+        self.window = Window::open(&self.world, &self.pairs, &self.before, length)?;
+        Ok(())
     }
 
     /// Goes on to a time, and proves that everything due before it has taken place.
@@ -233,7 +251,7 @@ impl Verifier {
 
     /// Keeps what is overdue by round-off; if it has turned, it may be due again later.
     fn wait(&mut self, due: Due, time: f64) {
-        if due.approach.closing(time) > 0.0 {
+        if due.approach.closing(time) > 0.0 && due.approach.is_on(time) {
             self.overdue.push(due);
         } else {
             // From the time in the window at which it has turned.

@@ -178,8 +178,8 @@ pub enum Fault {
     },
     /// The run ended as if nothing would ever happen again, which cannot be shown.
     #[error(
-        "the run ended because nothing would happen any more, but {contact} pass each other's periodic images for ever: nothing \
-        shows that they never meet"
+        "the run ended because nothing would happen any more, but {contact} pass each other, or each other's periodic images, for ever: \
+        nothing shows that they never meet"
     )]
     EndNotShown {
         /// The contact.
@@ -198,6 +198,25 @@ pub enum Fault {
         /// In the engine's memory.
         engine: usize,
     },
+}
+
+impl Fault {
+    /// The contact that it is about, if it is about one.
+    #[must_use]
+    pub fn contact(&self) -> Option<Contact> {
+        match *self {
+            Self::Missed { contact, .. }
+            | Self::Early { contact, .. }
+            | Self::NotClosing { contact, .. }
+            | Self::Unknown { contact, .. }
+            | Self::WrongOutcome { contact, .. }
+            | Self::WrongNumbers { contact, .. }
+            | Self::WithoutDigits { contact, .. }
+            | Self::EndedEarly { contact, .. }
+            | Self::EndNotShown { contact } => Some(contact),
+            _ => None,
+        }
+    }
 }
 
 /// A violation of the event rule: its kind, and the event at which it was found.

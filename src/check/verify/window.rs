@@ -87,7 +87,7 @@ impl<'a> Scan<'a> {
 }
 
 impl Window {
-    /// Opens a window: asks for all pairs and walls.
+    /// Opens a window: asks for all pairs, walls and surfaces.
     ///
     /// # Errors
     /// [`Fault::TooFast`] if a pair goes round the box too often.
@@ -119,7 +119,7 @@ impl Window {
         }
     }
 
-    /// Asks again for all pairs and walls of some particles, whose flights have changed.
+    /// Asks again for all pairs, walls and surfaces of some particles, whose flights have changed.
     ///
     /// # Errors
     /// [`Fault::TooFast`] if a pair goes round the box too often.
@@ -159,7 +159,7 @@ impl Window {
         versions
     }
 
-    /// Asks for one particle's pairs and walls.
+    /// Asks for one particle's pairs, walls and surfaces.
     fn ask_particle(&mut self, scan: &Scan<'_>, i: u32, is_wanted: impl Fn(u32) -> bool) -> Result<(), Fault> {
         let Scan { world, pairs, states, ref reaches } = *scan;
         for (j, state) in pairs.of(i).filter(|(j, _)| *j != i && is_wanted(*j)) {
@@ -174,6 +174,7 @@ impl Window {
         }
         if !world.is_static(i) {
             self.ask_walls(world, states, i);
+            self.ask_facets(world, states, i);
         }
         Ok(())
     }
@@ -211,6 +212,17 @@ impl Window {
         }
     }
 
+    fn ask_facets(&mut self, world: &World, states: &States, i: u32) {
+        if world.facets.is_empty() {
+            return;
+        }
+        let now = self.time(&states.elapsed);
+        for facet in world.facets_near(states, i, self.length - now) {
+            let contact = facet.contact(i);
+            self.ask(Claim { contact, side: Side::Positive }, facet.approach(world, states, i, now));
+        }
+    }
+
     /// Asks for the next event of a flight.
     pub fn ask(&mut self, claim: Claim, approach: Approach) {
         self.asked += 1;
@@ -231,6 +243,7 @@ pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall,
         velocity: along(states.velocities[i as usize][k]),
         acceleration: along(world.accelerations[i as usize][k]),
         boundary: Boundary::Plane,
+        foot: None,
     }
 }
 

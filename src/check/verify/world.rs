@@ -1,11 +1,12 @@
 //! Constants of a run: masses, accelerations, interactions, the box.
 
 use super::contact::Contact;
+use super::facet::{Facet, facets};
 use crate::Vector;
 use crate::engine::States;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
-use crate::model::{Interaction, InteractionId, ParticleId, Scene, Species};
+use crate::model::{Interaction, InteractionId, ParticleId, Scene, Species, SpeciesId, SurfaceLaw};
 use std::collections::BTreeMap;
 
 /// A wall of the box.
@@ -36,6 +37,10 @@ pub(super) struct World {
     /// Interactions of bonded pairs, lower id first.
     pub bonds: BTreeMap<(u32, u32), InteractionId>,
     pub walls: Vec<Wall>,
+    /// Features of the surfaces of the scene.
+    pub facets: Vec<Facet>,
+    /// By species and surface, whether the two meet in the present stage.
+    meetings: Vec<Vec<bool>>,
     /// Edges of periodic axes, 0 for others `[length]`.
     pub periods: Vector,
     /// The shortest of them, infinite if there are none `[length]`.
@@ -48,6 +53,8 @@ pub(super) struct World {
     pub longest_length: f64,
     /// The largest coordinate of a wall `[length]`.
     pub farthest_wall: f64,
+    /// The largest coordinate of a facet `[length]`.
+    pub farthest_facet: f64,
     /// Whether any pair can be in another state than 0.
     pub has_states: bool,
     /// Whether species are bonded, so that pairs are in another state however far apart they are.
@@ -63,13 +70,18 @@ impl World {
             ((a.min(b), a.max(b)), bond.interaction)
         });
         let potentials = scene.table.iter().map(|(_, id)| &scene.interactions[id.0 as usize].potential);
-        Self {
+        let periods = scene.space.periods().map(|period| if period.is_finite() { period } else { 0.0 });
+        let facets = facets(scene, &periods);
+        let mut world = Self {
             inverse_masses: species.iter().map(|species| species.mass.recip()).collect(),
             accelerations: species.iter().map(|species| species.acceleration).collect(),
             moving: (0..).zip(&species).filter(|(_, species)| !species.is_static()).map(|(i, _)| i).collect(),
             bonds: bonds.collect(),
             walls: walls(scene),
-            periods: scene.space.periods().map(|period| if period.is_finite() { period } else { 0.0 }),
+            farthest_facet: facets.iter().map(|facet| facet.farthest).fold(0.0, f64::max),
+            facets,
+            meetings: Vec::new(),
+            periods,
             shortest_period: scene.space.periods().min(),
             diagonal: if scene.space.is_fully_periodic() { scene.space.size.norm() } else { f64::INFINITY },
             longest_range: potentials.clone().map(|potential| potential.range()).fold(0.0, f64::max),
@@ -78,6 +90,32 @@ impl World {
             has_states: potentials.clone().any(|potential| *potential.accessible_states().end() > 0),
             holds_all_pairs: potentials.clone().any(Potential::is_bond),
             scene: scene.clone(),
+        };
+        world.enter_stage(scene.run.first_stage());
+        world
+    }
+
+    /// Puts the surfaces of a stage in, and takes others away. Whether that changes anything.
+    pub fn enter_stage(&mut self, stage: &str) -> bool {
+        let species = (0..).map(SpeciesId).zip(&self.scene.species);
+        let surfaces = &self.scene.surfaces;
+        let of = |id: SpeciesId| surfaces.iter().map(|it| it.is_in(stage) && it.meets(id)).collect();
+        let meetings = species.map(|(id, _)| of(id)).collect();
+        std::mem::replace(&mut self.meetings, meetings) != self.meetings
+    }
+
+    /// By surface, whether a particle meets it in the present stage.
+    pub fn meets(&self, i: u32) -> &[bool] {
+        &self.meetings[self.scene.particles[i as usize].species.0 as usize]
+    }
+
+    /// The restitution at a surface that a particle meets.
+    pub fn surface_restitution(&self, i: u32, surface: u32) -> Option<f64> {
+        let surface = surface as usize;
+        let is_met = self.meets(i).get(surface).copied().unwrap_or(false) && !self.is_static(i);
+        match self.scene.surfaces.get(surface).filter(|_| is_met)?.law {
+            SurfaceLaw::Reflecting { restitution } => Some(restitution),
+            SurfaceLaw::Thermal { .. } => None,
         }
     }
 
@@ -169,6 +207,17 @@ impl World {
             images = images.into_iter().flat_map(of).collect();
         }
         Some(images)
+    }
+
+    /// A position along periodic axes, moved by whole periods to where the engine keeps particles.
+    pub fn brought_back(&self, mut position: Vector) -> Vector {
+        if !self.is_in_box(&position) {
+            for k in (0..3).filter(|&k| self.periods[k] > 0.0) {
+                let periods = ((position[k] - self.scene.space.lower[k]) / self.periods[k]).floor();
+                position[k] -= periods * self.periods[k];
+            }
+        }
+        position
     }
 
     /// Whether a position is where the engine keeps particles: along periodic axes within the box to half a period.

@@ -155,7 +155,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 f64::from(transition.wrap) * self.state.periods[axis];
             self.state.images.add(particle, axis, -transition.wrap);
         }
-        if !(is_kept_before && self.keeps_contact(particle)) || self.has_own_interactions(particle) {
+        let sees_others = transition.wrap != 0 && self.has_images_of_surfaces();
+        if !(is_kept_before && self.keeps_contact(particle)) || self.has_own_interactions(particle) || sees_others {
             self.repredict(particle, time);
             return Ok(());
         }

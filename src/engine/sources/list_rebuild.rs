@@ -78,9 +78,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 return Ok(());
             }
         }
-        self.wrap(particle, &me.position);
+        let has_come_round = self.wrap(particle, &me.position);
         self.move_centre(particle, time)?;
-        if has_own_interactions {
+        if has_own_interactions || (has_come_round && self.has_images_of_surfaces()) {
             self.repredict(particle, time);
             return Ok(());
         }
@@ -100,8 +100,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Brings a particle that has left the box on a periodic axis back in.
-    pub(in crate::engine) fn wrap(&mut self, particle: u32, position: &Vector) {
+    /// Brings a particle that has left the box on a periodic axis back in. Whether it had left.
+    pub(in crate::engine) fn wrap(&mut self, particle: u32, position: &Vector) -> bool {
+        let mut had_left = false;
         for axis in 0..3 {
             let period = self.state.periods[axis];
             if period == f64::INFINITY {
@@ -116,7 +117,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             };
             self.state.bodies[particle as usize].position[axis] += f64::from(periods) * period;
             self.state.images.add(particle, axis, -periods);
+            had_left = true;
         }
+        had_left
     }
 
     /// Moves a particle's centre to where it is at `time`, and changes the lists accordingly.

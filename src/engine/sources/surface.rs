@@ -89,6 +89,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
+    /// Whether surfaces have images in a periodic box. A particle that comes round it meets others of them, and those that it met before are elsewhere.
+    pub(in crate::engine) fn has_images_of_surfaces(&self) -> bool {
+        !self.sources.surfaces.of_scene().is_empty()
+    }
+
     #[inline]
     fn predict_surface(
         &self,

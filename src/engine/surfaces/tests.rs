@@ -15,6 +15,7 @@ use std::ops::ControlFlow;
 
 mod meshes;
 mod moving;
+mod periodic;
 
 /// Grains of three masses in the middle of an open region, where gravity pulls if it is given.
 fn grains(gravity: f64, count: u32, surfaces: Vec<SurfaceDraft>) -> Scene {

@@ -1,0 +1,29 @@
+//! The foot of a particle on a feature of a surface that has ends: an edge, or a face between its three edges.
+
+use crate::check::reference::{Extents, Polynomial};
+
+/// Where a foot is between the ends of a feature, in the time since the start of a flight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Foot {
+    /// Distances from the ends, negative beyond them, as polynomials.
+    pub extents: Extents,
+    /// So many roundings the direction of the feature may be off.
+    pub slenderness: f64,
+}
+
+impl Foot {
+    pub fn polynomials(&self) -> [Polynomial; 4] {
+        self.extents.map(|extent| Polynomial::new(&extent))
+    }
+
+    /// The distance from the nearest end after some time, negative beyond it `[length]`.
+    pub fn within(&self, dt: f64) -> f64 {
+        self.extents.iter().map(|[at, rate, bend]| (bend * dt + rate) * dt + at).fold(f64::INFINITY, f64::min)
+    }
+
+    /// From a later time on.
+    pub fn streamed(&self, dt: f64) -> Self {
+        let later = |[at, rate, bend]: [f64; 3]| [(bend * dt + rate) * dt + at, rate + 2.0 * bend * dt, bend];
+        Self { extents: self.extents.map(later), ..*self }
+    }
+}

@@ -1,0 +1,65 @@
+//! Surfaces whose images are met through the sides of a periodic box.
+
+use super::run;
+use crate::Vector;
+use crate::engine::event::Other;
+use crate::engine::neighbours::Neighbours;
+use crate::engine::parts::Engine;
+use crate::model::SurfaceShape;
+use crate::model::potential::Potential;
+use crate::model::space::Space;
+use crate::scene::{Arrangement, Fill, SceneBuilder, SurfaceDraft};
+
+/// Edge of the box.
+const EDGE: f64 = 7.0;
+
+/// A gas around a rod along x and balls, all near the sides of the box.
+fn gas(count: u64, gravity: f64) -> SceneBuilder {
+    let ball = |centre: Vector| SurfaceShape::Sphere { centre, radius: 0.8, is_inside: false };
+    let rod =
+        SurfaceShape::Cylinder { point: Vector::new(0.1, 0.3, 5.0), axis: Vector::x(), radius: 0.5, is_inside: false };
+    SceneBuilder::new("rod")
+        .space(Space::periodic_cube(EDGE))
+        .gravity(Vector::new(0.1, 0.2, -1.0) * gravity)
+        .species("A", 1.0, 0.5)
+        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .surface(SurfaceDraft::new("rod", rod))
+        .surface(SurfaceDraft::new("ball", ball(Vector::new(6.9, 3.0, 3.0))))
+        .surface(SurfaceDraft::new("other", ball(Vector::new(3.0, 0.2, 6.8))))
+        .add_fill(Fill::new(Arrangement::Random, "A").count(count))
+        .temperature(1.0)
+}
+
+/// From the nearest image of a surface of the gas to a place.
+fn from_surface(surface: u32, place: &Vector) -> Vector {
+    let centres = [Vector::new(0.0, 0.3, 5.0), Vector::new(6.9, 3.0, 3.0), Vector::new(3.0, 0.2, 6.8)];
+    let apart = place - centres[surface as usize - 6];
+    let nearest = apart.map(|x| x - EDGE * (x / EDGE).round());
+    if surface == 6 { Vector::new(0.0, nearest.y, nearest.z) } else { nearest }
+}
+
+fn assert_normals<const FALLING: bool>(count: u64, gravity: f64) -> bool {
+    let scene = gas(count, gravity).build().unwrap();
+    let mut engine = Engine::<FALLING, true>::new(&scene);
+    let mut met = [0; 3];
+    run(&mut engine, 20_000, |event, _| {
+        let Other::Surface { surface, .. } = event.other else { return };
+        met[surface as usize - 6] += 1;
+        let normal = from_surface(surface, &event.positions[0]).normalize();
+        assert!((event.normal - normal).norm() < 1e-9, "{surface}: {} {normal}", event.normal);
+    });
+    assert!(met.iter().all(|count| *count > 100), "{met:?}");
+    assert_eq!(engine.counts.totals.in_invalid_state, 0);
+    assert_eq!(engine.real_overlaps(), []);
+    matches!(engine.neighbours, Neighbours::Lists(_))
+}
+
+#[test]
+fn a_particle_that_comes_round_the_box_is_reflected_by_the_image_that_it_meets() {
+    let mut taken = [false; 2];
+    for count in [3, 40, 300] {
+        taken[usize::from(assert_normals::<false>(count, 0.0))] = true;
+        taken[usize::from(assert_normals::<true>(count, 0.3))] = true;
+    }
+    assert_eq!(taken, [true; 2], "cells and lists");
+}

@@ -1,0 +1,274 @@
+//! Contacts with surfaces with one thing wrong, and engines that take one surface for another.
+
+use carom::Vector;
+use carom::check::verify::{Contact, Fault, Quantity, Verifier};
+use carom::engine::event::{Event, EventKind, Other};
+use carom::engine::{Simulation, States};
+use carom::model::space::Space;
+use carom::model::{ParticleId, Scene, SurfaceLaw, SurfaceShape};
+use carom::scene::SurfaceDraft;
+
+use super::{KINDS, MIDDLE, around, cuboid, grains, turned, with, without};
+use crate::Recording;
+
+/// Events between which one is tampered with.
+const EVENTS: usize = 160;
+
+fn gas(kind: usize) -> Scene {
+    with(grains(1, 18).gravity(Vector::new(0.1, -0.2, -0.5)), around(kind), 0.9)
+}
+
+/// A recording, and the number of its first contact with a surface from an event on.
+fn recording(kind: usize, from: usize) -> (Recording, usize) {
+    let recording = Recording::of(gas(kind), EVENTS);
+    let is_at_surface = |at: &usize| recording.events[*at].0.kind == EventKind::Surface;
+    let at = (from..recording.events.len()).find(is_at_surface).unwrap();
+    (recording, at)
+}
+
+fn surface_of(event: &Event) -> Contact {
+    let contact = Contact::of(event);
+    assert!(matches!(contact, Contact::Surface { .. }), "{contact:?}");
+    contact
+}
+
+#[test]
+fn what_is_true_is_proven_and_a_dropped_contact_is_missed() {
+    let mut caught = 0;
+    for kind in 0..KINDS {
+        for from in [5, 20, 40, 60, 80, 100] {
+            let (mut recording, at) = recording(kind, from);
+            if from == 5 {
+                assert_eq!(recording.fault(), None, "kind {kind}");
+            }
+            let (event, _) = recording.events.remove(at);
+            let fault = recording.fault();
+            let Some((found, Fault::Missed { contact, due, .. })) = fault else { panic!("kind {kind}: {fault:?}") };
+            assert_eq!((found, contact), (at, surface_of(&event)));
+            assert!((due - event.time).abs() < 1e-10, "{due} {}", event.time);
+            caught += 1;
+        }
+    }
+    println!("{caught} dropped contacts caught");
+}
+
+#[test]
+fn a_contact_a_little_early_is_invented_and_a_little_late_missed() {
+    let mut caught = 0;
+    for kind in 0..KINDS {
+        for (shift, is_early) in [(-1e-10, true), (1e-10, false)] {
+            let (mut recording, at) = recording(kind, 30);
+            let i = recording.events[at].0.particle.0 as usize;
+            let before = recording.events[at - 1].1.velocities.clone();
+            let states = &mut recording.events[at].1;
+            states.elapsed.since_epoch += shift;
+            for (position, velocity) in states.positions.iter_mut().zip(before) {
+                *position += velocity * shift;
+            }
+            let closing = -recording.events[at].0.before[0].dot(&recording.events[at].0.normal);
+            assert!(closing > 0.01, "{closing} {i}");
+            match recording.fault() {
+                Some((found, Fault::Early { gap, .. })) if is_early && found == at => {
+                    assert!((gap / (1e-10 * closing) - 1.0).abs() < 0.1, "{gap} {closing}");
+                }
+                Some((found, Fault::Missed { deeper, .. })) if !is_early && found == at => {
+                    assert!((deeper / (1e-10 * closing) - 1.0).abs() < 0.1, "{deeper} {closing}");
+                }
+                fault => panic!("kind {kind}, {shift}: {fault:?}"),
+            }
+            caught += 1;
+        }
+    }
+    println!("{caught} shifted contacts caught");
+}
+
+/// The fault after a change of the first contact with a surface.
+fn changed(kind: usize, change: &dyn Fn(&mut Event, &mut States)) -> Fault {
+    let (mut recording, at) = recording(kind, 30);
+    let (event, states) = &mut recording.events[at];
+    change(event, states);
+    let (found, fault) = recording.fault().unwrap();
+    assert_eq!(found, at, "{fault}");
+    fault
+}
+
+#[test]
+fn wrong_numbers_are_told() {
+    let quantity = |kind, change: &dyn Fn(&mut Event, &mut States)| match changed(kind, change) {
+        Fault::WrongNumbers { quantity, contact: Contact::Surface { .. }, .. } => quantity,
+        other => panic!("{other:?}"),
+    };
+    for kind in 0..KINDS {
+        let kick = |by: f64| {
+            move |event: &mut Event, states: &mut States| {
+                let velocity = &mut states.velocities[event.particle.0 as usize];
+                *velocity += event.normal.cross(&Vector::new(0.3, 0.5, 0.7)) * by;
+            }
+        };
+        assert_eq!(quantity(kind, &kick(1e-10)), Quantity::Velocity);
+        let faster = |event: &mut Event, states: &mut States| {
+            states.velocities[event.particle.0 as usize] += event.normal * 1e-10;
+        };
+        assert_eq!(quantity(kind, &faster), Quantity::Velocity);
+        assert_eq!(quantity(kind, &|event, _| event.normal = -event.normal), Quantity::Normal);
+        assert_eq!(quantity(kind, &|event, _| event.dissipated *= 1.0 + 1e-9), Quantity::Energy);
+        let turned_back = |event: &mut Event, states: &mut States| {
+            states.velocities[event.particle.0 as usize] = event.before[0];
+        };
+        assert_eq!(quantity(kind, &turned_back), Quantity::Direction);
+    }
+}
+
+#[test]
+fn contacts_of_others_are_told() {
+    for kind in 0..KINDS {
+        let found = changed(kind, &|event, _| event.other = Other::Surface { surface: 77, feature: 0 });
+        assert!(matches!(found, Fault::Missed { .. } | Fault::Unknown { .. }), "{found:?}");
+        let found = changed(kind, &|event, _| event.distance *= 1.0 + 1e-12);
+        assert!(matches!(found, Fault::Unknown { .. }), "{found:?}");
+        // Once more, when it already leaves.
+        let (mut again, at) = recording(kind, 30);
+        let event = again.events[at].clone();
+        again.events.insert(at + 1, event);
+        let fault = again.fault();
+        assert!(matches!(fault, Some((found, Fault::NotClosing { .. })) if found == at + 1), "{fault:?}");
+        // By another particle, far away.
+        let (mut other, at) = recording(kind, 30);
+        let (mut event, states) = other.events[at].clone();
+        let far = |i: &u32| *i != event.particle.0 && i.is_multiple_of(3) == event.particle.0.is_multiple_of(3);
+        event.particle = ParticleId((0..18).find(far).unwrap());
+        other.events.insert(at + 1, (event, states));
+        let fault = other.fault();
+        assert!(
+            matches!(fault, Some((found, Fault::Early { .. } | Fault::NotClosing { .. })) if found == at + 1),
+            "{fault:?}"
+        );
+    }
+}
+
+/// The fault of an engine that takes `wrong` surfaces for the right ones.
+fn fault_of(right: Vec<SurfaceShape>, wrong: Vec<SurfaceShape>) -> Fault {
+    let scene = |shapes| with(grains(2, 18), shapes, 1.0);
+    let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 1500) };
+    let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
+    // Of particles that are gone nothing comes after their last event.
+    recording.fault_for(&mut verifier).map_or_else(|| verifier.witness_end().unwrap_err(), |(_, fault)| fault)
+}
+
+#[test]
+fn surfaces_that_are_a_little_elsewhere_are_told() {
+    for kind in 0..KINDS {
+        let moved = |shape: &SurfaceShape| {
+            let by = Vector::new(1e-9, 2e-9, -1e-9);
+            match shape.clone() {
+                SurfaceShape::Plane { point, normal } => SurfaceShape::Plane { point: point + by, normal },
+                SurfaceShape::Sphere { centre, radius, is_inside } => {
+                    SurfaceShape::Sphere { centre: centre + by, radius, is_inside }
+                }
+                SurfaceShape::Cylinder { point, axis, radius, is_inside } => {
+                    SurfaceShape::Cylinder { point: point + by, axis, radius, is_inside }
+                }
+                SurfaceShape::Capsule { ends, radius } => {
+                    SurfaceShape::Capsule { ends: ends.map(|end| end + by), radius }
+                }
+                SurfaceShape::Mesh(mesh) => {
+                    let none = carom::nalgebra::Rotation3::identity();
+                    SurfaceShape::Mesh(mesh.transformed(1.0, &none, &by))
+                }
+                other => other,
+            }
+        };
+        let found = fault_of(around(kind), around(kind).iter().map(moved).collect());
+        assert!(matches!(found, Fault::Missed { .. } | Fault::Early { .. } | Fault::WrongNumbers { .. }), "{found:?}");
+    }
+}
+
+#[test]
+fn a_surface_or_a_triangle_that_is_not_there_is_missed_and_one_too_many_is_unknown() {
+    let is_missed = |fault: &Fault| {
+        matches!(
+            fault,
+            Fault::Missed { contact: Contact::Surface { .. }, .. }
+                | Fault::EndedEarly { contact: Contact::Surface { .. }, .. }
+        )
+    };
+    for triangle in 0..12 {
+        let (closed, open) = (turned(&cuboid(2.4)), turned(&without(cuboid(2.4), triangle)));
+        let found = fault_of(vec![closed.clone()], vec![open.clone()]);
+        assert!(is_missed(&found), "{found:?}");
+        let found = fault_of(vec![open], vec![closed]);
+        assert!(matches!(found, Fault::Early { .. } | Fault::Unknown { .. }), "{found:?}");
+    }
+    for kind in 0..KINDS {
+        let found = fault_of(around(kind), Vec::new());
+        assert!(is_missed(&found), "{found:?}");
+        let found = fault_of(Vec::new(), around(kind));
+        assert!(matches!(found, Fault::Unknown { .. }), "{found:?}");
+    }
+}
+
+#[test]
+fn a_wrong_law_and_a_wrong_species_are_told() {
+    let scene = |surface: SurfaceDraft| grains(2, 18).surface(surface).build().unwrap();
+    let draft = || SurfaceDraft::new("box", turned(&cuboid(2.4)));
+    let fault = |right, wrong| Recording { scene: scene(right), ..Recording::of(scene(wrong), 400) }.fault().unwrap().1;
+    let lossy = || draft().restitution(1.0 - 1e-9);
+    let is_lost = |fault: Fault| matches!(fault, Fault::WrongNumbers { quantity: Quantity::Dissipation, .. });
+    assert!(is_lost(fault(draft(), lossy())) && is_lost(fault(lossy(), draft())));
+    assert!(matches!(fault(draft().only("A"), draft()), Fault::Unknown { .. }));
+    assert!(matches!(fault(draft(), draft().only("A")), Fault::Missed { contact: Contact::Surface { .. }, .. }));
+    let thermal = Scene::new({
+        let mut parts = scene(draft()).into_parts();
+        parts.surfaces[0].law = SurfaceLaw::Thermal { temperature: 1.0 };
+        parts
+    });
+    let mut recording = Recording::of(scene(draft()), 100);
+    recording.scene = thermal.unwrap();
+    assert!(matches!(recording.fault(), Some((_, Fault::Unknown { .. }))));
+}
+
+/// Verdict of the verifier on a run that ends at its start.
+fn end_of(scene: &Scene) -> Result<(), Fault> {
+    let mut states = States::default();
+    Simulation::without_plan(scene.clone()).states(&mut states);
+    Verifier::new(scene, &states).unwrap().witness_end()
+}
+
+#[test]
+fn an_end_is_one_where_no_surface_is_met_any_more() {
+    let ball = |position: [f64; 3], velocity: [f64; 3], gravity: f64, shape: SurfaceShape| {
+        let scene = grains(1, 0).gravity(Vector::new(0.0, 0.0, -gravity));
+        with(scene.particle("A", Vector::from(position) + MIDDLE, Vector::from(velocity)), vec![shape], 1.0)
+    };
+    let cube = || SurfaceShape::Mesh(cuboid(1.0));
+    let is_early = |scene| matches!(end_of(&scene), Err(Fault::EndedEarly { contact: Contact::Surface { .. }, .. }));
+    // Away, towards, past, and from inside.
+    assert_eq!(end_of(&ball([3.0, 0.0, 0.0], [1.0, 0.1, 0.0], 0.0, cube())), Ok(()));
+    assert!(is_early(ball([3.0, 0.0, 0.0], [-1.0, 0.1, 0.0], 0.0, cube())));
+    assert_eq!(end_of(&ball([3.0, 2.0, 0.0], [-1.0, 0.0, 0.0], 0.0, cube())), Ok(()));
+    assert_eq!(end_of(&ball([3.0, 0.0, 0.0], [0.0, 1.0, 0.0], 0.0, cube())), Ok(()));
+    assert!(is_early(ball([0.0, 0.0, 0.0], [1e-9, 0.0, 0.0], 0.0, cube())));
+    assert_eq!(end_of(&ball([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 0.0, cube())), Ok(()));
+    // It falls on it, beside it, and off for ever.
+    assert!(is_early(ball([0.0, 0.0, 3.0], [0.0, 0.0, 2.0], 1.0, cube())));
+    assert_eq!(end_of(&ball([1.6, 0.0, 3.0], [0.2, 0.0, 2.0], 1.0, cube())), Ok(()));
+    assert_eq!(end_of(&ball([0.0, 0.0, -3.0], [0.0, 0.0, 1.0], 1.0, cube())), Ok(()));
+    let pipe = |is_inside| SurfaceShape::Cylinder { point: MIDDLE, axis: Vector::z(), radius: 1.0, is_inside };
+    assert_eq!(end_of(&ball([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 1.0, pipe(true))), Ok(()));
+    assert_eq!(end_of(&ball([2.0, 0.0, 0.0], [0.1, 0.0, 1.0], 1.0, pipe(false))), Ok(()));
+    assert!(is_early(ball([0.0, 0.0, 0.0], [0.1, 0.0, 1.0], 1.0, pipe(true))));
+    let rod = SurfaceShape::Capsule { ends: [MIDDLE, MIDDLE + Vector::x()], radius: 0.2 };
+    assert_eq!(end_of(&ball([3.0, 0.5, 0.0], [-1.0, 0.0, 0.0], 0.0, rod.clone())), Ok(()));
+    assert!(is_early(ball([3.0, 0.4, 0.0], [-1.0, 0.0, 0.0], 0.0, rod)));
+}
+
+#[test]
+fn an_end_among_images_of_a_surface_is_not_shown() {
+    let ball = SurfaceShape::Sphere { centre: Vector::new(1.0, 1.0, 1.0), radius: 0.5, is_inside: false };
+    let gas = grains(1, 0).space(Space::periodic_cube(20.0));
+    let flies = |velocity: Vector| with(gas.clone().particle("A", MIDDLE, velocity), vec![ball.clone()], 1.0);
+    let found = end_of(&flies(Vector::new(1.0, 0.37, 0.11)));
+    assert!(matches!(found, Err(Fault::EndNotShown { .. } | Fault::EndedEarly { .. })), "{found:?}");
+    assert_eq!(end_of(&flies(Vector::x())), Ok(()), "past all of them");
+    assert_eq!(end_of(&flies(Vector::zeros())), Ok(()));
+}
