@@ -6,7 +6,7 @@ use carom::engine::event::{Event, EventKind, Other, Outcome};
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{Scene, SurfaceShape, TriangleMesh};
+use carom::model::{MotionKind, Scene, SurfaceMotion, SurfaceShape, TriangleMesh};
 use carom::scene::{Fill, Lattice, SceneBuilder, SurfaceDraft};
 use nalgebra::Rotation3;
 use proptest::prelude::*;
@@ -40,6 +40,8 @@ struct Recipe {
     box_length: f64,
     /// Which surfaces there are, in boxes that are not periodic.
     surfaces: usize,
+    /// How they move.
+    motion: usize,
 }
 
 fn recipe() -> impl Strategy<Value = Recipe> {
@@ -76,6 +78,7 @@ fn recipe() -> impl Strategy<Value = Recipe> {
                     contact_time,
                     box_length,
                     surfaces,
+                    motion: (seed % 5) as usize,
                 }
             },
         )
@@ -143,7 +146,7 @@ impl Recipe {
         fill.region = Some(carom::scene::FillRegion::Box(region));
         if !space_is_periodic(&self.boundary) {
             for surface in surfaces(self.surfaces, self.box_length, self.restitution) {
-                builder = builder.surface(surface);
+                builder = builder.surface(motions(self.motion).into_iter().fold(surface, SurfaceDraft::motion));
             }
         }
         builder.add_fill(fill).build().ok()
@@ -152,6 +155,28 @@ impl Recipe {
 
 fn space_is_periodic(boundary: &[usize; 3]) -> bool {
     boundary.contains(&0)
+}
+
+/// Motions of one kind, or of all, one after the other.
+fn motions(kind: usize) -> Vec<SurfaceMotion> {
+    let always = |kind| vec![SurfaceMotion { from: 0.0, until: f64::INFINITY, kind }];
+    let flies =
+        MotionKind::Translation { velocity: Vector::new(0.2, -0.1, 0.15), acceleration: Vector::new(-0.05, 0.1, 0.02) };
+    let shakes = MotionKind::Oscillation { amplitude: Vector::new(0.1, 0.07, -0.2), frequency: 0.7, phase: 0.1 };
+    let turns =
+        MotionKind::Rotation { point: Vector::new(3.0, 3.5, 2.5), axis: Vector::new(1.0, -0.3, 0.5), frequency: 0.08 };
+    match kind {
+        0 => vec![],
+        1 => always(flies),
+        2 => always(shakes),
+        3 => always(turns),
+        _ => vec![
+            SurfaceMotion { from: 0.3, until: 0.9, kind: turns },
+            SurfaceMotion { from: 0.9, until: 1.6, kind: flies },
+            SurfaceMotion { from: 1.8, until: 3.0, kind: shakes },
+            SurfaceMotion { from: 3.0, until: 4.0, kind: turns },
+        ],
+    }
 }
 
 /// Surfaces around the box, and of different kinds: those that fly off through open sides meet them.
@@ -260,7 +285,9 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
             (ours.normal_impulse().abs() - theirs.impulse.abs()).abs() < 1e3 * TOLERANCE,
             "{ours:?} {theirs:?}"
         );
-        prop_assert!((ours.energy_step - theirs.energy_step).abs() < 1e-12, "{ours:?} {theirs:?}");
+        // Of a surface it is its work, which has the rounding of velocities.
+        let rounding = if ours.kind == EventKind::Surface { 1e2 * TOLERANCE } else { 1e-12 };
+        prop_assert!((ours.energy_step - theirs.energy_step).abs() < rounding, "{ours:?} {theirs:?}");
     }
     prop_assert_eq!(fast.len(), expected.len());
     Ok(Compared { events: fast.len(), is_cut_short: false })
@@ -333,6 +360,7 @@ fn walls_are_met_by_both() {
         contact_time: None,
         box_length: 8.0,
         surfaces: 0,
+        motion: 0,
     };
     let scene = recipe.scene().expect("a valid scene");
     assert!(count(&scene) > 0);
@@ -341,9 +369,9 @@ fn walls_are_met_by_both() {
 
 #[test]
 fn surfaces_of_every_kind_are_met_by_both() {
-    for surfaces in 1..6 {
+    for (surfaces, motion) in (1..6).flat_map(|surfaces| (0..5).map(move |motion| (surfaces, motion))) {
         let (mut met, mut compared, mut cut_short) = (0, 0, 0);
-        for seed in 1..=40 {
+        for seed in 1..=if motion == 0 { 40 } else { 4 } {
             let recipe = Recipe {
                 seed,
                 count: 12,
@@ -358,16 +386,19 @@ fn surfaces_of_every_kind_are_met_by_both() {
                 contact_time: (seed % 5 == 0).then_some(1e-3),
                 box_length: 6.0,
                 surfaces,
+                motion,
             };
             let scene = recipe.scene().expect("a valid scene");
             let is_surface = |event: &&Event| event.kind == EventKind::Surface;
             met += fast_events(&scene, EVENTS).iter().filter(is_surface).count();
-            let found = compare(&scene).unwrap_or_else(|error| panic!("surfaces {surfaces}, seed {seed}: {error}"));
+            let found = compare(&scene)
+                .unwrap_or_else(|error| panic!("surfaces {surfaces}, motion {motion}, seed {seed}: {error}"));
             compared += found.events;
             cut_short += usize::from(found.is_cut_short);
         }
-        println!("{surfaces}: {met} contacts, {compared} events, {cut_short} scenes cut short");
-        assert!(met > 400 && compared > 1_200 && cut_short < 8, "{met} {compared} {cut_short}");
+        println!("{surfaces} {motion}: {met} contacts, {compared} events, {cut_short} scenes cut short");
+        let scenes = if motion == 0 { 40 } else { 4 };
+        assert!(met > 10 * scenes && compared > 30 * scenes && cut_short < scenes / 4, "{met} {compared} {cut_short}");
     }
 }
 
@@ -387,6 +418,7 @@ fn in_a_box_of_three_cells_the_second_nearest_image_is_met_too() {
         contact_time: None,
         box_length: 5.0,
         surfaces: 0,
+        motion: 0,
     };
     let compared = compare(&recipe.scene().expect("a valid scene")).expect("the engines agree");
     // Open along x: what is left after some thirty events never meets again.

@@ -22,6 +22,7 @@
 mod algorithm_1;
 mod event;
 mod execute;
+mod moving;
 mod response;
 mod rules;
 mod surfaces;
@@ -40,12 +41,14 @@ use ordered_float::OrderedFloat;
 use priority_queue::PriorityQueue;
 use thiserror::Error;
 
+use self::moving::LONGEST_SEARCH;
 use self::response::TcModel;
 use self::rules::seen;
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
+use crate::model::surface_motion::Timeline;
 use crate::model::{Interaction, InteractionId, ParticleId, Scene, Species};
 
 /// Why the reference engine does not simulate a scene.
@@ -77,6 +80,8 @@ enum Candidate {
     Wall(u32, u8, bool),
     /// A particle reaches a feature of a surface.
     Surface(u32, u32),
+    /// The search for contacts of a particle with surfaces that move has come to its end: look again.
+    SearchAgain(u32),
 }
 
 /// A simulation of all pairs by Algorithm 1.
@@ -91,6 +96,8 @@ pub struct Reference {
     velocities: Vec<Vector>,
     /// Of all surfaces but the walls.
     features: Vec<Feature>,
+    /// By surface of the scene, how it moves.
+    timelines: Vec<Option<Timeline>>,
     queue: PriorityQueue<Candidate, Reverse<(OrderedFloat<f64>, Candidate)>>,
 }
 
@@ -121,6 +128,11 @@ impl Reference {
             positions: scene.particles.iter().map(|p| p.position).collect(),
             velocities: scene.particles.iter().map(|p| p.velocity).collect(),
             features: features(&scene.surfaces),
+            timelines: scene
+                .surfaces
+                .iter()
+                .map(|surface| surface.moves().then(|| Timeline::of(&surface.motions)))
+                .collect(),
             queue: PriorityQueue::new(),
         };
         let bonds: BTreeMap<_, _> = scene.bonds.iter().map(|b| ((b.pair[0].0, b.pair[1].0), b.interaction)).collect();
@@ -195,6 +207,7 @@ impl Reference {
                     self.predict(j);
                     return Some(event);
                 }
+                Candidate::SearchAgain(i) => self.predict(i),
                 Candidate::Wall(i, axis, is_upper) => {
                     let event = self.execute_wall(i, axis, is_upper)?;
                     self.predict(i);
@@ -331,8 +344,15 @@ impl Reference {
         let kind = self.scene.particles[i as usize].species;
         for (index, feature) in (0..).zip(self.features.clone()) {
             if self.scene.surfaces[feature.surface].meets(kind) {
-                self.put(Candidate::Surface(i, index), feature.next_event(&motion));
+                let dt = match &self.timelines[feature.surface] {
+                    Some(timeline) => feature.next_event_moving(&motion, timeline, self.time(), LONGEST_SEARCH),
+                    None => feature.next_event(&motion),
+                };
+                self.put(Candidate::Surface(i, index), dt);
             }
+        }
+        if self.timelines.iter().any(Option::is_some) && !self.species(i).is_static() {
+            self.put(Candidate::SearchAgain(i), Some(LONGEST_SEARCH));
         }
     }
 

@@ -62,14 +62,30 @@ impl Reference {
     pub(super) fn execute_surface(&mut self, i: u32, feature: u32) -> Option<Event> {
         let feature = *self.features.get(feature as usize)?;
         let SurfaceLaw::Reflecting { restitution } = self.scene.surfaces[feature.surface].law else { return None };
-        let contact = feature.contact(&self.positions[i as usize]);
-        let curvature = contact.curvature_for(&self.velocities[i as usize]);
+        let (place, before) = (self.positions[i as usize], self.velocities[i as usize]);
+        let moment = self.timelines[feature.surface].as_ref().map(|timeline| timeline.at(self.time()));
+        let (position, velocity) = moment.map_or((place, before), |moment| moment.seen(&place, &before));
+        let contact = feature.contact(&position);
+        let curvature = contact.curvature_for(&velocity);
         let encounter = self.encounter_at_rest(i, contact.normal, restitution);
-        let encounter = Encounter { side: contact.side, curvature, ..encounter };
+        let push = encounter.acceleration;
+        let acceleration = moment.map_or(push, |moment| moment.acceleration_seen(&place, &before, &push));
+        let encounter = Encounter { side: contact.side, curvature, velocity, acceleration, ..encounter };
+        let mass = encounter.reduced_mass;
         let event = self.reflect(i, &encounter, EventKind::Surface { number: feature.surface });
         // From the surface, which is around the particle where that is inside.
         let sign = contact.side.sign();
-        Some(Event { normal: event.normal * sign, impulse: event.impulse * sign, ..event })
+        let event = Event { normal: event.normal * sign, impulse: event.impulse * sign, ..event };
+        let Some(moment) = moment else { return Some(event) };
+        let after = moment.velocity_of(&place, &event.after[0]);
+        self.velocities[i as usize] = after;
+        Some(Event {
+            normal: moment.pose.direction(&event.normal),
+            energy_step: mass * (after - before).dot(&moment.velocity_at(&place)),
+            before: [before, Vector::zeros()],
+            after: [after, Vector::zeros()],
+            ..event
+        })
     }
 
     /// The encounter of a particle with something flat that never moves.
