@@ -24,15 +24,20 @@ struct Shape {
 
 /// The scene of a seed.
 pub fn scene(seed: u64) -> String {
-    written(seed, false)
+    written(seed, false, true)
 }
 
-/// A scene of usual sizes and masses, without overlaps at the start and without chosen coincidences.
+/// The scene of a seed without its surfaces.
+pub fn without_surfaces(seed: u64) -> String {
+    written(seed, false, false)
+}
+
+/// A scene of usual sizes and masses, without surfaces, overlaps at the start and chosen coincidences.
 pub fn usual(seed: u64) -> String {
-    written(seed, true)
+    written(seed, true, false)
 }
 
-fn written(seed: u64, is_usual: bool) -> String {
+fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
     let mut dice = Dice::new(seed);
     let dice = &mut dice;
     let dimensions = dice.pick(&[1, 2, 2, 3, 3, 3]);
@@ -61,6 +66,9 @@ fn written(seed: u64, is_usual: bool) -> String {
     let species = all_species(&mut text, dice, &shape);
     let bond = interactions(&mut text, dice, &shape, &species);
     particles(&mut text, dice, &shape, &species, bond);
+    if has_surfaces {
+        surfaces(&mut text, &mut Dice::new(seed ^ 0x5eed), &shape);
+    }
     // Some thousand mean free paths: those that meet no other are not waited for.
     let until_time = 100.0 * length / speed;
     let _ = write!(text, "[run]\nuntil_time = {until_time}\nuntil_events = 100000\n");
@@ -79,6 +87,62 @@ fn space(text: &mut String, dice: &mut Dice, shape: &Shape) {
             _ => format!("{{ lower = \"wall\", upper = \"wall\", restitution = {restitution} }}"),
         };
         let _ = writeln!(text, "{axis} = {boundary}");
+    }
+}
+
+/// In some scenes, surfaces around the box, which what flies off through open sides comes to, and small ones within it; some of them move.
+fn surfaces(text: &mut String, dice: &mut Dice, shape: &Shape) {
+    if shape.dimensions == 1 || !dice.chance(0.4) {
+        return;
+    }
+    let middle = shape.size.map(|edge| 0.5 * edge);
+    let largest = shape.size.iter().copied().fold(0.0, f64::max);
+    for _ in 0..1 + dice.below(3) {
+        let room = largest * dice.between(0.9, 1.6);
+        let corner = |side: f64| vector(shape, |k| middle[k] + side * room);
+        let place = vector(shape, |k| middle[k] + 0.5 * shape.size[k] * dice.between(-1.0, 1.0));
+        let direction = vector(shape, |_| dice.normal());
+        let is_flat = shape.dimensions == 2;
+        let what = match dice.below(5) {
+            0 => format!("shape = \"sphere\"\ncentre = {middle:?}\nradius = {room:?}\nside = \"inside\""),
+            1 => format!("shape = \"sphere\"\ncentre = {place:?}\nradius = {:?}", 0.1 * shape.length),
+            2 => {
+                let far = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+                let point = vector(shape, |k| middle[k] - direction[k] / far * room);
+                format!("shape = \"plane\"\npoint = {point:?}\nnormal = {direction:?}")
+            }
+            3 if !is_flat => format!("shape = \"box\"\nlower = {:?}\nupper = {:?}", corner(-1.0), corner(1.0)),
+            _ => {
+                let end = vector(shape, |k| place[k] + 0.3 * shape.length * direction[k]);
+                format!("shape = \"capsule\"\nstart = {place:?}\nend = {end:?}\nradius = {:?}", 0.05 * shape.length)
+            }
+        };
+        let _ = write!(text, "[[surface]]\n{what}\nrestitution = {}\n", dice.pick(&[1.0, 0.9, 0.37]));
+        if dice.chance(0.6) {
+            motion(text, dice, shape, middle);
+        }
+    }
+}
+
+/// One or two motions, slow beside the particles.
+fn motion(text: &mut String, dice: &mut Dice, shape: &Shape, middle: [f64; 3]) {
+    let rate = shape.speed / shape.length;
+    let mut from = dice.pick(&[0.0, 0.0, 0.7]) / rate;
+    for _ in 0..1 + dice.below(2) {
+        let until = from + dice.between(0.5, 4.0) / rate;
+        let small = vector(shape, |_| 0.1 * shape.length * dice.normal());
+        let how = match dice.below(3) {
+            0 => format!("kind = \"translation\"\nvelocity = {:?}", small.map(|x| x * rate)),
+            1 => {
+                format!("kind = \"oscillation\"\namplitude = {small:?}\nfrequency = {:?}", rate * dice.power(-1.0, 1.0))
+            }
+            _ => format!(
+                "kind = \"rotation\"\npoint = {middle:?}\naxis = [0.0, 0.0, 1.0]\nfrequency = {:?}",
+                0.05 * rate * dice.normal()
+            ),
+        };
+        let _ = write!(text, "[[surface.motion]]\nfrom = {from:?}\nuntil = {until:?}\n{how}\n");
+        from = until;
     }
 }
 
