@@ -3,8 +3,10 @@
 mod kinds;
 mod wrong;
 
+use std::ops::ControlFlow;
+
 use carom::Vector;
-use carom::check::verify::{Certificate, End};
+use carom::check::verify::{Certificate, End, EventRange, RunEnd, verify_run};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::model::{Scene, SurfaceShape, TriangleMesh};
@@ -155,6 +157,9 @@ fn scenes_of_configs_with_surfaces_are_proven() {
     }
 }
 
+/// More events than any of these runs has.
+const ALL: EventRange = EventRange { from: 0, events: 1_000 };
+
 /// A ball on a gate over a floor, and one that only falls.
 const GATE: &str = r#"
 [space]
@@ -223,8 +228,18 @@ fn a_gate_is_there_in_its_stage_and_for_its_species() {
     }
     let by_events = GATE.replace("until_time = 12.0", "until_events = 7");
     assert_proven("by events", &prove(scene(&by_events), 0, 30), 30);
+    // By the record of a run, which ends where the last stage does, in the middle of one, or with other events.
+    let events = certificate.counts.events();
+    let run = |events, time| {
+        verify_run(scene(GATE), RunEnd { events: Some(events), time }, ALL, &mut |_| ControlFlow::Continue(()))
+    };
+    for (events, time) in [(events, 42.0), (3, 11.0), (6, 12.1)] {
+        let found = run(events, time);
+        assert_eq!((found.end, found.counts.events()), (End::RunEnded, events), "{time}: {found:?}");
+    }
+    assert!(matches!(run(events + 1, 42.0).end, End::Departed { .. }));
     // Nothing says when a stage ends that ends by what it measures.
-    let open = GATE.replace("until_time = 12.0", "measure = true\nuntil_stationary = true\nuntil_time = 12.0");
+    let open = GATE.replace("until_time = 12.0", "measure = true\nequilibration = \"auto\"\nuntil_time = 12.0");
     let found = prove(scene(&open), 0, 10);
     assert!(found.end == End::OpenStages && !found.is_proven(), "{found:?}");
     assert_eq!(prove(scene(&GATE.replace("restitution = 1.0", "temperature = 1.0")), 0, 10).end, End::Driven);
