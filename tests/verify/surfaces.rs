@@ -228,16 +228,18 @@ fn a_gate_is_there_in_its_stage_and_for_its_species() {
     }
     let by_events = GATE.replace("until_time = 12.0", "until_events = 7");
     assert_proven("by events", &prove(scene(&by_events), 0, 30), 30);
-    // By the record of a run, which ends where the last stage does, in the middle of one, or with other events.
-    let events = certificate.counts.events();
-    let run = |events, time| {
-        verify_run(scene(GATE), RunEnd { events: Some(events), time }, ALL, &mut |_| ControlFlow::Continue(()))
-    };
-    for (events, time) in [(events, 42.0), (3, 11.0), (6, 12.1)] {
-        let found = run(events, time);
-        assert_eq!((found.end, found.counts.events()), (End::RunEnded, events), "{time}: {found:?}");
+    // By the record of a run, which ends in a stage or where the last one does, and has so many events.
+    let run = |events, time| verify_run(scene(GATE), RunEnd { events, time }, ALL, &mut |_| ControlFlow::Continue(()));
+    for time in [11.0, 12.1, 25.0, 42.0] {
+        let found = run(None, time);
+        assert_eq!(found.end, End::RunEnded, "{found:?}");
+        assert!((found.duration - time).abs() < 1e-9, "{found:?}");
+        let events = found.counts.events();
+        let again = run(Some(events), time);
+        assert_eq!((again.end, again.counts), (found.end, found.counts));
+        assert!(matches!(run(Some(events + 1), time).end, End::Departed { .. }));
+        assert!(matches!(run(Some(events - 1), time).end, End::Departed { .. }));
     }
-    assert!(matches!(run(events + 1, 42.0).end, End::Departed { .. }));
     // Nothing says when a stage ends that ends by what it measures.
     let open = GATE.replace("until_time = 12.0", "measure = true\nequilibration = \"auto\"\nuntil_time = 12.0");
     let found = prove(scene(&open), 0, 10);
