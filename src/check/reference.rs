@@ -27,12 +27,12 @@ mod response;
 mod rules;
 mod surfaces;
 
-pub(in crate::check) use algorithm_1::first_on;
+pub(super) use algorithm_1::first_on;
 pub use algorithm_1::{Polynomial, next_event};
 pub use event::{Event, EventKind};
 pub use response::Outcome;
 pub use rules::Side;
-pub(in crate::check) use surfaces::{Across, Barrier, Extents, Feature, Motion, Touch, features};
+pub(super) use surfaces::{Across, Barrier, Extents, Feature, Motion, Touch, features};
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;

@@ -92,7 +92,8 @@ fn space(text: &mut String, dice: &mut Dice, shape: &Shape) {
 
 /// In some scenes, surfaces around the box, which what flies off through open sides comes to, and small ones within it; some of them move.
 fn surfaces(text: &mut String, dice: &mut Dice, shape: &Shape) {
-    if shape.dimensions == 1 || !dice.chance(0.4) {
+    // In an invalid start it may be in several surfaces at once, which come in no order of their own.
+    if shape.dimensions == 1 || shape.is_invalid || !dice.chance(0.4) {
         return;
     }
     let middle = shape.size.map(|edge| 0.5 * edge);

@@ -3,8 +3,10 @@
 mod kinds;
 mod wrong;
 
+use std::ops::ControlFlow;
+
 use carom::Vector;
-use carom::check::verify::{Certificate, End};
+use carom::check::verify::{Certificate, End, EventRange, RunEnd, verify_run};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::model::{Scene, SurfaceShape, TriangleMesh};
@@ -155,6 +157,9 @@ fn scenes_of_configs_with_surfaces_are_proven() {
     }
 }
 
+/// More events than any of these runs has.
+const ALL: EventRange = EventRange { from: 0, events: 1_000 };
+
 /// A ball on a gate over a floor, and one that only falls.
 const GATE: &str = r#"
 [space]
@@ -223,8 +228,20 @@ fn a_gate_is_there_in_its_stage_and_for_its_species() {
     }
     let by_events = GATE.replace("until_time = 12.0", "until_events = 7");
     assert_proven("by events", &prove(scene(&by_events), 0, 30), 30);
+    // By the record of a run, which ends in a stage or where the last one does, and has so many events.
+    let run = |events, time| verify_run(scene(GATE), RunEnd { events, time }, ALL, &mut |_| ControlFlow::Continue(()));
+    for time in [11.0, 12.1, 25.0, 42.0] {
+        let found = run(None, time);
+        assert_eq!(found.end, End::RunEnded, "{found:?}");
+        assert!((found.duration - time).abs() < 1e-9, "{found:?}");
+        let events = found.counts.events();
+        let again = run(Some(events), time);
+        assert_eq!((again.end, again.counts), (found.end, found.counts));
+        assert!(matches!(run(Some(events + 1), time).end, End::Departed { .. }));
+        assert!(matches!(run(Some(events - 1), time).end, End::Departed { .. }));
+    }
     // Nothing says when a stage ends that ends by what it measures.
-    let open = GATE.replace("until_time = 12.0", "measure = true\nuntil_stationary = true\nuntil_time = 12.0");
+    let open = GATE.replace("until_time = 12.0", "measure = true\nequilibration = \"auto\"\nuntil_time = 12.0");
     let found = prove(scene(&open), 0, 10);
     assert!(found.end == End::OpenStages && !found.is_proven(), "{found:?}");
     assert_eq!(prove(scene(&GATE.replace("restitution = 1.0", "temperature = 1.0")), 0, 10).end, End::Driven);

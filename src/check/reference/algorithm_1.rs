@@ -134,7 +134,7 @@ pub fn next_event(f: &Polynomial) -> Option<f64> {
 
 /// The rule of Algorithm 1 for a feature with ends: the first time at which `f <= 0` and falls, and no extent is negative.
 #[must_use]
-pub(in crate::check) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Option<f64> {
+pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Option<f64> {
     let first = next_event(f)?;
     let is_on = |time: f64| extents.iter().all(|extent| extent.value(time) >= 0.0);
     if is_on(first) {

@@ -7,7 +7,7 @@ use crate::model::{SceneSurface, SurfaceShape};
 
 /// One feature of a surface, of which a sphere's centre keeps a distance.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::check) struct Feature {
+pub(in super::super) struct Feature {
     /// Number of the surface among those of the scene.
     pub surface: usize,
     shape: Shape,
@@ -25,7 +25,7 @@ enum Shape {
 
 /// The motion of a sphere: position, velocity, acceleration, radius.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::check) struct Motion {
+pub(in super::super) struct Motion {
     pub position: Vector,
     pub velocity: Vector,
     pub acceleration: Vector,
@@ -34,7 +34,7 @@ pub(in crate::check) struct Motion {
 
 /// The part of a motion across a feature, which is what its overlap function sees.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::check) struct Across {
+pub(in super::super) struct Across {
     pub position: Vector,
     pub velocity: Vector,
     pub acceleration: Vector,
@@ -43,7 +43,7 @@ pub(in crate::check) struct Across {
 
 /// Where the part of a motion across a feature is in contact.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::check) enum Barrier {
+pub(in super::super) enum Barrier {
     /// At a distance from the origin, reached from a side.
     Round { distance: f64, side: Side },
     /// Where the first coordinate, the height above contact, is zero.
@@ -52,7 +52,7 @@ pub(in crate::check) enum Barrier {
 
 /// How a sphere in contact sees a feature.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::check) struct Touch {
+pub(in super::super) struct Touch {
     /// Unit vector from the point, the line or the plane to the centre of the sphere.
     pub normal: Vector,
     pub side: Side,
@@ -64,10 +64,10 @@ pub(in crate::check) struct Touch {
 
 /// The positions of a foot within the sides of a feature, each as coefficients of a polynomial in time: negative where it is off. Rows that are
 /// not needed are zero.
-pub(in crate::check) type Extents = [[f64; 3]; 4];
+pub(in super::super) type Extents = [[f64; 3]; 4];
 
 /// All features of the surfaces of a scene.
-pub(in crate::check) fn features(surfaces: &[SceneSurface]) -> Vec<Feature> {
+pub(in super::super) fn features(surfaces: &[SceneSurface]) -> Vec<Feature> {
     let of = |(surface, of): (usize, &SceneSurface)| {
         let shapes = shapes(&of.shape);
         shapes.into_iter().map(move |shape| Feature { surface, shape })

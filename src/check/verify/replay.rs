@@ -129,7 +129,7 @@ struct Replay<'w> {
     states: States,
     range: EventRange,
     watch: Watch<'w>,
-    /// Rest of the plan of the run, the next stretch last.
+    /// Stretches of the plan of the run that are left, the next one last.
     stretches: Vec<Stretch>,
     /// Stage that has begun, until the verifier has been told.
     stage: Option<String>,
