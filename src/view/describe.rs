@@ -226,6 +226,7 @@ pub fn stage(stage: &StagePlan) -> String {
         };
         parts.push(format!("diameters grow by {} of those at its start per time, up to {until}", digits(growth.rate)));
     }
+    parts.extend(stage.gravity.map(|g| format!("gravity ({}, {}, {})", digits(g.x), digits(g.y), digits(g.z))));
     parts.extend(stage.thermostat.as_ref().map(thermostat));
     if let Some(before) = stage.measured.filter(|before| !before.is_empty()) {
         parts.push(format!("equilibrates {}", equilibrates(&before)));

@@ -15,6 +15,9 @@ use crate::view::{audit, describe};
 /// Values by the name of their observable.
 type Means<T> = [(&'static str, T)];
 
+/// Numbers of instruments that have a line.
+const MOST_NUMBERS: usize = 16;
+
 /// Rates that have a line.
 const MOST_RATES: usize = 12;
 
@@ -50,6 +53,7 @@ pub fn text(finished: &Finished) -> String {
         lines.title("mean and standard error");
         lines.means(&finished.observables, &finished.stationarity, event_counts, dimensions);
     }
+    lines.instruments(finished, dimensions);
     let all = rates(&finished.simulation, &finished.event_counts_by_species, finished.measurement.duration);
     let all = told_apart(&all);
     if !all.is_empty() {
@@ -139,6 +143,26 @@ impl Lines {
             let verdict = verdicts.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
             let words = describe::observable(name, estimate, verdict, counted.physical());
             self.pair(&name.replace('_', " "), &format!("{words} [{}]", text::unit(unit, dimensions)));
+        }
+    }
+
+    /// Numbers that instruments have measured.
+    fn instruments(&mut self, finished: &Finished, dimensions: usize) {
+        let known: Vec<_> = finished.measured.numbers.iter().filter(|number| number.mean.is_some()).collect();
+        if !known.is_empty() {
+            self.title("results of instruments");
+            for number in known.iter().take(MOST_NUMBERS) {
+                let Some(mean) = number.mean else { continue };
+                let words = describe::estimate(&Estimate { mean, standard_error: number.standard_error });
+                let gap = if number.title.len() < 32 { "" } else { " " };
+                self.pair(
+                    &format!("{}{gap}", number.title),
+                    &format!("{words} [{}]", text::unit(&number.unit, dimensions)),
+                );
+            }
+            if known.len() > MOST_NUMBERS {
+                self.pair("", &format!("and {} more in measurements.json", known.len() - MOST_NUMBERS));
+            }
         }
     }
 

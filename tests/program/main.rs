@@ -10,6 +10,7 @@ mod inputs;
 mod kept;
 mod links;
 mod memory;
+mod meshes;
 mod movie;
 mod names;
 mod normalisation;

@@ -15,6 +15,7 @@ mod heap;
 mod invalid;
 mod listed;
 mod masses;
+mod meshes;
 mod overhang;
 mod reversal;
 mod rounded;

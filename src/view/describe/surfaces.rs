@@ -89,6 +89,7 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
 fn about(report: &MeshReport) -> String {
     let mut parts = Vec::new();
     parts.push(match (report.is_closed(), report.volume, report.orientation()) {
+        (false, ..) if report.open_edges.count == 0 => "not closed".to_owned(),
         (false, ..) => format!("open, {} at its rim", plural(report.open_edges.count, "edge")),
         (true, Some(volume), Some(way)) => {
             let way = if way == Orientation::Outwards { "outwards" } else { "inwards" };

@@ -1,0 +1,147 @@
+//! Meshes from files that are damaged, or whose geometry is.
+
+use super::place::{Place, code, errors, words};
+
+const SCENE: &str = r#"
+[space]
+size = [10.0, 10.0, 10.0]
+x = "open"
+y = "open"
+z = "open"
+
+[[species]]
+name = "grain"
+mass = 1.0
+diameter = 1.0
+
+[[interaction]]
+species = ["grain", "grain"]
+potential = "hard-sphere"
+
+[[surface]]
+name = "bin"
+shape = "mesh"
+path = "bin.stl"
+
+[[particle]]
+species = "grain"
+position = [5.0, 5.0, 5.0]
+velocity = [0.1, 0.0, 0.0]
+
+[run]
+until_time = 1.0
+"#;
+
+/// The corners of a box.
+const CORNERS: [[f64; 3]; 8] = [
+    [0.0, 0.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [1.0, 1.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [1.0, 0.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [0.0, 1.0, 1.0],
+];
+
+/// Its triangles, which look outwards.
+const BOX: [[usize; 3]; 12] = [
+    [0, 2, 1],
+    [0, 3, 2],
+    [4, 5, 6],
+    [4, 6, 7],
+    [0, 1, 5],
+    [0, 5, 4],
+    [1, 2, 6],
+    [1, 6, 5],
+    [2, 3, 7],
+    [2, 7, 6],
+    [3, 0, 4],
+    [3, 4, 7],
+];
+
+type Triangle = [[f64; 3]; 3];
+
+fn text(triangles: &[Triangle]) -> String {
+    let mut text = "solid bin\n".to_owned();
+    for triangle in triangles {
+        text += "facet normal 0 0 0\nouter loop\n";
+        for [x, y, z] in triangle {
+            text += &format!("vertex {x} {y} {z}\n");
+        }
+        text += "endloop\nendfacet\n";
+    }
+    text + "endsolid bin\n"
+}
+
+/// A box of an edge from a corner.
+fn box_at(corner: [f64; 3], edge: f64) -> Vec<Triangle> {
+    let place = |k: usize| std::array::from_fn(|axis| corner[axis] + edge * CORNERS[k][axis]);
+    BOX.iter().map(|triangle| triangle.map(place)).collect()
+}
+
+fn binary(announced: u32, triangles: &[[[f32; 3]; 3]]) -> Vec<u8> {
+    let mut bytes = vec![b' '; 80];
+    bytes.extend(announced.to_le_bytes());
+    for triangle in triangles {
+        bytes.extend([0; 12]);
+        triangle.iter().flatten().for_each(|x| bytes.extend(x.to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+#[test]
+fn files_that_are_no_meshes_are_refused_with_the_file_the_place_and_a_cure() {
+    let good = text(&box_at([1.0; 3], 8.0));
+    let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, f32::NAN]];
+    let cases: [(&str, Vec<u8>, &[&str]); 7] = [
+        ("empty", Vec::new(), &["empty", "export it again"]),
+        ("no triangles", b"solid bin\nendsolid bin\n".to_vec(), &["no triangle", "export a surface"]),
+        ("cut off", good.as_bytes()[..good.len() / 2].to_vec(), &["line ", "expected"]),
+        ("not a number", good.replacen("vertex 9", "vertex NaN", 1).into_bytes(), &["NaN", "expected"]),
+        ("a word", good.replacen("outer loop", "outer lop", 1).into_bytes(), &["line 3", "expected"]),
+        ("10 GB", binary(200_000_000, &[]), &["200000000 triangles", "expected 10000000084 bytes"]),
+        ("NaN in binary", binary(1, &[triangle]), &["NaN", "finite"]),
+    ];
+    for (name, content, told) in cases {
+        let place = Place::with(SCENE);
+        std::fs::write(place.path().join("bin.stl"), content).unwrap();
+        for command in [&["check", "scene.toml"][..], &["run", "scene.toml", "--quiet"]] {
+            let output = place.carom(command);
+            let text = errors(&output).split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+            assert_eq!(code(&output), 2, "{name}: {text}");
+            assert!(text.contains("bin.stl"), "{name}: {text}");
+            told.iter().for_each(|told| assert!(text.contains(told), "{name}: no `{told}` in {text}"));
+        }
+        assert!(!place.path().join("runs").exists(), "{name}: nothing is left behind");
+    }
+}
+
+#[test]
+fn bad_geometry_is_told_with_its_triangles_and_a_cure() {
+    let good = box_at([1.0; 3], 8.0);
+    let open = good[1..].to_vec();
+    let inverted: Vec<_> = good.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+    let one_inverted: Vec<_> = inverted[..1].iter().chain(&good[1..]).copied().collect();
+    let crossing: Vec<_> = good.iter().chain(&box_at([7.0, 7.2, 7.4], 6.0)).copied().collect();
+    let twice: Vec<_> = good.iter().chain(&good[3..4]).copied().collect();
+    let tiny = box_at([0.001; 3], 0.008);
+    let cases: [(&str, Vec<Triangle>, &[&str]); 6] = [
+        ("open", open, &["open", "rim"]),
+        ("inverted", inverted, &["looks inwards"]),
+        ("one inverted", one_inverted, &["normals", "recalculate"]),
+        ("crossing", crossing, &["meet where they should not", "boolean"]),
+        ("twice", twice, &["delete one of the faces"]),
+        ("millimetres", tiny, &["scale"]),
+    ];
+    for (name, triangles, told) in cases {
+        let place = Place::with(SCENE);
+        place.write("bin.stl", &text(&triangles));
+        let output = place.carom(&["check", "scene.toml"]);
+        let text = format!("{}{}", words(&output), errors(&output));
+        let text = text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+        assert_eq!(code(&output), 0, "{name}: {text}");
+        told.iter().for_each(|told| assert!(text.contains(told), "{name}: no `{told}` in {text}"));
+    }
+}
