@@ -247,10 +247,13 @@ pub struct Flow {
     pub name: String,
     /// The axis that the plane is normal to: `x`, `y` or `z`.
     #[schemars(extend("enum" = AXES))]
-    pub axis: String,
-    /// Its coordinate `[length]`.
+    pub axis: Option<String>,
+    /// The normal of a plane in another direction, of any length, in place of `axis`.
+    pub normal: Option<[f64; 3]>,
+    /// Its coordinate along that `[length]`.
     pub at: f64,
-    /// Lower corner of the rectangle `[length]`; its coordinate along `axis` means nothing. The whole plane if not given.
+    /// Lower corner of the rectangle `[length]`; its coordinate along `axis` means nothing. Of a tilted plane it is that of a box. The whole plane if not
+    /// given.
     pub lower: Option<[f64; 3]>,
     /// Upper corner of the rectangle `[length]`.
     pub upper: Option<[f64; 3]>,

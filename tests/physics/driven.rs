@@ -329,7 +329,8 @@ fn shear_that_vanishes_is_no_shear() {
 fn what_passes_after_the_last_sample_is_counted() {
     let gate = plan::Flow {
         name: "gate".into(),
-        axis: "x".into(),
+        axis: Some("x".into()),
+        normal: None,
         at: 1.0,
         lower: None,
         upper: None,

@@ -34,6 +34,8 @@ const MOST_CROSSINGS: f64 = 1000.0;
 pub(super) struct Flow {
     name: String,
     axis: usize,
+    /// The unit normal of a plane that is across no axis.
+    normal: Option<Vector>,
     at: f64,
     rectangle: Option<[Vector; 2]>,
     /// Particles that count, and where they were at the last sample, as if never wrapped.
@@ -52,7 +54,9 @@ impl Flow {
     /// An unknown axis or species counts nothing; reading the scene leaves none.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let &Setup { system, sample, .. } = setup;
-        let axis = ["x", "y", "z"].iter().position(|axis| *axis == plan.axis);
+        let named = |word: &&str| plan.axis.as_deref() == Some(*word);
+        let normal = plan.normal.and_then(|normal| Vector::from(normal).try_normalize(0.0));
+        let axis = ["x", "y", "z"].iter().position(named).or(normal.map(|_| 0));
         let is_counted = |id: &u32| {
             let species = system.species[*id as usize] as usize;
             let is_asked_for = |name: &String| system.species_names.get(species) == Some(name);
@@ -69,12 +73,14 @@ impl Flow {
         species.dedup();
         let is_told_apart = (2..=MOST_SPECIES).contains(&species.len());
         let is_closed = rectangle.is_none()
+            && normal.is_none()
             && axis
                 .is_some_and(|axis| system.space.boundary[axis] == Boundary::Periodic || system.space.walls(axis) == 2);
         let window = plan.window.map(|window| window.map(|time| sample.time + time));
         Self {
             name: plan.name.clone(),
             axis: axis.unwrap_or(0),
+            normal,
             at: plan.at,
             rectangle,
             positions: ids.iter().map(|&id| sample.unwrapped(id as usize, &system.space)).collect(),
@@ -89,10 +95,10 @@ impl Flow {
 
     /// Counts the passages of one particle on its way between two samples.
     fn pass(&mut self, id: u32, [from, to]: [&Vector; 2], time: f64, system: &SystemDescription) {
-        let (axis, at) = (self.axis, self.at);
-        let period = system.space.periods()[axis];
+        let (at, period) = (self.at, self.period(system));
+        let [start, end] = [from, to].map(|position| self.along(position));
         // The number of the plane that was last passed going up, and that of its image; a particle in the plane is beyond it.
-        let planes = [from[axis], to[axis]]
+        let planes = [start, end]
             .map(|x| if period.is_finite() { ((x - at) / period).floor() } else { f64::from(u8::from(x >= at)) });
         let crossings = planes[1] - planes[0];
         if crossings == 0.0 || !crossings.is_finite() {
@@ -103,7 +109,7 @@ impl Flow {
         let mut crossing = 0.0;
         while crossing < crossings.abs().min(MOST_CROSSINGS) {
             let coordinate = if period.is_finite() { at + (first + sign * crossing) * period } else { at };
-            let part = ((coordinate - from[axis]) / (to[axis] - from[axis])).clamp(0.0, 1.0);
+            let part = ((coordinate - start) / (end - start)).clamp(0.0, 1.0);
             let when = self.time + part * (time - self.time);
             if self.is_inside(&(from + (to - from) * part), system) {
                 let counted = self.forwards * trunc_to_i64(sign);
@@ -117,9 +123,19 @@ impl Flow {
         }
     }
 
+    /// The coordinate along the normal.
+    fn along(&self, position: &Vector) -> f64 {
+        self.normal.map_or(position[self.axis], |normal| normal.dot(position))
+    }
+
+    /// The distance of the plane and its image; infinite without one.
+    fn period(&self, system: &SystemDescription) -> f64 {
+        if self.normal.is_some() { f64::INFINITY } else { system.space.periods()[self.axis] }
+    }
+
     /// Counts how far a particle went along a periodic axis.
     fn go(&mut self, id: u32, way: f64, system: &SystemDescription) {
-        let period = system.space.periods()[self.axis];
+        let period = self.period(system);
         if period.is_finite() {
             self.passages.go(self.forwards as f64 * way / period, system.masses[id as usize]);
         }
@@ -129,7 +145,8 @@ impl Flow {
     fn is_inside(&self, point: &Vector, system: &SystemDescription) -> bool {
         let Some([lower, upper]) = &self.rectangle else { return true };
         let space = &system.space;
-        (0..3).filter(|&k| k != self.axis && space.boundary[k] != Boundary::Flat).all(|k| {
+        let is_across = |k: usize| self.normal.is_none() && k == self.axis;
+        (0..3).filter(|&k| !is_across(k) && space.boundary[k] != Boundary::Flat).all(|k| {
             let x = if space.boundary[k] == Boundary::Periodic {
                 point[k] - ((point[k] - space.lower[k]) / space.size[k]).floor() * space.size[k]
             } else {

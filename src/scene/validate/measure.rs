@@ -6,7 +6,7 @@ use crate::model::measurement_plan::{
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{MeasurementPlan, SceneParts, Species};
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, refuse, unknown};
+use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
 use crate::scene::interactions::species_named;
 use crate::scene::limits::{finite, finite_vector, positive_if_given};
 use crate::scene::names::Taken;
@@ -21,7 +21,7 @@ impl SceneParts {
                 let expected = "no transport: Einstein-Helfand relations hold in equilibrium; pressure_tensor has the viscosity in shear";
                 return refuse(at.key("transport"), "given in a sheared box", expected);
             }
-            if let Some(index) = self.measure.flows.iter().position(|flow| flow.axis == "x") {
+            if let Some(index) = self.measure.flows.iter().position(|flow| flow.axis.as_deref() == Some("x")) {
                 let expected = "y or z: along x, images that slide would count as particles that pass";
                 return refuse(at.key("flow").index(index).key("axis"), "\"x\" in a sheared box", expected);
             }
@@ -63,9 +63,14 @@ impl SceneParts {
 fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     for (index, flow) in plan.flows.iter().enumerate() {
         let at = at.key("flow").index(index);
-        let axis = AXES.iter().position(|word| *word == flow.axis);
-        if axis.is_none() {
-            return Err(unknown(&at.key("axis"), "axis", &flow.axis, AXES));
+        match (&flow.axis, flow.normal) {
+            (None, None) => return Err(missing(&at, "axis", "or normal, the direction that the plane is across")),
+            (Some(_), Some(_)) => return refuse(at.key("normal"), "given as well", "either it or an axis"),
+            (Some(word), None) if !AXES.contains(&word.as_str()) => {
+                return Err(unknown(&at.key("axis"), "axis", word, AXES));
+            }
+            (Some(_), None) => {}
+            (None, Some(normal)) => check_normal(&normal.into(), space, &at.key("normal"))?,
         }
         finite(flow.at, at.key("at"))?;
         check_box(flow.lower, flow.upper, space, &at)?;
@@ -80,6 +85,17 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
         }
     }
     Ok(())
+}
+
+/// The direction of a tilted plane, which has no images.
+fn check_normal(normal: &crate::Vector, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    finite_vector(normal, at)?;
+    let refused = |k: usize| matches!(space.boundary[k], Boundary::Flat | Boundary::Periodic) && normal[k] != 0.0;
+    if let Some(k) = (0..3).find(|k| refused(*k)) {
+        let why = if space.boundary[k] == Boundary::Flat { "flat" } else { "periodic" };
+        return refuse(at.index(k), normal[k], format!("0, because {} is {why}; or an axis", AXES[k]));
+    }
+    if *normal == crate::Vector::zeros() { refuse(at.clone(), "zero", "a direction") } else { Ok(()) }
 }
 
 fn check_box(

@@ -7,7 +7,8 @@ use crate::scene::SceneBuilder;
 fn plan(axis: &str, at: f64) -> Plan {
     Plan {
         name: "gate".into(),
-        axis: axis.into(),
+        axis: Some(axis.into()),
+        normal: None,
         at,
         lower: None,
         upper: None,
@@ -52,6 +53,31 @@ fn passages_are_signed_and_go_around_the_box() {
     // Few samples, several passages between two of them.
     let coarse = Plan { interval: Some(50.0), ..plan("y", 3.0) };
     assert_eq!(counted(&coarse, 10.0), Some(-4.0));
+}
+
+#[test]
+fn a_tilted_plane_is_passed_where_it_is() {
+    let open = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(10.0) };
+    let scene = SceneBuilder::new("one").space(open).species("A", 1.0, 1.0).no_interaction("A", "A").particle(
+        "A",
+        Vector::new(1.0, 5.0, 2.5),
+        Vector::new(2.0, 0.5, 0.0),
+    );
+    let scene = scene.build().unwrap();
+    // `x + y = 10` at t = 1.6, with x = 4.2.
+    let tilted = Plan { axis: None, normal: Some([3.0, 3.0, 0.0]), ..plan("", 50.0_f64.sqrt()) };
+    let within = |lower: [f64; 3], upper: [f64; 3]| Plan { lower: Some(lower), upper: Some(upper), ..tilted.clone() };
+    let backwards = Plan { direction: Some("-".into()), ..tilted.clone() };
+    let near = within([4.1, 5.0, 0.0], [4.3, 6.0, 5.0]);
+    let beside = within([4.3, 5.0, 0.0], [5.0, 6.0, 5.0]);
+    for (plan, duration, expected) in
+        [(&tilted, 1.5, 0.0), (&tilted, 1.7, 1.0), (&backwards, 9.0, -1.0), (&near, 9.0, 1.0), (&beside, 9.0, 0.0)]
+    {
+        let (system, mut simulation) = start(scene.clone());
+        let mut flow = instrument(&simulation, &system, duration, |setup| Flow::new(plan, setup));
+        measure(&mut simulation, &system, &mut flow, duration);
+        assert_eq!(number(&report(&flow, &system), "flow_gate_count").mean, Some(expected), "{plan:?}");
+    }
 }
 
 #[test]
