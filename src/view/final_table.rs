@@ -151,14 +151,13 @@ impl Lines {
         let known: Vec<_> = finished.measured.numbers.iter().filter(|number| number.mean.is_some()).collect();
         if !known.is_empty() {
             self.title("results of instruments");
+            let longest = known.iter().take(MOST_NUMBERS).map(|number| number.title.chars().count()).max();
+            let width = longest.map_or(32, |longest| (longest + 1).max(32));
             for number in known.iter().take(MOST_NUMBERS) {
                 let Some(mean) = number.mean else { continue };
                 let words = describe::estimate(&Estimate { mean, standard_error: number.standard_error });
-                let gap = if number.title.len() < 32 { "" } else { " " };
-                self.pair(
-                    &format!("{}{gap}", number.title),
-                    &format!("{words} [{}]", text::unit(&number.unit, dimensions)),
-                );
+                let unit = text::unit(&number.unit, dimensions);
+                self.line(&format!("{:<width$}{words} [{unit}]", number.title));
             }
             if known.len() > MOST_NUMBERS {
                 self.pair("", &format!("and {} more in measurements.json", known.len() - MOST_NUMBERS));

@@ -358,3 +358,27 @@ fn an_interrupted_exchange_goes_on_to_the_same_bytes() {
     assert_eq!(code(&place.carom(&whole)), 0);
     assert!(contents(&place.path().join("whole")) == contents(&place.path().join("runs/chain-exchange")));
 }
+
+#[test]
+fn surfaces_that_supply_or_take_energy_are_refused() {
+    let sphere = "[[surface]]\nshape = \"sphere\"\ncentre = [7.0, 7.0, 7.0]\nradius = 0.5\n";
+    let moves = "motion = [{ kind = \"translation\", velocity = [0.0, 0.0, 0.1] }]\n";
+    let still = CHAIN.replace("[space]\nsize = [9.0, 9.0, 9.0]\n", "[space]\nsize = [9.0, 9.0, 9.0]\nz = \"walls\"\n");
+    for (law, key) in [
+        ("", None),
+        (moves, Some("motion")),
+        ("restitution = 0.9\n", Some("restitution")),
+        ("temperature = 1.0\n", Some("temperature")),
+    ] {
+        let place = Place::with(&still.replace("[exchange]", &format!("{sphere}{law}\n[exchange]")));
+        let output = place.carom(&["check", "scene.toml"]);
+        let text = errors(&output);
+        match key {
+            None => assert_eq!(code(&output), 0, "{text}"),
+            Some(key) => {
+                assert_eq!(code(&output), 2, "{key}");
+                assert!(text.contains(&format!("surface[0].{key}")), "{text}");
+            }
+        }
+    }
+}

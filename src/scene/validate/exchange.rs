@@ -3,7 +3,7 @@
 use crate::base::text::shortest;
 use crate::model::exchange_plan::{MOST_ATTEMPTS, MOST_TEMPERATURES};
 use crate::model::space::{AXES, Boundary, Face};
-use crate::model::{ExchangePlan, Format, MeasurementPlan, Scene, SceneParts, Threads};
+use crate::model::{ExchangePlan, Format, MeasurementPlan, Scene, SceneParts, SceneSurface, SurfaceLaw, Threads};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -133,6 +133,9 @@ impl SceneBuilder {
         for (axis, name) in AXES.into_iter().enumerate() {
             check_axis(scene, axis, &root.key("space").key(name))?;
         }
+        for (index, surface) in scene.surfaces.iter().enumerate() {
+            check_surface(surface, &ConfigPath::entry("surface", index))?;
+        }
         let at = root.key("exchange").key("temperatures");
         if scene.particles.iter().all(|particle| scene.species[particle.species.0 as usize].is_static()) {
             return refuse(at, "given for a scene in which nothing moves", "particles that move");
@@ -197,6 +200,24 @@ fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneEr
             let expected = "\"wall\" beside [exchange]: what falls for ever has no equilibrium";
             refuse(at.clone(), format!("periodic, and `{}` falls along it", scene.species[index].name), expected)
         }
+    }
+}
+
+/// Whether a surface keeps the energy of particles.
+fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneError> {
+    if surface.moves() {
+        let expected = "none beside [exchange]: what a surface moves has no equilibrium";
+        return refuse(at.key("motion"), "given", expected);
+    }
+    match surface.law {
+        SurfaceLaw::Thermal { temperature } => {
+            let expected = "none beside [exchange], whose replicas have temperatures of their own";
+            refuse(at.key("temperature"), shortest(temperature), expected)
+        }
+        SurfaceLaw::Reflecting { restitution } if restitution < 1.0 => {
+            refuse(at.key("restitution"), shortest(restitution), LOSSLESS)
+        }
+        SurfaceLaw::Reflecting { .. } => Ok(()),
     }
 }
 
