@@ -26,6 +26,7 @@ mod region;
 mod schema;
 mod source;
 mod surface;
+mod surface_draft;
 mod unvalidated;
 mod validate;
 
@@ -40,9 +41,9 @@ pub(crate) use continuation::LastRun;
 pub use diagnostic::{SceneError, SceneErrorKind};
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
+pub use surface_draft::SurfaceDraft;
 pub use unvalidated::{
-    Amount, Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, SpeciesDraft, Surface, SurfaceDraft,
-    SurfaceFill,
+    Amount, Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, SpeciesDraft, Surface, SurfaceFill,
 };
 
 use crate::model::Scene;

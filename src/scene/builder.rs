@@ -9,9 +9,10 @@ use crate::model::space::{Boundary, Space};
 use crate::model::{AuditPlan, ExchangePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, SpeciesId};
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
+use crate::scene::surface_draft::SurfaceDraft;
 use crate::scene::unvalidated::{
-    Amount, Arrangement, Chain, Fill, Group, InteractionDraft, Listed, LocatedGroup, Model, SpeciesDraft, SurfaceDraft,
-    SurfaceFill, UnvalidatedBond, UnvalidatedStart,
+    Amount, Arrangement, Chain, Fill, Group, InteractionDraft, Listed, LocatedGroup, Model, SpeciesDraft, SurfaceFill,
+    UnvalidatedBond, UnvalidatedStart,
 };
 
 /// Builder of a scene: collects its parts; [`SceneBuilder::build`] checks them and places the particles.

@@ -15,7 +15,7 @@ use crate::scene::coordinates::unchanged;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::file::SurfaceFile;
 use crate::scene::limits::{corners, finite, finite_vector, not_negative, positive};
-use crate::scene::unvalidated::SurfaceDraft;
+use crate::scene::surface_draft::SurfaceDraft;
 
 /// The shapes, and the keys that each one takes.
 pub(crate) const SHAPES: [(&str, &[&str]); 10] = [

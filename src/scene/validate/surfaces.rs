@@ -12,7 +12,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse, unknown};
 use crate::scene::limits::{finite_vector, not_negative, positive, restitution};
 use crate::scene::names::{self, Taken};
-use crate::scene::unvalidated::SurfaceDraft;
+use crate::scene::surface_draft::SurfaceDraft;
 
 /// A sphere's radius, of the largest coordinate of a surface: rounding would put smaller ones on its other side.
 const LEAST_RADIUS: f64 = 1e-9;
