@@ -214,7 +214,8 @@ fn words(certificate: &Certificate) -> String {
         End::RunEnded => format!("{proven},\nup to the end of the run"),
         End::Idle => format!("{proven};\nnothing will happen any more"),
         End::Driven => {
-            "NOTHING PROVEN: a thermostat, a growth, a sheared box, a thermal wall or a thermal surface acts".to_owned()
+            "NOTHING PROVEN: a thermostat, a growth, a sheared box, a thermal wall, a surface that is thermal or moves, or gravity that turns acts"
+                .to_owned()
         }
         End::OpenStages => "NOTHING PROVEN: nothing says when the surfaces of a stage come or go".to_owned(),
         End::Departed { .. } => "NOT PROVEN: the events above are those of another run".to_owned(),

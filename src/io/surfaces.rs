@@ -34,14 +34,15 @@ const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
 /// The files of the surfaces of a scene, in the folder of a run.
 pub(super) fn names(scene: &Scene) -> Vec<String> {
+    let motions = scene.has_moving_surfaces().then(|| MOTIONS.to_owned());
+    meshes(scene).into_iter().chain(motions).map(|name| format!("{FOLDER}/{name}")).collect()
+}
+
+/// The files of their triangles, in the folder of surfaces.
+fn meshes(scene: &Scene) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let surfaces = scene.surfaces().iter().map(|surface| surface.name.as_str());
-    let mut names: Vec<String> =
-        surfaces.map(|name| format!("{FOLDER}/{}.{EXTENSION}", file_name(name, &mut taken))).collect();
-    if scene.has_moving_surfaces() {
-        names.push(format!("{FOLDER}/{MOTIONS}"));
-    }
-    names
+    surfaces.map(|name| format!("{}.{EXTENSION}", file_name(name, &mut taken))).collect()
 }
 
 /// Motions of surfaces, by the names of their files.
@@ -50,25 +51,15 @@ pub type Motions = BTreeMap<String, Vec<SurfaceMotion>>;
 /// The motions of the surfaces in the folder of a trajectory; none where there is no file of them.
 ///
 /// # Errors
-/// [`io::Error`] if there is one that cannot be read.
-pub fn surface_motions(folder: &Path) -> io::Result<Motions> {
-    match fs::read(folder.join(FOLDER).join(MOTIONS)) {
+/// The file, and [`io::Error`], if there is one that cannot be read.
+pub fn surface_motions(folder: &Path) -> Result<Motions, (PathBuf, io::Error)> {
+    let path = folder.join(FOLDER).join(MOTIONS);
+    let read = match fs::read(&path) {
         Ok(content) => serde_json::from_slice(&content).map_err(io::Error::from),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Motions::new()),
         Err(error) => Err(error),
-    }
-}
-
-/// Writes the motions, if some surface moves.
-fn write_motions(run: &Path, scene: &Scene) -> Result<(), OutputError> {
-    let own = |name: String| name.trim_start_matches(FOLDER).trim_start_matches('/').to_owned();
-    let named = names(scene).into_iter().map(own).zip(scene.surfaces());
-    let moving = named.filter(|(_, surface)| surface.moves()).map(|(name, surface)| (name, surface.motions.clone()));
-    let motions: Motions = moving.collect();
-    let path = run.join(FOLDER).join(MOTIONS);
-    let mut file = PartialFile::create(path.clone())?;
-    serde_json::to_writer_pretty(file.writer(), &motions).map_err(|error| OutputError::write(&path)(error.into()))?;
-    file.complete().map(drop)
+    };
+    read.map_err(|error| (path, error))
 }
 
 /// Writes those of these files that are wanted, each with its name at once: they are complete from the start of a run.
@@ -76,13 +67,15 @@ fn write_motions(run: &Path, scene: &Scene) -> Result<(), OutputError> {
 /// # Errors
 /// [`OutputError::Folder`] or [`OutputError::Write`].
 pub(super) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool) -> Result<(), OutputError> {
-    for (name, (_, mesh)) in names(scene).iter().zip(shown(scene)) {
-        let path = run.join(name);
+    let folder = run.join(FOLDER);
+    let make = || fs::create_dir_all(&folder).map_err(|source| OutputError::Folder { path: folder.clone(), source });
+    let meshes = meshes(scene);
+    for (name, (_, mesh)) in meshes.iter().zip(shown(scene)) {
+        let path = folder.join(name);
         if mesh.triangles.is_empty() || !is_wanted(&path) {
             continue;
         }
-        let folder = run.join(FOLDER);
-        fs::create_dir_all(&folder).map_err(|source| OutputError::Folder { path: folder, source })?;
+        make()?;
         let mut file = PartialFile::create(path.clone())?;
         match write_stl(&mesh, file.writer()) {
             Ok(()) => file.complete().map(drop)?,
@@ -91,13 +84,16 @@ pub(super) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool
             Err(_) => file.discard()?,
         }
     }
-    let motions = run.join(FOLDER).join(MOTIONS);
-    if scene.has_moving_surfaces() && is_wanted(&motions) {
-        let folder = run.join(FOLDER);
-        fs::create_dir_all(&folder).map_err(|source| OutputError::Folder { path: folder, source })?;
-        write_motions(run, scene)?;
+    let path = folder.join(MOTIONS);
+    if !scene.has_moving_surfaces() || !is_wanted(&path) {
+        return Ok(());
     }
-    Ok(())
+    let moving = meshes.into_iter().zip(scene.surfaces()).filter(|(_, surface)| surface.moves());
+    let motions: Motions = moving.map(|(name, surface)| (name, surface.motions.clone())).collect();
+    make()?;
+    let mut file = PartialFile::create(path.clone())?;
+    serde_json::to_writer_pretty(file.writer(), &motions).map_err(|error| OutputError::write(&path)(error.into()))?;
+    file.complete().map(drop)
 }
 
 /// The files of surfaces in the folder of a trajectory, in the order of their names; none without such a folder.

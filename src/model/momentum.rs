@@ -152,8 +152,8 @@ mod tests {
     use super::*;
     use crate::model::potential::Potential;
     use crate::model::space::Space;
-    use crate::model::{RunPlan, SpeciesPairs};
-    use crate::scene::SceneBuilder;
+    use crate::model::{MotionKind, RunPlan, SpeciesPairs, SurfaceMotion, SurfaceShape};
+    use crate::scene::{SceneBuilder, SurfaceDraft};
 
     fn pair() -> SceneBuilder {
         SceneBuilder::new("pair")
@@ -213,6 +213,14 @@ mod tests {
         assert!(!cools(
             &soft("B", "B", two()).particle("B", Vector::repeat(5.0), Vector::zeros()).gravity(-Vector::x())
         ));
+        let ball = SurfaceShape::Sphere { centre: Vector::repeat(1.5), radius: 0.3, is_inside: false };
+        let kind = MotionKind::Oscillation { amplitude: Vector::z() * 0.0, frequency: 1.0, phase: 0.0 };
+        let shaken = SurfaceDraft::new("ball", ball);
+        assert!(cools(&grains.clone().surface(shaken.clone())));
+        let shaken = shaken.motion(SurfaceMotion { from: 0.0, until: f64::INFINITY, kind });
+        assert!(!cools(&grains.clone().surface(shaken.clone())));
+        let conserves = |scene: &SceneBuilder| scene.build().unwrap().conserves_heat_with(None);
+        assert!(conserves(&pair()) && !conserves(&pair().surface(shaken)));
         let thermostat = Some(Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true; 3] });
         assert!(!cools(&grains.run(RunPlan { thermostat, ..RunPlan::default() })));
     }

@@ -248,37 +248,35 @@ pub(crate) fn turn(axis: &Vector, (sin, cos): (f64, f64)) -> Matrix3<f64> {
 /// The motions of a surface with the rests between them: for every time there is one piece.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline {
-    pieces: Vec<Piece>,
+    /// The rest before all motions.
+    first: Piece,
+    /// Motions and the rests after them.
+    later: Vec<Piece>,
 }
 
 impl Timeline {
     /// Of motions in the order of time, of which none begins before the one before it ends.
     #[must_use]
     pub fn of(motions: &[SurfaceMotion]) -> Self {
-        let rest = Piece { from: f64::NEG_INFINITY, until: f64::INFINITY, start: Pose::default(), kind: None };
-        let mut pieces = vec![rest];
-        for motion in motions {
-            if let Some(before) = pieces.last_mut() {
-                before.until = motion.from;
-                let start = before.at(motion.from).pose;
-                let moving = Piece { from: motion.from, until: motion.until, start, kind: Some(motion.kind) };
-                pieces.push(moving);
-                if motion.until < f64::INFINITY {
-                    let start = moving.at(motion.until).pose;
-                    pieces.push(Piece { from: motion.until, until: f64::INFINITY, start, kind: None });
-                }
+        let rest = |from: f64, start: Pose| Piece { from, until: f64::INFINITY, start, kind: None };
+        let mut timeline = Self { first: rest(f64::NEG_INFINITY, Pose::default()), later: Vec::new() };
+        for SurfaceMotion { from, until, kind } in motions.iter().copied() {
+            let before = timeline.later.last_mut().unwrap_or(&mut timeline.first);
+            before.until = from;
+            let moving = Piece { from, until, start: before.at(from).pose, kind: Some(kind) };
+            timeline.later.push(moving);
+            if until < f64::INFINITY {
+                timeline.later.push(rest(until, moving.at(until).pose));
             }
         }
-        pieces.retain(|piece| piece.from < piece.until);
-        Self { pieces }
+        timeline
     }
 
     /// The piece at a time.
     #[must_use]
     pub fn piece_at(&self, time: f64) -> &Piece {
-        // The first one begins before all time.
-        let after = self.pieces.partition_point(|piece| piece.from <= time);
-        &self.pieces[after.saturating_sub(1)]
+        let begun = self.later.partition_point(|piece| piece.from <= time);
+        self.later.get(begun.wrapping_sub(1)).unwrap_or(&self.first)
     }
 
     /// Where the surface is, and how it moves, at a time.

@@ -11,6 +11,7 @@ pub use surfaces::meshes;
 
 use std::path::Path;
 
+use crate::Vector;
 use crate::base::numbers::id;
 use crate::base::text::{digits, listed, plural};
 use crate::engine::EngineChoice;
@@ -187,6 +188,11 @@ pub fn interactions(scene: &Scene) -> Vec<String> {
     lines
 }
 
+/// A vector in words: `(0, 0, -9.81)`.
+fn vector(v: &Vector) -> String {
+    format!("({}, {}, {})", digits(v.x), digits(v.y), digits(v.z))
+}
+
 /// How long something lasts.
 #[must_use]
 pub fn limit(limit: &Limit) -> String {
@@ -226,7 +232,7 @@ pub fn stage(stage: &StagePlan) -> String {
         };
         parts.push(format!("diameters grow by {} of those at its start per time, up to {until}", digits(growth.rate)));
     }
-    parts.extend(stage.gravity.map(|g| format!("gravity ({}, {}, {})", digits(g.x), digits(g.y), digits(g.z))));
+    parts.extend(stage.gravity.map(|gravity| format!("gravity {}", vector(&gravity))));
     parts.extend(stage.thermostat.as_ref().map(thermostat));
     if let Some(before) = stage.measured.filter(|before| !before.is_empty()) {
         parts.push(format!("equilibrates {}", equilibrates(&before)));

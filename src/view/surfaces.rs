@@ -38,8 +38,7 @@ impl Surfaces {
     /// [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if one of them cannot be read.
     pub fn beside(trajectory: &Path) -> Result<Self, ViewError> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
-        let path = folder.join("surfaces").join("motions.json");
-        let motions = surface_motions(folder).map_err(|source| ViewError::SurfaceFile { path, source })?;
+        let motions = surface_motions(folder).map_err(|(path, source)| ViewError::SurfaceFile { path, source })?;
         let mut surfaces = Self::default();
         for file in surface_files(folder) {
             let mut skin = Skin::of(&read(&file)?);

@@ -47,6 +47,24 @@ struct Recipe {
     motion: usize,
 }
 
+/// Elastic hard spheres of two masses in open space.
+const PLAIN: Recipe = Recipe {
+    seed: 1,
+    count: 12,
+    potential: 0,
+    depth: 1.0,
+    masses: [1.0, 3.0],
+    boundary: [2; 3],
+    gravity: false,
+    restitution: 1.0,
+    statics: 0,
+    bonds: 0,
+    contact_time: None,
+    box_length: 8.0,
+    surfaces: 0,
+    motion: 0,
+};
+
 fn recipe() -> impl Strategy<Value = Recipe> {
     (
         (0..1_000_000_u64, 8..24_u64, 0..6_usize, prop::array::uniform3(0..3_usize), any::<bool>()),
@@ -288,17 +306,12 @@ fn walls_are_met_by_both() {
         seed: 1,
         count: 12,
         potential: 1,
-        depth: 1.0,
-        masses: [1.0, 3.0],
         boundary: [1, 1, 1],
         gravity: true,
         restitution: 0.9,
         statics: 2,
         bonds: 2,
-        contact_time: None,
-        box_length: 8.0,
-        surfaces: 0,
-        motion: 0,
+        ..PLAIN
     };
     let scene = recipe.scene().expect("a valid scene");
     assert!(count(&scene) > 0);
@@ -313,10 +326,7 @@ fn surfaces_of_every_kind_are_met_by_both() {
             let recipe = Recipe {
                 seed,
                 count: 12,
-                potential: 0,
-                depth: 1.0,
                 masses: [0.7, 3.1],
-                boundary: [2, 2, 2],
                 gravity: seed % 3 == 0,
                 restitution: if seed % 2 == 0 { 1.0 } else { 0.8 },
                 statics: 1,
@@ -325,6 +335,7 @@ fn surfaces_of_every_kind_are_met_by_both() {
                 box_length: 6.0,
                 surfaces,
                 motion,
+                ..PLAIN
             };
             let scene = recipe.scene().expect("a valid scene");
             let is_surface = |event: &&Event| event.kind == EventKind::Surface;
@@ -342,22 +353,7 @@ fn surfaces_of_every_kind_are_met_by_both() {
 
 #[test]
 fn in_a_box_of_three_cells_the_second_nearest_image_is_met_too() {
-    let recipe = Recipe {
-        seed: 462_767,
-        count: 10,
-        potential: 0,
-        depth: 1.0,
-        masses: [1.0, 3.0],
-        boundary: [2, 0, 0],
-        gravity: false,
-        restitution: 1.0,
-        statics: 0,
-        bonds: 0,
-        contact_time: None,
-        box_length: 5.0,
-        surfaces: 0,
-        motion: 0,
-    };
+    let recipe = Recipe { seed: 462_767, count: 10, boundary: [2, 0, 0], box_length: 5.0, ..PLAIN };
     let compared = compare(&recipe.scene().expect("a valid scene")).expect("the engines agree");
     // Open along x: what is left after some thirty events never meets again.
     assert!(!compared.is_cut_short && compared.events >= 20, "{}", compared.events);

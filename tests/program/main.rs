@@ -11,6 +11,7 @@ mod kept;
 mod links;
 mod memory;
 mod meshes;
+mod motions;
 mod movie;
 mod names;
 mod normalisation;

@@ -95,15 +95,22 @@ impl Moving {
         reach: f64,
         mut visit: impl FnMut(u32, &Placed),
     ) {
-        for (index, placed) in (0..).zip(all).skip(self.unlimited.start).take(self.unlimited.len()) {
+        let around = Vector::repeat((reach + radius) * (1.0 + 1e-6) + 1e-12 * position.amax());
+        self.for_each_in(all, &[position - around, position + around], |index, placed| {
             // A plane that the sphere overlaps counts, however far it is behind.
-            if placed.shape.gap(position, radius) <= reach {
+            if !self.unlimited.contains(&(index as usize)) || placed.shape.gap(position, radius) <= reach {
                 visit(index, placed);
             }
+        });
+    }
+
+    /// Calls `visit` for the features that may reach into a box, and all of no limited extent.
+    fn for_each_in(&self, all: &[Placed], within: &[Vector; 2], mut visit: impl FnMut(u32, &Placed)) {
+        for (index, placed) in (0..).zip(all).skip(self.unlimited.start).take(self.unlimited.len()) {
+            visit(index, placed);
         }
         let Some(tree) = &self.tree else { return };
-        let around = Vector::repeat((reach + radius) * (1.0 + 1e-6) + 1e-12 * position.amax());
-        tree.for_each(&[position - around, position + around], |index| {
+        tree.for_each(within, |index| {
             if let Some(placed) = all.get(index as usize) {
                 visit(index, placed);
             }
@@ -126,21 +133,11 @@ impl Moving {
         let seen = Flight { position: &position, velocity: &velocity, acceleration: &acceleration, ..*flight };
         let mut first = end - after;
         let mut found = None;
-        let mut look = |index: u32, placed: &Placed| {
+        self.for_each_in(all, &seen.swept(end - after), |index, placed| {
             if let Some(dt) = placed.shape.next_contact(&seen).filter(|dt| *dt < first && meets(placed)) {
                 (first, found) = (dt, Some(Found::Contact(index, after + dt)));
             }
-        };
-        for (index, placed) in (0..).zip(all).skip(self.unlimited.start).take(self.unlimited.len()) {
-            look(index, placed);
-        }
-        if let Some(tree) = &self.tree {
-            tree.for_each(&seen.swept(end - after), |index| {
-                if let Some(placed) = all.get(index as usize) {
-                    look(index, placed);
-                }
-            });
-        }
+        });
         found
     }
 
@@ -166,9 +163,10 @@ impl Moving {
             self.for_each_within(all, (&seen.position, passage.flight.radius), seen.path, |index, placed| {
                 is_near |= meets(placed);
                 if is_short && meets(placed) {
-                    match passage.advance(placed, &seen, (after, first)) {
-                        Some(Found::Contact(_, at)) => (first, found) = (at, Some(Found::Contact(index, at))),
-                        Some(Found::NoneUntil(at)) => (first, found) = (at, Some(Found::NoneUntil(at))),
+                    match passage.advance((index, placed), &seen, (after, first)) {
+                        Some(earlier @ (Found::Contact(_, at) | Found::NoneUntil(at))) => {
+                            (first, found) = (at, Some(earlier));
+                        }
                         None => {}
                     }
                 }
@@ -234,7 +232,7 @@ impl Passage<'_> {
     }
 
     /// The first contact with one feature between two times from now, for which `seen` holds bounds.
-    fn advance(&self, placed: &Placed, seen: &Seen, (after, end): (f64, f64)) -> Option<Found> {
+    fn advance(&self, (index, placed): (u32, &Placed), seen: &Seen, (after, end): (f64, f64)) -> Option<Found> {
         let shape = &placed.shape;
         let bound = shape.second_rate_bound(&seen.position, seen.path, seen.speed, seen.acceleration);
         let bound = bound.max(f64::MIN_POSITIVE);
@@ -259,7 +257,7 @@ impl Passage<'_> {
             if rate < 0.0 && step <= shortest {
                 let beyond = shape.beyond(&position);
                 if beyond <= 0.0 {
-                    return Some(Found::Contact(0, at));
+                    return Some(Found::Contact(index, at));
                 }
                 at += (beyond / seen.speed).max(shortest);
                 continue;

@@ -6,7 +6,7 @@ use crate::io::{Completed, Existing, Folder};
 use crate::mesh::read_mesh;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{Limit, RunPlan, SurfaceShape, TriangleMesh};
+use crate::model::{Limit, MotionKind, RunPlan, SurfaceShape, TriangleMesh};
 use crate::run::Run;
 use crate::scene::{SceneBuilder, SurfaceDraft};
 
@@ -111,4 +111,25 @@ fn names_of_files_are_safe_and_unique() {
     let long = "\u{e9}".repeat(100);
     assert_eq!(file_name(&long, &mut taken), "_".repeat(80));
     assert_eq!(file_name(&long, &mut taken), format!("{}-2", "_".repeat(80)));
+}
+
+#[test]
+fn the_motions_of_surfaces_are_beside_their_triangles() {
+    let kind = MotionKind::Translation { velocity: Vector::z() * 0.1, acceleration: Vector::zeros() };
+    let motions =
+        [SurfaceMotion { from: 1.0, until: 2.0, kind }, SurfaceMotion { from: 2.0, until: f64::INFINITY, kind }];
+    let mut parts = scene().into_parts();
+    parts.surfaces[1].motions = motions.to_vec();
+    let moving = Scene::new(parts).unwrap();
+    let place = tempfile::tempdir().unwrap();
+    let target = place.path().join("run");
+    drop(Folder::create(&target, &moving, Existing::Keep).unwrap());
+    assert_eq!(surface_motions(&target).unwrap(), Motions::from([("sphere.stl".to_owned(), motions.to_vec())]));
+    // A run whose surfaces rest has none, and a file that is damaged is named.
+    let still = place.path().join("still");
+    drop(Folder::create(&still, &scene(), Existing::Keep).unwrap());
+    assert!(surface_motions(&still).unwrap().is_empty() && !still.join("surfaces/motions.json").exists());
+    let file = target.join("surfaces/motions.json");
+    fs::write(&file, "[").unwrap();
+    assert_eq!(surface_motions(&target).unwrap_err().0, file);
 }

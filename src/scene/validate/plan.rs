@@ -145,6 +145,30 @@ fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), Scen
     }
 }
 
+/// Gives every stage its gravity, where some have one of their own: that of the species is what the first stage has.
+pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
+    if scene.run.gravities().next().is_none() {
+        return Ok(());
+    }
+    let mut moving = scene.species.iter().filter(|species| !species.is_static());
+    let first = moving.next().map_or(Vector::zeros(), |species| species.acceleration);
+    if let Some(other) = moving.find(|species| species.acceleration != first) {
+        let (index, key) = match scene.run.stages.iter().position(|stage| stage.gravity.is_some()) {
+            Some(index) => (ConfigPath::entry("stage", index), "gravity"),
+            None => (ConfigPath::root().key("run"), "gravity"),
+        };
+        let expected = format!("no gravity of a stage: `{}` has an acceleration of its own", other.name);
+        return refuse(index.key(key), "given", expected);
+    }
+    for gravity in scene.run.stages.iter_mut().map(|stage| &mut stage.gravity).chain([&mut scene.run.gravity]) {
+        gravity.get_or_insert(first);
+    }
+    let at_start = scene.run.gravities().next().unwrap_or(first);
+    let moving = scene.species.iter_mut().filter(|species| !species.is_static());
+    moving.for_each(|species| species.acceleration = at_start);
+    Ok(())
+}
+
 /// Thermostats that have something to act on; a heat bath leaves flat axes out, along which nothing moves.
 pub(super) fn settle_thermostats(scene: &mut Scene) -> Result<(), SceneError> {
     let is_moving = |species: SpeciesId| !scene.species[species.0 as usize].is_static();

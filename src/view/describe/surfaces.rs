@@ -1,5 +1,6 @@
 //! Surfaces in words, and meshes looked at closely: what an engineer wants to know before a run.
 
+use super::vector;
 use crate::Vector;
 use crate::base::text::{digits, listed, plural};
 use crate::mesh::MeshReport;
@@ -11,26 +12,27 @@ const OTHER_UNITS: f64 = 100.0;
 
 /// A surface in a line: its shape, its law, and who meets it.
 pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
-    let at = |v: &Vector| format!("({}, {}, {})", digits(v.x), digits(v.y), digits(v.z));
     let side = |is_inside: bool| if is_inside { ", met from inside" } else { "" };
     let shape = match &surface.shape {
-        SurfaceShape::Plane { point, normal } => format!("a plane through {}, normal {}", at(point), at(normal)),
+        SurfaceShape::Plane { point, normal } => {
+            format!("a plane through {}, normal {}", vector(point), vector(normal))
+        }
         SurfaceShape::Sphere { centre, radius, is_inside } => {
-            format!("a sphere of radius {} around {}{}", digits(*radius), at(centre), side(*is_inside))
+            format!("a sphere of radius {} around {}{}", digits(*radius), vector(centre), side(*is_inside))
         }
         SurfaceShape::Cylinder { point, axis, radius, is_inside } => format!(
             "a cylinder of radius {} around the line through {} along {}{}",
             digits(*radius),
-            at(point),
-            at(axis),
+            vector(point),
+            vector(axis),
             side(*is_inside)
         ),
         SurfaceShape::Capsule { ends: [start, end], radius } => {
-            format!("a capsule of radius {} from {} to {}", digits(*radius), at(start), at(end))
+            format!("a capsule of radius {} from {} to {}", digits(*radius), vector(start), vector(end))
         }
         SurfaceShape::Mesh(mesh) => {
             let [lower, upper] = mesh.bounds();
-            format!("{} from {} to {}", plural(mesh.triangles.len(), "triangle"), at(&lower), at(&upper))
+            format!("{} from {} to {}", plural(mesh.triangles.len(), "triangle"), vector(&lower), vector(&upper))
         }
     };
     let law = match surface.law {
@@ -50,19 +52,18 @@ pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
 
 /// A motion in words: `moves with velocity (0, 0, 1) from t = 2 to 4`.
 fn motion(motion: &SurfaceMotion) -> String {
-    let at = |v: &Vector| format!("({}, {}, {})", digits(v.x), digits(v.y), digits(v.z));
     let how = match &motion.kind {
         MotionKind::Translation { velocity, acceleration } if *acceleration == Vector::zeros() => {
-            format!("moves with velocity {}", at(velocity))
+            format!("moves with velocity {}", vector(velocity))
         }
         MotionKind::Translation { velocity, acceleration } => {
-            format!("moves with velocity {} and acceleration {}", at(velocity), at(acceleration))
+            format!("moves with velocity {} and acceleration {}", vector(velocity), vector(acceleration))
         }
         MotionKind::Oscillation { amplitude, frequency, .. } => {
-            format!("oscillates by {} with frequency {}", at(amplitude), digits(*frequency))
+            format!("oscillates by {} with frequency {}", vector(amplitude), digits(*frequency))
         }
         MotionKind::Rotation { point, axis, frequency } => {
-            format!("turns about {} through {} with frequency {}", at(axis), at(point), digits(*frequency))
+            format!("turns about {} through {} with frequency {}", vector(axis), vector(point), digits(*frequency))
         }
     };
     let until = if motion.until.is_finite() { format!(" to {}", digits(motion.until)) } else { String::new() };

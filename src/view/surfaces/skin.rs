@@ -169,4 +169,21 @@ mod tests {
         let skin = Skin::of(&TriangleMesh { vertices, triangles });
         assert_eq!(skin.triangles, [[0, 1, 2]]);
     }
+
+    #[test]
+    fn a_skin_that_moves_is_where_it_is_at_a_time() {
+        use crate::model::{MotionKind, SurfaceMotion};
+        let mut skin = Skin::of(&TriangleMesh::cuboid(&Vector::zeros(), &Vector::new(1.0, 2.0, 3.0)));
+        assert_eq!(skin.at(7.0), skin, "at rest");
+        let kind = MotionKind::Rotation { point: Vector::x(), axis: Vector::z(), frequency: 0.25 };
+        skin.timeline = Some(Timeline::of(&[SurfaceMotion { from: 1.0, until: 2.0, kind }]));
+        let bounds = |time: f64| skin.at(time).bounds;
+        assert_eq!(bounds(1.0), [Vector::zeros(), Vector::new(1.0, 2.0, 3.0)]);
+        // A quarter about (1, 0): `(x, y)` goes to `(1 - y, x - 1)`.
+        assert_eq!(bounds(9.0), [Vector::new(-1.0, -1.0, 0.0), Vector::new(1.0, 0.0, 3.0)]);
+        let turned = skin.at(9.0);
+        let outwards = |normal: &Vector, place: &Vector| normal.dot(&(place - Vector::new(0.0, -0.5, 1.5))) > 0.0;
+        assert!(turned.normals.iter().zip(&turned.vertices).all(|(normal, place)| outwards(normal, place)));
+        assert!(turned.edges.iter().flatten().all(|end| turned.vertices.contains(end)));
+    }
 }
