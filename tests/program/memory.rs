@@ -29,8 +29,8 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
     };
     assert_eq!(ended.status.code(), Some(1), "{room} KiB: {ended:?}");
     // Between the last that was enough and this one memory ends at other places, of which none is a signal.
-    for part in 0..16 {
-        let between = room + room / 7 * part / 16;
+    for part in 0..64 {
+        let between = room + room / 7 * part / 64;
         let output = within(&place, between, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);
         let is_told = output.status.code().is_some_and(|code| code <= 1);
         assert!(is_told, "{between} KiB: {output:?}");

@@ -38,6 +38,16 @@ fn ball(gravity: f64, height: f64, speed: f64, floor: SurfaceDraft) -> Scene {
         .unwrap()
 }
 
+#[test]
+fn a_surface_that_moves_later_is_waited_for() {
+    // Long after so many transitions without an event that a proof of the end is tried.
+    let floor = floor(1.0).motion(moving((1e6, 1e6 + 20.0), along_z(0.1, 0.0)));
+    let mut simulation = Simulation::without_plan(ball(0.0, 1.0, 0.0, floor));
+    assert_eq!(simulation.advance(Until::events(1)), Ok(crate::engine::Reason::Events));
+    assert!((simulation.time() - 1_000_010.0).abs() < 1e-6, "{}", simulation.time());
+    assert!(simulation.event_counts().transition > 40_000);
+}
+
 fn oscillation(amplitude: f64, rate: f64, phase: f64) -> MotionKind {
     MotionKind::Oscillation { amplitude: Vector::z() * amplitude, frequency: rate / TAU, phase }
 }
@@ -114,6 +124,19 @@ fn a_ball_bounces_on_a_vibrating_floor_when_it_should() {
     }
 }
 
+#[test]
+fn a_late_floor_is_where_its_time_says_as_far_as_that_has_digits() {
+    let amplitude = 4.0 * 9.81 / (31.0 * 31.0);
+    let floor = floor(0.9).motion(moving(ALWAYS, oscillation(amplitude, 31.0, 0.0)));
+    let mut parts = ball(9.81, 0.5, 0.0, floor).into_parts();
+    parts.start_time = 1e7;
+    let mut simulation = Simulation::without_plan(Scene::new(parts).unwrap());
+    simulation.advance(Until::events(500)).unwrap();
+    assert_eq!((simulation.event_counts().in_invalid_state, simulation.real_overlaps()), (0, vec![]));
+    // Two units in the last place of that time, at a speed of 5.
+    assert!(simulation.event_counts().deepest_overlap < 1e-7, "{}", simulation.event_counts().deepest_overlap);
+}
+
 /// The largest difference of intervals between bounces, in periods, long after the start on the orbit of one bounce in each period.
 fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
     let (gravity, rate) = (9.81, 31.0);
@@ -164,6 +187,47 @@ fn what_moves_with_its_surface_sees_one_at_rest() {
             assert!((one.impulse - other.impulse).norm() < 1e-9);
         }
     }
+}
+
+#[test]
+fn a_blade_that_turns_strikes_along_its_own_normal() {
+    // It lies along x and turns about z, through the middle: at an angle of 2 pi f t it meets the ball above x = 3.
+    let blade = TriangleMesh::cuboid(&Vector::new(10.0, 9.9, 9.0), &Vector::new(14.0, 10.0, 11.0));
+    let kind = MotionKind::Rotation { point: Vector::repeat(10.0), axis: Vector::z(), frequency: 0.1 };
+    let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
+    let scene = SceneBuilder::new("blade")
+        .space(space)
+        .species("A", 0.7, 0.5)
+        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .surface(mesh("blade", blade).motion(moving(ALWAYS, kind)))
+        .particle("A", Vector::new(13.0, 12.0, 10.0), Vector::zeros());
+    let found = contacts(scene.build().unwrap(), 1);
+    // The foot is `sqrt(13 - 1/16)` along the blade, at the angle of the ball less that of its radius.
+    let angle = libm::atan2(2.0, 3.0) - libm::asin(0.25 / 13.0_f64.sqrt());
+    let rate = TAU * 0.1;
+    assert!((found[0].time - angle / rate).abs() < 1e-13, "{} {}", found[0].time, angle / rate);
+    let normal = Vector::new(-libm::sin(angle), libm::cos(angle), 0.0);
+    assert!((found[0].normal - normal).norm() < 1e-13, "{}", found[0].normal);
+    // Elastic: twice the speed of the blade there.
+    let speed = 2.0 * rate * (13.0_f64 - 0.0625).sqrt();
+    assert!((found[0].after[0] - normal * speed).norm() < 1e-13, "{}", found[0].after[0]);
+}
+
+#[test]
+fn a_blade_ends_where_it_ends() {
+    // The ball is beyond its end by more than a radius, but less beyond that in the direction of its faces.
+    let blade = TriangleMesh::cuboid(&Vector::new(10.0, 9.9, 9.0), &Vector::new(12.0, 10.0, 11.0));
+    let kind = MotionKind::Rotation { point: Vector::repeat(10.0), axis: Vector::z(), frequency: 0.1 };
+    let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
+    let scene = SceneBuilder::new("blade")
+        .space(space)
+        .species("A", 0.7, 0.5)
+        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .surface(mesh("blade", blade).motion(moving((0.0, 100.0), kind)))
+        .particle("A", Vector::new(12.0, 12.0, 10.0), Vector::zeros());
+    let mut simulation = Simulation::without_plan(scene.build().unwrap());
+    simulation.advance(Until::time(100.0)).unwrap();
+    assert_eq!(simulation.event_counts().wall, 0);
 }
 
 /// Whether a place is within a convex mesh.
