@@ -69,6 +69,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Predicts contacts with features that come before what is foreseen. They have to be looked for again whenever the transition comes later than it was.
+    #[inline(never)] // walls alone, as most scenes have them, stand in the prediction
     pub(in crate::engine) fn predict_features(&self, me: &Streamed, prediction: &mut Prediction) {
         let flight = self.flight(me);
         let swept = flight.swept(prediction.due_time() - me.time);
@@ -94,7 +95,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         !self.sources.surfaces.of_scene().is_empty()
     }
 
-    #[inline]
+    #[inline(always)]
     fn predict_surface(
         &self,
         me: &Streamed,
