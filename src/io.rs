@@ -39,4 +39,4 @@ pub use occupied::FolderState;
 pub(crate) use owned::note;
 pub use scenes::{read_scene, read_scene_text};
 pub use summary::Summary;
-pub use surfaces::{Motions, surface_files, surface_motions};
+pub use surfaces::{ListedSurface, listed_surfaces, surface_files};

@@ -9,6 +9,7 @@ mod heat_flux;
 mod kinetic_theory;
 mod maxwell;
 mod of_system;
+mod outflow;
 mod steps;
 
 pub use equation_of_state::{carnahan_starling, face_centred_cubic, hard_disks, hard_spheres, tonks};
@@ -20,4 +21,6 @@ pub use kinetic_theory::{
 };
 pub use maxwell::{maxwell_speed_below, maxwell_speed_density};
 pub use of_system::{PublishedValue, of_system};
+pub use outflow::beverloo;
+pub(crate) use outflow::of_flows;
 pub use steps::{bounces_per_release, second_virial_of_square_well, third_virial_of_square_well};

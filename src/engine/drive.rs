@@ -43,6 +43,12 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.set_stage_of_surfaces(stage));
     }
 
+    /// By surface of the scene, whether it is there now; empty where all always are.
+    #[must_use]
+    pub fn surfaces_present(&self) -> Vec<bool> {
+        with_engine!(&self.engine, engine => engine.sources.surfaces.presence())
+    }
+
     /// Gives all species that move another acceleration; the potential energy that particles gain by it is counted as supplied.
     pub(crate) fn set_gravity(&mut self, gravity: &Vector) {
         let mut moving = self.scene.species.iter_mut().filter(|species| !species.is_static()).peekable();

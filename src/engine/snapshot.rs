@@ -29,6 +29,8 @@ pub struct Snapshot {
     pub displacement: f64,
     /// Factor by which diameters have grown since the start of the scene.
     pub scale: f64,
+    /// By surface of the scene, whether it is there now; empty where all always are.
+    pub surfaces: Vec<bool>,
 }
 
 /// A particle at one time.
@@ -107,6 +109,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             images: Vec::with_capacity(count),
             displacement: self.displacement().0,
             scale: self.scale(),
+            surfaces: self.sources.surfaces.presence(),
         };
         let Ok(()) = self.for_each_now(|particle| {
             snapshot.positions.push(particle.position);

@@ -15,10 +15,10 @@ use super::folder::SUMMARY;
 use super::rates::{Rate, rates};
 pub use super::thermo::Column;
 use crate::analysis::observables::Equilibrium;
-use crate::analysis::published::{PublishedValue, of_system};
+use crate::analysis::published::{PublishedValue, of_flows, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::Simulation;
-use crate::model::{InputFile, Thermostat};
+use crate::model::{InputFile, Species, StagePlan};
 use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
@@ -243,12 +243,7 @@ impl Summary {
             equilibrated: finished.equilibrium.clone(),
             observables: observables(&finished.observables, &finished.stationarity),
             stages: finished.stages.iter().map(|stage| StageSummary::of(stage, simulation)).collect(),
-            published: published(
-                &finished.observables,
-                simulation,
-                scene.run.thermostat.as_ref(),
-                scale_of_scene(simulation),
-            ),
+            published: published(&finished.observables, simulation, None, scale_of_scene(simulation)),
             columns: BTreeMap::new(),
             rates: rates(simulation, &finished.event_counts_by_species, finished.measurement.duration),
             speed: Speed::of(&finished.measurement),
@@ -265,7 +260,6 @@ impl StageSummary {
     fn of(stage: &MeasuredStage, simulation: &Simulation) -> Self {
         let scale = stage.diameter_factor / simulation.grown();
         let planned = simulation.scene().run.stages.iter().find(|planned| planned.name == stage.name);
-        let thermostat = planned.and_then(|planned| planned.thermostat.as_ref());
         Self {
             name: stage.name.clone(),
             measured: Period::of(&stage.measurement),
@@ -273,7 +267,7 @@ impl StageSummary {
             events: events(&stage.measurement),
             equilibrated: stage.equilibrium.clone(),
             observables: observables(&stage.observables, &stage.stationarity),
-            published: published(&stage.observables, simulation, thermostat, scale),
+            published: published(&stage.observables, simulation, planned, scale),
             rates: rates(simulation, &stage.event_counts_by_species, stage.measurement.duration),
             speed: Speed::of(&stage.measurement),
         }
@@ -311,15 +305,23 @@ fn observables(
     estimates.iter().map(observable).collect()
 }
 
-/// Published values of a system with diameters that are larger by a factor than those of its scene, at its mean temperature.
+/// Published values of a system in a stage, or in the last measurement, with diameters that are larger by a factor than those of its scene, at its mean temperature.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,
-    thermostat: Option<&Thermostat>,
+    stage: Option<&StagePlan>,
     scale: f64,
 ) -> Vec<PublishedValue> {
     let temperature = estimates.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
-    of_system(simulation.scene(), thermostat, &simulation.population(), scale, temperature)
+    let (scene, population) = (simulation.scene(), simulation.population());
+    let run = &scene.run;
+    let (thermostat, gravity) =
+        stage.map_or((&run.thermostat, run.gravity), |stage| (&stage.thermostat, stage.gravity));
+    let falls = |species: &Species| species.acceleration.norm();
+    let gravity = gravity.map_or_else(|| scene.species.iter().map(falls).fold(0.0, f64::max), |gravity| gravity.norm());
+    let mut published = of_system(scene, thermostat.as_ref(), &population, scale, temperature);
+    published.extend(of_flows(scene, &population, gravity));
+    published
 }
 
 /// The numbers of events of a measurement, by kind.

@@ -2,15 +2,17 @@
 //!
 //! The name of a file is that of its surface, where blanks and letters beyond ASCII are `_`; where two would be the same, also on a disk that does not tell
 //! capitals from small letters, the later one has a number. A surface of which nothing is in sight has no file, nor has one with coordinates beyond `f32`.
-//! The files are those before the first motion; `motions.json` has the motions of those that move.
+//! The files are those before the first motion. Where surfaces move, or come and go by stage, `surfaces.json` lists all of the scene with their motions.
 
 #[cfg(test)]
 mod tests;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
 
 use super::error::OutputError;
 use super::partial::PartialFile;
@@ -20,8 +22,8 @@ use crate::model::{Scene, SurfaceMotion};
 /// The folder, in that of a run.
 const FOLDER: &str = "surfaces";
 
-/// The file of their motions, by the names of their files.
-const MOTIONS: &str = "motions.json";
+/// The list of them.
+const LIST: &str = "surfaces.json";
 
 /// Extension of the files.
 const EXTENSION: &str = "stl";
@@ -34,8 +36,8 @@ const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
 /// The files of the surfaces of a scene, in the folder of a run.
 pub(super) fn names(scene: &Scene) -> Vec<String> {
-    let motions = scene.has_moving_surfaces().then(|| MOTIONS.to_owned());
-    meshes(scene).into_iter().chain(motions).map(|name| format!("{FOLDER}/{name}")).collect()
+    let list = is_listed(scene).then(|| LIST.to_owned());
+    meshes(scene).into_iter().chain(list).map(|name| format!("{FOLDER}/{name}")).collect()
 }
 
 /// The files of their triangles, in the folder of surfaces.
@@ -45,18 +47,29 @@ fn meshes(scene: &Scene) -> Vec<String> {
     surfaces.map(|name| format!("{}.{EXTENSION}", file_name(name, &mut taken))).collect()
 }
 
-/// Motions of surfaces, by the names of their files.
-pub type Motions = BTreeMap<String, Vec<SurfaceMotion>>;
+/// A surface in the list of those of a run, which has all of the scene in its order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ListedSurface {
+    /// The name of its file, which it has if anything of it is in sight.
+    pub file: String,
+    /// Its motions.
+    pub motions: Vec<SurfaceMotion>,
+}
 
-/// The motions of the surfaces in the folder of a trajectory; none where there is no file of them.
+/// Whether a list is needed: some surfaces are not where their files have them at all times.
+fn is_listed(scene: &Scene) -> bool {
+    scene.surfaces().iter().any(|surface| surface.moves() || surface.comes_and_goes())
+}
+
+/// The list of the surfaces in the folder of a trajectory; empty where there is none, since all rest and are always there.
 ///
 /// # Errors
 /// The file, and [`io::Error`], if there is one that cannot be read.
-pub fn surface_motions(folder: &Path) -> Result<Motions, (PathBuf, io::Error)> {
-    let path = folder.join(FOLDER).join(MOTIONS);
+pub fn listed_surfaces(folder: &Path) -> Result<Vec<ListedSurface>, (PathBuf, io::Error)> {
+    let path = folder.join(FOLDER).join(LIST);
     let read = match fs::read(&path) {
         Ok(content) => serde_json::from_slice(&content).map_err(io::Error::from),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Motions::new()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
         Err(error) => Err(error),
     };
     read.map_err(|error| (path, error))
@@ -84,15 +97,16 @@ pub(super) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool
             Err(_) => file.discard()?,
         }
     }
-    let path = folder.join(MOTIONS);
-    if !scene.has_moving_surfaces() || !is_wanted(&path) {
+    let path = folder.join(LIST);
+    if !is_listed(scene) || !is_wanted(&path) {
         return Ok(());
     }
-    let moving = meshes.into_iter().zip(scene.surfaces()).filter(|(_, surface)| surface.moves());
-    let motions: Motions = moving.map(|(name, surface)| (name, surface.motions.clone())).collect();
+    let surfaces = meshes.into_iter().zip(scene.surfaces());
+    let list: Vec<ListedSurface> =
+        surfaces.map(|(file, surface)| ListedSurface { file, motions: surface.motions.clone() }).collect();
     make()?;
     let mut file = PartialFile::create(path.clone())?;
-    serde_json::to_writer_pretty(file.writer(), &motions).map_err(|error| OutputError::write(&path)(error.into()))?;
+    serde_json::to_writer_pretty(file.writer(), &list).map_err(|error| OutputError::write(&path)(error.into()))?;
     file.complete().map(drop)
 }
 

@@ -267,6 +267,18 @@ pub struct Flow {
     pub direction: Option<String>,
     /// Start and end of the time over which rates are means, from the start of the measurement on `[time]`; from the first to the last passage if not given.
     pub window: Option<[f64; 2]>,
+    /// The opening that grains fall through, to compare with Beverloo's law: the diameter of a round one, or the two edges of a rectangle `[length]`.
+    pub outlet: Option<Outlet>,
+}
+
+/// Opening in the bottom of a container.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Outlet {
+    /// A circle of this diameter `[length]`.
+    Round(f64),
+    /// A rectangle with these edges `[length]`.
+    Rectangular([f64; 2]),
 }
 
 /// Directions of a flow along its axis.

@@ -113,6 +113,23 @@ pub struct StagePlan {
     pub measured: Option<Equilibration>,
 }
 
+impl StagePlan {
+    /// How long it takes, if that is known before the run `[time]`.
+    #[must_use]
+    pub fn duration(&self) -> Option<f64> {
+        let of = |limit: &Limit| limit.time.filter(|_| limit.events.is_none());
+        let equilibration = match &self.measured {
+            Some(measured) if !measured.is_empty() => of(&measured.limit).filter(|_| !measured.until_stationary)?,
+            _ => 0.0,
+        };
+        of(&self.limit).filter(|_| self.growth.is_none()).map(|time| equilibration + time)
+    }
+
+    fn streams(&self) -> usize {
+        if self.measured.is_some() { EQUILIBRATION_AND_MEASUREMENT } else { 1 }
+    }
+}
+
 /// Equilibration of a measured stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Equilibration {
@@ -132,12 +149,6 @@ impl Equilibration {
 
 /// Streams of random numbers of an equilibration and a measurement, which have one each.
 const EQUILIBRATION_AND_MEASUREMENT: usize = 2;
-
-impl StagePlan {
-    fn streams(&self) -> usize {
-        if self.measured.is_some() { EQUILIBRATION_AND_MEASUREMENT } else { 1 }
-    }
-}
 
 /// Lubachevsky-Stillinger growth of the diameters: B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990),
 /// [doi:10.1007/BF01025983](https://doi.org/10.1007/BF01025983).

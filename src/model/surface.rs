@@ -36,6 +36,12 @@ impl SceneSurface {
         self.stages.is_empty() || self.stages.iter().any(|name| name == stage)
     }
 
+    /// Whether it is there in some stages only.
+    #[must_use]
+    pub fn comes_and_goes(&self) -> bool {
+        !self.stages.is_empty()
+    }
+
     /// Whether it ever moves.
     #[must_use]
     pub fn moves(&self) -> bool {

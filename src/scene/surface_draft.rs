@@ -10,7 +10,8 @@ pub struct SurfaceDraft {
     pub(crate) species: Vec<String>,
     pub(crate) law: SurfaceLaw,
     pub(crate) stages: Vec<String>,
-    pub(crate) motions: Vec<SurfaceMotion>,
+    /// Each with the stage since whose beginning its times count, if it has one.
+    pub(crate) motions: Vec<(Option<String>, SurfaceMotion)>,
 }
 
 impl SurfaceDraft {
@@ -43,7 +44,15 @@ impl SurfaceDraft {
     /// With one more motion, which begins when the one before it has ended, or later.
     #[must_use]
     pub fn motion(mut self, motion: SurfaceMotion) -> Self {
-        self.motions.push(motion);
+        self.motions.push((None, motion));
+        self
+    }
+
+    /// With one more motion, whose times are since a stage has begun; `measurement` names what comes after those that the scene lists. The stages before it
+    /// end at given times.
+    #[must_use]
+    pub fn motion_in(mut self, stage: &str, motion: SurfaceMotion) -> Self {
+        self.motions.push((Some(stage.to_owned()), motion));
         self
     }
 

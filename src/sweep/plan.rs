@@ -208,6 +208,12 @@ impl Sweep {
         names.filter_map(|(name, key)| (key != SEED).then_some(name)).collect()
     }
 
+    /// For each of these names the place of its axis: keys of one axis change together.
+    pub(crate) fn state_point_axes(&self) -> Vec<usize> {
+        let keys = self.axes.iter().enumerate().flat_map(|(at, axis)| axis.keys().iter().map(move |key| (at, key)));
+        keys.filter_map(|(at, key)| (key != SEED).then_some(at)).collect()
+    }
+
     /// Checksum of the text of the scene.
     pub(super) fn checksum(&self) -> String {
         format!("crc32:{:08x}", checksum(self.text.as_bytes()))

@@ -22,6 +22,7 @@
 //! | `bonds` | the ids of the two ends of each bond, `0-1 1-2`; absent where there is none |
 //! | `bond_table` | the names of the interactions that hold the bonds |
 //! | `bond_kind` | which of them holds each bond, counted from 0; absent where there is one |
+//! | `surfaces` | whether each surface of the scene is there; absent where all always are |
 //!
 //! The species is in the column `type`, because ASE takes only chemical symbols in one called `species`; the reader takes
 //! both names. `map_shift` has the periods that a particle has travelled since the start, which OVITO calls *Periodic Image*: its

@@ -118,6 +118,8 @@ pub struct Frame {
     pub images: Vec<[i32; 3]>,
     /// Further scalars of each particle, in their order.
     pub scalars: Vec<Scalar>,
+    /// By surface of the scene, whether it is there at this time; empty where all are.
+    pub surfaces: Vec<bool>,
 }
 
 impl Frame {
@@ -162,6 +164,7 @@ impl Frame {
             bond_kinds,
             images: Vec::new(),
             scalars: Vec::new(),
+            surfaces: Vec::new(),
         }
     }
 

@@ -166,6 +166,7 @@ pub fn draw_with(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Result<Im
         ColourBy::Species => 0.0,
         ColourBy::Speed => legend::STRIP * style.width.min(style.height) as f32,
     };
+    let surfaces = &*surfaces.at(frame);
     let camera = Camera::facing(frame, style, &framed(frame, surfaces, style), footer).ok_or(ViewError::Box)?;
     let scale = SpeedScale::of(frame, style);
     let mut pixels = paint((frame, surfaces), style, &camera, scale.fastest, Fineness::PICTURE, &Team::whole());
@@ -184,7 +185,7 @@ fn paint(
     fineness: Fineness,
     team: &Team,
 ) -> Vec<Colour> {
-    let surfaces = &*surfaces.at(frame.time);
+    let surfaces = &*surfaces.at(frame);
     let mut bodies = Bodies::of(frame, style, camera, fastest);
     bodies.sheets = Sheets::of(surfaces, camera, style);
     let scenery = Scenery::new(&bodies, camera, single(style.static_opacity), fineness, team);

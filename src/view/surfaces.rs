@@ -4,16 +4,17 @@ mod skin;
 
 use std::borrow::Cow;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub(super) use skin::Skin;
 
 use super::ViewError;
 use crate::Vector;
-use crate::io::{surface_files, surface_motions};
+use crate::io::{listed_surfaces, surface_files};
 use crate::mesh::read_mesh;
 use crate::model::TriangleMesh;
-use crate::model::surface_motion::Timeline;
+use crate::model::surface_motion::{Pose, Timeline};
+use crate::trajectory::Frame;
 
 /// How far a surface may reach beyond the particles and the box and still be framed as a whole, relative to the longest edge of what holds these. Larger ones
 /// run out of the picture, so that particles stay large in it.
@@ -38,25 +39,57 @@ impl Surfaces {
     /// [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if one of them cannot be read.
     pub fn beside(trajectory: &Path) -> Result<Self, ViewError> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
-        let motions = surface_motions(folder).map_err(|(path, source)| ViewError::SurfaceFile { path, source })?;
-        let mut surfaces = Self::default();
-        for file in surface_files(folder) {
-            let mut skin = Skin::of(&read(&file)?);
-            let name = file.file_name().unwrap_or_default().display().to_string();
-            skin.timeline = motions.get(&name).map(|motions| Timeline::of(motions));
-            if !skin.triangles.is_empty() {
-                surfaces.skins.push(skin);
-            }
-        }
-        Ok(surfaces)
+        let files = surface_files(folder);
+        let meshes = files.into_iter().map(|file| read(&file).map(|mesh| (file, mesh)));
+        Self::of_run(folder, meshes.collect::<Result<Vec<_>, _>>()?)
     }
 
-    /// The surfaces where they are at a time.
-    pub(super) fn at(&self, time: f64) -> Cow<'_, Self> {
-        if self.skins.iter().all(|skin| skin.timeline.is_none()) {
+    /// Meshes from files of a run, which has a list of when each of them is where.
+    ///
+    /// # Errors
+    /// [`ViewError::SurfaceFile`] if there is a list that cannot be read.
+    pub(super) fn of_run(folder: &Path, meshes: Vec<(PathBuf, TriangleMesh)>) -> Result<Self, ViewError> {
+        let list = listed_surfaces(folder).map_err(|(path, source)| ViewError::SurfaceFile { path, source })?;
+        let skin = |(file, mesh): (PathBuf, TriangleMesh)| {
+            let name = file.file_name().unwrap_or_default().display().to_string();
+            let number = list.iter().position(|listed| listed.file == name);
+            let motions = number.and_then(|number| list.get(number)).map_or(&[][..], |listed| &listed.motions);
+            Skin { number, timeline: (!motions.is_empty()).then(|| Timeline::of(motions)), ..Skin::of(&mesh) }
+        };
+        Ok(Self { skins: meshes.into_iter().map(skin).filter(|skin| !skin.triangles.is_empty()).collect() })
+    }
+
+    /// The surfaces that are there in a frame, where they are then.
+    pub(super) fn at(&self, frame: &Frame) -> Cow<'_, Self> {
+        let is_there = |skin: &&Skin| skin.is_among(&frame.surfaces);
+        if self.skins.iter().all(|skin| skin.timeline.is_none() && is_there(&skin)) {
             return Cow::Borrowed(self);
         }
-        Cow::Owned(Self { skins: self.skins.iter().map(|skin| skin.at(time)).collect() })
+        Cow::Owned(Self { skins: self.skins.iter().filter(is_there).map(|skin| skin.at(frame.time)).collect() })
+    }
+
+    /// Where each surface is at a time: the columns of `R`, and `d`, in `R x + d`; nothing for one that is not among those that are there. Empty if all are
+    /// there and rest.
+    pub(super) fn poses(&self, time: f64, present: &[bool]) -> Vec<Option<[f64; 12]>> {
+        if self.skins.iter().all(|skin| skin.timeline.is_none() && skin.is_among(present)) {
+            return Vec::new();
+        }
+        let pose = |skin: &Skin| {
+            let Pose { rotation, displacement, .. } =
+                skin.timeline.as_ref().map_or_else(Pose::default, |timeline| timeline.at(time).pose);
+            let mut numbers = rotation.iter().chain(displacement.iter()).copied();
+            skin.is_among(present).then(|| std::array::from_fn(|_| numbers.next().unwrap_or_default()))
+        };
+        self.skins.iter().map(pose).collect()
+    }
+
+    /// The same surfaces with boxes around all places where they are at some times.
+    pub(super) fn around(mut self, times: impl Iterator<Item = f64> + Clone) -> Self {
+        for skin in self.skins.iter_mut().filter(|skin| skin.timeline.is_some()) {
+            let boxes = times.clone().map(|time| skin.bounds_at(time));
+            skin.bounds = boxes.reduce(|[a, b], [c, d]| [a.inf(&c), b.sup(&d)]).unwrap_or(skin.bounds);
+        }
+        self
     }
 
     /// Whether there is nothing to draw.

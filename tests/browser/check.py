@@ -1,4 +1,4 @@
-"""Looks at the pages of three runs, as a reader would: check.py RUNS PICTURES, or check.py --find."""
+"""Looks at the pages of some runs, as a reader would: check.py RUNS PICTURES, or check.py --find."""
 
 import sys
 import time
@@ -27,6 +27,23 @@ PIXELS = """(() => {
     }
   }
   return [colours.size, hash, hues.filter((count) => count > 30).length];
+})()"""
+
+# Keeps the pixels of the canvas, or says in which row, from below, those are in the mean that differ from the kept ones.
+ROW = """(() => {
+  const canvas = document.getElementById('player-view');
+  const gl = canvas.getContext('webgl2');
+  const bytes = new Uint8Array(4 * canvas.width * canvas.height);
+  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+  let [sum, count] = [0, 0];
+  for (let k = 0; window.kept && k < bytes.length; k += 4) {
+    if (bytes[k] !== window.kept[k]) {
+      sum += Math.floor(k / 4 / canvas.width);
+      count += 1;
+    }
+  }
+  window.kept = bytes;
+  return count ? sum / count : -1;
 })()"""
 
 # Whether everything that was asked for has been drawn; a resized canvas asks once more.
@@ -219,6 +236,26 @@ def check_funnel(browser, path, pictures):
     expect(page.pixels()[1] not in seen, "it turns with the particles")
 
 
+def check_piston(browser, path, pictures):
+    page = Page(browser, path)
+    page.open()
+
+    def row(frame):
+        page.choose("frame", frame, "input")
+        page.click("surfaces")
+        page.pixels()
+        page.browser.evaluate(ROW)
+        page.click("surfaces")
+        page.pixels()
+        return page.browser.evaluate(ROW)
+
+    last = int(page.browser.evaluate("document.getElementById('player-frame').max"))
+    start, end = row(0), row(last)
+    browser.screenshot(pictures / "piston.png")
+    expect(start > end + 60 and end > 0, f"the piston goes from row {start:.0f} to row {end:.0f}")
+    expect(abs(row(0) - start) < 1, "and back")
+
+
 def check_without_webgl(browser, path):
     script = browser.call("Page.addScriptToEvaluateOnNewDocument", source="HTMLCanvasElement.prototype.getContext = () => null")
     browser.open(path.as_uri())
@@ -233,7 +270,8 @@ def main():
     runs, pictures = map(Path, sys.argv[1:3])
     browser = Browser(find())
     try:
-        for name, check in (("fluid", check_fluid), ("hopper", check_hopper), ("funnel", check_funnel)):
+        for name, check in (("fluid", check_fluid), ("hopper", check_hopper), ("funnel", check_funnel),
+                            ("piston", check_piston)):
             print(name)
             check(browser, runs / name / "report.html", pictures)
         check_without_webgl(browser, runs / "fluid/report.html")

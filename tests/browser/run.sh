@@ -21,8 +21,9 @@ mkdir -p "$pictures"
     --set run.equilibration_events=2000 --set fill.0.count=500 >/dev/null
 "$program" run "$here/../../configs/hopper.toml" --quiet --out "$runs/hopper" --until-time 12 >/dev/null
 "$program" run "$here/../../configs/funnel.toml" --quiet --out "$runs/funnel" --until-time 6 >/dev/null
+"$program" run "$here/../../configs/piston.toml" --quiet --out "$runs/piston" --set fill.0.count=60 --set output.frame_interval=44 >/dev/null
 cp "$here/measurements.json" "$runs/fluid/"
-for run in fluid hopper funnel; do
+for run in fluid hopper funnel piston; do
     "$program" report "$runs/$run" >/dev/null
 done
 timeout 300 python3 -B "$here/check.py" "$runs" "$pictures"

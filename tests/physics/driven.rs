@@ -338,6 +338,7 @@ fn what_passes_after_the_last_sample_is_counted() {
         interval: Some(50.0),
         direction: None,
         window: None,
+        outlet: None,
     };
     let scene = SceneBuilder::new("two")
         .space(Space::periodic_cube(3.0))

@@ -79,6 +79,16 @@ fn every_combination_is_a_run_and_a_row() {
 }
 
 #[test]
+fn keys_that_change_together_are_one_curve_of_the_page() {
+    let place = Place::with(FLUID);
+    let together = "fill.0.packing_fraction=0.1,0.3; run.until_events=2000,3000";
+    let output = place.carom(&["sweep", "scene.toml", "--vary", together, "--out", "s"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let page = place.read("s/sweep.html");
+    assert!(page.contains("measured") && !page.contains("until events = "), "{page}");
+}
+
+#[test]
 fn the_number_of_jobs_and_of_tasks_changes_no_bit() {
     let place = Place::with(FLUID);
     for (out, jobs) in [("one", "1"), ("four", "4")] {

@@ -34,13 +34,7 @@ pub(super) fn within(space: &Space, shape: &SurfaceShape) -> Vec<(Shape, u32)> {
                 by[axis] = periods * period;
                 shape.moved(&by)
             };
-            let Some([start, end]) = super::Surface::extent(shape).map(|corners| corners.map(|corner| corner[axis]))
-            else {
-                images.extend(
-                    [(moved(-1.0), *number), (moved(1.0), *number)].into_iter().filter(|_| shape.has_images(axis)),
-                );
-                continue;
-            };
+            let Some([start, end]) = shape.span(axis) else { continue };
             // One that is longer than the box has more images.
             let first = ((lower - end) / period).ceil();
             let last = ((upper - start) / period).floor();
@@ -68,9 +62,14 @@ impl Shape {
         }
     }
 
-    /// Whether a shape without ends has images along a periodic axis: rods across it, that are met from outside.
-    fn has_images(&self, axis: usize) -> bool {
-        matches!(self, Self::Round(round) if !round.is_inside && round.axis.is_some_and(|along| along[axis] == 0.0))
+    /// Where it begins and ends along an axis, if it has images there: what is met from inside has none, nor has what has no end along it.
+    fn span(&self, axis: usize) -> Option<[f64; 2]> {
+        let corners = match self {
+            Self::Round(round) if !round.is_inside => round.around(),
+            Self::Face(face) => super::Surface::extent(face)?,
+            Self::Round(_) | Self::Wall(_) | Self::Plane(_) => return None,
+        };
+        Some(corners.map(|corner| corner[axis])).filter(|ends| ends.iter().all(|end| end.is_finite()))
     }
 }
 

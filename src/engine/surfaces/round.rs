@@ -61,6 +61,13 @@ impl Round {
         RelativeState { position: flight.position - self.centre, velocity: *flight.velocity }
     }
 
+    /// A box around it, infinite where it has no ends.
+    pub fn around(&self) -> [Vector; 2] {
+        let [lower, upper] = self.bounds();
+        let around = Vector::repeat(self.radius);
+        [lower - around, upper + around]
+    }
+
     /// A box around the point or line, infinite where it has no ends.
     fn bounds(&self) -> [Vector; 2] {
         let Some(axis) = self.axis else { return [self.centre; 2] };
@@ -169,8 +176,7 @@ impl Surface for Round {
 
     fn extent(&self) -> Option<[Vector; 2]> {
         let is_limited = !self.is_inside && (self.axis.is_none() || self.length.is_finite());
-        let around = Vector::repeat(self.radius);
-        is_limited.then(|| self.bounds()).map(|[lower, upper]| [lower - around, upper + around])
+        is_limited.then(|| self.around())
     }
 }
 

@@ -129,6 +129,12 @@ impl Surfaces {
         Self::from(Origin { space, temperatures: *temperatures, start_time, surfaces, species, is_present })
     }
 
+    /// By surface of the scene, whether it is there now; empty where all always are.
+    pub fn presence(&self) -> Vec<bool> {
+        let come_and_go = self.origin.surfaces.iter().any(SceneSurface::comes_and_goes);
+        if come_and_go { self.origin.is_present.clone() } else { Vec::new() }
+    }
+
     /// Surfaces of another stage; none if these are the same.
     pub fn in_stage(&self, stage: &str) -> Option<Self> {
         let is_present: Vec<bool> = self.origin.surfaces.iter().map(|surface| surface.is_in(stage)).collect();

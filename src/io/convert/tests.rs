@@ -35,6 +35,7 @@ pub(in crate::io) fn chain() -> Frame {
         bond_kinds: Vec::new(),
         images: Vec::new(),
         scalars: Vec::new(),
+        surfaces: Vec::new(),
     }
 }
 

@@ -62,6 +62,7 @@ impl Frames {
     /// Writes a snapshot, with what is measured of each particle.
     pub fn write(&mut self, output: impl Write, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (snapshot.time, snapshot.displacement);
+        self.frame.surfaces.clone_from(&snapshot.surfaces);
         self.frame.scalars = scalars;
         let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(snapshot.scale))?;
         let states = snapshot.positions.iter().zip(&snapshot.velocities).zip(&snapshot.images);
@@ -77,6 +78,7 @@ impl Frames {
     /// Writes a simulation as it is now.
     pub fn write_now(&mut self, output: impl Write, simulation: &Simulation) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (simulation.time(), simulation.displacement());
+        self.frame.surfaces = simulation.surfaces_present();
         self.frame.scalars.clear();
         let scale = simulation.scale();
         let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(scale))?;

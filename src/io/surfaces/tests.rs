@@ -124,12 +124,20 @@ fn the_motions_of_surfaces_are_beside_their_triangles() {
     let place = tempfile::tempdir().unwrap();
     let target = place.path().join("run");
     drop(Folder::create(&target, &moving, Existing::Keep).unwrap());
-    assert_eq!(surface_motions(&target).unwrap(), Motions::from([("sphere.stl".to_owned(), motions.to_vec())]));
-    // A run whose surfaces rest has none, and a file that is damaged is named.
+    let listed =
+        |file: &str, motions: &[SurfaceMotion]| ListedSurface { file: file.to_owned(), motions: motions.to_vec() };
+    let expected = [listed("a_box.stl", &[]), listed("sphere.stl", &motions), listed("beyond.stl", &[])];
+    assert_eq!(listed_surfaces(&target).unwrap(), expected);
+    // One that goes is listed as well; a run whose surfaces rest has no list, and one that is damaged is named.
+    let mut parts = scene().into_parts();
+    parts.surfaces[1].stages = vec!["measurement".to_owned()];
+    let going = place.path().join("going");
+    drop(Folder::create(&going, &Scene::new(parts).unwrap(), Existing::Keep).unwrap());
+    assert_eq!(listed_surfaces(&going).unwrap().len(), 3);
     let still = place.path().join("still");
     drop(Folder::create(&still, &scene(), Existing::Keep).unwrap());
-    assert!(surface_motions(&still).unwrap().is_empty() && !still.join("surfaces/motions.json").exists());
-    let file = target.join("surfaces/motions.json");
+    assert!(listed_surfaces(&still).unwrap().is_empty() && !still.join("surfaces/surfaces.json").exists());
+    let file = target.join("surfaces/surfaces.json");
     fs::write(&file, "[").unwrap();
-    assert_eq!(surface_motions(&target).unwrap_err().0, file);
+    assert_eq!(listed_surfaces(&target).unwrap_err().0, file);
 }

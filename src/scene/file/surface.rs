@@ -102,7 +102,9 @@ pub(crate) struct MotionFile {
     /// since its beginning.
     #[schemars(extend("enum" = words(&MOTIONS)))]
     pub kind: String,
-    /// Simulated time at which it begins `[time]`; the end of the motion before if not given, 0 for the first.
+    /// Stage since whose beginning its times count; `measurement` is what comes after the stages that are listed. Those before it end at given times.
+    pub stage: Option<String>,
+    /// Simulated time at which it begins `[time]`; the end of the motion before in the same stage if not given, 0 for the first.
     pub from: Option<f64>,
     /// Simulated time at which it ends `[time]`; never if not given.
     pub until: Option<f64>,

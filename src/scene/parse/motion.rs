@@ -13,13 +13,16 @@ pub(crate) const MOTIONS: [(&str, &[&str]); 3] = [
     ("rotation", &["point", "axis", "frequency"]),
 ];
 
-/// Motions in the order of time.
-pub(super) fn parse_motions(files: Vec<MotionFile>, of: &ConfigPath) -> Result<Vec<SurfaceMotion>, SceneError> {
-    let mut motions: Vec<SurfaceMotion> = Vec::with_capacity(files.len());
+/// Motions in the order of time, each with the stage since whose beginning its times count, if it has one.
+pub(super) fn parse_motions(
+    files: Vec<MotionFile>,
+    of: &ConfigPath,
+) -> Result<Vec<(Option<String>, SurfaceMotion)>, SceneError> {
+    let mut motions: Vec<(Option<String>, SurfaceMotion)> = Vec::with_capacity(files.len());
     for (index, file) in files.into_iter().enumerate() {
         let at = of.key("motion").index(index);
-        let before = motions.last().map_or(0.0, |before| before.until);
-        let from = file.from.unwrap_or(before);
+        let before = motions.last().filter(|(stage, before)| *stage == file.stage || before.until == f64::INFINITY);
+        let from = file.from.unwrap_or(before.map_or(0.0, |(_, before)| before.until));
         if from == f64::INFINITY {
             return refuse(
                 of.key("motion").index(index - 1).key("until"),
@@ -48,7 +51,8 @@ pub(super) fn parse_motions(files: Vec<MotionFile>, of: &ConfigPath) -> Result<V
                 frequency: keys.need("frequency")?,
             },
         };
-        motions.push(SurfaceMotion { from, until: file.until.unwrap_or(f64::INFINITY), kind });
+        let motion = SurfaceMotion { from, until: file.until.unwrap_or(f64::INFINITY), kind };
+        motions.push((file.stage, motion));
     }
     Ok(motions)
 }

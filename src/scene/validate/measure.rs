@@ -1,14 +1,14 @@
 //! Validates what is to be measured: numbers, names, boxes and species of instruments.
 
 use crate::model::measurement_plan::{
-    DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Profile,
+    DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Outlet, Profile,
 };
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{MeasurementPlan, SceneParts, Species};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
 use crate::scene::interactions::species_named;
-use crate::scene::limits::{finite, finite_vector, positive_if_given};
+use crate::scene::limits::{finite, finite_vector, positive, positive_if_given};
 use crate::scene::names::Taken;
 
 impl SceneParts {
@@ -83,8 +83,28 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
             let expected = "start and end of a time after the start of the measurement, such as [2.0, 10.0]";
             return refuse(at.key("window"), format!("[{from}, {to}]"), expected);
         }
+        if let Some(outlet) = flow.outlet {
+            check_outlet(outlet, flow.species.is_some(), space, &at)?;
+        }
     }
     Ok(())
+}
+
+/// Openings of which there is a law: in three dimensions, for all grains together.
+fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    let key = at.key("outlet");
+    if space.dimensions() != 3 {
+        return refuse(key, "given in a flat box", "none: Beverloo's law is that of three dimensions");
+    }
+    if has_species {
+        return refuse(at.key("species"), "given with an outlet", "either of them: the law is that of all grains");
+    }
+    match outlet {
+        Outlet::Round(diameter) => positive(diameter, key).map(drop),
+        Outlet::Rectangular(edges) => {
+            edges.iter().enumerate().try_for_each(|(k, edge)| positive(*edge, key.index(k)).map(drop))
+        }
+    }
 }
 
 /// The direction of a tilted plane, which has no images.

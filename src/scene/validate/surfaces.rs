@@ -3,10 +3,11 @@
 use super::motions::check_motions;
 use crate::Vector;
 use crate::base::numbers::id;
+use crate::base::text::shortest;
 use crate::engine::surfaces::{MOST_FEATURES, Surfaces};
 use crate::model::run_plan::MEASUREMENT;
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{SceneSurface, Species, SpeciesId, SurfaceLaw, SurfaceShape, TriangleMesh};
+use crate::model::{SceneSurface, Species, SpeciesId, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse, unknown};
@@ -24,7 +25,7 @@ impl SceneBuilder {
         species: &[Species],
         space: &Space,
     ) -> Result<Surfaces, SceneError> {
-        let drafts = self.surfaces.iter().enumerate().map(|(index, draft)| resolved(draft, index, species));
+        let drafts = self.surfaces.iter().enumerate().map(|(index, draft)| self.resolved(draft, index, species));
         let surfaces =
             self.parts.surfaces.iter().cloned().map(Ok).chain(drafts).collect::<Result<Vec<SceneSurface>, _>>()?;
         let mut taken = Taken::default();
@@ -61,12 +62,49 @@ impl SceneBuilder {
 
     /// Refuses stages that there are not.
     fn check_stages(&self, named: &[String], at: &ConfigPath) -> Result<(), SceneError> {
+        let mut named = named.iter().enumerate();
+        named.try_for_each(|(index, name)| self.check_stage(name, &at.key("stages").index(index)))
+    }
+
+    fn check_stage(&self, name: &str, at: &ConfigPath) -> Result<(), SceneError> {
         let known: Vec<&str> =
             self.parts.run.stages.iter().map(|stage| stage.name.as_str()).chain([MEASUREMENT]).collect();
-        match named.iter().enumerate().find(|(_, name)| !known.contains(&name.as_str())) {
-            Some((index, name)) => Err(unknown(&at.key("stages").index(index), "stage", name, known)),
-            None => Ok(()),
+        if known.contains(&name) { Ok(()) } else { Err(unknown(at, "stage", name, known)) }
+    }
+
+    /// A surface with the numbers of its species and the times of its motions.
+    fn resolved(&self, draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
+        let SurfaceDraft { name, shape, species: named, law, stages, motions } = draft.clone();
+        let at = ConfigPath::entry("surface", index);
+        let find = |name: String| {
+            let found = species.iter().position(|species| species.name == name);
+            let known = species.iter().map(|species| species.name.as_str());
+            found.map(|index| SpeciesId(id(index))).ok_or_else(|| unknown(&at.key("species"), "species", &name, known))
+        };
+        let species = named.into_iter().map(find).collect::<Result<Vec<_>, _>>()?;
+        let moved = |(index, (stage, motion)): (usize, (Option<String>, SurfaceMotion))| match stage {
+            None => Ok(motion),
+            Some(stage) => {
+                let since = self.start_of_stage(&stage, &at.key("motion").index(index).key("stage"))?;
+                Ok(SurfaceMotion { from: since + motion.from, until: since + motion.until, ..motion })
+            }
+        };
+        let motions = motions.into_iter().enumerate().map(moved).collect::<Result<Vec<_>, _>>()?;
+        Ok(SceneSurface { name, shape, species, law, stages, motions })
+    }
+
+    /// Simulated time at which a stage begins, where that is known before the run `[time]`.
+    fn start_of_stage(&self, name: &str, at: &ConfigPath) -> Result<f64, SceneError> {
+        self.check_stage(name, at)?;
+        let (mut time, stages) = (self.parts.start_time, &self.parts.run.stages);
+        for stage in stages.iter().take_while(|stage| stage.name != name) {
+            let Some(duration) = stage.duration() else {
+                let value = format!("\"{name}\" begins when \"{}\" has ended", stage.name);
+                return refuse(at.clone(), value, "stages before it that end by `until_time` alone");
+            };
+            time += duration;
         }
+        Ok(time)
     }
 
     /// Refuses shear and growth: surfaces are at rest.
@@ -78,20 +116,6 @@ impl SceneBuilder {
         let growth = self.parts.run.stages.iter().position(|stage| stage.growth.is_some());
         growth.map_or(Ok(()), |index| refuse(ConfigPath::entry("stage", index).key("growth"), "given", expected))
     }
-}
-
-/// A surface with the numbers of its species.
-fn resolved(draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
-    let SurfaceDraft { name, shape, species: named, law, stages, motions } = draft.clone();
-    let at = ConfigPath::entry("surface", index).key("species");
-    let find = |name: String| {
-        let found = species.iter().position(|species| species.name == name);
-        found
-            .map(|index| SpeciesId(id(index)))
-            .ok_or_else(|| unknown(&at, "species", &name, species.iter().map(|species| species.name.as_str())))
-    };
-    let species = named.into_iter().map(find).collect::<Result<Vec<_>, _>>()?;
-    Ok(SceneSurface { name, shape, species, law, stages, motions })
 }
 
 fn check_law(law: SurfaceLaw, at: &ConfigPath) -> Result<(), SceneError> {
@@ -164,6 +188,7 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
         match space.boundary[k] {
             Boundary::Flat => check_flat(shape, space, k, at)?,
             Boundary::Periodic => {
+                check_images(shape, space, k, at)?;
                 let refused = |key: &'static str, value: &str, expected: &str| {
                     refuse(at.key(key), value, format!("{expected}, because the box is periodic along {axis}"))
                 };
@@ -195,6 +220,31 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
         }
     }
     Ok(())
+}
+
+/// So many periods a surface may be away from the box or reach beyond it: each image is there.
+const MOST_PERIODS: f64 = 30.0;
+
+/// Refuses shapes with images without number along a periodic axis.
+fn check_images(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) -> Result<(), SceneError> {
+    let (key, ends) = match shape {
+        SurfaceShape::Plane { .. } => return Ok(()),
+        SurfaceShape::Sphere { centre, radius, .. } => ("centre", [centre[k] - radius, centre[k] + radius]),
+        // Along its axis it has no ends.
+        SurfaceShape::Cylinder { axis, .. } if axis[k] != 0.0 => return Ok(()),
+        SurfaceShape::Cylinder { point, radius, .. } => ("base", [point[k] - radius, point[k] + radius]),
+        SurfaceShape::Capsule { ends, radius } => {
+            let [a, b] = ends.map(|end| end[k]);
+            (if a.abs() > b.abs() { "start" } else { "end" }, [a.min(b) - radius, a.max(b) + radius])
+        }
+        SurfaceShape::Mesh(mesh) => ("shape", mesh.bounds().map(|corner| corner[k])),
+    };
+    let room = MOST_PERIODS * space.size[k];
+    let (lowest, highest) = (space.lower[k] - room, space.upper()[k] + room);
+    let Some(end) = ends.into_iter().find(|end| !(lowest..=highest).contains(end)) else { return Ok(()) };
+    let expected =
+        format!("{lowest} to {highest}, {MOST_PERIODS} periods around the box, which is periodic along {}", AXES[k]);
+    refuse(at.key(key), format!("at {} = {}", AXES[k], shortest(end)), expected)
 }
 
 /// Shapes whose section with a plane or a line is met there only.

@@ -55,6 +55,8 @@ pub(super) struct Comment {
     pub bonds: Vec<[ParticleId; 2]>,
     pub bond_names: Vec<String>,
     pub bond_kinds: Vec<u32>,
+    /// Whether each surface of the scene is there.
+    pub surfaces: Vec<bool>,
     pub columns: Columns,
 }
 
@@ -94,13 +96,14 @@ impl Comment {
             Some(table) => table.kinds_of_bonds(value_of("bond_kind"), bonds.len())?,
             None => Default::default(),
         };
+        let surfaces = value_of("surfaces").map(|value| value.flags()).transpose()?.unwrap_or_default();
         let mut columns = match value_of("Properties") {
             Some(value) => value.columns()?,
             None => Columns { total: 4, position: 1, species: Some(0), ..Columns::default() },
         };
         // A column of masses says the same once more, where there is a table of them.
         columns.mass = columns.mass.filter(|_| species.iter().all(|species| species.mass.is_none()));
-        Ok(Self { time, region, periodic, displacement, species, bonds, bond_names, bond_kinds, columns })
+        Ok(Self { time, region, periodic, displacement, species, bonds, bond_names, bond_kinds, surfaces, columns })
     }
 }
 
@@ -178,6 +181,10 @@ impl<'a> Value<'a> {
     fn three_flags(&self) -> Result<[bool; 3], ReadError> {
         let flags = self.as_many(3, "three of `T` and `F`", flag)?;
         Ok(std::array::from_fn(|k| flags[k]))
+    }
+
+    fn flags(&self) -> Result<Vec<bool>, ReadError> {
+        self.as_many(self.words().count(), "`T` or `F` for each surface", flag)
     }
 
     fn species(&self, is_static: Option<Value>, mass: Option<Value>) -> Result<Vec<FrameSpecies>, ReadError> {

@@ -228,7 +228,7 @@ impl<R: BufRead> FrameReader<R> {
         self.columns = comment.columns;
         self.has_box = comment.region.is_some();
         let (lower, size) = comment.region.unwrap_or_else(|| bounds(&particles));
-        let Comment { time, periodic, displacement, bonds, bond_names, bond_kinds, .. } = comment;
+        let Comment { time, periodic, displacement, bonds, bond_names, bond_kinds, surfaces, .. } = comment;
         Ok(Some(Frame {
             time,
             lower,
@@ -240,6 +240,7 @@ impl<R: BufRead> FrameReader<R> {
             bonds,
             bond_names,
             bond_kinds,
+            surfaces,
             images,
             scalars,
         }))

@@ -36,6 +36,7 @@ fn two_discs() -> Frame {
         bond_kinds: Vec::new(),
         images: vec![[0; 3], [-2, 0, 0]],
         scalars: Vec::new(),
+        surfaces: Vec::new(),
     }
 }
 
@@ -261,6 +262,7 @@ fn frame() -> impl Strategy<Value = Frame> {
             bond_names: Vec::new(),
             bond_kinds: Vec::new(),
             scalars: Vec::new(),
+            surfaces: flags[..usize::from(has_masses) * 2].to_vec(),
         })
 }
 

@@ -175,6 +175,9 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
     if !frame.bond_kinds.is_empty() && frame.bond_names.len() > 1 {
         write_list(text, " bond_kind", &frame.bond_kinds)?;
     }
+    if !frame.surfaces.is_empty() {
+        write_list(text, " surfaces", frame.surfaces.iter().copied().map(word))?;
+    }
     text.push(b'\n');
     Ok(())
 }

@@ -128,7 +128,8 @@ impl Index {
     pub fn shot(&self, surfaces: &Surfaces, style: &Style, turn: f64) -> Result<Shot, ViewError> {
         let (lower, size) = self.region.unwrap_or((self.stage.lower, self.stage.size));
         let framed = corners(&lower, &size).map(|position| Extent { position, radius: self.margin });
-        Shot::new((self.stage.clone(), surfaces.clone()), style, framed.to_vec(), turn, self.scale)
+        let surfaces = surfaces.clone().around(self.places.iter().map(|place| place.time));
+        Shot::new((self.stage.clone(), surfaces), style, framed.to_vec(), turn, self.scale)
     }
 
     /// Reads a frame.

@@ -138,6 +138,7 @@ fn frame(number: u32, speed: f64) -> Frame {
         bond_kinds: Vec::new(),
         images: Vec::new(),
         scalars: Vec::new(),
+        surfaces: Vec::new(),
     }
 }
 

@@ -32,6 +32,7 @@ pub(super) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
         bond_kinds: Vec::new(),
         images: Vec::new(),
         scalars: Vec::new(),
+        surfaces: Vec::new(),
     }
 }
 

@@ -172,9 +172,10 @@ fn surfaces(run: &Path, notes: &mut Vec<String>) -> Surfaces {
             Err(error) => Err(error.to_string()),
         });
         room -= mesh.as_ref().map_or(0, |mesh| mesh.triangles.len());
-        meshes.extend(mesh);
+        meshes.extend(mesh.map(|mesh| (file, mesh)));
     }
-    Surfaces::of(&meshes)
+    let surfaces = Surfaces::of_run(run, meshes);
+    noted("surfaces", notes, || surfaces.map_err(|error| error.to_string())).unwrap_or_default()
 }
 
 /// The rows of a stage.

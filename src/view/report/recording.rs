@@ -116,12 +116,23 @@ pub(super) struct FrameHead {
     pub ranges: Vec<[f64; 2]>,
     /// How many particles are beyond the field.
     pub beyond: usize,
+    /// Where each surface is: the columns of `R` and `d` in `R x + d` for its places `x`, nothing for one that is not there; empty where all are where their
+    /// vertices have them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub poses: Vec<Option<[f64; 12]>>,
+    /// Whether each surface of the scene is there.
+    #[serde(skip)]
+    pub surfaces: Vec<bool>,
 }
 
 impl Recording {
     /// Adds surfaces; the camera shows those that are not much larger than the rest.
     pub fn add_surfaces(&mut self, surfaces: &Surfaces) {
         let Some(SurfaceData { head, bytes }) = SurfaceData::of(surfaces) else { return };
+        for frame in &mut self.head.frames {
+            frame.poses = surfaces.poses(frame.time, &frame.surfaces);
+        }
+        let surfaces = &surfaces.clone().around(self.head.frames.iter().map(|frame| frame.time));
         let view = self.head.view.map(Vector::from);
         let [lower, upper] =
             surfaces.framed(view).iter().fold(view, |[lower, upper], corner| [lower.inf(corner), upper.sup(corner)]);

@@ -90,11 +90,13 @@ fn horizontal(sweep: &Sweep, results: &Results) -> Option<Horizontal> {
 
 fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Series<'r>> {
     let mut all: Vec<Series<'r>> = Vec::new();
+    // What changes together with the value along the axis tells no series from another.
+    let axes = sweep.state_point_axes();
     for group in &results.groups {
         let settings = settings(sweep, group);
         let Ok(x) = settings[along.at].1.parse() else { continue };
-        let others = settings.iter().enumerate().filter(|(at, _)| *at != along.at);
-        let others: Vec<String> = others.map(|(_, (name, value))| format!("{name} = {value}")).collect();
+        let others = settings.iter().zip(&axes).filter(|(_, axis)| axes.get(along.at) != Some(*axis));
+        let others: Vec<String> = others.map(|((name, value), _)| format!("{name} = {value}")).collect();
         for means in &group.measurements {
             let stage = results.has_stages().then(|| means.stage.clone());
             let label = stage.into_iter().chain(others.iter().cloned()).collect::<Vec<_>>().join(", ");

@@ -5,6 +5,7 @@ use crate::base::numbers::id;
 use crate::model::TriangleMesh;
 use crate::model::surface_motion::Timeline;
 use crate::model::triangle_mesh::{EdgeUse, twice_area};
+use crate::view::render::corners;
 
 /// Cosine of the angle up to which two triangles are taken for parts of one smooth surface: 35 degrees.
 const SMOOTH: f64 = 0.819;
@@ -24,6 +25,8 @@ pub(in crate::view) struct Skin {
     pub edges: Vec<[Vector; 2]>,
     /// Lower and upper corner of the box around it.
     pub bounds: [Vector; 2],
+    /// Number among the surfaces of the scene, if that is known.
+    pub number: Option<usize>,
     /// How it moves, if it does; all else is as before it moves.
     pub timeline: Option<Timeline>,
 }
@@ -68,6 +71,19 @@ impl Skin {
         skin
     }
 
+    /// Whether it is there, given that of each surface of the scene.
+    pub fn is_among(&self, surfaces: &[bool]) -> bool {
+        self.number.and_then(|number| surfaces.get(number)).copied().unwrap_or(true)
+    }
+
+    /// A box around where the box around it is at a time.
+    pub fn bounds_at(&self, time: f64) -> [Vector; 2] {
+        let Some(timeline) = &self.timeline else { return self.bounds };
+        let (pose, [lower, upper]) = (timeline.at(time).pose, self.bounds);
+        let places = corners(&lower, &(upper - lower)).map(|corner| pose.place(&corner));
+        places.iter().fold([places[0]; 2], |[lower, upper], place| [lower.inf(place), upper.sup(place)])
+    }
+
     /// The skin where it is at a time.
     pub fn at(&self, time: f64) -> Self {
         let Some(timeline) = &self.timeline else { return self.clone() };
@@ -82,6 +98,7 @@ impl Skin {
             edges: self.edges.iter().map(|ends| ends.map(|end| pose.place(&end))).collect(),
             bounds: bounds.unwrap_or(self.bounds),
             vertices,
+            number: self.number,
             timeline: None,
         }
     }

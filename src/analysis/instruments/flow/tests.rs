@@ -16,6 +16,7 @@ fn plan(axis: &str, at: f64) -> Plan {
         interval: None,
         direction: None,
         window: None,
+        outlet: None,
     }
 }
 

@@ -118,7 +118,8 @@ fn the_pressure_in_a_sphere_is_that_of_the_virial() {
 
 #[test]
 fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
-    // Without contacts with each other, and at even places: the rate of contacts is `v S / 4 V` (Cauchy), whatever the shape.
+    // Without contacts with each other, and at even places: the rate of contacts is `v S / 4 V` (Cauchy), and the normal force `m v^2 S / 3 V`, that of the
+    // virial, whatever the shape.
     /// Triangles reach up to 0.0024 into the ring, and a sphere has a radius of 0.15.
     const START: f64 = 1.8475;
     let middle = Vector::repeat(10.0);
@@ -138,23 +139,52 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
     let in_pipe = |place: &Vector| around(place) < START;
     for shape in [torus, pipe] {
         let is_ring = matches!(shape, SurfaceShape::Mesh(_));
-        let mut ratios = Vec::new();
+        let (mut rates, mut pressures) = (Vec::new(), Vec::new());
         for seed in 1..=8 {
             let is_inside = |place: &Vector| if is_ring { in_ring(place) } else { in_pipe(place) };
             let scene = filled((1_000, seed), is_inside, shape.clone(), false);
-            let speed: f64 = scene.particles.iter().map(|particle| particle.velocity.norm()).sum();
+            let sum =
+                |of: fn(&Vector) -> f64| scene.particles.iter().map(|particle| of(&particle.velocity)).sum::<f64>();
+            let (speed, square) = (sum(Vector::norm), sum(Vector::norm_squared));
             let (system, mut simulation) = start(scene);
             let mut forces = instrument(&simulation, &system, 30.0, |setup| SurfaceForces::new(&plan(None), setup));
             measure(&mut simulation, &system, &mut forces, 30.0);
-            let (rate, _) = estimate(&report(&forces, &system), "force_cavity_rate");
+            let measured = report(&forces, &system);
+            let mean = |key: &str| estimate(&measured, &format!("force_cavity_{key}")).0;
             // Of a ring and of a pipe, V / S is half of the radius that centres can reach.
-            ratios.push(rate * 2.0 * 1.85 / speed);
+            rates.push(mean("rate") * 2.0 * 1.85 / speed);
+            pressures.push(mean("normal") * 1.5 * 1.85 / (0.7 * square));
         }
         // The error is that of the scatter of seeds.
-        let mean = ratios.iter().sum::<f64>() / 8.0;
-        let variance = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum::<f64>() / 7.0;
-        let error = (variance / 8.0).sqrt();
-        assert!((mean - 1.0).abs() < 3.5 * error && error < 0.01, "{mean} +- {error}: {ratios:?}");
-        println!("{mean} +- {error}");
+        for ratios in [rates, pressures] {
+            let mean = ratios.iter().sum::<f64>() / 8.0;
+            let variance = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum::<f64>() / 7.0;
+            let error = (variance / 8.0).sqrt();
+            assert!((mean - 1.0).abs() < 3.5 * error && error < 0.01, "{mean} +- {error}: {ratios:?}");
+            println!("{mean} +- {error}");
+        }
     }
+}
+
+#[test]
+fn the_pressure_in_a_pipe_is_that_of_the_virial_across_it() {
+    // `sum r . J` across the axis is `- R F`, and without contacts with each other the energy across it is constant.
+    let middle = Vector::repeat(10.0);
+    let pipe = SurfaceShape::Cylinder { point: middle, axis: Vector::x(), radius: 4.0, is_inside: true };
+    let across = |vector: &Vector| Vector::new(0.0, vector.y, vector.z);
+    let scene = filled((150, 7), |place| across(&(place - middle)).norm() < 3.85, pipe, false);
+    let (system, mut simulation) = start(scene);
+    let mut forces = instrument(&simulation, &system, 400.0, |setup| SurfaceForces::new(&plan(None), setup));
+    let sums = |simulation: &crate::engine::Simulation| {
+        let snapshot = simulation.snapshot();
+        let all = snapshot.positions.iter().zip(&snapshot.velocities);
+        let both = all.map(|(r, v)| [(r - middle).dot(&across(v)), across(v).norm_squared()].map(|x| 0.7 * x));
+        both.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d])
+    };
+    let [before, _] = sums(&simulation);
+    measure(&mut simulation, &system, &mut forces, 400.0);
+    let [after, twice_energy] = sums(&simulation);
+    let expected = (twice_energy - (after - before) / 400.0) / 3.85;
+    let (normal, _) = estimate(&report(&forces, &system), "force_cavity_normal");
+    assert!((normal / expected - 1.0).abs() < 1e-10, "{normal} {expected}");
 }

@@ -125,6 +125,34 @@ fn a_ball_bounces_on_a_vibrating_floor_when_it_should() {
 }
 
 #[test]
+fn bounces_on_a_vibrating_floor_have_the_times_of_forty_digits() {
+    // Times of the bounces 1, 50, 100 and 200, by bisection with 40 digits of the same numbers.
+    let cases = [
+        (
+            0.5,
+            0.01327,
+            0.1009,
+            [0.206_500_245_409_480_6, 10.134_182_438_316_404, 20.268_358_935_134_273, 40.536_711_928_770_01],
+        ),
+        (
+            0.8,
+            0.009_19,
+            0.1866,
+            [0.207_275_212_608_111_3, 10.134_182_315_471_109, 20.268_358_732_863_6, 40.536_711_726_498_12],
+        ),
+    ];
+    for (restitution, amplitude, phase, expected) in cases {
+        let kind = MotionKind::Oscillation { amplitude: Vector::z() * amplitude, frequency: 4.9338, phase };
+        let floor = floor(restitution).motion(moving(ALWAYS, kind));
+        let found = contacts(ball(9.81, 1.0 / 1024.0, 1.014, floor), 200);
+        for (bounce, time) in [1, 50, 100, 200].into_iter().zip(expected) {
+            let off = TAU * 4.9338 * (found[bounce - 1].time - time).abs();
+            assert!(off < 1e-9, "bounce {bounce}: the phase is off by {off:e}");
+        }
+    }
+}
+
+#[test]
 fn a_late_floor_is_where_its_time_says_as_far_as_that_has_digits() {
     let amplitude = 4.0 * 9.81 / (31.0 * 31.0);
     let floor = floor(0.9).motion(moving(ALWAYS, oscillation(amplitude, 31.0, 0.0)));

@@ -63,3 +63,44 @@ fn a_particle_that_comes_round_the_box_is_reflected_by_the_image_that_it_meets()
     }
     assert_eq!(taken, [true; 2], "cells and lists");
 }
+
+#[test]
+fn a_surface_periods_away_is_met_as_its_image_in_the_box() {
+    let scene = |by: Vector| {
+        let rod = SurfaceShape::Cylinder {
+            point: Vector::new(0.1, 0.3, 5.0) + by,
+            axis: Vector::x(),
+            radius: 0.5,
+            is_inside: false,
+        };
+        let ends = [Vector::new(6.5, 2.0, 1.0) + by, Vector::new(7.9, 3.0, 1.5) + by];
+        let capsule = SurfaceShape::Capsule { ends, radius: 0.2 };
+        let scene = SceneBuilder::new("far").space(Space::periodic_cube(EDGE)).species("A", 1.0, 0.5);
+        scene
+            .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+            .surface(SurfaceDraft::new("rod", rod))
+            .surface(SurfaceDraft::new("capsule", capsule))
+            .particle("A", Vector::new(3.0, 3.5, 3.0), Vector::new(0.31, 0.27, 0.93))
+            .particle("A", Vector::new(2.0, 5.5, 1.0), Vector::new(-0.5, 0.37, 0.13))
+            .build()
+            .unwrap()
+    };
+    let number = |event: &crate::engine::event::Event| match event.other {
+        Other::Surface { surface, .. } => surface,
+        _ => 0,
+    };
+    let near = super::meshes::contacts(scene(Vector::zeros()), 6);
+    for by in [Vector::new(0.0, 14.0, -21.0), Vector::new(140.0, 14.0, -21.0)] {
+        let far = super::meshes::contacts(scene(by), 6);
+        assert_eq!(near.len(), far.len());
+        assert!(near.len() >= 4, "{}", near.len());
+        // Sums with so many periods are rounded, and each event multiplies that by paths over radii.
+        let mut bound = 1e-12;
+        for (one, other) in near.iter().zip(&far) {
+            assert_eq!((one.particle, number(one)), (other.particle, number(other)));
+            let off = (one.time - other.time).abs().max((one.after[0] - other.after[0]).norm());
+            assert!(off < bound, "{off} {bound} {by}");
+            bound *= 20.0;
+        }
+    }
+}

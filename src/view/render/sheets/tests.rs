@@ -107,6 +107,51 @@ fn surfaces_are_found_beside_the_trajectory() {
 }
 
 #[test]
+fn a_surface_is_drawn_where_it_is_if_it_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let (trajectory, surfaces) = (folder.path().join("trajectory.xyz"), folder.path().join("surfaces"));
+    std::fs::create_dir(&surfaces).unwrap();
+    let write = |name: &str, mesh: &TriangleMesh| {
+        crate::mesh::write_stl(mesh, &mut std::fs::File::create(surfaces.join(name)).unwrap()).unwrap();
+    };
+    // The list has a surface without a file before them, and its order is not that of names.
+    write("gate.stl", &square(7.0, 1));
+    write("a.stl", &square(1.0, 1));
+    let motion = r#"{"from": 0.0, "until": null, "kind": {"Translation": {"velocity": [0.0, -1.0, 0.0], "acceleration": [0.0, 0.0, 0.0]}}}"#;
+    let list = format!(
+        r#"[{{"file": "out_of_sight.stl", "motions": []}}, {{"file": "gate.stl", "motions": [{motion}]}}, {{"file": "a.stl", "motions": []}}]"#
+    );
+    std::fs::write(surfaces.join("surfaces.json"), list).unwrap();
+    let drawn = |time: f64, present: &[bool]| {
+        let frame = Frame { time, surfaces: present.to_vec(), ..ball() };
+        write_frame(std::fs::File::create(&trajectory).unwrap(), &frame).unwrap();
+        of_trajectory(&trajectory, None, &level()).unwrap()
+    };
+    let both = |place: f64| draw_with(&ball(), &Surfaces::of([&square(1.0, 1), &square(place, 1)]), &level()).unwrap();
+    for place in [7.0, 5.5] {
+        assert_eq!(drawn(7.0 - place, &[]), both(place));
+        assert_eq!(drawn(7.0 - place, &[true; 3]), both(place));
+        assert_eq!(drawn(7.0 - place, &[true, false, true]), image(&square(1.0, 1), 0.35));
+        assert_eq!(drawn(7.0 - place, &[true, true, false]), image(&square(place, 1), 0.35));
+    }
+}
+
+#[test]
+fn a_movie_has_room_for_all_places_of_a_surface() {
+    use crate::model::{MotionKind, SurfaceMotion};
+    let mut surfaces = Surfaces::of([&square(7.0, 1)]);
+    let kind = MotionKind::Rotation { point: Vector::zeros(), axis: Vector::z(), frequency: 0.25 };
+    let [lower, upper] = surfaces.skins[0].bounds;
+    surfaces.skins[0].timeline =
+        Some(crate::model::surface_motion::Timeline::of(&[SurfaceMotion { from: 0.0, until: 9.0, kind }]));
+    // A quarter takes `(x, y)` to `(-y, x)`.
+    let [low, high] = surfaces.around([0.0, 1.0].into_iter()).skins[0].bounds;
+    assert_eq!((low.x, high.x), (-upper.y, upper.x));
+    assert_eq!((low.y, high.y), (lower.x.min(lower.y), upper.x.max(upper.y)));
+    assert_eq!((low.z, high.z), (lower.z, upper.z));
+}
+
+#[test]
 fn static_spheres_and_surfaces_are_drawn_in_the_order_of_their_depth() {
     let veiled = |y: f64| {
         let balls = [(0, [5.0, 8.0, 5.0], 1.0), (2, [5.0, 5.0, 5.0], 1.0)];

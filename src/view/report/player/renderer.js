@@ -190,6 +190,7 @@ class Renderer {
     if (recording.head.bonds > 0) {
       this.fill(this.rodEnds, recording.rods(frame));
     }
+    this.surfaces?.place(frame.head.poses ?? []);
     this.boxEdges = boxEdges(frame.head, recording.head.flat);
     this.fill(this.edgeEnds, this.boxEdges);
   }

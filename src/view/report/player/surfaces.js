@@ -4,7 +4,7 @@ const OUTLINE = 0.45;
 
 /** Surfaces as `src/view/report/recording/surface.rs` describes them: vertices with normals, edges and triangles. */
 function surfacesOf(head) {
-  const { triangles, edges, vertices, lower, size } = head;
+  const { triangles, edges, vertices, parts, lower, size } = head;
   const bytes = decoded(element("surface-data").textContent).buffer;
   const corners = new Uint32Array(bytes, 0, 3 * triangles);
   const steps = new Uint16Array(bytes, 12 * triangles, 6 * edges + 3 * vertices);
@@ -17,7 +17,20 @@ function surfacesOf(head) {
     points[at] = place(6 * edges + k);
     points[at + 3] = normals[k] / 127;
   }
-  return { triangles, edges, corners, ends, points };
+  return { parts, corners, ends, points };
+}
+
+/** Columns of no rotation, and no displacement. */
+const AT_REST = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
+
+/** Vectors of so many numbers from one index to another where a pose has them; `move` is 1 for places, 0 for directions. */
+function posed(from, to, pose, [first, end, stride], move) {
+  for (let k = first; k < end; k += stride) {
+    const [x, y, z] = [from[k], from[k + 1], from[k + 2]];
+    for (let axis = 0; axis < 3; axis += 1) {
+      to[k + axis] = pose[axis] * x + pose[3 + axis] * y + pose[6 + axis] * z + move * pose[9 + axis];
+    }
+  }
 }
 
 /** Draws surfaces into the picture of a renderer, over what is opaque. */
@@ -25,23 +38,60 @@ class Surfaces {
   constructor(renderer, head) {
     const { gl } = renderer;
     this.renderer = renderer;
-    Object.assign(this, surfacesOf(head));
+    this.still = surfacesOf(head);
+    this.points = this.still.points.slice();
+    this.ends = this.still.ends.slice();
     this.sheets = program(gl, "surface");
-    const points = renderer.buffer(this.points);
+    this.pointBuffer = renderer.buffer(this.points);
     this.shape = renderer.shape(this.sheets, [
-      ["position", points, 3, gl.FLOAT, 24, 0, 0],
-      ["direction", points, 3, gl.FLOAT, 24, 12, 0],
+      ["position", this.pointBuffer, 3, gl.FLOAT, 24, 0, 0],
+      ["direction", this.pointBuffer, 3, gl.FLOAT, 24, 12, 0],
     ]);
     this.order = gl.createBuffer();
-    this.sorted = new Uint32Array(this.corners.length);
-    this.keys = new Uint32Array(this.triangles);
-    this.depths = new Float32Array(this.triangles);
-    const ends = renderer.buffer(this.ends);
+    this.endBuffer = renderer.buffer(this.ends);
     this.outline = renderer.shape(renderer.edges, [
       ["corner", renderer.quad, 2, gl.FLOAT, 8, 0, 0],
-      ["start", ends, 3, gl.FLOAT, 24, 0, 1],
-      ["end", ends, 3, gl.FLOAT, 24, 12, 1],
+      ["start", this.endBuffer, 3, gl.FLOAT, 24, 0, 1],
+      ["end", this.endBuffer, 3, gl.FLOAT, 24, 12, 1],
     ]);
+    this.place([]);
+  }
+
+  /** Puts the surfaces where they are in a frame; those that are not there in it are left out. */
+  place(poses) {
+    const key = JSON.stringify(poses);
+    if (this.placed === key) {
+      return;
+    }
+    this.placed = key;
+    const { parts, corners, points, ends } = this.still;
+    const there = [];
+    let [triangle, edge, vertex, edges] = [0, 0, 0, 0];
+    parts.forEach(([triangleCount, edgeCount, vertexCount], part) => {
+      const pose = part < poses.length ? poses[part] : AT_REST;
+      if (pose) {
+        there.push(corners.subarray(3 * triangle, 3 * (triangle + triangleCount)));
+        posed(points, this.points, pose, [6 * vertex, 6 * (vertex + vertexCount), 6], 1);
+        posed(points, this.points, pose, [6 * vertex + 3, 6 * (vertex + vertexCount), 6], 0);
+        const own = new Float32Array(6 * edgeCount);
+        posed(ends.subarray(6 * edge, 6 * (edge + edgeCount)), own, pose, [0, own.length, 3], 1);
+        this.ends.set(own, 6 * edges);
+        edges += edgeCount;
+      }
+      triangle += triangleCount;
+      edge += edgeCount;
+      vertex += vertexCount;
+    });
+    const count = there.reduce((sum, own) => sum + own.length, 0);
+    this.corners = new Uint32Array(count);
+    there.reduce((first, own) => (this.corners.set(own, first), first + own.length), 0);
+    this.sorted = new Uint32Array(count);
+    this.keys = new Uint32Array(count / 3);
+    this.depths = new Float32Array(count / 3);
+    this.edges = edges;
+    this.seen = undefined;
+    this.renderer.fill(this.pointBuffer, this.points);
+    this.renderer.fill(this.endBuffer, this.ends);
   }
 
   /** Puts the farthest triangles first. */

@@ -42,6 +42,8 @@ impl Encoded {
             field: [lower.into(), size.into()],
             ranges,
             beyond,
+            poses: Vec::new(),
+            surfaces: frame.surfaces.clone(),
         };
         Self { head, bytes }
     }

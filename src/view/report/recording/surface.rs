@@ -19,6 +19,8 @@ pub(in crate::view::report) struct SurfaceHead {
     pub triangles: usize,
     pub edges: usize,
     pub vertices: usize,
+    /// Numbers of triangles, edges and vertices of each, in their order.
+    pub parts: Vec<[usize; 3]>,
     /// Lower corner and edges of the box around all.
     pub lower: [f64; 3],
     pub size: [f64; 3],
@@ -44,6 +46,7 @@ impl SurfaceData {
             triangles: count(|skin| skin.triangles.len()),
             edges: count(|skin| skin.edges.len()),
             vertices: count(|skin| skin.vertices.len()),
+            parts: skins.iter().map(|skin| [skin.triangles.len(), skin.edges.len(), skin.vertices.len()]).collect(),
             lower: lower.into(),
             size: size.into(),
         };
@@ -80,6 +83,7 @@ mod tests {
         let surfaces = Surfaces::of([&cube, &far]);
         let SurfaceData { head, bytes } = SurfaceData::of(&surfaces).unwrap();
         assert_eq!((head.triangles, head.edges, head.vertices), (24, 24, 48));
+        assert_eq!(head.parts, [[12, 12, 24]; 2]);
         assert_eq!((head.lower, head.size), ([-1.0, 2.0, 0.0], [9.0, 3.0, 1.0]));
         assert_eq!(bytes.len(), 24 * 12 + 24 * 12 + 48 * 9);
         let corner = |k: usize| u32::from_le_bytes(bytes[4 * k..4 * k + 4].try_into().unwrap()) as usize;

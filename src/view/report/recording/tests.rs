@@ -44,6 +44,7 @@ fn frame(time: f64, count: u32) -> Frame {
         bond_kinds: Vec::new(),
         images: Vec::new(),
         scalars: Vec::new(),
+        surfaces: Vec::new(),
     }
 }
 

@@ -77,3 +77,21 @@ fn a_large_surface_does_not_make_the_particles_small() {
     let numbers = |upper: f64| serde_json::json!([[0.0, 0.0, 0.0], [upper, upper, upper]]);
     assert_eq!([view(5.0), view(8.0), view(1e3)], [numbers(6.0), numbers(8.0), numbers(6.0)]);
 }
+
+#[test]
+fn the_player_has_surfaces_where_they_are_in_each_frame() {
+    let gate = OBSTACLE.replace("[run]", "stages = [\"first\"]\n[[surface]]\nname = \"rod\"\nshape = \"capsule\"\nstart = [4.0, 4.0, 4.0]\nend = [4.0, 4.2, 4.0]\nradius = 0.1\n[[surface.motion]]\nkind = \"translation\"\nvelocity = [0.25, 0.0, 0.0]\n[[stage]]\nname = \"first\"\nmeasure = true\nuntil_time = 1.0\n[run]");
+    let hard = SCENE.replace("[run]", &gate).replace("square-well\"\nlambda = 1.5\nwell_depth = 1.0", "hard-sphere\"");
+    let place = folder_of(&hard.replace("diameter = 1.0", "diameter = 0.5"));
+    let head = head(&page(place.path()).unwrap().html);
+    assert_eq!(head["surfaces"]["parts"].as_array().unwrap().len(), 2);
+    let mut seen = [0; 2];
+    for frame in head["frames"].as_array().unwrap() {
+        let (time, poses) = (frame["time"].as_f64().unwrap(), &frame["poses"]);
+        // At the time at which the gate goes there may be a frame before and one after.
+        assert!(if time < 1.0 { !poses[0].is_null() } else { poses[0].is_null() || time == 1.0 }, "{time} {poses}");
+        assert!((poses[1][9].as_f64().unwrap() - 0.25 * time).abs() < 1e-12 && poses[1][0] == 1.0, "{time} {poses}");
+        seen[usize::from(poses[0].is_null())] += 1;
+    }
+    assert!(seen.iter().all(|count| *count > 5), "{seen:?}");
+}
