@@ -143,5 +143,15 @@ fn bad_geometry_is_told_with_its_triangles_and_a_cure() {
         let text = text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
         assert_eq!(code(&output), 0, "{name}: {text}");
         told.iter().for_each(|told| assert!(text.contains(told), "{name}: no `{told}` in {text}"));
+        // Where the scene says that it has to be closed, it is refused.
+        place.write("scene.toml", &SCENE.replace("path =", "closed = true\npath ="));
+        let output = place.carom(&["run", "scene.toml", "--quiet"]);
+        let text = errors(&output);
+        if name == "millimetres" {
+            assert_eq!(code(&output), 0, "{text}");
+        } else {
+            assert_eq!(code(&output), 2, "{name}: {text}");
+            assert!(text.contains("bin.stl") && text.contains("because of `closed`"), "{name}: {text}");
+        }
     }
 }

@@ -80,6 +80,9 @@ pub(crate) struct SurfaceFile {
     pub upper: Option<[f64; 3]>,
     /// File of a mesh, STL or OBJ; a relative path starts at the folder of the scene.
     pub path: Option<String>,
+    /// Whether it is refused unless it is the closed surface of bodies, with normals outwards, that nowhere passes through itself.
+    #[schemars(extend("default" = false))]
+    pub closed: Option<bool>,
     /// Factor by which the mesh of the file is made larger, first.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
     pub scale: Option<f64>,

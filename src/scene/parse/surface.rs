@@ -7,6 +7,7 @@ use nalgebra::Rotation3;
 use super::motion::parse_motions;
 use super::{Keys, variant, vector};
 use crate::mesh::read::{MeshFileError, read_mesh};
+use crate::mesh::report::{MeshReport, Orientation};
 use crate::mesh::revolution::revolution;
 use crate::model::surface_motion::{sine_and_cosine, turn};
 use crate::model::{InputFile, SurfaceLaw, SurfaceShape, TriangleMesh};
@@ -28,7 +29,7 @@ pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
     ("disc", &["centre", "axis", "radius", "tolerance"]),
     ("cone", &["base", "axis", "radii", "length", "tolerance"]),
     ("revolution", &["base", "axis", "profile", "tolerance"]),
-    ("mesh", &["path", "scale", "rotation", "translation", "checksum"]),
+    ("mesh", &["path", "closed", "scale", "rotation", "translation", "checksum"]),
 ];
 
 /// The words for the side on which particles are, and whether it is inside.
@@ -168,6 +169,9 @@ fn mesh(file: &SurfaceFile, keys: &Keys<'_>, directory: &Path) -> Result<(Triang
         SceneError::new(at.key("path"), SceneErrorKind::Mesh { path: path.clone(), problem: Box::new(error.problem) })
     };
     let read = read_mesh("", extension, &content).map_err(unusable)?;
+    if file.closed == Some(true) {
+        check_closed(&read, &path, at)?;
+    }
     let scale = positive(file.scale.unwrap_or(1.0), at.key("scale"))?;
     let translation = vector(file.translation.unwrap_or_default());
     finite_vector(&translation, &at.key("translation"))?;
@@ -185,4 +189,20 @@ fn mesh(file: &SurfaceFile, keys: &Keys<'_>, directory: &Path) -> Result<(Triang
         }
     };
     Ok((read.transformed(scale, &rotation, &translation), input))
+}
+
+/// Refuses a mesh that is not the surface of bodies: it has rims, faces that are turned, without area or there twice, or passes through itself.
+fn check_closed(mesh: &TriangleMesh, path: &Path, at: &ConfigPath) -> Result<(), SceneError> {
+    let report = MeshReport::of(mesh);
+    let refused = |value: String, cure: &str| {
+        let expected = format!("the closed surface of bodies, because of `closed`: {cure}");
+        refuse(at.key("path"), format!("{}: {value}", path.display()), expected)
+    };
+    match report.findings().first() {
+        Some(finding) => refused(finding.to_string(), finding.cure()),
+        None if report.orientation() != Some(Orientation::Outwards) => {
+            refused("the normals of the mesh point inwards".to_owned(), "turn them, so that all point outwards")
+        }
+        None => Ok(()),
+    }
 }
