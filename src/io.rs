@@ -25,7 +25,7 @@ mod replacement;
 mod scene_copy;
 mod scenes;
 pub mod summary;
-mod surfaces;
+pub(crate) mod surfaces;
 mod thermo;
 mod vtk;
 

@@ -28,7 +28,7 @@ pub use exchange_plan::ExchangePlan;
 pub use input_file::InputFile;
 pub use measurement_plan::MeasurementPlan;
 pub use momentum::Influence;
-pub use output_plan::{AuditPlan, CountRegion, Format, OutputPlan, Region};
+pub use output_plan::{AuditPlan, CountRegion, CountSpace, Format, OutputPlan, Region};
 pub use potential::Potential;
 pub use predecessor::Predecessor;
 pub use run_plan::{Equilibration, Growth, GrowthTarget, Limit, RunPlan, StagePlan};

@@ -134,7 +134,8 @@ impl Scene {
         let file = source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read()?;
         let directory = name.parent().unwrap_or(Path::new(""));
         let meshes = file.surface.iter().flatten().filter_map(|surface| surface.path.as_ref());
-        let files = file.file.iter().map(|file| &file.path).chain(meshes);
+        let counts = file.output.count.iter().filter_map(|count| count.path.as_ref());
+        let files = file.file.iter().map(|file| &file.path).chain(meshes).chain(counts);
         let files = files.map(|path| (directory.join(path), NamedInput::File));
         let run = file.start.iter().map(|start| (directory.join(&start.from), NamedInput::Run));
         Ok(files.chain(run).collect())

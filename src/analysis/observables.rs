@@ -4,6 +4,7 @@
 
 mod applicable;
 mod equilibrium;
+mod regions;
 
 pub use applicable::ApplicableObservables;
 use equilibrium::Conditions;

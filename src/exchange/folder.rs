@@ -20,6 +20,7 @@ use crate::io::checkpoints::Checkpoints;
 use crate::io::inputs::refuse_changed;
 use crate::io::partial::PartialFile;
 use crate::io::plain;
+use crate::io::surfaces;
 use crate::io::{Frames, OutputError, remove};
 use crate::model::Scene;
 use crate::model::input_file::spelled;
@@ -99,6 +100,7 @@ impl ExchangeFolder {
         let mark = mark::locked(path)?;
         let places = scene.exchange().map_or(0, |plan| plan.temperatures.len());
         let names = [SCENE, ROWS, ENERGIES, CHECKPOINT, PAGE, SUMMARY].map(str::to_owned).into_iter();
+        let names = names.chain(surfaces::names(&scene));
         names.chain((0..places).map(trajectory_of)).try_for_each(|name| plain::refuse_others(path, &name))?;
         let kept = path.join(SCENE);
         let mut has_other_end = false;
@@ -115,6 +117,8 @@ impl ExchangeFolder {
         if is_complete && !has_other_end {
             return Ok(Opened::Complete);
         }
+        // Once for all temperatures: they differ in nothing that is seen.
+        surfaces::write(path, &scene, |file| !file.exists())?;
         if !is_complete && !path.join(CHECKPOINT).exists() {
             if has_other_end {
                 write_text(&kept, record)?;

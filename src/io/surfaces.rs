@@ -35,7 +35,7 @@ const LONGEST: usize = 80;
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
 /// The files of the surfaces of a scene, in the folder of a run.
-pub(super) fn names(scene: &Scene) -> Vec<String> {
+pub(crate) fn names(scene: &Scene) -> Vec<String> {
     let list = is_listed(scene).then(|| LIST.to_owned());
     meshes(scene).into_iter().chain(list).map(|name| format!("{FOLDER}/{name}")).collect()
 }
@@ -79,7 +79,7 @@ pub fn listed_surfaces(folder: &Path) -> Result<Vec<ListedSurface>, (PathBuf, io
 ///
 /// # Errors
 /// [`OutputError::Folder`] or [`OutputError::Write`].
-pub(super) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool) -> Result<(), OutputError> {
+pub(crate) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool) -> Result<(), OutputError> {
     let folder = run.join(FOLDER);
     let make = || fs::create_dir_all(&folder).map_err(|source| OutputError::Folder { path: folder.clone(), source });
     let meshes = meshes(scene);

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::TriangleMesh;
 use crate::Vector;
 
 /// An axis-aligned box `[length]`.
@@ -24,23 +25,32 @@ pub struct AuditPlan {
     pub overlap: Option<f64>,
 }
 
+impl Region {
+    /// Whether a point is inside; the lower faces belong to the box, the upper ones to its neighbour. Along flat axes
+    /// everything is.
+    #[must_use]
+    pub fn contains(&self, point: &Vector) -> bool {
+        let Self { lower, upper } = self;
+        (0..3).all(|k| (lower[k]..upper[k]).contains(&point[k]) || (lower[k] == upper[k] && point[k] == lower[k]))
+    }
+}
+
 /// A region in which a run counts particles: a container that fills, a half of the space.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CountRegion {
     /// Name of the column, unique in the scene.
     pub name: String,
     /// Where.
-    pub region: Region,
+    pub space: CountSpace,
 }
 
-impl CountRegion {
-    /// Whether a point is inside; the lower faces belong to the box, the upper ones to its neighbour. Along flat axes
-    /// everything is.
-    #[must_use]
-    pub fn contains(&self, point: &Vector) -> bool {
-        let Region { lower, upper } = &self.region;
-        (0..3).all(|k| (lower[k]..upper[k]).contains(&point[k]) || (lower[k] == upper[k] && point[k] == lower[k]))
-    }
+/// Space in which centres of particles are counted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum CountSpace {
+    /// A box.
+    Box(Region),
+    /// Inside of a closed mesh, in three dimensions.
+    Mesh(TriangleMesh),
 }
 
 /// Output plan of a scene: what to write, at intervals of simulated time `[time]`.

@@ -17,6 +17,8 @@ pub(crate) enum Purpose {
     Thermostat,
     Growth,
     Exchange,
+    /// Thermal surfaces.
+    Surface,
 }
 
 impl Purpose {
@@ -26,6 +28,7 @@ impl Purpose {
         match self {
             Self::Growth => (1 << 63) + group as u64,
             Self::Exchange => (1 << 62) + group as u64,
+            Self::Surface => (1 << 42) + 4 * group as u64 + 3,
             _ => 4 * group as u64 + self as u64,
         }
     }
@@ -135,6 +138,7 @@ mod tests {
         let first_four = [Purpose::Placement, Purpose::Velocities, Purpose::Composition, Purpose::Thermostat];
         assert_eq!(first_four.map(|purpose| purpose.stream(3)), [12, 13, 14, 15]);
         assert_eq!([Purpose::Growth, Purpose::Exchange].map(|it| it.stream(3)), [(1 << 63) + 3, (1 << 62) + 3]);
+        assert_eq!(Purpose::Surface.stream(3), (1 << 42) + 15);
     }
 
     #[test]

@@ -18,7 +18,7 @@ pub(crate) use interaction::InteractionFile;
 pub(crate) use measure::MeasureFile;
 pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshFile, ParticleFile, RegionFile};
 pub(crate) use space::{AxisFile, SideFile, SidesFile, SpaceFile};
-pub(crate) use surface::{MotionFile, SurfaceFile};
+pub(crate) use surface::{MotionFile, RotationFile, SurfaceFile};
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -197,15 +197,27 @@ pub(crate) struct OutputFile {
     pub count: Vec<CountFile>,
 }
 
-/// `[[output.count]]`: a box in which particles are counted.
+/// `[[output.count]]`: a box, or the inside of a closed mesh, in which particles are counted.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CountFile {
     /// Name of the column, unique: up to 100 letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: String,
-    /// Lower corner `[length]`.
-    pub lower: [f64; 3],
-    /// Upper corner `[length]`.
-    pub upper: [f64; 3],
+    /// Lower corner of a box `[length]`.
+    pub lower: Option<[f64; 3]>,
+    /// Upper corner of a box `[length]`.
+    pub upper: Option<[f64; 3]>,
+    /// File of a closed mesh in place of a box, STL or OBJ; a relative path starts at the folder of the scene.
+    pub path: Option<String>,
+    /// Factor by which the mesh of the file is made larger, first.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    pub scale: Option<f64>,
+    /// Direction about which the mesh of the file is turned, and by how many degrees, second.
+    pub rotation: Option<RotationFile>,
+    /// How far the mesh of the file is moved, last `[length]`.
+    #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
+    pub translation: Option<[f64; 3]>,
+    /// The checksum of the file, `crc32:` and eight hexadecimal digits. Runs keep it with their scene.
+    pub checksum: Option<String>,
 }

@@ -1,5 +1,6 @@
 //! Parses the tables of a scene file into an unvalidated scene: words become variants, and every variant has the keys that it needs.
 
+mod count;
 pub(crate) mod diameter;
 pub(crate) mod interaction;
 pub(crate) mod motion;
@@ -17,15 +18,14 @@ use toml::Table;
 
 use crate::Vector;
 use crate::model::Format;
-use crate::model::Region;
-use crate::model::{AuditPlan, CountRegion, OutputPlan};
+use crate::model::{AuditPlan, InputFile, OutputPlan};
 use crate::prepare::polydispersity::Class;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
-use crate::scene::file::{CountFile, DiameterFile, OutputFile, SceneFile, SpeciesFile};
+use crate::scene::file::{DiameterFile, OutputFile, SceneFile, SpeciesFile};
 use crate::scene::schema::words;
 use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
 
@@ -160,31 +160,38 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     scene.parts.run = plan::parse_run(file.run, file.stage)?;
     scene.parts.measure = plan::parse_measure(file.measure);
     scene.parts.exchange = file.exchange.map(plan::parse_exchange);
-    scene.parts.output = parse_output(file.output)?;
+    let inputs;
+    (scene.parts.output, inputs) = parse_output(file.output, directory)?;
+    scene.parts.inputs.extend(inputs);
     classes::expand(&mut scene, &distributed)?;
     sizes.iter().try_for_each(|sizes| sizes.agree(&scene))?;
     sizes.iter().for_each(|sizes| sizes.set_velocities(&mut scene));
     Ok(scene)
 }
 
-fn parse_output(output: OutputFile) -> Result<OutputPlan, SceneError> {
+/// The plan, and the files that it is from.
+fn parse_output(output: OutputFile, directory: &Path) -> Result<(OutputPlan, Vec<InputFile>), SceneError> {
     let format = |(index, word): (usize, &String)| {
         let at = ConfigPath::root().key("output").key("formats").index(index);
         let found = Format::ALL.into_iter().find(|format| format.name() == word);
         found.ok_or_else(|| unknown(&at, "format", word, Format::ALL.map(Format::name)))
     };
-    let region = |count: CountFile| CountRegion {
-        name: count.name,
-        region: Region { lower: vector(count.lower), upper: vector(count.upper) },
-    };
-    Ok(OutputPlan {
+    let (mut regions, mut inputs) = (Vec::new(), Vec::new());
+    for (index, count) in output.count.into_iter().enumerate() {
+        let at = ConfigPath::root().key("output").key("count").index(index);
+        let (region, input) = count::parse_count(count, &at, directory)?;
+        regions.push(region);
+        inputs.extend(input);
+    }
+    let plan = OutputPlan {
         thermo_interval: output.thermo_interval,
         frame_interval: output.frame_interval,
-        regions: output.count.into_iter().map(region).collect(),
+        regions,
         has_contacts: output.contacts,
         has_event_log: output.events,
         formats: output.formats.iter().enumerate().map(format).collect::<Result<_, _>>()?,
-    })
+    };
+    Ok((plan, inputs))
 }
 
 /// A species, and the classes of its diameters if they are distributed.

@@ -50,9 +50,15 @@ impl Scene {
                 make_absolute(name, directory);
             }
         }
-        let meshes = table.get_mut("surface").and_then(Value::as_array_mut).into_iter().flatten();
-        let meshes: Vec<&mut Table> =
-            meshes.filter_map(Value::as_table_mut).filter(|surface| surface.contains_key("path")).collect();
+        let [mut surfaces, mut counts] = [Vec::new(), Vec::new()];
+        for (key, value) in table.iter_mut() {
+            match key.as_str() {
+                "surface" => surfaces = with_path(value),
+                "output" => counts = value.get_mut("count").map(with_path).unwrap_or_default(),
+                _ => {}
+            }
+        }
+        let meshes: Vec<&mut Table> = surfaces.into_iter().chain(counts).collect();
         // After all other files.
         let first = self.inputs.len().saturating_sub(meshes.len());
         for (mesh, input) in meshes.into_iter().zip(&self.inputs[first..]) {
@@ -70,6 +76,12 @@ impl Scene {
         let text = toml::to_string(&table).map_err(|error| failed(error.to_string()))?;
         Ok(format!("{HEADER}{text}"))
     }
+}
+
+/// Those tables of a list that name a file.
+fn with_path(list: &mut Value) -> Vec<&mut Table> {
+    let tables = list.as_array_mut().into_iter().flatten().filter_map(Value::as_table_mut);
+    tables.filter(|table| table.contains_key("path")).collect()
 }
 
 /// Makes a path that starts at a folder start at the root.

@@ -11,7 +11,7 @@ mod surfaces;
 
 use crate::Vector;
 use crate::model::space::{Boundary, Space, displacement_within_period};
-use crate::model::{AuditPlan, CountRegion, Scene, SceneParts, Species};
+use crate::model::{AuditPlan, CountRegion, CountSpace, Scene, SceneParts, Species};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -240,10 +240,11 @@ impl SceneBuilder {
 /// Boxes with an inside, whose names can stand at the head of a column.
 fn check_regions(regions: &[CountRegion]) -> Result<(), SceneError> {
     let mut taken = Taken::default();
-    for (index, CountRegion { name, region }) in regions.iter().enumerate() {
+    for (index, CountRegion { name, space }) in regions.iter().enumerate() {
         let at = ConfigPath::root().key("output").key("count").index(index);
         names::words(name, &at.key("name"))?;
         taken.take(name, &at)?;
+        let CountSpace::Box(region) = space else { continue };
         finite_vector(&region.lower, &at.key("lower"))?;
         finite_vector(&region.upper, &at.key("upper"))?;
         if let Some(k) = (0..3).find(|&k| region.upper[k] < region.lower[k]) {

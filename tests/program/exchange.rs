@@ -120,6 +120,27 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
 }
 
 #[test]
+fn an_exchange_has_the_surfaces_of_its_scene_beside_its_trajectories() {
+    let place = Place::with(CHAIN);
+    let scene = format!(
+        "{CHAIN}\n[[surface]]\nname = \"rod\"\nshape = \"cylinder\"\nbase = [1.0, 1.0, 0.0]\naxis = [0.0, 0.0, 1.0]\nradius = 0.3\n"
+    );
+    place.write("scene.toml", &scene);
+    let folder = place.path().join("runs/chain-exchange/surfaces");
+    let run = |end: &str| {
+        let output = place.carom(&exchange(&["--until-time", end]));
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        assert_eq!(files(&folder), ["rod.stl"]);
+    };
+    run("6.0");
+    // One that goes on writes the file that is missing.
+    std::fs::remove_file(folder.join("rod.stl")).unwrap();
+    run("12.0");
+    let output = place.carom(&["render", "runs/chain-exchange/trajectory-1.xyz", "--out", "chain.png"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+}
+
+#[test]
 fn the_number_of_threads_changes_no_byte() {
     let place = Place::with(CHAIN);
     for (out, jobs) in [("one", "1"), ("two", "2"), ("many", "9")] {

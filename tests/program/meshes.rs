@@ -155,3 +155,59 @@ fn bad_geometry_is_told_with_its_triangles_and_a_cure() {
         }
     }
 }
+
+#[test]
+fn particles_are_counted_inside_of_a_closed_mesh() {
+    let place = Place::with("");
+    place.write("bin.stl", &text(&box_at([0.0; 3], 1.0)));
+    // A box of the mesh and the same box by its corners, turned by a right angle about z; the open sides let particles go out and in.
+    let more = r#"
+[[fill]]
+species = "grain"
+arrangement = "sc"
+count = 27
+temperature = 1.0
+region = { lower = [0.6, 0.6, 0.6], upper = [9.4, 9.4, 9.4] }
+
+[output]
+thermo_interval = 0.25
+
+[[output.count]]
+name = "mesh"
+path = "bin.stl"
+scale = 4.0
+rotation = { axis = [0.0, 0.0, 1.0], angle = 90.0 }
+translation = [7.0, 2.0, 3.0]
+
+[[output.count]]
+name = "box"
+lower = [3.0, 2.0, 3.0]
+upper = [7.0, 6.0, 7.0]
+
+[run]
+until_time = 5.0
+"#;
+    let (head, _) = SCENE.split_once("[[surface]]").unwrap();
+    place.write("scene.toml", &format!("{head}{more}").replace("\"open\"", "\"walls\""));
+    let output = place.carom(&["run", "scene.toml", "--quiet"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let table = place.read("runs/scene/thermo.csv");
+    let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let heads = lines.next().unwrap();
+    let column = |name: &str| heads.iter().position(|head| *head == name).unwrap();
+    let counts: Vec<[&str; 2]> = lines.map(|cells| ["in mesh", "in box"].map(|name| cells[column(name)])).collect();
+    assert!(counts.len() > 15 && counts.iter().all(|[mesh, box_]| mesh == box_), "{counts:?}");
+    assert!(counts.iter().any(|count| *count != counts[0]), "{counts:?}");
+    // The record has the checksum of the file, by which a changed one is refused.
+    let record = place.read("runs/scene/scene.toml");
+    assert!(record.contains("checksum = \"crc32:"), "{record}");
+    place.write("bin.stl", &text(&box_at([0.0; 3], 2.0)));
+    let output = place.carom(&["check", "runs/scene/scene.toml"]);
+    assert_eq!(code(&output), 2, "{}", words(&output));
+    assert!(errors(&output).contains("checksum"), "{}", errors(&output));
+    // One that is open has no inside.
+    place.write("bin.stl", &text(&box_at([0.0; 3], 1.0)[1..]));
+    let output = place.carom(&["check", "scene.toml"]);
+    let told = errors(&output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(code(&output) == 2 && told.contains("output.count[0].path") && told.contains("rim"), "{told}");
+}

@@ -2,11 +2,12 @@
 
 mod walls;
 
+use super::regions::Regions;
 use crate::Vector;
 use crate::engine::Simulation;
 use crate::engine::event::EventCounts;
 use crate::model::potential::Potential;
-use crate::model::{CountRegion, Scene, Thermostat};
+use crate::model::{Scene, Thermostat};
 use serde::{Deserialize, Serialize};
 
 /// The observables that apply to a scene, and the constants of their formulas: degrees of freedom, densities, conserved momenta.
@@ -58,7 +59,7 @@ pub struct ApplicableObservables {
     is_moving: Vec<bool>,
     masses: Vec<f64>,
     periods: Vector,
-    regions: Vec<CountRegion>,
+    regions: Regions,
 }
 
 impl ApplicableObservables {
@@ -119,7 +120,7 @@ impl ApplicableObservables {
             is_moving: listed.clone().map(is_moving).collect(),
             masses: listed.map(mass).collect(),
             periods: scene.space.periods(),
-            regions: scene.output.regions.clone(),
+            regions: Regions::of(scene.output.regions.clone()),
         };
         applicable.set_thermostat(scene, scene.run.thermostat.as_ref());
         applicable
@@ -222,9 +223,8 @@ impl ApplicableObservables {
                 .sum();
             moment / self.total_mass
         });
-        let moving = || snapshot.positions.iter().zip(&self.is_moving).filter(|(_, moves)| **moves);
-        let count = |region: &CountRegion| moving().filter(|(position, _)| region.contains(position)).count();
-        (height, self.regions.iter().map(count).collect())
+        let moving = snapshot.positions.iter().zip(&self.is_moving).filter(|(_, moves)| **moves);
+        (height, self.regions.count(moving.map(|(position, _)| position)))
     }
 }
 

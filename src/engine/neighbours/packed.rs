@@ -202,7 +202,14 @@ impl Packed {
     ///
     /// The sum of squares has 4 roundings left.
     #[inline]
-    pub fn find_within(&self, centre: &Vector, reach: f64, wraps: bool, near: &mut Candidates) -> bool {
+    pub fn find_within(
+        &self,
+        centre: &Vector,
+        reach: f64,
+        #[cfg_attr(not(target_arch = "x86_64"), expect(unused_variables, reason = "it makes AVX2 shorter"))]
+        wraps: bool,
+        near: &mut Candidates,
+    ) -> bool {
         near.clear();
         let cell = self.home(centre);
         let slack = self.slack(reach, centre);

@@ -17,9 +17,6 @@ use crate::physics::response::Leaving;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-/// The random numbers of surfaces are those of a stage that no scene has.
-const STAGE: usize = 1 << 40;
-
 /// Random numbers of thermal surfaces. Each contact has its own, by the particle and the number of its contacts so far: the order of contacts of
 /// different particles decides nothing.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -33,7 +30,7 @@ impl SurfaceRandom {
     /// Random numbers of the surfaces of a scene, if some are thermal.
     pub fn of(scene: &Scene, surfaces: &Surfaces) -> Option<Self> {
         surfaces.are_ever_thermal().then(|| Self {
-            stream: Random::new(scene.seed, Purpose::Thermostat, STAGE + scene.first_stream()),
+            stream: Random::new(scene.seed, Purpose::Surface, scene.first_stream()),
             contacts: vec![0; scene.particles.len()],
         })
     }

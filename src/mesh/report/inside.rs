@@ -1,5 +1,6 @@
 //! Whether a point is inside a closed mesh.
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 use super::predicates::{Projection, Sign, side};
@@ -32,7 +33,7 @@ pub fn contains(mesh: &TriangleMesh, point: &Vector) -> bool {
 /// of the neighbours. The time is that of the triangles above and below the point; the memory a tree over all triangles.
 #[derive(Debug, Clone)]
 pub struct Inside<'a> {
-    mesh: &'a TriangleMesh,
+    mesh: Cow<'a, TriangleMesh>,
     tree: Tree,
 }
 
@@ -40,7 +41,13 @@ impl<'a> Inside<'a> {
     /// Prepares the search.
     #[must_use]
     pub fn of(mesh: &'a TriangleMesh) -> Self {
-        Self { mesh, tree: Tree::of(mesh) }
+        Self { tree: Tree::of(mesh), mesh: Cow::Borrowed(mesh) }
+    }
+
+    /// Prepares the search in a mesh of its own.
+    #[must_use]
+    pub fn of_own(mesh: TriangleMesh) -> Self {
+        Self { tree: Tree::of(&mesh), mesh: Cow::Owned(mesh) }
     }
 
     /// Whether the mesh contains a point. Points on the mesh itself are on either side.

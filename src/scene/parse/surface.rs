@@ -14,7 +14,7 @@ use crate::model::{InputFile, SurfaceLaw, SurfaceShape, TriangleMesh};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::unchanged;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
-use crate::scene::file::SurfaceFile;
+use crate::scene::file::{RotationFile, SurfaceFile};
 use crate::scene::limits::{corners, finite, finite_vector, not_negative, positive};
 use crate::scene::surface_draft::SurfaceDraft;
 
@@ -54,7 +54,15 @@ pub(super) fn parse_surface(
     let mut input = None;
     let shape = match word {
         "mesh" => {
-            let (mesh, read) = mesh(&file, &keys, directory)?;
+            let source = MeshSource {
+                path: keys.need("path")?,
+                closed: (file.closed == Some(true)).then_some("because of `closed`"),
+                scale: file.scale,
+                rotation: file.rotation,
+                translation: file.translation,
+                checksum: file.checksum.as_deref(),
+            };
+            let (mesh, read) = mesh(&source, &at, directory)?;
             input = Some(read);
             SurfaceShape::Mesh(mesh)
         }
@@ -157,20 +165,34 @@ fn turned(
     }
 }
 
+/// File of a mesh, and how it is put in its place.
+pub(super) struct MeshSource<'f> {
+    pub path: String,
+    /// Why it has to be the closed surface of bodies, if it has.
+    pub closed: Option<&'static str>,
+    pub scale: Option<f64>,
+    pub rotation: Option<RotationFile>,
+    pub translation: Option<[f64; 3]>,
+    pub checksum: Option<&'f str>,
+}
+
 /// The mesh of a file, at its place.
-fn mesh(file: &SurfaceFile, keys: &Keys<'_>, directory: &Path) -> Result<(TriangleMesh, InputFile), SceneError> {
-    let at = keys.at;
-    let path = directory.join(keys.need::<String>("path")?);
+pub(super) fn mesh(
+    file: &MeshSource<'_>,
+    at: &ConfigPath,
+    directory: &Path,
+) -> Result<(TriangleMesh, InputFile), SceneError> {
+    let path = directory.join(&file.path);
     let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
     let content = std::fs::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
-    let input = unchanged(&path, &content, file.checksum.as_deref(), at)?;
+    let input = unchanged(&path, &content, file.checksum, at)?;
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
     let unusable = |error: MeshFileError| {
         SceneError::new(at.key("path"), SceneErrorKind::Mesh { path: path.clone(), problem: Box::new(error.problem) })
     };
     let read = read_mesh("", extension, &content).map_err(unusable)?;
-    if file.closed == Some(true) {
-        check_closed(&read, &path, at)?;
+    if let Some(why) = file.closed {
+        check_closed(&read, &path, why, at)?;
     }
     let scale = positive(file.scale.unwrap_or(1.0), at.key("scale"))?;
     let translation = vector(file.translation.unwrap_or_default());
@@ -192,10 +214,10 @@ fn mesh(file: &SurfaceFile, keys: &Keys<'_>, directory: &Path) -> Result<(Triang
 }
 
 /// Refuses a mesh that is not the surface of bodies: it has rims, faces that are turned, without area or there twice, or passes through itself.
-fn check_closed(mesh: &TriangleMesh, path: &Path, at: &ConfigPath) -> Result<(), SceneError> {
+fn check_closed(mesh: &TriangleMesh, path: &Path, why: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let report = MeshReport::of(mesh);
     let refused = |value: String, cure: &str| {
-        let expected = format!("the closed surface of bodies, because of `closed`: {cure}");
+        let expected = format!("the closed surface of bodies, {why}: {cure}");
         refuse(at.key("path"), format!("{}: {value}", path.display()), expected)
     };
     match report.findings().first() {
