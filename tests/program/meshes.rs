@@ -195,7 +195,7 @@ until_time = 5.0
     let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let heads = lines.next().unwrap();
     let column = |name: &str| heads.iter().position(|head| *head == name).unwrap();
-    let counts: Vec<[&str; 2]> = lines.map(|cells| ["in mesh", "in box"].map(|name| cells[column(name)])).collect();
+    let counts: Vec<[&str; 2]> = lines.map(|cells| ["in_mesh", "in_box"].map(|name| cells[column(name)])).collect();
     assert!(counts.len() > 15 && counts.iter().all(|[mesh, box_]| mesh == box_), "{counts:?}");
     assert!(counts.iter().any(|count| *count != counts[0]), "{counts:?}");
     // The record has the checksum of the file, by which a changed one is refused.
