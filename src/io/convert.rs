@@ -129,6 +129,7 @@ pub(super) trait Writer {
 /// - [`ConvertError::NoSuchFrame`] if it ends before the first frame asked for;
 /// - [`ConvertError::Exists`], [`ConvertError::Foreign`], [`ConvertError::Source`] if the target may not be replaced;
 /// - [`ConvertError::Frame`] if the format cannot hold a frame;
+/// - [`ConvertError::Surface`] if the file of a surface beside the trajectory cannot be read, of a format that shows surfaces;
 /// - [`ConvertError::Write`] if the target cannot be written.
 pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) -> Result<Converted, ConvertError> {
     let read_error = |error| ConvertError::Read { path: source.to_owned(), source: error };
@@ -148,7 +149,7 @@ pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) 
     }
     let place = target;
     let target = Target::claim(target, format, source, options.replace)?;
-    let mut writer = open(format, &target)?;
+    let mut writer = open(format, &target, source)?;
     let mut frames = 0;
     while let Some(frame) = next {
         let index = reading.index - 1;
@@ -209,14 +210,18 @@ impl Reading {
     }
 }
 
-fn open(format: Format, target: &Target) -> Result<Box<dyn Writer>, ConvertError> {
+fn open(format: Format, target: &Target, source: &Path) -> Result<Box<dyn Writer>, ConvertError> {
     let file = || draft(target.partial()).map_err(ConvertError::write(target.partial()));
     Ok(match format {
         Format::Lammps => Box::new(lammps::Dump::new(file()?)),
         Format::Gsd => Box::new(gsd::Trajectory::new(file()?)),
         Format::Csv => Box::new(csv::Table::new(file()?)),
         Format::Xyz => Box::new(Piece(file()?)),
-        Format::Vtk => Box::new(vtk::Series::new(target.partial())),
+        Format::Vtk => {
+            let unreadable = |(path, problem)| ConvertError::Surface { path, problem };
+            let surfaces = vtk::Surfaces::beside(source).map_err(unreadable)?;
+            Box::new(vtk::Series::new(target.partial(), surfaces))
+        }
         Format::Npy => Box::new(npy::Arrays::new(target.partial())),
     })
 }

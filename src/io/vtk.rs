@@ -2,6 +2,8 @@
 //!
 //! - `trajectory.pvd`, which lists the frames with their times: open this one;
 //! - `frame_000000.vtp` and so on, numbered by the place of the frame in the trajectory;
+//! - `surfaces.pvd` and `surface_0_NAME.vtp`, the surfaces beside the trajectory as triangles: those that are there, where they are at the time of each frame
+//!   (`surface_0_NAME_000000.vtp` for one that moves);
 //! - `box.vtp`, the edges of the box of the first frame as lines; also in a sheared box those of the region that holds all positions.
 //!
 //! A frame has a point and a vertex per particle, with the arrays `radius`, `velocity` (where the source has it), `species` (an
@@ -13,6 +15,7 @@
 //! Numbers are `f64`, little-endian, appended raw. Source: *VTK file formats*, XML, <https://docs.vtk.org>.
 
 mod poly_data;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 
@@ -23,26 +26,35 @@ use super::convert::{Draft, FrameError, Moment, Writer, bond_ends, draft, finish
 use super::number::Cell;
 use crate::trajectory::Frame;
 use poly_data::PolyData;
+pub(super) use surfaces::Surfaces;
 
 /// The folder while it is written.
 #[derive(Debug)]
 pub(super) struct Series {
     folder: PathBuf,
     list: Option<Draft>,
+    surfaces: Surfaces,
+}
+
+const END_OF_LIST: &[u8] = b"</Collection>\n</VTKFile>\n";
+
+/// A list of files with their times, which is begun.
+fn list(path: &Path) -> std::io::Result<Draft> {
+    let mut list = draft(path)?;
+    list.write_all(
+        b"<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
+    )?;
+    Ok(list)
 }
 
 impl Series {
-    pub fn new(folder: &Path) -> Self {
-        Self { folder: folder.to_owned(), list: None }
+    pub fn new(folder: &Path, surfaces: Surfaces) -> Self {
+        Self { folder: folder.to_owned(), list: None, surfaces }
     }
 
     fn start(&self, frame: &Frame) -> Result<Draft, FrameError> {
         outline(frame).write(&self.folder.join("box.vtp"))?;
-        let mut list = draft(&self.folder.join("trajectory.pvd"))?;
-        list.write_all(
-            b"<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
-        )?;
-        Ok(list)
+        Ok(list(&self.folder.join("trajectory.pvd"))?)
     }
 }
 
@@ -57,15 +69,15 @@ impl Writer for Series {
         let time = Cell(Some(moment.frame.time));
         writeln!(list, "<DataSet timestep=\"{time}\" group=\"\" part=\"0\" file=\"{name}\"/>")?;
         self.list = Some(list);
-        Ok(())
+        self.surfaces.write(&self.folder, moment.index, moment.frame)
     }
 
     fn finish(self: Box<Self>) -> Result<(), FrameError> {
         if let Some(mut list) = self.list {
-            list.write_all(b"</Collection>\n</VTKFile>\n")?;
+            list.write_all(END_OF_LIST)?;
             finish(list)?;
         }
-        Ok(())
+        self.surfaces.finish()
     }
 }
 

@@ -49,6 +49,14 @@ pub enum ConvertError {
         /// Why.
         source: FrameError,
     },
+    /// A file about the surfaces beside the trajectory cannot be read.
+    #[error("cannot read the surface {}: {problem}", path.display())]
+    Surface {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        problem: String,
+    },
     /// The target cannot be written: no permission, no space.
     #[error("cannot write {}", path.display())]
     Write {
@@ -71,6 +79,7 @@ impl ConvertError {
         match self {
             Self::Exists(_) => Some("choose another name with --out, or replace it with --force"),
             Self::Foreign(_) => Some("choose another name with --out, or remove it"),
+            Self::Surface { .. } => Some("repair the file, or move it out of the folder `surfaces`"),
             Self::Source(_) => Some("choose another name with --out"),
             Self::Write { .. } => Some("choose a place with --out that can be written to, on a disk with space left"),
             _ => None,

@@ -15,9 +15,11 @@ pub(super) struct PolyData {
     point_data: String,
     vertices: String,
     lines: String,
+    polygons: String,
     point_count: usize,
     vertex_count: usize,
     line_count: usize,
+    polygon_count: usize,
     appended: Vec<u8>,
 }
 
@@ -71,6 +73,12 @@ impl PolyData {
         self.lines = self.cells(ends);
     }
 
+    /// Triangles between three points each.
+    pub fn triangles(&mut self, corners: &[[u32; 3]]) {
+        self.polygon_count = corners.len();
+        self.polygons = self.cells(corners);
+    }
+
     /// A number per point, or several: of a kind as VTK names it, little-endian.
     pub fn point_array(&mut self, name: &str, kind: &str, components: usize, bytes: impl Iterator<Item = u8>) {
         self.point_data += &append(&mut self.appended, kind, name, components, None, &bytes.collect::<Vec<u8>>());
@@ -91,17 +99,19 @@ impl PolyData {
             "<?xml version=\"1.0\"?>\n\
             <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
             <PolyData>\n<FieldData>\n{}</FieldData>\n\
-            <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n\
-            <PointData>\n{}</PointData>\n<Points>\n{}</Points>\n<Verts>\n{}</Verts>\n<Lines>\n{}</Lines>\n</Piece>\n\
+            <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n\
+            <PointData>\n{}</PointData>\n<Points>\n{}</Points>\n<Verts>\n{}</Verts>\n<Lines>\n{}</Lines>\n<Polys>\n{}</Polys>\n</Piece>\n\
             </PolyData>\n<AppendedData encoding=\"raw\">\n_",
             self.fields,
             self.point_count,
             self.vertex_count,
             self.line_count,
+            self.polygon_count,
             self.point_data,
             self.points,
             self.vertices,
-            self.lines
+            self.lines,
+            self.polygons
         )?;
         file.write_all(&self.appended)?;
         file.write_all(b"\n</AppendedData>\n</VTKFile>\n")?;

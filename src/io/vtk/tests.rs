@@ -152,3 +152,47 @@ fn velocities_that_are_not_known_are_left_out() {
     let file = File::read(&folder.path().join("vtk/frame_000000.vtp"));
     assert!(!file.text.contains("velocity") && file.floats("Points", "Points") == [1.0, 2.0, 3.0]);
 }
+
+#[test]
+fn surfaces_are_where_they_are_at_the_time_of_each_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let surfaces = folder.path().join("surfaces");
+    fs::create_dir(&surfaces).unwrap();
+    let cube = crate::model::TriangleMesh::cuboid(&Vector::zeros(), &Vector::repeat(1.0));
+    for name in ["gate.stl", "piston.stl"] {
+        crate::mesh::write_stl(&cube, &mut fs::File::create(surfaces.join(name)).unwrap()).unwrap();
+    }
+    let list = r#"[{"file": "piston.stl", "motions": [{"from": 1.0, "until": null,
+        "kind": {"Translation": {"velocity": [0.5, 0.0, 0.0], "acceleration": [0.0, 0.0, 0.0]}}}]},
+        {"file": "gate.stl", "motions": []}]"#;
+    fs::write(surfaces.join("surfaces.json"), list).unwrap();
+    let frames: Vec<Frame> = [(0.0, [true, true]), (3.0, [true, false])]
+        .map(|(time, surfaces)| Frame { time, surfaces: surfaces.to_vec(), ..chain() })
+        .into();
+    let source = folder.path().join("a.xyz");
+    trajectory(&source, &frames);
+    let target = folder.path().join("vtk");
+    convert(&source, Format::Vtk, &target, &Default::default()).unwrap();
+    let listed = fs::read_to_string(target.join("surfaces.pvd")).unwrap();
+    let files: Vec<[&str; 2]> = listed
+        .lines()
+        .filter(|line| line.starts_with("<DataSet"))
+        .map(|line| [attribute(line, "timestep"), attribute(line, "file")])
+        .collect();
+    let expected =
+        [["0", "surface_0_gate.vtp"], ["0", "surface_1_piston_000000.vtp"], ["3", "surface_1_piston_000001.vtp"]];
+    assert_eq!(files, expected);
+    let ends = |name: &str| {
+        let file = File::read(&target.join(name));
+        assert_eq!((attribute(&file.text, "NumberOfPolys"), file.cells("Polys", "offsets")[11]), ("12", 36));
+        let points = file.floats("Points", "Points");
+        let xs = || points.iter().step_by(3).copied();
+        (xs().fold(f64::INFINITY, f64::min), xs().fold(f64::NEG_INFINITY, f64::max))
+    };
+    let ends: Vec<(f64, f64)> = files.iter().map(|[_, file]| ends(file)).collect();
+    assert_eq!(ends, [(0.0, 1.0), (0.0, 1.0), (1.0, 2.0)]);
+    // A file that is no mesh is named.
+    fs::write(surfaces.join("gate.stl"), "solid\nfacet").unwrap();
+    let error = convert(&source, Format::Vtk, &folder.path().join("other"), &Default::default()).unwrap_err();
+    assert!(error.to_string().contains("gate.stl") && !folder.path().join("other").exists(), "{error}");
+}

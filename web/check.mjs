@@ -1,0 +1,87 @@
+// Compares the module with the program, bit for bit, and times both: node web/check.mjs PROGRAM EVENTS SCENE...
+// Scenes that do not fit, because they plan stages or read files, are named.
+
+import { spawnSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { Engine } from "./engine.mjs";
+
+const [program, wanted, ...scenes] = process.argv.slice(2);
+const events = Number(wanted);
+const module = await WebAssembly.compile(readFileSync(new URL("carom.wasm", import.meta.url)));
+const folder = mkdtempSync(join(tmpdir(), "carom-"));
+
+/** Positions and velocities of the last frame of a trajectory, by id. */
+function lastFrame(path) {
+  const lines = readFileSync(path, "utf8").trimEnd().split("\n");
+  let start = 0;
+  for (let at = 0; at < lines.length; at += Number(lines[at]) + 2) {
+    start = at;
+  }
+  const count = Number(lines[start]);
+  const columns = lines[start + 1].match(/Properties=(\S+)/)[1].split(":");
+  const places = {};
+  for (let k = 0, place = 0; k < columns.length; k += 3) {
+    places[columns[k]] = place;
+    place += Number(columns[k + 2]);
+  }
+  const numbers = new Float64Array(6 * count);
+  for (const line of lines.slice(start + 2, start + 2 + count)) {
+    const cells = line.split(" ");
+    const id = Number(cells[places.id]);
+    for (let axis = 0; axis < 3; axis += 1) {
+      numbers[3 * id + axis] = Number(cells[places.pos + axis]);
+      numbers[3 * (count + id) + axis] = Number(cells[places.velo + axis]);
+    }
+  }
+  return { time: Number(lines[start + 1].match(/ Time=(\S+)/)[1]), numbers };
+}
+
+/** Where two runs of numbers first differ in a bit; -1 if nowhere. */
+function difference(one, other) {
+  const bits = (numbers) => new BigUint64Array(numbers.buffer, numbers.byteOffset, numbers.length);
+  const [a, b] = [bits(one), bits(other)];
+  return a.length === b.length ? a.findIndex((word, at) => word !== b[at]) : 0;
+}
+
+let [compared, failed] = [0, 0];
+for (const scene of scenes) {
+  const engine = await Engine.of(module);
+  const text = readFileSync(scene, "utf8");
+  const begun = engine.start(text);
+  if (begun.error) {
+    console.log(`${scene}: does not fit: ${begun.error}`);
+    continue;
+  }
+  const out = join(folder, "run");
+  const limits = ["--until-events", String(events), "--until-time", "1e9"];
+  const run = spawnSync(program, ["run", scene, "--quiet", "--force", "--out", out, ...limits, "--set", "output.frame_interval=1e8"]);
+  if (run.status > 1) {
+    console.log(`${scene}: the program does not run it: ${run.stderr}`);
+    failed += 1;
+    continue;
+  }
+  const summary = JSON.parse(readFileSync(join(out, "summary.json"), "utf8"));
+  const began = performance.now();
+  const end = engine.advance(events);
+  const seconds = (performance.now() - began) / 1000;
+  const found = engine.look();
+  const expected = lastFrame(join(out, "trajectory.xyz"));
+  // The program may end later than at its last event, where nothing happens any more.
+  if (end !== "events") {
+    engine.advance(0, expected.time);
+  }
+  const state = engine.look();
+  const numbers = Float64Array.from([...state.positions, ...state.velocities]);
+  const at = difference(numbers, expected.numbers);
+  const isSame = at < 0 && state.time === expected.time;
+  const rate = summary.speed.events_per_second;
+  const speed = `${Math.round(found.events / seconds / 1000)} k events/s, program ${Math.round(rate / 1000)} k`;
+  console.log(`${scene}: ${found.events} events, ${isSame ? "the same bits" : `DIFFERENT at number ${at}, time ${state.time} and ${expected.time}`}; ${speed}`);
+  compared += 1;
+  failed += isSame ? 0 : 1;
+}
+rmSync(folder, { recursive: true });
+console.log(`${compared} scenes compared, ${failed} failed`);
+process.exit(failed > 0 || compared === 0 ? 1 : 0);
