@@ -211,12 +211,11 @@ pub(crate) struct CountFile {
     /// File of a closed mesh in place of a box, STL or OBJ; a relative path starts at the folder of the scene.
     pub path: Option<String>,
     /// Factor by which the mesh of the file is made larger, first.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,
     /// Direction about which the mesh of the file is turned, and by how many degrees, second.
     pub rotation: Option<RotationFile>,
     /// How far the mesh of the file is moved, last `[length]`.
-    #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub translation: Option<[f64; 3]>,
     /// The checksum of the file, `crc32:` and eight hexadecimal digits. Runs keep it with their scene.
     pub checksum: Option<String>,

@@ -78,7 +78,7 @@ impl Scene {
     }
 }
 
-/// Those tables of a list that name a file.
+/// Tables of a list that name a file.
 fn with_path(list: &mut Value) -> Vec<&mut Table> {
     let tables = list.as_array_mut().into_iter().flatten().filter_map(Value::as_table_mut);
     tables.filter(|table| table.contains_key("path")).collect()

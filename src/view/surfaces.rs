@@ -83,7 +83,7 @@ impl Surfaces {
         self.skins.iter().map(pose).collect()
     }
 
-    /// The same surfaces with boxes around all places where they are at some times.
+    /// Surfaces with boxes around all places where they are at some times.
     pub(super) fn around(mut self, times: impl Iterator<Item = f64> + Clone) -> Self {
         for skin in self.skins.iter_mut().filter(|skin| skin.timeline.is_some()) {
             let boxes = times.clone().map(|time| skin.bounds_at(time));
