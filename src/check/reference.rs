@@ -30,6 +30,7 @@ mod surfaces;
 pub(super) use algorithm_1::first_on;
 pub use algorithm_1::{Polynomial, next_event};
 pub use event::{Event, EventKind};
+pub(super) use moving::Passage;
 pub use response::Outcome;
 pub use rules::Side;
 pub(super) use surfaces::{Across, Barrier, Extents, Feature, Motion, Touch, features};

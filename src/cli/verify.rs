@@ -214,10 +214,11 @@ fn words(certificate: &Certificate) -> String {
         End::RunEnded => format!("{proven},\nup to the end of the run"),
         End::Idle => format!("{proven};\nnothing will happen any more"),
         End::Driven => {
-            "NOTHING PROVEN: a thermostat, a growth, a sheared box, a thermal wall, a surface that is thermal or moves, or gravity that turns acts"
-                .to_owned()
+            "NOTHING PROVEN: a thermostat, a growth, a sheared box, a thermal wall or a thermal surface acts".to_owned()
         }
-        End::OpenStages => "NOTHING PROVEN: nothing says when the surfaces of a stage come or go".to_owned(),
+        End::OpenStages => {
+            "NOTHING PROVEN: nothing says when the surfaces of a stage come or go, or gravity turns".to_owned()
+        }
         End::Departed { .. } => "NOT PROVEN: the events above are those of another run".to_owned(),
         End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),
         End::Violated(Violation { fault: Fault::EndedEarly { .. } | Fault::EndNotShown { .. }, .. }) => {
@@ -260,10 +261,14 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
         }
         End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), Some(arrest.cure()))),
         End::Broken(broken) => Err(Failure::failed(broken.to_string(), Some(InvariantBroken::CURE))),
-        End::Driven => Err(Failure::bad_input("only runs on which nothing acts from outside can be proven", None)),
+        End::Driven => {
+            let help = "leave it out: surfaces that move and gravity that turns are proven";
+            Err(Failure::bad_input("only runs without heat, growth and shear from outside can be proven", Some(help)))
+        }
         End::OpenStages => {
-            let help = "give the stage until_time or until_events in place of an end by what it measures, or the surfaces to all stages";
-            Err(Failure::bad_input("surfaces come or go after a stage that ends by what it measures", Some(help)))
+            let help = "give the stage until_time or until_events in place of an end by what it measures, or surfaces and gravity to all stages";
+            let what = "surfaces come or go, or gravity turns, after a stage that ends by what it measures";
+            Err(Failure::bad_input(what, Some(help)))
         }
         End::Interrupted => Err(Failure::failed("interrupted; what is above is proven", None)),
         _ => Ok(()),

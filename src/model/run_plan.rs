@@ -79,8 +79,13 @@ impl RunPlan {
     /// Whether anything acts from outside.
     #[must_use]
     pub fn is_driven(&self) -> bool {
-        let is_driven = |stage: &StagePlan| stage.thermostat.is_some() || stage.growth.is_some();
-        self.thermostat.is_some() || self.stages.iter().any(is_driven) || self.gravities().next().is_some()
+        self.has_thermostat_or_growth() || self.gravities().next().is_some()
+    }
+
+    /// Whether some stage has a thermostat or a growth.
+    pub(crate) fn has_thermostat_or_growth(&self) -> bool {
+        let has_any = |stage: &StagePlan| stage.thermostat.is_some() || stage.growth.is_some();
+        self.thermostat.is_some() || self.stages.iter().any(has_any)
     }
 
     /// Gravity of the stages that have one, the measurement last.

@@ -18,6 +18,7 @@ const OF_VERIFIER: &Allowed = &[
             "Extents",
             "Feature",
             "Motion",
+            "Passage",
             "Polynomial",
             "Touch",
             "features",

@@ -1,6 +1,8 @@
 //! Surfaces of scenes: every kind of them is proven, and whatever is wrong at one is found.
 
 mod kinds;
+mod moving;
+mod moving_wrong;
 mod wrong;
 
 use std::ops::ControlFlow;

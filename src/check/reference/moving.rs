@@ -14,16 +14,19 @@ use std::f64::consts::TAU;
 pub(super) const LONGEST_SEARCH: f64 = 2.0;
 
 /// A flight beside a surface that oscillates or turns, from a simulated time on.
-struct Passage<'a> {
-    feature: &'a Feature,
-    motion: &'a Motion,
-    piece: &'a Piece,
-    now: f64,
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct Passage {
+    pub feature: Feature,
+    /// The flight at that time.
+    pub motion: Motion,
+    /// The motion of the surface.
+    pub piece: Piece,
+    pub now: f64,
 }
 
 impl Motion {
     /// The motion after a time.
-    fn after(&self, time: f64) -> Self {
+    pub fn after(&self, time: f64) -> Self {
         let Self { position, velocity, acceleration, .. } = *self;
         let position = position + (velocity + acceleration * (0.5 * time)) * time;
         Self { position, velocity: velocity + acceleration * time, ..*self }
@@ -47,7 +50,7 @@ impl Feature {
             let end = horizon.min(piece.until - now);
             let found = match piece.kind {
                 Some(kind) if !kind.is_polynomial() => {
-                    Passage { feature: self, motion, piece, now }.first_between(after, end)
+                    Passage { feature: *self, motion: *motion, piece: *piece, now }.first_between(after, end, u64::MAX)
                 }
                 _ => {
                     let seen = motion.after(after).seen(piece, now + after);
@@ -63,39 +66,20 @@ impl Feature {
     }
 }
 
-impl Passage<'_> {
-    fn first_between(&self, from: f64, to: f64) -> Option<f64> {
-        let half = 0.5 * (to - from);
-        let middle = from + half;
-        let seen = self.motion.after(middle).seen(self.piece, self.now + middle);
-        let across = self.feature.across(&seen);
-        let (gap, opening) = gap_and_opening(&across);
-        let (speed, acceleration) = self.bounds(from, to);
-        let foot = self
-            .feature
-            .extents(&seen)
-            .map_or(0.0, |extents| extents.iter().map(|extent| extent[0]).fold(f64::INFINITY, f64::min));
-        if gap > speed * half || foot < -speed * half {
-            return None;
-        }
-        // The square of a distance opens by no less than twice this.
-        let change = match across.barrier {
-            Barrier::Flat => acceleration,
-            Barrier::Round { .. } => speed * speed + (across.position.norm() + speed * half) * acceleration,
-        };
-        if opening > change * half {
-            return None;
-        }
-        if to - from <= 4.0 * f64::EPSILON * (1.0 + self.now.abs() + to) {
-            let seen = self.motion.after(to).seen(self.piece, self.now + to);
-            let (gap, opening) = gap_and_opening(&self.feature.across(&seen));
-            return (gap <= 0.0 && opening < 0.0 && foot >= -speed * half).then_some(to);
-        }
-        self.first_between(from, middle).or_else(|| self.first_between(middle, to))
+impl Passage {
+    /// The flight as the surface sees it after a time from now.
+    pub fn seen(&self, after: f64) -> Motion {
+        self.motion.after(after).seen(&self.piece, self.now + after)
+    }
+
+    /// The first event between two times from now; after so many looks at stretches of it, the time from which on none is excluded.
+    pub fn first_between(&self, from: f64, to: f64, most: u64) -> Option<f64> {
+        // A time from now is rounded as the simulated time that it leads to.
+        Search { passage: self, shortest: 4.0 * f64::EPSILON * (self.now.abs() + to.abs()), left: most }.first(from, to)
     }
 
     /// Bounds of the speed and the acceleration that the surface sees between two times.
-    fn bounds(&self, from: f64, to: f64) -> (f64, f64) {
+    pub fn bounds(&self, from: f64, to: f64) -> (f64, f64) {
         let (fastest, push) = {
             let [one, other] = [from, to].map(|time| self.motion.after(time).velocity.norm());
             (one.max(other), self.motion.acceleration.norm())
@@ -113,6 +97,67 @@ impl Passage<'_> {
             }
             _ => (f64::INFINITY, f64::INFINITY),
         }
+    }
+}
+
+/// A search for the first event of a passage.
+struct Search<'a> {
+    passage: &'a Passage,
+    /// Stretches of this time are no longer halved `[time]`.
+    shortest: f64,
+    left: u64,
+}
+
+impl Search<'_> {
+    fn first(&mut self, from: f64, to: f64) -> Option<f64> {
+        let Some(left) = self.left.checked_sub(1) else { return Some(from) };
+        self.left = left;
+        let half = 0.5 * (to - from);
+        let middle = from + half;
+        let feature = &self.passage.feature;
+        let seen = self.passage.seen(middle);
+        let across = feature.across(&seen);
+        let (speed, acceleration) = self.passage.bounds(from, to);
+        let foot = feature
+            .extents(&seen)
+            .map_or(0.0, |extents| extents.iter().map(|extent| extent[0]).fold(f64::INFINITY, f64::min));
+        if across.lowest_gap_within(half, speed, acceleration) > 0.0 || foot < -speed * half {
+            return None;
+        }
+        // The square of a distance opens by no less than twice this.
+        let change = match across.barrier {
+            Barrier::Flat => acceleration,
+            Barrier::Round { .. } => speed * speed + (across.position.norm() + speed * half) * acceleration,
+        };
+        if gap_and_opening(&across).1 > change * half {
+            return None;
+        }
+        if to - from <= self.shortest || middle <= from || middle >= to {
+            let (gap, opening) = gap_and_opening(&feature.across(&self.passage.seen(to)));
+            return (gap <= 0.0 && opening < 0.0 && foot >= -speed * half).then_some(to);
+        }
+        self.first(from, middle).or_else(|| self.first(middle, to))
+    }
+}
+
+impl Across {
+    /// How far the motion is from contact at least in some time before and after it, with bounds of its speed and its acceleration.
+    pub fn lowest_gap_within(&self, time: f64, speed: f64, acceleration: f64) -> f64 {
+        let (gap, opening) = gap_and_opening(self);
+        let length = self.position.norm();
+        let (opening, bend) = match self.barrier {
+            Barrier::Flat => (opening, acceleration),
+            Barrier::Round { side: Side::Positive, .. } => (opening / length, acceleration),
+            // From inside it also comes nearer by what it moves along the sphere.
+            Barrier::Round { side: Side::Negative, .. } => {
+                let nearest = length - speed * time;
+                let around = if nearest > 0.0 { speed * speed / nearest } else { f64::INFINITY };
+                (opening / length, acceleration + around)
+            }
+        };
+        let by_rate = opening.abs() + 0.5 * bend * time;
+        // In the middle of a sphere there is no direction in which it opens.
+        gap - if by_rate < speed { by_rate } else { speed } * time
     }
 }
 

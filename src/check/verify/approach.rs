@@ -2,10 +2,12 @@
 
 use super::foot::Foot;
 use super::rules::{Side, fly};
+use super::swing::Swing;
 use super::world::World;
 use crate::Vector;
 use crate::check::reference::{Polynomial, first_on, next_event};
 use crate::engine::States;
+use std::sync::Arc;
 
 /// The derivative of a quartic has three roots.
 const MOST_TURNS: usize = 3;
@@ -22,7 +24,7 @@ pub(super) enum Boundary {
 }
 
 /// A relative flight, from a time within the window on.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Approach {
     /// Time in the window at which the state holds `[time]`.
     pub since: f64,
@@ -35,6 +37,8 @@ pub(super) struct Approach {
     pub boundary: Boundary,
     /// Where it is along a feature with ends, which is there only while it is between them.
     pub foot: Option<Foot>,
+    /// How it goes on beside a surface that oscillates or turns; elsewhere with the acceleration.
+    pub swing: Option<Arc<Swing>>,
 }
 
 impl Approach {
@@ -43,37 +47,55 @@ impl Approach {
         let of = |values: &[Vector]| values[i as usize] - values[j as usize];
         let position = world.nearest(states, i, j);
         let (velocity, acceleration) = (of(&states.velocities), of(&world.accelerations));
-        Self { since, position, velocity, acceleration, boundary, foot: None }
+        Self { since, position, velocity, acceleration, boundary, foot: None, swing: None }
     }
 
-    /// Time in the window of the next event, by Algorithm 1.
-    pub fn next_event(&self) -> Option<f64> {
+    /// Time in the window of the next event, by Algorithm 1, if that is no later than `until`.
+    pub fn next_event(&self, until: f64) -> Option<f64> {
+        if let Some(swing) = &self.swing {
+            return swing.next_event(self.since, until);
+        }
         let f = self.polynomial();
         let after = match &self.foot {
             Some(foot) => first_on(&f, &foot.polynomials()),
             None => next_event(&f),
         };
-        after.map(|dt| self.since + dt)
+        after.map(|dt| self.since + dt).filter(|time| *time <= until)
     }
 
     /// Whether the discontinuity is there at a time in the window.
     pub fn is_on(&self, time: f64) -> bool {
-        self.foot.is_none_or(|foot| foot.within(time - self.since) >= 0.0)
+        match &self.swing {
+            Some(swing) => swing.at(time).is_on_now(),
+            None => self.foot.is_none_or(|foot| foot.within(time - self.since) >= 0.0),
+        }
+    }
+
+    /// Whether it is there at its start.
+    pub fn is_on_now(&self) -> bool {
+        self.foot.is_none_or(|foot| foot.within(0.0) >= 0.0)
     }
 
     /// How far it is from the discontinuity at a time in the window, on the valid side; negative in an invalid state `[length]`.
     ///
     /// From the positions and not from the overlap function, which loses the digits of a small gap to its large terms.
     pub fn gap(&self, time: f64) -> f64 {
-        let at = self.streamed(time).position;
+        self.streamed(time).gap_now()
+    }
+
+    /// How far it is from the discontinuity at its start `[length]`.
+    pub fn gap_now(&self) -> f64 {
         match self.boundary {
-            Boundary::Sphere { distance, side } => side.sign() * (at.norm() - distance),
-            Boundary::Plane => at.x,
+            Boundary::Sphere { distance, side } => side.sign() * (self.position.norm() - distance),
+            Boundary::Plane => self.position.x,
         }
     }
 
     /// The smallest gap between two times in the window, after the first where the discontinuity is there.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
+        if let Some(swing) = &self.swing {
+            return swing.lowest(from, to);
+        }
         let mut lowest = self.gap(from);
         let mut look = |time: f64| {
             if self.is_on(time) {
@@ -99,18 +121,26 @@ impl Approach {
 
     /// Speed towards the invalid side at a time in the window `[length / time]`.
     pub fn closing(&self, time: f64) -> f64 {
-        let Self { position: at, velocity, .. } = self.streamed(time);
+        self.streamed(time).closing_now()
+    }
+
+    /// Speed towards the invalid side at its start `[length / time]`.
+    pub fn closing_now(&self) -> f64 {
+        let Self { position: at, velocity, .. } = self;
         match self.boundary {
-            Boundary::Sphere { side, .. } => -side.sign() * velocity.dot(&at) / at.norm().max(f64::MIN_POSITIVE),
+            Boundary::Sphere { side, .. } => -side.sign() * velocity.dot(at) / at.norm().max(f64::MIN_POSITIVE),
             Boundary::Plane => -velocity.x,
         }
     }
 
     /// Flight from a later time in the window on.
     pub fn streamed(&self, time: f64) -> Self {
+        if let Some(swing) = &self.swing {
+            return swing.at(time);
+        }
         let dt = time - self.since;
         let (position, velocity) = fly(&self.position, &self.velocity, &self.acceleration, dt);
-        Self { since: time, position, velocity, foot: self.foot.map(|foot| foot.streamed(dt)), ..*self }
+        Self { since: time, position, velocity, foot: self.foot.map(|foot| foot.streamed(dt)), ..self.clone() }
     }
 
     /// How fast the closing speed changes, at its start `[length / time^2]`.
@@ -158,13 +188,14 @@ mod tests {
             acceleration: Vector::new(-1.0, 0.0, 0.0),
             boundary: Boundary::Plane,
             foot: None,
+            swing: None,
         }
     }
 
     #[test]
     fn a_ball_falls_to_the_floor() {
         let ball = falling(0.5, 0.0);
-        assert_eq!(ball.next_event(), Some(2.0));
+        assert_eq!(ball.next_event(f64::INFINITY), Some(2.0));
         assert_eq!((ball.gap(1.0), ball.gap(2.0), ball.closing(2.0)), (0.5, 0.0, 1.0));
     }
 
@@ -178,17 +209,18 @@ mod tests {
             acceleration: Vector::zeros(),
             boundary: Boundary::Sphere { distance: 1.0, side: Side::Positive },
             foot: None,
+            swing: None,
         };
         assert_eq!(pair.lowest(1.0, 5.0), -0.5);
         assert_eq!(pair.lowest(4.0, 5.0), pair.gap(4.0));
-        assert!(pair.next_event().is_some_and(|time| pair.gap(time).abs() < 1e-15));
+        assert!(pair.next_event(f64::INFINITY).is_some_and(|time| pair.gap(time).abs() < 1e-15));
     }
     #[test]
     fn a_feature_is_met_between_its_ends_only() {
         // At the height of 1 - t^2 / 2 after the time 1, while the foot is at 3 - t and between 0 and 2.
         let to_end = Foot { extents: [[3.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0; 3], [0.0; 3]], slenderness: 1.0 };
         let ball = Approach { foot: Some(to_end), ..falling(1.0, 0.0) };
-        assert_eq!(ball.next_event(), Some(1.0 + 2.0_f64.sqrt()));
+        assert_eq!(ball.next_event(f64::INFINITY), Some(1.0 + 2.0_f64.sqrt()));
         assert!(!ball.is_on(1.5) && ball.is_on(2.0) && ball.is_on(4.0) && !ball.is_on(4.5));
         let later = ball.streamed(2.5);
         assert!(later.is_on(2.5) && later.is_on(4.0) && !later.is_on(4.5));

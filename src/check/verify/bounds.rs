@@ -1,5 +1,6 @@
 //! Round-off bounds: no tolerance is chosen, each is counted from the numbers that were rounded.
 
+use super::moving::Sway;
 use super::world::World;
 use crate::Vector;
 use crate::engine::{Elapsed, States};
@@ -37,15 +38,18 @@ pub(super) struct Flight {
     falling: f64,
     /// Time since then `[time]`.
     duration: f64,
+    /// Angle by which it turns in the rounding of a time, of a surface that does `[1]`.
+    turning: f64,
 }
 
 impl Flight {
     /// Of a wall.
-    pub const NONE: Self = Self { length: 0.0, speed: 0.0, falling: 0.0, duration: 0.0 };
+    pub const NONE: Self = Self { length: 0.0, speed: 0.0, falling: 0.0, duration: 0.0, turning: 0.0 };
 
-    /// Of a feature, which is where it is, at coordinates up to this one.
-    pub fn fixed(farthest: f64) -> Self {
-        Self { length: farthest, duration: f64::INFINITY, ..Self::NONE }
+    /// Of a feature with coordinates up to this one, and what is rounded where its surface moves.
+    pub fn of_surface(farthest: f64, sway: &Sway) -> Self {
+        let Sway { length, speed, falling, turning, .. } = *sway;
+        Self { length: farthest + length, speed, falling, duration: f64::INFINITY, turning }
     }
 
     /// Of a particle, from its state, the time of its last event and that of the start of the window.
@@ -70,7 +74,7 @@ impl Flight {
         } else {
             0.0
         };
-        Self { length, speed, falling, duration }
+        Self { length, speed, falling, duration, turning: 0.0 }
     }
 
     /// For the position of this particle `[length]`.
@@ -113,7 +117,7 @@ impl Bounds {
         let bound = rounded(a.length + b.length + distance + separation * separation / distance);
         let speed = a.speed + b.speed;
         let velocity = a.velocity() + b.velocity();
-        let direction = rounded(1.0) + bound / distance;
+        let direction = rounded(1.0 + b.turning) + bound / distance;
         Self { distance: bound, velocity, normal_velocity: velocity + speed * direction, direction }
     }
 
@@ -132,8 +136,8 @@ impl Bounds {
 
     /// At a plane in any direction, or at a face that is so slender.
     pub fn plane(a: &Flight, plane: &Flight, radius: f64, slenderness: f64) -> Self {
-        let (velocity, direction) = (a.velocity(), rounded(slenderness));
+        let (velocity, direction) = (a.velocity() + plane.velocity(), rounded(slenderness + plane.turning));
         let distance = rounded((a.length + plane.length) * slenderness + radius);
-        Self { distance, velocity, normal_velocity: velocity + a.speed * direction, direction }
+        Self { distance, velocity, normal_velocity: velocity + (a.speed + plane.speed) * direction, direction }
     }
 }

@@ -49,7 +49,7 @@ pub enum End {
     Interrupted,
     /// Something acts from outside: a thermostat, a growth, a sheared box, a thermal wall or surface. The rule that is proven does not cover that.
     Driven,
-    /// Surfaces come or go when a stage has ended that ends by what it measures: the replay cannot tell when.
+    /// Surfaces come or go, or gravity turns, when a stage has ended that ends by what it measures: the replay cannot tell when.
     OpenStages,
     /// An event is wrong.
     Violated(Violation),

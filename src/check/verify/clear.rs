@@ -20,6 +20,10 @@ impl Approach {
     ///
     /// Only from the outside of a sphere: a pair inside of one always comes to it, unless it is at rest.
     pub fn is_clear(&self, size: f64) -> bool {
+        // Beside what oscillates or turns for ever nothing is shown.
+        if self.swing.is_some() {
+            return false;
+        }
         match self.boundary {
             Boundary::Plane => self.is_clear_of_plane(size),
             Boundary::Sphere { distance, side: Side::Positive } => self.recedes() || self.passes(distance, size),
@@ -79,7 +83,7 @@ mod tests {
     fn flight(position: [f64; 3], velocity: [f64; 3], gravity: f64, boundary: Boundary) -> Approach {
         let acceleration = Vector::new(0.0, 0.0, -gravity);
         let (position, velocity) = (position.into(), velocity.into());
-        Approach { since: 2.0, position, velocity, acceleration, boundary, foot: None }
+        Approach { since: 2.0, position, velocity, acceleration, boundary, foot: None, swing: None }
     }
 
     #[test]

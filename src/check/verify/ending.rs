@@ -2,6 +2,8 @@
 
 use super::approach::{Approach, Boundary};
 use super::contact::Contact;
+use super::facet::Facet;
+use super::moving::is_searched;
 use super::rules::{Side, Step};
 use super::verifier::Verifier;
 use super::violation::Fault;
@@ -51,7 +53,7 @@ impl Verifier {
         for wall in &self.world.walls {
             let approach = wall_approach(&self.world, &self.before, i, wall, 0.0);
             let contact = Contact::Wall { particle: ParticleId(i), axis: wall.axis, is_upper: wall.is_upper };
-            if let Some(after) = approach.next_event() {
+            if let Some(after) = approach.next_event(f64::INFINITY) {
                 return Err(self.ended_early(contact, after));
             }
             let size = self.before.positions[i as usize].norm() + wall.at.abs() + self.world.radius(i);
@@ -67,22 +69,48 @@ impl Verifier {
         let (world, states) = (&self.world, &self.before);
         let at = i as usize;
         let rests = states.velocities[at] == Vector::zeros() && world.accelerations[at] == Vector::zeros();
-        if rests {
-            return Ok(None);
-        }
-        let round: Vec<usize> = (0..3).filter(|&k| world.periods[k] > 0.0).collect();
+        let at_rest = world.facets_near(states, i, f64::INFINITY).filter(|facet| !world.motions.moves(facet.surface));
+        let is_met = world.meets(i);
+        let moving = |facet: &&Facet| is_met[facet.surface as usize] && world.motions.moves(facet.surface);
         let mut open = None;
-        for facet in world.facets_near(states, i, f64::INFINITY) {
-            if let Some(after) = facet.approach(world, states, i, 0.0).next_event() {
-                return Err(self.ended_early(facet.contact(i), after));
-            }
+        for facet in at_rest.filter(|_| !rests).chain(world.facets.iter().filter(moving)) {
+            let is_missed = self.search_facet(facet, i)?;
             // One with ends has images for ever.
-            let has_images = round.iter().any(|&k| !facet.is_endless(k));
-            if open.is_none() && (has_images || !facet.is_clear(world, states, i)) {
+            let has_images = (0..3).any(|k| world.periods[k] > 0.0 && !facet.is_endless(k));
+            if open.is_none() && (has_images || !is_missed) {
                 open = Some(facet.contact(i));
             }
         }
         Ok(open)
+    }
+
+    /// Whether a particle is shown to miss a feature, in all that its surface will do.
+    fn search_facet(&self, facet: &Facet, i: u32) -> Result<bool, Fault> {
+        let (motions, elapsed) = (&self.world.motions, &self.before.elapsed);
+        let (motion, now) = (self.world.motion(&self.before, i), motions.now(elapsed));
+        if !motions.moves(facet.surface) {
+            let due = facet.approach_in(None, &motion, now, 0.0).next_event(f64::INFINITY);
+            return match due {
+                Some(after) => Err(self.ended_early(facet.contact(i), after)),
+                None => Ok(facet.is_clear(&motion, 0.0)),
+            };
+        }
+        for piece in motions.pieces_from(facet.surface, elapsed) {
+            let (from, until) = ((piece.from - now).max(0.0), piece.until - now);
+            if !is_searched(piece, until - from) {
+                return Ok(false);
+            }
+            let later = motion.after(from);
+            let found = facet.approach_in(Some(piece), &later, now + from, from).next_event(until);
+            if let Some(after) = found.filter(|after| *after < until) {
+                return Err(self.ended_early(facet.contact(i), after));
+            }
+            if until == f64::INFINITY {
+                let size = motions.sway_beside(facet.surface, later, elapsed).length;
+                return Ok(facet.is_clear(&later.seen(piece, now + from), size));
+            }
+        }
+        Ok(false)
     }
 
     /// Whether the search for a pair's next event stays open.
@@ -98,7 +126,7 @@ impl Verifier {
             // A captured pair interacts through its nearest image only.
             let found = match side {
                 Side::Positive => self.search_images(&nearest, seen.distance, size, left),
-                Side::Negative => nearest.next_event().map_or(Search::Never, Search::Due),
+                Side::Negative => nearest.next_event(f64::INFINITY).map_or(Search::Never, Search::Due),
             };
             match found {
                 Search::Never => {}
@@ -120,8 +148,8 @@ impl Verifier {
         let Some(images) = self.world.images(&nearest.position, &reach, *left) else { return Search::Open };
         *left -= images.len() as f64;
         let mut soonest: Option<f64> = None;
-        for approach in images.into_iter().map(|position| Approach { position, ..*nearest }) {
-            match approach.next_event() {
+        for approach in images.into_iter().map(|position| Approach { position, ..nearest.clone() }) {
+            match approach.next_event(f64::INFINITY) {
                 Some(after) => soonest = Some(soonest.map_or(after, |soonest| soonest.min(after))),
                 None if matches!(none, Search::Never) && !approach.is_clear(size) => none = Search::Open,
                 None => {}

@@ -3,14 +3,18 @@
 use super::approach::{Approach, Boundary};
 use super::contact::Contact;
 use super::foot::Foot;
+use super::moving::Beside;
 use super::rules::Side;
+use super::swing::Swing;
 use super::window::{MARGIN, reach_along};
 use super::world::World;
 use crate::Vector;
-use crate::check::reference::{Across, Barrier, Feature, Motion, features};
+use crate::check::reference::{Across, Barrier, Feature, Motion, Passage, features};
 use crate::engine::States;
 use crate::model::space::Space;
+use crate::model::surface_motion::Piece;
 use crate::model::{ParticleId, Scene};
+use std::sync::Arc;
 
 /// Rounding of coordinates in the comparison that leaves out what is too far away.
 const ROUNDING: f64 = MARGIN - 1.0;
@@ -81,9 +85,10 @@ impl Facet {
         (0..3).all(|k| start[k] <= upper[k] && lower[k] <= end[k])
     }
 
-    /// Whether a sphere may touch it.
-    pub fn is_near(&self, Motion { position, radius, .. }: Motion) -> bool {
-        let around = Vector::repeat(radius * NEAR + ROUNDING * (position.amax() + self.farthest));
+    /// Whether a sphere may touch it, as its surface sees that.
+    pub fn is_near(&self, Motion { position, radius, .. }: &Motion, beside: &Beside<'_>) -> bool {
+        let rounding = ROUNDING * (position.amax() + self.farthest + beside.sway.length);
+        let around = Vector::repeat(radius * NEAR + rounding);
         self.reaches(&[position - around, position + around])
     }
 
@@ -94,25 +99,27 @@ impl Facet {
 
     /// The flight of a particle towards it, from a time within the window on.
     pub fn approach(&self, world: &World, states: &States, i: u32, since: f64) -> Approach {
-        let motion = world.motion(states, i);
-        let Across { position, velocity, acceleration, barrier } = self.feature.across(&motion);
-        let boundary = match barrier {
-            Barrier::Round { distance, side } => {
-                let side = if side.sign() > 0.0 { Side::Positive } else { Side::Negative };
-                Boundary::Sphere { distance, side }
-            }
-            Barrier::Flat => Boundary::Plane,
-        };
-        let slenderness = self.slenderness;
-        let foot = self.feature.extents(&motion).map(|extents| Foot { extents, slenderness });
-        Approach { since, position, velocity, acceleration, boundary, foot }
+        let (motion, now) = (world.motion(states, i), world.motions.now(&states.elapsed));
+        self.approach_in(world.motions.piece(self.surface, &states.elapsed), &motion, now, since)
     }
 
-    /// Whether it is shown that a particle never comes to it, in a box that is not periodic.
-    pub fn is_clear(&self, world: &World, states: &States, i: u32) -> bool {
-        let Motion { position, velocity, acceleration, radius } = world.motion(states, i);
-        let size = position.norm() + self.farthest + radius;
-        let across = self.approach(world, states, i, 0.0);
+    /// The flight of a particle towards it in a piece of its motions, if there are any, from a simulated time on that is `since` in the window.
+    pub fn approach_in(&self, piece: Option<&Piece>, motion: &Motion, now: f64, since: f64) -> Approach {
+        let slenderness = self.slenderness;
+        let Some(piece) = piece else { return approach_of(&self.feature, slenderness, motion, since) };
+        if piece.kind.is_none_or(|kind| kind.is_polynomial()) {
+            return approach_of(&self.feature, slenderness, &motion.seen(piece, now), since);
+        }
+        let passage = Passage { feature: self.feature, motion: *motion, piece: *piece, now };
+        Arc::new(Swing::new(passage, slenderness, since)).at(since)
+    }
+
+    /// Whether it is shown that a particle never comes to it, as a surface sees it that goes on so for ever, in a box that is not periodic. `size` is that of
+    /// the coordinates `[length]`.
+    pub fn is_clear(&self, seen: &Motion, size: f64) -> bool {
+        let Motion { position, velocity, acceleration, radius } = *seen;
+        let size = size + position.norm() + self.farthest + radius;
+        let across = approach_of(&self.feature, self.slenderness, seen, 0.0);
         if across.is_clear(size) {
             return true;
         }
@@ -127,7 +134,7 @@ impl Facet {
                 position: along(-height - radius),
                 velocity: -across.velocity,
                 acceleration: -across.acceleration,
-                ..across
+                ..across.clone()
             };
             if behind.is_clear(size) {
                 return true;
@@ -138,8 +145,22 @@ impl Facet {
         let distance = 0.5 * (end - start).norm() + radius;
         let boundary = Boundary::Sphere { distance, side: Side::Positive };
         let position = position - 0.5 * (start + end);
-        Approach { since: 0.0, position, velocity, acceleration, boundary, foot: None }.is_clear(size)
+        Approach { since: 0.0, position, velocity, acceleration, boundary, foot: None, swing: None }.is_clear(size)
     }
+}
+
+/// A flight towards a feature, as its surface sees it from a time within the window on.
+pub(super) fn approach_of(feature: &Feature, slenderness: f64, motion: &Motion, since: f64) -> Approach {
+    let Across { position, velocity, acceleration, barrier } = feature.across(motion);
+    let boundary = match barrier {
+        Barrier::Round { distance, side } => {
+            let side = if side.sign() > 0.0 { Side::Positive } else { Side::Negative };
+            Boundary::Sphere { distance, side }
+        }
+        Barrier::Flat => Boundary::Plane,
+    };
+    let foot = feature.extents(motion).map(|extents| Foot { extents, slenderness });
+    Approach { since, position, velocity, acceleration, boundary, foot, swing: None }
 }
 
 impl World {
@@ -152,11 +173,17 @@ impl World {
 
     /// The facets that are there, that a particle meets, and that it may come to in some time.
     pub fn facets_near<'a>(&'a self, states: &States, i: u32, time: f64) -> impl Iterator<Item = &'a Facet> + use<'a> {
-        let Motion { position, velocity, acceleration, radius } = self.motion(states, i);
+        let motion = self.motion(states, i);
+        let Motion { position, velocity, acceleration, radius } = motion;
         let reach = reach_along(&velocity, &acceleration, time) * MARGIN;
         let around = reach.add_scalar(radius + ROUNDING * (position.amax() + self.farthest_facet));
         let swept = [position - around, position + around];
+        let swept_beside = self.motions.swept(&motion, &states.elapsed, time);
         let is_met = self.meets(i);
-        self.facets.iter().filter(move |facet| is_met[facet.surface as usize] && facet.reaches(&swept))
+        self.facets.iter().filter(move |facet| {
+            let surface = facet.surface as usize;
+            let swept = swept_beside.get(surface).and_then(Option::as_ref).unwrap_or(&swept);
+            is_met[surface] && facet.reaches(swept)
+        })
     }
 }

@@ -4,21 +4,22 @@ use super::approach::{Approach, Boundary};
 use super::bounds::{Bounds, Flight, is_without_digits};
 use super::certificate::note;
 use super::contact::Contact;
-use super::facet::Facet;
+use super::moving::{Beside, Carried};
 use super::outcome::Encounter;
 use super::rules::{Side, Step};
 use super::verifier::Verifier;
 use super::violation::Fault;
 use super::window::wall_approach;
-use super::world::World;
+use crate::check::reference::{Motion, Touch};
 use crate::engine::States;
 use crate::engine::event::{Event, Outcome};
 
 /// A particle at a feature of a surface.
 struct Meeting {
-    facet: Facet,
     approach: Approach,
     bounds: Bounds,
+    touch: Touch,
+    carried: Carried,
 }
 
 impl Meeting {
@@ -28,7 +29,7 @@ impl Meeting {
     }
 
     fn gap(&self) -> f64 {
-        self.approach.gap(self.approach.since)
+        self.approach.gap_now()
     }
 
     fn is_in_contact(&self) -> bool {
@@ -45,7 +46,11 @@ impl Verifier {
         match contact {
             Contact::Pair(pair) => pair.map(|id| self.flight(id.0)),
             Contact::Wall { particle, .. } => [self.flight(particle.0), Flight::NONE],
-            Contact::Surface { particle, .. } => [self.flight(particle.0), Flight::fixed(self.world.farthest_facet)],
+            Contact::Surface { particle, surface } => {
+                let motion = self.world.motion(&self.before, particle.0);
+                let sway = self.world.motions.sway_beside(*surface, motion, &self.before.elapsed);
+                [self.flight(particle.0), Flight::of_surface(self.world.farthest_facet, &sway)]
+            }
         }
     }
 
@@ -147,9 +152,7 @@ impl Verifier {
         let Contact::Surface { surface, .. } = contact else { return Err(unknown) };
         let is_its = event.distance == self.world.radius(i);
         let restitution = self.world.surface_restitution(i, surface).filter(|_| is_its).ok_or(unknown)?;
-        // Without a feature in contact, the nearest of all says how far away the event was.
-        let near = self.meetings(contact, surface, |world, facet| facet.is_near(world.motion(&self.before, i)));
-        let meetings = if near.is_empty() { self.meetings(contact, surface, |_, _| true) } else { near };
+        let meetings = self.meetings(contact, surface);
         let (proof, mut fault) = (self.proof, None);
         for meeting in meetings {
             if fault.is_some() && !meeting.is_in_contact() {
@@ -169,17 +172,33 @@ impl Verifier {
     }
 
     /// The features of a surface on which the foot of a particle is, the nearest first: where several meet, rounding decides which of them the
-    /// engine takes.
-    fn meetings(&self, contact: Contact, surface: u32, is_wanted: impl Fn(&World, &Facet) -> bool) -> Vec<Meeting> {
-        let (now, flights) = (self.window.time(&self.before.elapsed), self.flights(&contact));
-        let facets = self.world.facets.iter().filter(|facet| facet.surface == surface && is_wanted(&self.world, facet));
+    /// engine takes. Without a feature in contact, the nearest of all says how far away an event was.
+    fn meetings(&self, contact: Contact, surface: u32) -> Vec<Meeting> {
         let Some(i) = contact.particles().next() else { return Vec::new() };
-        let meeting = |facet: &Facet| {
-            let approach = facet.approach(&self.world, &self.before, i, now);
-            let bounds = self.bounds(&contact, &approach, &flights);
-            Meeting { facet: *facet, approach, bounds }
-        };
-        let mut on: Vec<Meeting> = facets.map(meeting).filter(Meeting::has_foot).collect();
+        let motion = self.world.motion(&self.before, i);
+        let beside = self.world.motions.beside(surface, motion, &self.before.elapsed);
+        let beside: Vec<(Beside<'_>, Motion)> = beside.into_iter().map(|beside| (beside, beside.seen())).collect();
+        let near = self.meetings_beside(contact, surface, &beside, false);
+        if near.is_empty() { self.meetings_beside(contact, surface, &beside, true) } else { near }
+    }
+
+    fn meetings_beside(
+        &self,
+        contact: Contact,
+        surface: u32,
+        beside: &[(Beside<'_>, Motion)],
+        are_all: bool,
+    ) -> Vec<Meeting> {
+        let (now, flights) = (self.window.time(&self.before.elapsed), self.flights(&contact));
+        let mut on = Vec::new();
+        for facet in self.world.facets.iter().filter(|facet| facet.surface == surface) {
+            for (beside, _) in beside.iter().filter(|(beside, seen)| are_all || facet.is_near(seen, beside)) {
+                let approach = facet.approach_in(beside.piece, &beside.motion, beside.now, now);
+                let bounds = self.bounds(&contact, &approach, &flights);
+                on.push(Meeting { approach, bounds, touch: beside.contact(facet), carried: beside.carried() });
+            }
+        }
+        on.retain(Meeting::has_foot);
         on.sort_by(|a, b| a.gap().abs().total_cmp(&b.gap().abs()));
         on
     }
@@ -195,9 +214,12 @@ impl Verifier {
         let radius = self.world.radius(i);
         let unit = if radius > 0.0 { radius } else { 1.0 };
         self.check_contact(contact, &meeting.approach, &meeting.bounds, unit)?;
-        let touch = meeting.facet.feature.contact(&self.world.motion(&self.before, i).position);
         let flights = self.flights(&contact);
-        self.encounter(event, after, meeting.bounds, flights).check_surface(&touch, restitution)
+        self.encounter(event, after, meeting.bounds, flights).check_surface(
+            &meeting.touch,
+            restitution,
+            &meeting.carried,
+        )
     }
 
     fn note_contact(&mut self, particles: &[u32], now: &States) {
@@ -228,8 +250,7 @@ impl Verifier {
         bounds: &Bounds,
         unit: f64,
     ) -> Result<(), Fault> {
-        let now = approach.since;
-        let (gap, closing, bound) = (approach.gap(now), approach.closing(now), bounds.distance);
+        let (gap, closing, bound) = (approach.gap_now(), approach.closing_now(), bounds.distance);
         if gap.is_nan() || gap > bound {
             return Err(Fault::Early { contact, gap, bound });
         }

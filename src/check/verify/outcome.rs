@@ -4,6 +4,7 @@ use super::barrier::{Arrival, ContactMemory, Leaving};
 use super::bounds::{Bounds, Flight, rounded};
 use super::certificate::{Margins, note};
 use super::contact::Contact;
+use super::moving::Carried;
 use super::rules::{Side, Step};
 use super::violation::{Fault, Quantity};
 use super::world::{Wall, World};
@@ -25,12 +26,15 @@ pub(super) struct Encounter<'a> {
     pub margins: &'a mut Margins,
 }
 
-/// How a barrier curves where it is met.
-struct Curve {
-    /// Its radius, infinite if it is flat, negative if it curves around the particle `[length]`.
+/// What brings a motion back to a barrier: how that curves where it is met, and a force.
+struct Bend {
+    /// Radius of the barrier, infinite if it is flat, negative if it curves around the particle `[length]`.
     radius: f64,
     /// The direction along which it does not curve, of a line.
     along: Option<Vector>,
+    /// Relative acceleration, and what it is rounded with besides itself `[length / time^2]`.
+    acceleration: Vector,
+    rounded_with: f64,
 }
 
 /// The relative motion of two particles, or of one and a wall, when they meet.
@@ -46,6 +50,8 @@ struct Motion<'a> {
     velocity: Vector,
     /// Along the normal.
     radial: f64,
+    /// Velocity of the barrier, if it is that of a surface `[length / time]`.
+    surface: Vector,
 }
 
 impl Motion<'_> {
@@ -78,7 +84,8 @@ impl Encounter<'_> {
         let velocity = relative(self.before);
         let radial = velocity.dot(&normal);
         let outwards = side.sign();
-        let motion = Motion { particles: &[i, j], weights: &weights, reduced_mass, normal, outwards, velocity, radial };
+        let (particles, weights, surface) = (&[i, j][..], &weights[..], Vector::zeros());
+        let motion = Motion { particles, weights, reduced_mass, normal, outwards, velocity, radial, surface };
 
         let (expected, crosses) = self.expected(side, seen, &motion, found);
         let contact = Contact::of(self.event);
@@ -98,8 +105,9 @@ impl Encounter<'_> {
             return self.check_energy(&motion, 0.0, 0.0);
         }
         let acceleration = self.world.accelerations[i as usize] - self.world.accelerations[j as usize];
-        let curve = Curve { radius: apart.norm().max(f64::MIN_POSITIVE), along: None };
-        self.check_barrier(&motion, restitution, &acceleration, &curve, &arriving)
+        let radius = apart.norm().max(f64::MIN_POSITIVE);
+        let bend = Bend { radius, along: None, acceleration, rounded_with: 0.0 };
+        self.check_barrier(&motion, restitution, &bend, &arriving)
     }
 
     /// A reflection off a wall.
@@ -107,24 +115,34 @@ impl Encounter<'_> {
         let mut normal = Vector::zeros();
         normal[usize::from(wall.axis)] = wall.inwards();
         self.within(Quantity::Normal, (self.event.normal - normal).norm(), 0.0)?;
-        self.check_reflection(&normal, wall.restitution, &Curve { radius: f64::INFINITY, along: None })
+        let acceleration = self.world.accelerations[self.event.particle.0 as usize];
+        let bend = Bend { radius: f64::INFINITY, along: None, acceleration, rounded_with: 0.0 };
+        self.check_reflection(&normal, wall.restitution, &bend, &Vector::zeros())
     }
 
-    /// A reflection off a feature of a surface.
-    pub fn check_surface(&mut self, touch: &Touch, restitution: f64) -> Result<(), Fault> {
+    /// A reflection off a feature of a surface, as that sees it.
+    pub fn check_surface(&mut self, touch: &Touch, restitution: f64, carried: &Carried) -> Result<(), Fault> {
         let sign = touch.side.sign();
         let normal = touch.normal * sign;
         self.within(Quantity::Normal, (self.event.normal - normal).norm(), 2.0 * self.bounds.direction)?;
-        self.check_reflection(&normal, restitution, &Curve { radius: sign / touch.curvature, along: touch.along })
+        let Carried { velocity, acceleration, rounded_with } = *carried;
+        let bend = Bend { radius: sign / touch.curvature, along: touch.along, acceleration, rounded_with };
+        self.check_reflection(&normal, restitution, &bend, &velocity)
     }
 
-    /// A reflection off what never moves, with a normal towards the particle.
-    fn check_reflection(&mut self, normal: &Vector, restitution: f64, curve: &Curve) -> Result<(), Fault> {
+    /// A reflection off a surface with a velocity, with a normal towards the particle.
+    fn check_reflection(
+        &mut self,
+        normal: &Vector,
+        restitution: f64,
+        bend: &Bend,
+        surface: &Vector,
+    ) -> Result<(), Fault> {
         let i = self.event.particle.0;
-        let leaving = normal.dot(&self.after.velocities[i as usize]);
+        let leaving = normal.dot(&(self.after.velocities[i as usize] - surface));
         self.within(Quantity::Direction, -leaving, self.bounds.normal_velocity)?;
         let weight = self.world.inverse_masses[i as usize];
-        let velocity = self.before.velocities[i as usize];
+        let velocity = self.before.velocities[i as usize] - surface;
         let motion = Motion {
             particles: &[i],
             weights: &[weight],
@@ -133,9 +151,10 @@ impl Encounter<'_> {
             outwards: 1.0,
             velocity,
             radial: normal.dot(&velocity),
+            surface: *surface,
         };
-        let (acceleration, bounds) = (self.world.accelerations[i as usize], self.bounds);
-        self.check_barrier(&motion, restitution, &acceleration, curve, &bounds)
+        let bounds = self.bounds;
+        self.check_barrier(&motion, restitution, bend, &bounds)
     }
 
     /// Makes the bounds those of the velocities after the event, which have the speed that it gives.
@@ -175,21 +194,22 @@ impl Encounter<'_> {
         &mut self,
         motion: &Motion,
         restitution: f64,
-        acceleration: &Vector,
-        curve: &Curve,
+        bend: &Bend,
         arriving: &Bounds,
     ) -> Result<(), Fault> {
         let (approach, tangential, slack) = (motion.approach(), motion.tangential().norm(), arriving.normal_velocity);
         let plain = || vec![Leaving { speed: (restitution * approach, slack), sliding: None }];
         let leavings = self.contacts.as_ref().map_or_else(plain, |contacts| {
-            let around = curve.along.map_or(motion.tangential(), |along| {
+            let Bend { radius, acceleration, .. } = *bend;
+            let around = bend.along.map_or(motion.tangential(), |along| {
                 let tangential = motion.tangential();
                 tangential - along * along.dot(&tangential)
             });
-            let centrifugal = around.norm_squared() / curve.radius;
+            let centrifugal = around.norm_squared() / radius;
             let closing = -motion.outwards * (acceleration.dot(&motion.normal) + centrifugal);
-            let bound = 2.0 * tangential * slack / curve.radius.abs()
-                + (acceleration.norm() + centrifugal.abs()) * (arriving.direction + rounded(1.0));
+            let bound = 2.0 * tangential * slack / radius.abs()
+                + (acceleration.norm() + centrifugal.abs()) * (arriving.direction + rounded(1.0))
+                + rounded(bend.rounded_with);
             let (approach, tangential) = ((approach, slack), (tangential, slack));
             let arrival = Arrival { restitution, approach, tangential, closing: (closing, bound) };
             contacts.leavings(&arrival, motion.particles, &self.after.elapsed)
@@ -254,14 +274,17 @@ impl Encounter<'_> {
         Ok(())
     }
 
-    /// Kinetic energy changes by the step and by what the barrier takes. `speed_bound` is what is uncertain of the speed that it
-    /// leaves.
+    /// Kinetic energy, as the barrier sees it, changes by the step and by what the barrier takes; the step at a surface is its work, which that does not
+    /// see. `speed_bound` is what is uncertain of the speed that the barrier leaves.
     fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64) -> Result<(), Fault> {
-        let (mut gained, mut scale) = (0.0, 0.0);
+        let (mut gained, mut scale, surface) = (0.0, 0.0, &motion.surface);
+        let mut work = 0.0;
         for ((&p, &weight), flight) in motion.particles.iter().zip(motion.weights).zip(&self.flights) {
             if weight > 0.0 {
                 let (old, new) = (&self.before.velocities[p as usize], &self.after.velocities[p as usize]);
-                gained += 0.5 / weight * (new - old).dot(&(new + old));
+                let change = new - old;
+                gained += 0.5 / weight * change.dot(&(new + old - surface * 2.0));
+                work += change.dot(surface) / weight;
                 scale += (flight.speed + new.norm()) * flight.velocity() / weight;
             }
         }
@@ -272,7 +295,7 @@ impl Encounter<'_> {
             + mu * speed * self.bounds.velocity
             + rounded(self.event.energy_step.abs())
             + mu * receding * receding;
-        self.within(Quantity::Energy, (gained + self.event.energy_step + self.event.dissipated).abs(), bound)?;
+        self.within(Quantity::Energy, (gained + (self.event.energy_step - work) + self.event.dissipated).abs(), bound)?;
         let bound = bound + 2.0 * mu * approach * (self.bounds.normal_velocity + speed_bound);
         self.within(Quantity::Dissipation, (self.event.dissipated - lost).abs(), bound)
     }

@@ -89,18 +89,20 @@ pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'
 
 fn certify(scene: Scene, range: EventRange, recorded: Option<RunEnd>, watch: Watch<'_>) -> Certificate {
     let refused = |end: End| Certificate { end, ..Certificate::blank(1, scene.start_time) };
-    if scene.is_driven() {
+    if scene.run.has_thermostat_or_growth() || scene.shear_rate.is_some() || scene.has_thermal_walls() {
         return refused(End::Driven);
     }
     let Some(stretches) = schedule(&scene.run, &scene.surfaces) else { return refused(End::OpenStages) };
-    let follows_stages = recorded.is_none() || scene.surfaces.iter().any(|surface| !surface.stages.is_empty());
+    let has_changes =
+        scene.run.gravities().next().is_some() || scene.surfaces.iter().any(|surface| !surface.stages.is_empty());
+    let follows_stages = recorded.is_none() || has_changes;
     let mut replay = Replay {
         simulation: Simulation::without_plan(scene),
         states: States::default(),
         range,
         watch,
         stretches: if follows_stages { stretches } else { Vec::new() },
-        stage: None,
+        begun: None,
         ends: None,
         recorded,
         has_run_out: false,
@@ -131,8 +133,8 @@ struct Replay<'w> {
     watch: Watch<'w>,
     /// Stretches of the plan of the run that are left, the next one last.
     stretches: Vec<Stretch>,
-    /// Stage that has begun, until the verifier has been told.
-    stage: Option<String>,
+    /// Stretch that has begun, until the verifier has been told.
+    begun: Option<Stretch>,
     /// Simulated time and events at which the present stretch ends.
     ends: Option<Until>,
     /// Where the run has ended; `None` ends where the scene plans it.
@@ -154,14 +156,18 @@ impl Replay<'_> {
             None => None,
         };
         while self.ends.is_none_or(|ends| self.events() >= ends.events) {
-            let Some(Stretch { stage, limit }) = self.stretches.pop() else { return recorded };
+            let Some(stretch) = self.stretches.pop() else { return recorded };
+            let Stretch { stage, gravity, limit } = &stretch;
             let events = self.events();
             self.ends = Some(Until {
                 time: limit.time.map_or(f64::INFINITY, |time| self.simulation.time() + time),
                 events: limit.events.map_or(u64::MAX, |more| events.saturating_add(more)),
             });
-            self.simulation.set_stage_of_surfaces(&stage);
-            self.stage = Some(stage);
+            self.simulation.set_stage_of_surfaces(stage);
+            if let Some(gravity) = gravity {
+                self.simulation.set_gravity(gravity);
+            }
+            self.begun = Some(stretch);
         }
         let first =
             |one: Until, other: Until| Until { time: one.time.min(other.time), events: one.events.min(other.events) };
@@ -239,7 +245,9 @@ impl Replay<'_> {
 
     /// Tells the verifier of a stage that has begun.
     fn tell_stage(&mut self, verifier: &mut Verifier) -> Result<(), Fault> {
-        self.stage.take().map_or(Ok(()), |stage| verifier.enter_stage(&stage, &self.states))
+        let Some(Stretch { stage, gravity, .. }) = self.begun.take() else { return Ok(()) };
+        verifier.enter_stage(&stage, &self.states)?;
+        gravity.map_or(Ok(()), |gravity| verifier.turn_gravity(&gravity, &self.states))
     }
 
     fn verifier_of_first_stage(&self) -> Result<Verifier, Fault> {
@@ -247,12 +255,12 @@ impl Replay<'_> {
         if self.range.from == 0 && scene.predecessor().is_none() {
             return Verifier::new(scene, states);
         }
-        let mut verifier = Verifier::resume(scene, states, &self.simulation.captured_pairs())?;
-        if scene.predecessor().is_some() {
-            // Its time is counted from where the engine of the run before it began.
-            verifier.start_time = self.simulation.time() - states.elapsed.total();
-        }
-        Ok(verifier)
+        // The time of one that starts from a run is counted from where the engine of the run before it began.
+        let start_time = match scene.predecessor() {
+            Some(_) => self.simulation.time() - states.elapsed.total(),
+            None => scene.start_time,
+        };
+        Verifier::resume_from(scene, states, &self.simulation.captured_pairs(), start_time)
     }
 
     /// Proves event after event.

@@ -1,53 +1,58 @@
-//! The stages that a replay goes through: when each ends, and which surfaces are there.
+//! The stages that a replay goes through: when each ends, which surfaces are there, and what gravity.
 
+use crate::Vector;
 use crate::model::run_plan::MEASUREMENT;
-use crate::model::{Equilibration, Limit, RunPlan, SceneSurface};
+use crate::model::{Equilibration, Limit, RunPlan, SceneSurface, StagePlan};
 
 /// A stretch of a run that is left to replay.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Stretch {
     /// The stage that it belongs to, as surfaces have it.
     pub stage: String,
+    /// Gravity from its start on; `None` leaves it as it is `[length / time^2]`.
+    pub gravity: Option<Vector>,
     pub limit: Limit,
 }
 
-/// All stretches of a run, the next one last. `None` if the end of one is not planned and the surfaces after it are others.
+/// All stretches of a run, the next one last. `None` if the end of one is not planned and the surfaces after it, or gravity, are others.
 pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<Stretch>> {
     let all = stretches(plan);
-    let first_open = all.iter().position(|(_, stage)| stage.until_stationary);
-    if let Some(((stage, _), later)) = first_open.and_then(|at| all[at..].split_first()) {
-        let are_same = |other: &str| surfaces.iter().all(|it| it.is_in(stage) == it.is_in(other));
-        if !later.iter().all(|(other, _)| are_same(other)) {
+    let first_open = all.iter().position(|(_, is_open)| *is_open);
+    if let Some(((open, _), later)) = first_open.and_then(|at| all[at..].split_first()) {
+        let has_same = |other: &Stretch| {
+            let are_same = surfaces.iter().all(|it| it.is_in(&open.stage) == it.is_in(&other.stage));
+            are_same && other.gravity.is_none_or(|gravity| open.gravity == Some(gravity))
+        };
+        if !later.iter().all(|(other, _)| has_same(other)) {
             return None;
         }
     }
-    let planned = all.iter().take(first_open.unwrap_or(all.len()));
-    let mut ends: Vec<Stretch> = planned
-        .filter(|(_, stage)| stage.limit != Limit::default())
-        .map(|(stage, planned)| Stretch { stage: (*stage).to_owned(), limit: planned.limit })
-        .collect();
+    let planned = all.iter().take(first_open.unwrap_or(all.len())).map(|(stretch, _)| stretch);
+    let mut ends: Vec<Stretch> = planned.filter(|stretch| stretch.limit != Limit::default()).cloned().collect();
     // A scene that does not say how long to run, or whose equilibration ends by what it measures, can be replayed for ever.
     let open = first_open.and_then(|at| all.get(at)).or(if ends.is_empty() { all.last() } else { None });
-    ends.extend(open.map(|(stage, _)| Stretch { stage: (*stage).to_owned(), limit: Limit::default() }));
+    ends.extend(open.map(|(stretch, _)| Stretch { limit: Limit::default(), ..stretch.clone() }));
     ends.reverse();
     Some(ends)
 }
 
-/// Equilibrations and measurements in their order, those without an end too, each with the name of its stage.
-fn stretches(plan: &RunPlan) -> Vec<(&str, Equilibration)> {
-    let until = |limit| Equilibration { limit, until_stationary: false };
+/// Equilibrations and measurements in their order, those without an end too, each with whether it ends by what it measures.
+fn stretches(plan: &RunPlan) -> Vec<(Stretch, bool)> {
+    let both = |name: &str, gravity: Option<Vector>, before: Equilibration, limit: Limit| {
+        let stretch = |limit| Stretch { stage: name.to_owned(), gravity, limit };
+        [(stretch(before.limit), before.until_stationary), (stretch(limit), false)]
+    };
     let listed = plan.stages.iter().flat_map(|stage| {
-        let name = stage.name.as_str();
-        [(name, stage.measured.unwrap_or_default()), (name, until(stage.limit))]
+        let StagePlan { name, gravity, measured, limit, .. } = stage;
+        both(name, *gravity, measured.unwrap_or_default(), *limit)
     });
-    listed.chain([(MEASUREMENT, plan.last_equilibration()), (MEASUREMENT, until(plan.limit))]).collect()
+    listed.chain(both(MEASUREMENT, plan.gravity, plan.last_equilibration(), plan.limit)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Vector;
-    use crate::model::{StagePlan, SurfaceLaw, SurfaceShape};
+    use crate::model::{SurfaceLaw, SurfaceShape};
 
     fn of(stages: &[(&str, bool)], gate: &[&str]) -> Option<Vec<Stretch>> {
         let stage = |&(name, until_stationary): &(&str, bool)| StagePlan {
@@ -66,7 +71,7 @@ mod tests {
     #[test]
     fn stages_come_in_their_order_with_their_names() {
         let found = of(&[("a", false), ("b", false)], &["a"]).unwrap();
-        let stretch = |stage: &str, limit| Stretch { stage: stage.to_owned(), limit };
+        let stretch = |stage: &str, limit| Stretch { stage: stage.to_owned(), gravity: None, limit };
         let expected =
             [stretch(MEASUREMENT, Limit::time(2.0)), stretch("b", Limit::events(7)), stretch("a", Limit::events(7))];
         assert_eq!(found, expected);
@@ -83,5 +88,21 @@ mod tests {
         }
         assert_eq!(open(&["b"]), None);
         assert_eq!(open(&[MEASUREMENT]), None);
+    }
+
+    #[test]
+    fn gravity_does_not_turn_after_a_stage_that_ends_by_what_it_measures() {
+        let found = |open: Option<Vector>, later: Option<Vector>| {
+            let measured = Some(Equilibration { until_stationary: true, ..Equilibration::default() });
+            let first = StagePlan { name: "a".to_owned(), gravity: open, measured, ..StagePlan::default() };
+            let plan = RunPlan { stages: vec![first], gravity: later, limit: Limit::time(2.0), ..RunPlan::default() };
+            let found = schedule(&plan, &[]);
+            found.map(|all| all.iter().map(|it| it.gravity).collect::<Vec<_>>())
+        };
+        let [down, aside] = [-Vector::z(), Vector::x()].map(Some);
+        assert_eq!(found(down, down), Some(vec![down]));
+        assert_eq!(found(down, None), Some(vec![down]));
+        assert_eq!(found(down, aside), None);
+        assert_eq!(found(None, aside), None);
     }
 }

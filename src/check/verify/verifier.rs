@@ -11,6 +11,7 @@ use super::rules::fly;
 use super::violation::Fault;
 use super::window::{Due, Window};
 use super::world::World;
+use crate::Vector;
 use crate::engine::event::{Event, EventKind};
 use crate::engine::{Elapsed, States};
 use crate::model::{ParticleId, Scene};
@@ -47,7 +48,7 @@ impl Verifier {
     /// # Errors
     /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::TooFast`] if they are too fast for any number.
     pub fn new(scene: &Scene, states: &States) -> Result<Self, Fault> {
-        Self::begin(scene, states, None, |world| Ok(Pairs::from_distances(world, states)))
+        Self::begin(scene, states, (scene.start_time, None), |world| Ok(Pairs::from_distances(world, states)))
     }
 
     /// From states within a run, with the pairs that are not in state 0 then.
@@ -55,17 +56,28 @@ impl Verifier {
     /// # Errors
     /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::Unknown`] if a pair has no such state.
     pub fn resume(scene: &Scene, states: &States, captured: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
-        Self::begin(scene, states, Some(states.elapsed), |world| Pairs::listed(world, states, captured))
+        Self::resume_from(scene, states, captured, scene.start_time)
+    }
+
+    /// From states as [`Self::resume`], whose time begins at a simulated time.
+    pub(super) fn resume_from(
+        scene: &Scene,
+        states: &States,
+        captured: &[([ParticleId; 2], u16)],
+        start_time: f64,
+    ) -> Result<Self, Fault> {
+        let begin = (start_time, Some(states.elapsed));
+        Self::begin(scene, states, begin, |world| Pairs::listed(world, states, captured))
     }
 
     fn begin(
         scene: &Scene,
         states: &States,
-        unseen_before: Option<Elapsed>,
+        (start_time, unseen_before): (f64, Option<Elapsed>),
         pairs: impl FnOnce(&World) -> Result<Pairs, Fault>,
     ) -> Result<Self, Fault> {
         check_count(scene.particles.len(), states)?;
-        let world = World::new(scene);
+        let world = World::new(scene, start_time);
         let pairs = pairs(&world)?;
         let count = states.positions.len();
         let pace = Pace::new(&world, states);
@@ -80,8 +92,8 @@ impl Verifier {
             // Where the last event is not known, no later than the start.
             last_event: vec![Elapsed::default(); states.positions.len()],
             overdue: Vec::new(),
-            start_time: scene.start_time,
-            proof: Certificate::blank(1, scene.start_time),
+            start_time,
+            proof: Certificate::blank(1, start_time),
             world,
         })
     }
@@ -155,6 +167,29 @@ impl Verifier {
             return Ok(());
         }
         self.stream(now.elapsed.after(&self.states.elapsed), now.elapsed);
+        self.look_anew()
+    }
+
+    /// Gives all particles that move another acceleration, at the time of states that flights have led to.
+    ///
+    /// # Errors
+    /// [`Fault::Jumped`] or [`Fault::Disturbed`] if flights lead to other states, [`Fault::TooFast`] if a pair goes round the box too often.
+    pub fn turn_gravity(&mut self, gravity: &Vector, now: &States) -> Result<(), Fault> {
+        check_count(self.states.positions.len(), now)?;
+        // Along the flights before, which the other acceleration does not continue.
+        self.stream(now.elapsed.after(&self.states.elapsed), now.elapsed);
+        self.check_flights(now, |_| false)?;
+        if !self.world.turn_gravity(gravity) {
+            return Ok(());
+        }
+        self.states.clone_from(now);
+        self.before.clone_from(now);
+        self.last_event.fill(now.elapsed);
+        self.look_anew()
+    }
+
+    /// A new window, from the time of the event in hand on, for a world that has changed.
+    fn look_anew(&mut self) -> Result<(), Fault> {
         self.overdue.clear();
         self.proof.counts.asked += self.window.asked;
         let length = self.pace.length(&self.world, &self.before, 0.0);

@@ -92,6 +92,7 @@ impl Window {
     /// # Errors
     /// [`Fault::TooFast`] if a pair goes round the box too often.
     pub fn open(world: &World, pairs: &Pairs, states: &States, length: f64) -> Result<Self, Fault> {
+        let length = length.min(world.motions.steady_for(&states.elapsed));
         let mut window = Self {
             origin: states.elapsed,
             length,
@@ -198,7 +199,7 @@ impl Window {
                 Side::Negative => vec![nearest.position],
             };
             for position in images {
-                self.ask(Claim { contact, side }, Approach { position, ..nearest });
+                self.ask(Claim { contact, side }, Approach { position, ..nearest.clone() });
             }
         }
         Ok(())
@@ -226,7 +227,7 @@ impl Window {
     /// Asks for the next event of a flight.
     pub fn ask(&mut self, claim: Claim, approach: Approach) {
         self.asked += 1;
-        if let Some(time) = approach.next_event().filter(|time| *time <= self.length) {
+        if let Some(time) = approach.next_event(self.length) {
             self.due.push(Due { time, claim, approach, versions: self.versions_of(&claim.contact) });
         }
     }
@@ -244,6 +245,7 @@ pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall,
         acceleration: along(world.accelerations[i as usize][k]),
         boundary: Boundary::Plane,
         foot: None,
+        swing: None,
     }
 }
 

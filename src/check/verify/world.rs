@@ -2,6 +2,7 @@
 
 use super::contact::Contact;
 use super::facet::{Facet, facets};
+use super::moving::Motions;
 use crate::Vector;
 use crate::engine::States;
 use crate::model::potential::Potential;
@@ -39,6 +40,8 @@ pub(super) struct World {
     pub walls: Vec<Wall>,
     /// Features of the surfaces of the scene.
     pub facets: Vec<Facet>,
+    /// How the surfaces of the scene move.
+    pub motions: Motions,
     /// By species and surface, whether the two meet in the present stage.
     meetings: Vec<Vec<bool>>,
     /// Edges of periodic axes, 0 for others `[length]`.
@@ -62,7 +65,8 @@ pub(super) struct World {
 }
 
 impl World {
-    pub fn new(scene: &Scene) -> Self {
+    /// Of a scene, from states on whose time begins at a simulated time.
+    pub fn new(scene: &Scene, start_time: f64) -> Self {
         let species: Vec<&Species> =
             (0..).map(ParticleId).zip(&scene.particles).map(|(id, _)| scene.species_of(id)).collect();
         let bonds = scene.bonds.iter().map(|bond| {
@@ -80,6 +84,7 @@ impl World {
             walls: walls(scene),
             farthest_facet: facets.iter().map(|facet| facet.farthest).fold(0.0, f64::max),
             facets,
+            motions: Motions::of(&scene.surfaces, start_time),
             meetings: Vec::new(),
             periods,
             shortest_period: scene.space.periods().min(),
@@ -102,6 +107,13 @@ impl World {
         let of = |id: SpeciesId| surfaces.iter().map(|it| it.is_in(stage) && it.meets(id)).collect();
         let meetings = species.map(|(id, _)| of(id)).collect();
         std::mem::replace(&mut self.meetings, meetings) != self.meetings
+    }
+
+    /// Gives the particles that move another acceleration. Whether that changes any.
+    pub fn turn_gravity(&mut self, gravity: &Vector) -> bool {
+        let is_other = self.moving.iter().any(|&i| self.accelerations[i as usize] != *gravity);
+        self.moving.iter().for_each(|&i| self.accelerations[i as usize] = *gravity);
+        is_other
     }
 
     /// By surface, whether a particle meets it in the present stage.

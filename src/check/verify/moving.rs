@@ -1,0 +1,264 @@
+//! Surfaces that move, as the proof sees them: the pieces of their motions, and what is rounded there.
+
+use super::bounds::rounded;
+use super::facet::Facet;
+use super::window::{MARGIN, reach, reach_along};
+use crate::Vector;
+use crate::check::reference::{Motion, Touch};
+use crate::engine::Elapsed;
+use crate::model::surface_motion::{Piece, Timeline};
+use crate::model::{MotionKind, SceneSurface};
+use std::f64::consts::TAU;
+
+/// Roundings of a simulated time, of which a motion may begin earlier or later.
+const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+/// No window is longer than so many periods of an oscillation, in which a surface comes back, or of a rotation, with which all comes round.
+const MOST_OSCILLATIONS: f64 = 8.0;
+const MOST_TURNS: f64 = 0.25;
+/// So many windows of a motion are searched to show that nothing will ever happen.
+const MOST_SEARCHED: f64 = 1e3;
+/// Of a period: to a rounding of so much the times of contacts are found.
+const RESOLVED: f64 = 0.125;
+
+/// The motions of the surfaces of a scene.
+#[derive(Debug, Default)]
+pub(super) struct Motions {
+    /// Simulated time at which the time of states begins `[time]`.
+    start_time: f64,
+    /// By surface of the scene; none for those that always rest, none at all if all do.
+    timelines: Vec<Option<Timeline>>,
+}
+
+/// A surface in a piece of its motions, and a particle beside it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beside<'a> {
+    /// None of a surface that always rests.
+    pub piece: Option<&'a Piece>,
+    /// The particle in space.
+    pub motion: Motion,
+    /// Simulated time `[time]`.
+    pub now: f64,
+    pub sway: Sway,
+}
+
+/// How a surface carries what is in contact with it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Carried {
+    /// Its velocity there `[length / time]`.
+    pub velocity: Vector,
+    /// Acceleration of the particle as it sees it, along the axes of space `[length / time^2]`.
+    pub acceleration: Vector,
+    /// What that is rounded with, besides itself `[length / time^2]`.
+    pub rounded_with: f64,
+}
+
+/// Scales of the numbers that are rounded at a surface that moves.
+///
+/// Its places and velocities are those of a simulated time, which has no more digits than its sum, and a contact is found to a rounding of that time or
+/// of a part of a period.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sway {
+    /// Coordinates `[length]`.
+    pub length: f64,
+    /// Its speed where the particle is `[length / time]`.
+    pub speed: f64,
+    /// How much faster it becomes in the time that is rounded `[length / time]`.
+    pub falling: f64,
+    /// The angle by which it turns in that time `[1]`.
+    pub turning: f64,
+    /// Its acceleration, and what that changes by in that time `[length / time^2]`.
+    pub push: f64,
+}
+
+impl Motions {
+    /// Of states whose time begins at a simulated time.
+    pub fn of(surfaces: &[SceneSurface], start_time: f64) -> Self {
+        let timeline = |surface: &SceneSurface| surface.moves().then(|| Timeline::of(&surface.motions));
+        let all: Vec<Option<Timeline>> = surfaces.iter().map(timeline).collect();
+        let timelines = if all.iter().any(Option::is_some) { all } else { Vec::new() };
+        Self { start_time, timelines }
+    }
+
+    /// Simulated time `[time]`.
+    pub fn now(&self, elapsed: &Elapsed) -> f64 {
+        self.start_time + elapsed.total()
+    }
+
+    /// Whether a surface ever moves.
+    pub fn moves(&self, surface: u32) -> bool {
+        self.timeline(surface).is_some()
+    }
+
+    fn timeline(&self, surface: u32) -> Option<&Timeline> {
+        self.timelines.get(surface as usize)?.as_ref()
+    }
+
+    /// Time that rounding may leave between the beginning of a motion and the event that shows it.
+    fn rounding(&self, now: f64) -> f64 {
+        ROUNDINGS * (now.abs() + self.start_time.abs())
+    }
+
+    /// The piece of the motions of a surface from a time on.
+    pub fn piece(&self, surface: u32, elapsed: &Elapsed) -> Option<&Piece> {
+        let now = self.now(elapsed);
+        self.timeline(surface).map(|timeline| timeline.piece_at(now + self.rounding(now)))
+    }
+
+    /// All pieces of the motions of a surface from a time on.
+    pub fn pieces_from(&self, surface: u32, elapsed: &Elapsed) -> impl Iterator<Item = &Piece> {
+        let next = move |piece: &&Piece| {
+            let until = piece.until;
+            self.timeline(surface).filter(|_| until < f64::INFINITY).map(|timeline| timeline.piece_at(until))
+        };
+        std::iter::successors(self.piece(surface, elapsed), next)
+    }
+
+    /// A surface beside a particle: in the piece that is over, too, where rounding decides whether it is.
+    pub fn beside(&self, surface: u32, motion: Motion, elapsed: &Elapsed) -> Vec<Beside<'_>> {
+        let now = self.now(elapsed);
+        let Some(timeline) = self.timeline(surface) else {
+            return vec![Beside { piece: None, motion, now, sway: Sway::default() }];
+        };
+        let slack = self.rounding(now);
+        let mut pieces: Vec<&Piece> = [now - slack, now + slack].map(|time| timeline.piece_at(time)).to_vec();
+        pieces.dedup_by_key(|piece| piece.from);
+        let of = |piece| Beside { piece: Some(piece), motion, now, sway: self.sway(piece, &motion, now) };
+        pieces.into_iter().map(of).collect()
+    }
+
+    /// The scales of all that is rounded where a particle is beside a surface.
+    pub fn sway_beside(&self, surface: u32, motion: Motion, elapsed: &Elapsed) -> Sway {
+        self.beside(surface, motion, elapsed).iter().fold(Sway::default(), |sway, beside| sway.max(&beside.sway))
+    }
+
+    /// Time from now in which all surfaces go on with what they do, and in which bounds of that are of use.
+    pub fn steady_for(&self, elapsed: &Elapsed) -> f64 {
+        let now = self.now(elapsed);
+        let pieces = self.timelines.iter().flatten().map(|timeline| timeline.piece_at(now + self.rounding(now)));
+        let steady = |piece: &Piece| (piece.until - now).min(longest(piece));
+        pieces.map(steady).fold(f64::INFINITY, f64::min)
+    }
+
+    /// By surface that moves, the box that a particle passes as that sees it, in some time; empty if none moves.
+    pub fn swept(&self, motion: &Motion, elapsed: &Elapsed, time: f64) -> Vec<Option<[Vector; 2]>> {
+        let now = self.now(elapsed);
+        let of = |surface: u32| {
+            let piece = self.piece(surface, elapsed)?;
+            let seen = motion.seen(piece, now);
+            let sway = self.sway(piece, motion, now);
+            let slack = motion.radius + rounded(sway.length) + (MARGIN - 1.0) * seen.position.amax();
+            let around = path(piece, motion, &seen, time) * MARGIN;
+            let around = around.add_scalar(slack);
+            Some([seen.position - around, seen.position + around])
+        };
+        (0..).zip(&self.timelines).map(|(surface, _)| of(surface)).collect()
+    }
+
+    fn sway(&self, piece: &Piece, motion: &Motion, now: f64) -> Sway {
+        let Motion { position, velocity, .. } = motion;
+        let moment = piece.at(now);
+        let mut length = moment.pose.displacement.amax();
+        if moment.pose.is_turned {
+            length += position.amax();
+        }
+        // Of all surfaces: its speed, its acceleration, how fast that changes in direction or size, and how fast it turns.
+        let (speed, push, rate, turning, resolved) = match piece.kind {
+            None => (0.0, 0.0, 0.0, 0.0, 0.0),
+            Some(MotionKind::Translation { velocity, acceleration }) => {
+                (velocity.norm().max(moment.velocity.norm()), acceleration.norm(), 0.0, 0.0, 0.0)
+            }
+            Some(MotionKind::Oscillation { amplitude, frequency, phase }) => {
+                let (rate, amplitude) = (TAU * frequency.abs(), amplitude.norm());
+                (rate * amplitude, rate * rate * amplitude, rate, 0.0, (RESOLVED + phase.abs()) / frequency.abs())
+            }
+            Some(MotionKind::Rotation { point, frequency, .. }) => {
+                let (rate, arm) = (TAU * frequency.abs(), (position - point).norm());
+                length += point.amax() + arm;
+                let push = rate * (rate * (position.amax() + point.amax() + arm) + 2.0 * velocity.norm());
+                (rate * arm, push, rate, rate, RESOLVED / frequency.abs())
+            }
+        };
+        let begun = if piece.from.is_finite() { piece.from.abs() } else { 0.0 };
+        let time = now.abs() + self.start_time.abs() + begun + resolved;
+        Sway {
+            length: length + (speed + velocity.norm()) * time,
+            speed,
+            falling: push * time + turning * (length + velocity.norm() * time),
+            turning: turning * time,
+            push: push + push * rate * time,
+        }
+    }
+}
+
+/// The longest window in a piece of a motion `[time]`.
+fn longest(piece: &Piece) -> f64 {
+    match piece.kind {
+        Some(MotionKind::Oscillation { frequency, .. }) => MOST_OSCILLATIONS / frequency.abs(),
+        Some(MotionKind::Rotation { frequency, .. }) => MOST_TURNS / frequency.abs(),
+        _ => f64::INFINITY,
+    }
+}
+
+/// Whether so much time of a piece of a motion is searched for an event: of one whose gaps are no polynomials only so many periods.
+pub(super) fn is_searched(piece: &Piece, time: f64) -> bool {
+    time <= MOST_SEARCHED * longest(piece)
+}
+
+/// How far a particle moves along each axis in some time at most, as a surface sees it, of which `seen` is now `[length]`.
+fn path(piece: &Piece, motion: &Motion, seen: &Motion, time: f64) -> Vector {
+    let Motion { position, velocity, acceleration, .. } = motion;
+    let flown = reach(velocity, acceleration, time);
+    match piece.kind {
+        Some(MotionKind::Oscillation { amplitude, frequency, .. }) => {
+            Vector::repeat(flown + amplitude.norm() * (TAU * frequency.abs() * time).min(2.0))
+        }
+        Some(MotionKind::Rotation { point, frequency, .. }) => {
+            let arm = (position - point).norm();
+            Vector::repeat(flown + arm * (TAU * frequency.abs() * time).min(2.0))
+        }
+        _ => reach_along(&seen.velocity, &seen.acceleration, time),
+    }
+}
+
+impl Sway {
+    fn max(&self, other: &Self) -> Self {
+        Self {
+            length: self.length.max(other.length),
+            speed: self.speed.max(other.speed),
+            falling: self.falling.max(other.falling),
+            turning: self.turning.max(other.turning),
+            push: self.push.max(other.push),
+        }
+    }
+}
+
+impl Beside<'_> {
+    /// The particle as the surface sees it.
+    pub fn seen(&self) -> Motion {
+        self.piece.map_or(self.motion, |piece| self.motion.seen(piece, self.now))
+    }
+
+    /// A contact with a feature of the surface, with its directions in space.
+    pub fn contact(&self, facet: &Facet) -> Touch {
+        let touch = facet.feature.contact(&self.seen().position);
+        let Some(piece) = self.piece else { return touch };
+        let pose = piece.at(self.now).pose;
+        let [normal, along] = [Some(touch.normal), touch.along].map(|it| it.map(|it| pose.direction(&it)));
+        Touch { normal: normal.unwrap_or(touch.normal), along, ..touch }
+    }
+
+    /// How the surface carries the particle.
+    pub fn carried(&self) -> Carried {
+        let Motion { position, velocity, acceleration, .. } = &self.motion;
+        let Some(piece) = self.piece else {
+            return Carried { velocity: Vector::zeros(), acceleration: *acceleration, rounded_with: 0.0 };
+        };
+        let moment = piece.at(self.now);
+        let seen = moment.acceleration_seen(position, velocity, acceleration);
+        Carried {
+            velocity: moment.velocity_at(position),
+            acceleration: moment.pose.direction(&seen),
+            rounded_with: acceleration.norm() + self.sway.push,
+        }
+    }
+}

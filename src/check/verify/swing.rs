@@ -1,0 +1,87 @@
+//! The course of a particle beside a surface that oscillates or turns: no distance is a polynomial of the time there.
+//!
+//! All is taken from the places at a time. When it is in contact, and how deep it comes, is searched by halves of a time: bounds of speed and acceleration
+//! leave out the stretches in which neither can be.
+
+use super::approach::Approach;
+use super::facet::approach_of;
+use crate::check::reference::{Motion, Passage};
+use std::sync::Arc;
+
+/// Lowest gaps are found to so many roundings of the coordinates that they are differences of.
+const RESOLUTION: f64 = 8.0 * f64::EPSILON;
+/// Looks at one search for the next event. What has found none is gone on with from there as if one were due: a particle may lie on a surface for ever,
+/// where rounding alone says whether it comes closer.
+const MOST_LOOKS: u64 = 1 << 17;
+
+/// A particle beside a feature of such a surface.
+#[derive(Debug)]
+pub(super) struct Swing {
+    passage: Passage,
+    /// So many roundings the direction of the feature may be off.
+    slenderness: f64,
+    /// Time in the window at which the motion of the passage holds `[time]`.
+    since: f64,
+}
+
+/// A stretch of time of a swing.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    from: f64,
+    to: f64,
+}
+
+impl Swing {
+    pub fn new(passage: Passage, slenderness: f64, since: f64) -> Self {
+        Self { passage, slenderness, since }
+    }
+
+    /// What the surface sees at a time in the window.
+    pub fn at(self: &Arc<Self>, time: f64) -> Approach {
+        Approach { swing: Some(Arc::clone(self)), ..self.snapshot(time) }
+    }
+
+    /// The first event between two times in the window.
+    pub fn next_event(&self, from: f64, until: f64) -> Option<f64> {
+        let found = self.passage.first_between(from - self.since, until - self.since, MOST_LOOKS);
+        found.filter(|_| from <= until).map(|after| self.since + after)
+    }
+
+    /// The smallest gap between two times in the window, after the first where the feature is there.
+    pub fn lowest(&self, from: f64, to: f64) -> f64 {
+        let mut lowest = self.snapshot(from).gap_now();
+        let end = self.snapshot(to);
+        if end.is_on_now() {
+            lowest = lowest.min(end.gap_now());
+        }
+        let mut stretches = vec![Stretch { from, to }];
+        while let Some(stretch) = stretches.pop() {
+            let Stretch { from, to } = stretch;
+            let half = 0.5 * (to - from);
+            let middle = from + half;
+            let seen = self.passage.seen(middle - self.since);
+            let at = self.approach(&seen, middle);
+            let (speed, acceleration) = self.passage.bounds(from - self.since, to - self.since);
+            if at.foot.is_some_and(|foot| foot.within(0.0) < -speed * half) {
+                continue;
+            }
+            if at.is_on_now() {
+                lowest = lowest.min(at.gap_now());
+            }
+            let above = self.passage.feature.across(&seen).lowest_gap_within(half, speed, acceleration);
+            let resolution = RESOLUTION * (seen.position.norm() + seen.radius);
+            if above < lowest - resolution && from < middle && middle < to {
+                stretches.extend([Stretch { from, to: middle }, Stretch { from: middle, to }]);
+            }
+        }
+        lowest
+    }
+
+    fn snapshot(&self, time: f64) -> Approach {
+        self.approach(&self.passage.seen(time - self.since), time)
+    }
+
+    fn approach(&self, seen: &Motion, time: f64) -> Approach {
+        approach_of(&self.passage.feature, self.slenderness, seen, time)
+    }
+}

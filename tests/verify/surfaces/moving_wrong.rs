@@ -1,0 +1,272 @@
+//! Contacts with surfaces that move with one thing wrong, and engines that take one motion for another.
+
+use carom::Vector;
+use carom::check::verify::{Contact, Fault, Quantity, Verifier};
+use carom::engine::event::{Event, EventKind};
+use carom::engine::{Simulation, States};
+use carom::model::{MotionKind, ParticleId, Scene, SurfaceMotion, SurfaceShape};
+
+use super::moving::{MOTIONS, motions, moving};
+use super::{MIDDLE, around, grains};
+use crate::Recording;
+
+/// Events between which one is tampered with.
+const EVENTS: usize = 120;
+const RESTITUTION: f64 = 0.9;
+/// Kinds of surfaces of which contacts are changed: planes, a ball, a pipe, a box, and obstacles in a ball.
+const OF_KINDS: [usize; 5] = [0, 1, 2, 3, 4];
+
+/// Speed at which a particle came to the surface.
+fn closing(event: &Event) -> f64 {
+    event.normal.dot(&(event.after[0] - event.before[0])) / (1.0 + RESTITUTION)
+}
+
+/// A recording, and the number of its first contact with a surface that moves, from an event on, if it has one.
+fn recording(number: usize, kind: usize) -> Option<(Recording, usize)> {
+    let gas = grains(1, 18).gravity(Vector::new(0.1, -0.2, -0.5));
+    let recording = Recording::of(moving(gas, around(kind), &motions(number), RESTITUTION), EVENTS);
+    // The work of a surface says that it moves.
+    let is_one = |at: &usize| {
+        let event = &recording.events[*at].0;
+        event.kind == EventKind::Surface && event.energy_step.abs() > 1e-2 && closing(event) > 0.05
+    };
+    (20..recording.events.len()).find(is_one).map(|at| (recording, at))
+}
+
+/// Calls `check` for a contact in every motion of some kinds of surfaces.
+fn for_each(mut check: impl FnMut(Recording, usize, &str)) {
+    let mut kinds = 0;
+    for number in 0..MOTIONS {
+        let before = kinds;
+        for kind in OF_KINDS {
+            if let Some((recording, at)) = recording(number, kind) {
+                check(recording, at, &format!("motions {number}, kind {kind}"));
+                kinds += 1;
+            }
+        }
+        assert!(kinds > before, "motions {number}: no contact");
+    }
+    assert!(kinds > 3 * MOTIONS, "{kinds}");
+}
+
+#[test]
+fn what_is_true_is_proven_and_a_contact_that_is_left_out_is_missed() {
+    for_each(|mut recording, at, name| {
+        assert_eq!(recording.fault(), None, "{name}");
+        let (event, _) = recording.events.remove(at);
+        let fault = recording.fault();
+        let Some((found, Fault::Missed { contact, due, .. })) = fault else { panic!("{name}: {fault:?}") };
+        assert_eq!((found, contact), (at, Contact::of(&event)), "{name}");
+        assert!((due - event.time).abs() < 1e-10, "{name}: {due} {}", event.time);
+    });
+}
+
+#[test]
+fn a_contact_a_little_early_is_invented_and_a_little_late_missed() {
+    for_each(|original, at, name| {
+        for (shift, is_early) in [(-1e-10, true), (1e-10, false)] {
+            let (scene, start) = (original.scene.clone(), original.start.clone());
+            let mut recording = Recording { scene, start, events: original.events.clone() };
+            let states = &mut recording.events[at].1;
+            let elapsed = original.events[at - 1].1.elapsed;
+            let flown = states.elapsed.after(&elapsed);
+            states.elapsed.since_epoch += shift;
+            // Along the flights before, with the velocities in the middle of that time.
+            let gravity = Vector::new(0.1, -0.2, -0.5);
+            let before = &original.events[at - 1].1;
+            for i in 0..states.positions.len() {
+                let velocity = before.velocities[i] + gravity * flown;
+                states.positions[i] += velocity * shift;
+                states.velocities[i] += gravity * shift;
+            }
+            let closing = closing(&recording.events[at].0);
+            match recording.fault() {
+                Some((found, Fault::Early { gap, .. })) if is_early && found == at => {
+                    assert!((gap / (1e-10 * closing) - 1.0).abs() < 0.1, "{name}: {gap} {closing}");
+                }
+                Some((found, Fault::Missed { deeper, .. })) if !is_early && found == at => {
+                    assert!((deeper / (1e-10 * closing) - 1.0).abs() < 0.1, "{name}: {deeper} {closing}");
+                }
+                fault => panic!("{name}, {shift}: {fault:?}"),
+            }
+        }
+    });
+}
+
+#[test]
+fn a_contact_that_is_invented_is_told() {
+    for_each(|original, at, name| {
+        let copy = || Recording {
+            scene: original.scene.clone(),
+            start: original.start.clone(),
+            events: original.events.clone(),
+        };
+        // Once more, when it already leaves.
+        let mut again = copy();
+        let event = again.events[at].clone();
+        again.events.insert(at + 1, event);
+        let fault = again.fault();
+        assert!(matches!(fault, Some((found, Fault::NotClosing { .. })) if found == at + 1), "{name}: {fault:?}");
+        // By another particle, far away.
+        let mut other = copy();
+        let (mut event, states) = other.events[at].clone();
+        let is_other = |i: &u32| *i != event.particle.0 && i.is_multiple_of(3) == event.particle.0.is_multiple_of(3);
+        event.particle = ParticleId((0..18).find(is_other).unwrap());
+        other.events.insert(at + 1, (event, states));
+        let fault = other.fault();
+        let is_told = matches!(fault, Some((found, Fault::Early { .. } | Fault::NotClosing { .. })) if found == at + 1);
+        assert!(is_told, "{name}: {fault:?}");
+    });
+}
+
+#[test]
+fn wrong_numbers_are_told() {
+    let check = |quantities: &[Quantity], change: &dyn Fn(&mut Event, &mut States)| {
+        for_each(|mut recording, at, name| {
+            let (event, states) = &mut recording.events[at];
+            change(event, states);
+            let fault = recording.fault();
+            let Some((found, Fault::WrongNumbers { quantity, .. })) = fault else { panic!("{name}: {fault:?}") };
+            assert!(found == at && quantities.contains(&quantity), "{name}: {fault:?}");
+        });
+    };
+    let velocity = |event: &Event| event.particle.0 as usize;
+    check(&[Quantity::Velocity], &|event, states| {
+        states.velocities[velocity(event)] += event.normal.cross(&Vector::new(0.3, 0.5, 0.7)) * 1e-9;
+    });
+    check(&[Quantity::Velocity], &|event, states| states.velocities[velocity(event)] += event.normal * 1e-9);
+    check(&[Quantity::Normal], &|event, _| event.normal = -event.normal);
+    check(&[Quantity::Energy], &|event, _| event.dissipated += 1e-9);
+    check(&[Quantity::Energy], &|event, _| event.energy_step += 1e-9);
+    check(&[Quantity::Energy], &|event, _| event.energy_step = 0.0);
+    check(&[Quantity::Direction], &|event, states| states.velocities[velocity(event)] = event.before[0]);
+    // As if the surface stood still.
+    check(&[Quantity::Direction, Quantity::Energy, Quantity::Dissipation, Quantity::Impulse], &|event, states| {
+        let arriving = event.before[0].dot(&event.normal);
+        let mass = if event.particle.0.is_multiple_of(3) { 3.1 } else { 0.7 };
+        let after = event.before[0] - event.normal * ((1.0 + RESTITUTION) * arriving);
+        event.dissipated = 0.5 * mass * (1.0 - RESTITUTION * RESTITUTION) * arriving * arriving;
+        (event.impulse, event.energy_step, event.after[0]) = ((after - event.before[0]) * mass, 0.0, after);
+        states.velocities[velocity(event)] = after;
+    });
+    // The right work, but the restitution of the velocities in space.
+    check(&[Quantity::Direction, Quantity::Energy, Quantity::Dissipation], &|event, states| {
+        let mass = if event.particle.0.is_multiple_of(3) { 3.1 } else { 0.7 };
+        let more = event.normal * (1e-9 * closing(event));
+        event.impulse += more * mass;
+        event.after[0] += more;
+        states.velocities[velocity(event)] += more;
+    });
+}
+
+/// The fault of an engine whose surfaces have `wrong` motions for the right ones.
+fn fault_of(kind: usize, right: &[SurfaceMotion], wrong: &[SurfaceMotion]) -> Fault {
+    let scene = |motions| moving(grains(2, 18), around(kind), motions, 1.0);
+    let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 600) };
+    let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
+    // Of particles that are gone nothing comes after their last event.
+    recording.fault_for(&mut verifier).map_or_else(|| verifier.witness_end().unwrap_err(), |(_, fault)| fault)
+}
+
+/// A motion that is a little another one.
+fn changed(motion: &SurfaceMotion) -> Vec<SurfaceMotion> {
+    let kinds = match motion.kind {
+        MotionKind::Translation { velocity, acceleration } => vec![
+            MotionKind::Translation { velocity: velocity + Vector::new(1e-8, 1e-8, 0.0), acceleration },
+            MotionKind::Translation { velocity, acceleration: acceleration + Vector::new(0.0, 1e-8, 1e-8) },
+        ],
+        MotionKind::Oscillation { amplitude, frequency, phase } => vec![
+            MotionKind::Oscillation { amplitude: amplitude * (1.0 + 1e-7), frequency, phase },
+            MotionKind::Oscillation { amplitude, frequency: frequency * (1.0 + 1e-7), phase },
+            MotionKind::Oscillation { amplitude, frequency, phase: phase + 1e-8 },
+        ],
+        MotionKind::Rotation { point, axis, frequency } => vec![
+            MotionKind::Rotation { point: point + Vector::new(1e-8, 1e-8, 1e-8), axis, frequency },
+            MotionKind::Rotation { point, axis: axis + Vector::new(1e-7, 0.0, 1e-7), frequency },
+            MotionKind::Rotation { point, axis, frequency: frequency * (1.0 + 1e-7) },
+        ],
+        _ => Vec::new(),
+    };
+    let others = kinds.into_iter().map(|kind| SurfaceMotion { kind, ..*motion });
+    others.chain([SurfaceMotion { from: motion.from + 1e-8, ..*motion }]).collect()
+}
+
+#[test]
+fn motions_that_are_a_little_others_are_told() {
+    let mut told = 0;
+    for number in 0..MOTIONS {
+        let right = motions(number);
+        for at in 0..right.len() {
+            for other in changed(&right[at]) {
+                let mut wrong = right.clone();
+                wrong[at] = other;
+                if (1..wrong.len()).any(|k| wrong[k].from < wrong[k - 1].until) {
+                    continue;
+                }
+                let found = fault_of(3, &right, &wrong);
+                let is_wrong = matches!(found, Fault::Missed { .. } | Fault::Early { .. } | Fault::WrongNumbers { .. });
+                assert!(is_wrong, "motions {number}, {other:?}: {found:?}");
+                told += 1;
+            }
+        }
+    }
+    assert!(told > 30, "{told}");
+}
+
+#[test]
+fn a_surface_that_should_move_or_should_not_is_told() {
+    for number in 0..MOTIONS {
+        for kind in OF_KINDS {
+            for [right, wrong] in [[motions(number), Vec::new()], [Vec::new(), motions(number)]] {
+                let found = fault_of(kind, &right, &wrong);
+                let is_wrong = matches!(found, Fault::Missed { .. } | Fault::Early { .. } | Fault::WrongNumbers { .. });
+                assert!(is_wrong, "motions {number}, kind {kind}: {found:?}");
+            }
+        }
+    }
+}
+
+/// Verdict of the verifier on a run that ends at its start.
+fn end_of(scene: &Scene) -> Result<(), Fault> {
+    let mut states = States::default();
+    Simulation::without_plan(scene.clone()).states(&mut states);
+    Verifier::new(scene, &states).unwrap().witness_end()
+}
+
+#[test]
+fn an_end_is_one_where_no_surface_will_come() {
+    let ball = |velocity: f64, motions: &[SurfaceMotion]| {
+        let plate = SurfaceShape::Plane { point: MIDDLE, normal: Vector::z() };
+        let gas = grains(1, 0).particle("A", MIDDLE + Vector::z() * 2.0, Vector::z() * velocity);
+        moving(gas, vec![plate], motions, 1.0)
+    };
+    let by = |from, until, speed: f64, acceleration: f64| SurfaceMotion {
+        from,
+        until,
+        kind: MotionKind::Translation { velocity: Vector::z() * speed, acceleration: Vector::z() * acceleration },
+    };
+    let shakes = |until| SurfaceMotion {
+        from: 1.0,
+        until,
+        kind: MotionKind::Oscillation { amplitude: Vector::z() * 0.5, frequency: 0.7, phase: 0.0 },
+    };
+    let is_early = |scene: Scene, expected: f64| match end_of(&scene) {
+        Err(Fault::EndedEarly { contact: Contact::Surface { .. }, due, .. }) => (due - expected).abs() < 1e-9,
+        other => panic!("{other:?}"),
+    };
+    // The ball is 1.75 above contact. The plate comes later, stops before it, and goes away in the end.
+    assert!(is_early(ball(0.0, &[by(5.0, 9.0, 0.5, 0.0)]), 8.5));
+    assert_eq!(end_of(&ball(0.0, &[by(5.0, 8.0, 0.5, 0.0)])), Ok(()));
+    assert_eq!(end_of(&ball(0.0, &[by(5.0, 8.0, 0.5, 0.0), by(9.0, f64::INFINITY, -0.5, -0.1)])), Ok(()));
+    assert!(is_early(
+        ball(0.0, &[by(5.0, 8.0, 0.5, 0.0), by(9.0, f64::INFINITY, -0.5, 0.2)]),
+        9.0 + 2.5 + 8.75_f64.sqrt()
+    ));
+    assert!(is_early(ball(0.2, &[by(0.0, f64::INFINITY, 0.3, 0.0)]), 17.5));
+    assert_eq!(end_of(&ball(0.3, &[by(0.0, f64::INFINITY, 0.2, 0.0)])), Ok(()));
+    // What shakes for some time is searched; what never stops is not shown.
+    assert_eq!(end_of(&ball(0.0, &[shakes(20.0)])), Ok(()));
+    assert!(matches!(end_of(&ball(0.0, &[shakes(f64::INFINITY)])), Err(Fault::EndNotShown { .. })));
+    assert!(matches!(end_of(&ball(0.0, &[shakes(1e9)])), Err(Fault::EndNotShown { .. })));
+    assert!(matches!(end_of(&ball(-0.5, &[shakes(20.0)])), Err(Fault::EndedEarly { .. })));
+}
