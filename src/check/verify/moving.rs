@@ -48,7 +48,7 @@ pub(super) struct Carried {
     pub velocity: Vector,
     /// Acceleration of the particle as it sees it, along the axes of space `[length / time^2]`.
     pub acceleration: Vector,
-    /// What that is rounded with, besides itself `[length / time^2]`.
+    /// Size of the numbers that it is rounded with, besides itself `[length / time^2]`.
     pub rounded_with: f64,
 }
 

@@ -26,7 +26,7 @@ pub(super) struct Encounter<'a> {
     pub margins: &'a mut Margins,
 }
 
-/// What brings a motion back to a barrier: how that curves where it is met, and a force.
+/// Acceleration that brings a motion back to a barrier: how that curves where it is met, and a force.
 struct Bend {
     /// Radius of the barrier, infinite if it is flat, negative if it curves around the particle `[length]`.
     radius: f64,

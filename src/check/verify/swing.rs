@@ -36,7 +36,7 @@ impl Swing {
         Self { passage, slenderness, since }
     }
 
-    /// What the surface sees at a time in the window.
+    /// Approach as the surface sees it at a time in the window.
     pub fn at(self: &Arc<Self>, time: f64) -> Approach {
         Approach { swing: Some(Arc::clone(self)), ..self.snapshot(time) }
     }

@@ -33,7 +33,7 @@ pub(in crate::io) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Those in the folder of a trajectory; the error has a file and what is wrong with it.
+    /// Surfaces in the folder of a trajectory; the error has a file and what is wrong with it.
     pub fn beside(trajectory: &Path) -> Result<Self, (PathBuf, String)> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
         let list = listed_surfaces(folder).map_err(|(path, error)| (path, error.to_string()))?;
@@ -102,7 +102,7 @@ impl Surfaces {
     }
 }
 
-/// What a name can have in a list and on every disk.
+/// Letters that a name can have in a list and on every disk.
 fn plain(letter: char) -> char {
     if letter.is_ascii_alphanumeric() || "_-+.".contains(letter) { letter } else { '_' }
 }

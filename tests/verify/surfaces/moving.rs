@@ -250,7 +250,7 @@ fn a_world_that_keeps_the_old_gravity_sees_flights_bend() {
     assert!(verifier.turn_gravity(&aside, &elsewhere).is_err());
 }
 
-/// What the motions are about, in numbers: a ball on a floor that shakes below its weight stays on it.
+/// A ball on a floor that shakes below its weight stays on it.
 #[test]
 fn a_ball_on_a_floor_that_shakes_gently_is_proven_for_many_periods() {
     let frequency = 2.0;
