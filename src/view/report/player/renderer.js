@@ -108,16 +108,16 @@ class Renderer {
     gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
   }
 
-  /** Attributes: name, buffer, number and type of components, stride, offset, and whether one per instance. */
+  /** Attributes: name, buffer, number and type of components, stride, offset, whether one per instance, and whether bytes stand for fractions. */
   shape(used, attributes) {
     const { gl } = this;
     const made = gl.createVertexArray();
     gl.bindVertexArray(made);
-    for (const [name, buffer, number, type, stride, offset, divisor] of attributes) {
+    for (const [name, buffer, number, type, stride, offset, divisor, isFraction = false] of attributes) {
       const place = used.place(name);
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.enableVertexAttribArray(place);
-      gl.vertexAttribPointer(place, number, type, false, stride, offset);
+      gl.vertexAttribPointer(place, number, type, isFraction, stride, offset);
       gl.vertexAttribDivisor(place, divisor);
     }
     gl.bindVertexArray(null);
