@@ -1,0 +1,354 @@
+/** How often numbers beside the picture change `[ms]`. */
+const READING = 250;
+
+/** The events that are looked ahead for announcements. */
+const AHEAD = 400;
+
+/** A scene that runs: what the page shows of it and does to it. */
+class Live {
+  constructor() {
+    this.scene = JSON.parse(document.getElementById("scene").textContent);
+    this.text = this.scene.text;
+    this.changes = {};
+    this.handlers = new Map();
+    this.picture = new Picture(liveElement("view"));
+    this.hand = new Hand(this);
+    this.announcer = new Announcer(this);
+    this.isPlaying = false;
+    this.isSlow = false;
+    this.isKicked = false;
+    this.speed = 1;
+    this.channel = this.firstColour();
+    this.spent = [];
+    this.describe();
+    this.controls = new LiveControls(this);
+    this.worker = new LiveWorker((message) => this.hear(message));
+    this.worker.send({ kind: "start", text: this.text, changes: this.changes });
+    new ResizeObserver(() => this.resized()).observe(this.picture.canvas);
+    requestAnimationFrame((now) => this.tick(now));
+  }
+
+  describe() {
+    const { name, description } = this.scene;
+    liveElement("name").textContent = name;
+    const place = liveElement("description");
+    place.innerHTML = description ?? "";
+    place.hidden = !description;
+  }
+
+  firstColour() {
+    const wanted = this.scene.live?.colour;
+    const colour = liveElement("colour");
+    colour.value = [...colour.options].some(({ value }) => value === wanted) ? wanted : "species";
+    return colour.value;
+  }
+
+  listen(kind, handler) {
+    this.handlers.set(kind, [...(this.handlers.get(kind) ?? []), handler]);
+  }
+
+  tell(kind, value) {
+    (this.handlers.get(kind) ?? []).forEach((handler) => handler(value));
+  }
+
+  send(message, buffers) {
+    this.worker.send(message, buffers);
+  }
+
+  ask(message) {
+    return this.worker.ask(message);
+  }
+
+  start(text, changes = {}) {
+    this.isAsked = false;
+    this.send({ kind: "start", text, changes });
+  }
+
+  change(changes) {
+    this.send({ kind: "change", changes });
+  }
+
+  restart() {
+    this.start(this.text, this.changes);
+  }
+
+  reseed(seed = String(1 + Math.floor(Math.random() * 99999))) {
+    if (/^\d+$/.test(seed)) {
+      this.start(this.text, { ...this.changes, seed });
+    }
+  }
+
+  /** What the worker has to say. */
+  hear(message) {
+    const act = { head: this.begin, frame: this.receive, error: this.fail, ended: this.end, set: this.moved }[message.kind];
+    act?.call(this, message);
+    if (message.kind !== "frame" || message.positions) {
+      this.tell(message.kind, message.kind === "head" ? message.head : message);
+    }
+  }
+
+  /** A scene that has started, or goes on with other numbers. */
+  begin({ head, text, changes, isChange }) {
+    const isSame = isChange || (this.head && String([this.head.lower, this.head.size]) === String([head.lower, head.size]));
+    const isFirst = this.head === undefined || (this.text !== text && !isChange);
+    Object.assign(this, { head, text, changes });
+    this.isKicked = this.isKicked && isChange;
+    this.order = new Map([...head.moving, ...head.fixed].map((id, index) => [id, index]));
+    this.picture.begin(head, isSame && !isFirst);
+    this.announcer.clear();
+    this.isAsked = false;
+    this.isFirst = isFirst && !isSame ? true : this.isFirst ?? isFirst;
+    const seed = liveElement("seed");
+    seed.value = changes.seed ?? head.seed ?? "";
+    liveElement("static-choice").hidden = this.picture.renderer.mesh.count === 0;
+    liveElement("surfaces-choice").hidden = !head.surfaces;
+    liveElement("facts").textContent = this.facts();
+    this.say("");
+    this.redraw(true);
+    this.play(this.isPlaying);
+  }
+
+  facts() {
+    const { moving, fixed, stages = [] } = this.head;
+    const parts = [`${liveNumber(moving.length)} ${moving.length === 1 ? "particle" : "particles"}`];
+    if (fixed.length > 0) {
+      parts.push(`${liveNumber(fixed.length)} static`);
+    }
+    return [...parts, ...(stages.length > 1 ? [`${stages.length} stages`] : [])].join(" · ");
+  }
+
+  /** A picture of the worker. */
+  receive(frame) {
+    this.isAsked = false;
+    if (!frame.positions || frame.positions.length !== 3 * (this.head?.moving.length ?? -1)) {
+      return;
+    }
+    const now = performance.now();
+    const last = this.picture.take(frame, now);
+    this.spent.push(...(last ? [last.positions, last.velocities, last.hits, last.tones].filter(Boolean).map((array) => array.buffer) : []));
+    if (this.isFirst) {
+      this.first(frame);
+    }
+    if (this.isSlow) {
+      this.slowDown(frame);
+      this.announcer.note(frame, now);
+    }
+    this.isDue = true;
+  }
+
+  /** The first picture of a scene: it starts to move at its natural speed. */
+  first(frame) {
+    this.isFirst = false;
+    liveElement("message").hidden = true;
+    document.getElementById("live").dataset.state = "ready";
+    if (!this.isSteered) {
+      this.isSteered = true;
+      steer(this.picture.canvas, this.picture.camera, () => this.redraw());
+    }
+    const wanted = this.scene.live?.speed;
+    this.natural = wanted > 0 ? wanted : liveNaturalSpeed(this.head, frame);
+    this.setSpeed(this.natural);
+    const isSmall = this.head.moving.length <= 40 || liveFlat(this.head).some(Boolean);
+    this.controls.hand(isSmall && !window.matchMedia("(pointer: coarse)").matches);
+    liveScale(this);
+    if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
+      this.play(true);
+    }
+  }
+
+  fail({ error, line, help, isTrap }) {
+    this.isAsked = false;
+    if (!this.head || isTrap) {
+      this.message(`${error}${line ? ` (line ${line})` : ""}${help ? `\n${help}` : ""}`);
+    } else {
+      this.say(`${error}${line ? ` (line ${line})` : ""}`);
+    }
+    if (isTrap) {
+      this.play(false);
+    }
+  }
+
+  end({ why, error }) {
+    this.play(false);
+    const words = { idle: "Nothing happens any more.", end: "The end of the scene; it goes on if you play.", failed: `It cannot go on: ${error}.` };
+    this.say(words[why] ?? "");
+  }
+
+  message(words) {
+    liveElement("message").textContent = words;
+    liveElement("message").hidden = false;
+  }
+
+  say(words) {
+    liveElement("words").textContent = words;
+  }
+
+  play(isPlaying) {
+    this.isPlaying = isPlaying;
+    const button = liveElement("play");
+    button.textContent = isPlaying ? "❚❚" : "▶";
+    button.setAttribute("aria-label", isPlaying ? "Pause" : "Play");
+    if (isPlaying) {
+      this.say("");
+    }
+    this.send(isPlaying ? { kind: "run", speed: this.speed } : { kind: "pause" });
+    this.redraw(true);
+    this.tell("play", isPlaying);
+  }
+
+  step() {
+    if (this.isPlaying) {
+      this.play(false);
+    }
+    this.send({ kind: "step", events: 1 });
+    this.redraw(true);
+  }
+
+  setSpeed(speed) {
+    this.speed = speed;
+    const output = liveElement("speed");
+    output.textContent = `${speed < 0.001 || speed >= 1e5 ? speed.toExponential(0) : liveShort(speed)} / s`;
+    output.title = "Simulated time per second";
+    if (this.isPlaying) {
+      this.send({ kind: "run", speed });
+    }
+  }
+
+  faster(steps) {
+    const index = liveSpeeds.indexOf(liveNearestSpeed(this.speed)) + steps;
+    const speed = liveSpeeds[Math.min(Math.max(index, 0), liveSpeeds.length - 1)];
+    if (!this.isSlow) {
+      this.natural = speed;
+    }
+    this.slowBy = this.isSlow ? (this.slowBy ?? 1) * (speed / this.speed) : undefined;
+    this.setSpeed(speed);
+  }
+
+  /** So slow that one sees each event, or back to the speed of before. */
+  slowMotion(isSlow) {
+    this.isSlow = isSlow;
+    this.slowBy = 1;
+    liveElement("slow").setAttribute("aria-pressed", String(isSlow));
+    if (isSlow) {
+      this.slowFrom = undefined;
+      if (this.picture.frame) {
+        this.slowDown(this.picture.frame);
+      }
+    } else {
+      this.announcer.clear();
+      this.setSpeed(this.natural);
+    }
+    this.redraw(true);
+  }
+
+  /** Chooses the speed of slow motion again when an event has happened. */
+  slowDown(frame) {
+    if (this.slowFrom === frame.events) {
+      return;
+    }
+    const speed = this.announcer.speed(frame, this.natural) * this.slowBy;
+    this.slowFrom = frame.announced ? frame.events : undefined;
+    if (!(speed > this.speed / 1.5 && speed < this.speed * 1.5)) {
+      this.setSpeed(speed);
+    }
+  }
+
+  /** Moves a particle, by its index among those that move. */
+  put(index, position, velocity) {
+    this.isKicked = true;
+    this.send({ kind: "set", id: this.head.moving[index], position, velocity });
+    this.redraw(true);
+  }
+
+  moved({ error }) {
+    this.say(error ? `There is no room for it: ${error}.` : "");
+  }
+
+  resized() {
+    const { camera, renderer } = this.picture;
+    if (camera && !camera.isMoved) {
+      camera.fit(renderer.resize());
+    }
+    this.redraw();
+  }
+
+  /** Draws before the browser shows the page the next time; with another picture of the worker, if it is wanted. */
+  redraw(isFresh = false) {
+    this.isDue = true;
+    this.isWanted ||= isFresh;
+  }
+
+  tick(now) {
+    requestAnimationFrame((later) => this.tick(later));
+    const isReady = this.head !== undefined && !this.isAsked;
+    if (isReady && (this.isPlaying || this.isWanted)) {
+      this.isWanted = false;
+      this.isAsked = true;
+      const upcoming = this.isSlow ? AHEAD : 0;
+      const buffers = this.spent.splice(0);
+      this.send({ kind: "frame", channel: this.channel, upcoming, buffers }, buffers);
+    }
+    if (this.isDue && this.picture.frame && !this.picture.renderer.isBusy()) {
+      this.isDue = false;
+      this.draw(now);
+    }
+    this.watch();
+  }
+
+  draw(now) {
+    const { picture } = this;
+    const { frame } = picture;
+    picture.draw();
+    liveElement("time").textContent = `t = ${liveTime(frame.time, this.speed)}`;
+    if (this.isSlow) {
+      this.announcer.write(frame.time);
+    }
+    if (!(now - this.readAt < READING) || !this.isPlaying) {
+      this.readAt = now;
+      this.read(frame);
+    }
+  }
+
+  /** Numbers beside the picture. */
+  read(frame) {
+    const { events, rate, stage, isLate, pace } = frame;
+    const parts = [`${liveNumber(events)} ${events === 1 ? "event" : "events"}`];
+    if (this.isPlaying && rate > 0) {
+      parts.push(`${liveRate(rate)} per second`);
+    }
+    if (typeof stage === "string" && stage !== "") {
+      parts.unshift(stage);
+    }
+    liveElement("rate").textContent = parts.join(" · ");
+    if (this.isPlaying) {
+      this.say(isLate && pace > 0 ? `As fast as it can: ${liveShort(pace)} of ${liveShort(this.speed)} per second.` : "");
+    }
+    liveScale(this);
+    if (liveElement("more").open) {
+      liveCounts(frame);
+    }
+  }
+
+  /** Says when the engine does not answer for long. */
+  watch() {
+    const silence = this.worker.silence();
+    if (silence > 0 && silence - (this.silence ?? 0) > 1000) {
+      this.silence = silence;
+      this.say(`The engine has been at work for ${Math.round(silence / 1000)} seconds.`);
+    } else if (silence === 0) {
+      this.silence = 0;
+    }
+  }
+}
+
+try {
+  const live = new Live();
+  for (const Part of [typeof LivePlots === "undefined" ? undefined : LivePlots, typeof LiveEditor === "undefined" ? undefined : LiveEditor]) {
+    if (Part) {
+      new Part(live);
+    }
+  }
+} catch (error) {
+  liveElement("message").textContent = error.message;
+  liveElement("message").hidden = false;
+}
