@@ -63,7 +63,7 @@ function liveNaturalSpeed(head, { velocities }) {
   const diameter = Array.from(moving, (id) => species[particles[id]].diameter).reduce((sum, own) => sum + own, 0) / Math.max(moving.length, 1);
   const extent = Math.max(...size.map((length, axis) => (gravity[axis] !== 0 ? length : 0)));
   const falling = Math.sqrt(norm(gravity) * extent);
-  const wanted = falling > 2 * typical ? extent / (3 * falling) : (2 * diameter + 0.02 * Math.max(...size)) / typical;
+  const wanted = falling > 2 * typical ? extent / (3 * falling) : (1.5 * diameter + 0.01 * Math.max(...size)) / typical;
   return liveNearestSpeed(wanted > 0 && wanted < Infinity ? wanted : 1);
 }
 
