@@ -5,11 +5,13 @@ use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
 /// The program of the player, in the order in which it is read.
-const PROGRAM: [&str; 7] = [
-    include_str!("player/recording.js"),
+const PROGRAM: [&str; 9] = [
     include_str!("player/matrix.js"),
+    include_str!("player/colours.js"),
+    include_str!("player/recording.js"),
     include_str!("player/camera.js"),
     include_str!("player/surfaces.js"),
+    include_str!("player/shapes.js"),
     include_str!("player/renderer.js"),
     include_str!("player/pointer.js"),
     include_str!("player/player.js"),

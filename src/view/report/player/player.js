@@ -1,36 +1,3 @@
-/** Okabe and Ito's colours of the species that move, distinct for colour-blind eyes. */
-const PALETTE = [
-  [86, 180, 233], [230, 159, 0], [0, 158, 115], [213, 94, 0], [0, 114, 178], [204, 121, 167], [240, 228, 66], [120, 120, 120],
-];
-
-/** Viridis (Smith and van der Walt) at even steps. */
-const VIRIDIS = [
-  [68, 1, 84], [72, 36, 117], [65, 68, 135], [53, 95, 141], [42, 120, 142], [33, 145, 140],
-  [34, 168, 132], [68, 191, 112], [122, 209, 81], [189, 223, 38], [253, 231, 37],
-];
-
-const css = (colour) => `rgb(${colour.join(" ")})`;
-
-function scaleColours() {
-  return [...Array(256).keys()].map((k) => {
-    const place = (k / 255) * (VIRIDIS.length - 1);
-    const index = Math.min(Math.floor(place), VIRIDIS.length - 2);
-    return VIRIDIS[index].map((x, part) => Math.round(x + (place - index) * (VIRIDIS[index + 1][part] - x)));
-  });
-}
-
-/** Colours of the species in the order of the table: the palette for what moves, grey for what does not. */
-function speciesColours(species, fixed) {
-  let next = 0;
-  return species.map(({ isStatic }) => (isStatic ? fixed : PALETTE[next++ % PALETTE.length]));
-}
-
-/** Four digits without needless zeros. */
-const short = (x) => String(Number(x.toPrecision(4)));
-
-/** Superscript exponents, as on the rest of the page. */
-const raised = (unit) => unit.replace(/\^(-?\d+)/g, (_, digits) => [...digits].map((d) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(d)]).join(""));
-
 /** The controls and what they do. */
 class Player {
   constructor(recording) {
@@ -177,7 +144,7 @@ class Player {
     const { recording } = this;
     this.index = Math.min(Math.max(index, 0), recording.length - 1);
     const frame = recording.frame(this.index);
-    this.renderer.load(frame, Number(element("colour").value));
+    this.renderer.load(recording.state(frame, Number(element("colour").value)));
     const words = `t = ${short(frame.head.time)}`;
     const place = `${this.index + 1} of ${recording.length}`;
     element("time").textContent = `${words} · ${place}`;
@@ -247,7 +214,7 @@ class Player {
     if (this.isPlaying) {
       this.advance(now);
     }
-    if (this.renderer.frame) {
+    if (this.renderer.state) {
       const aspect = this.renderer.resize();
       const choices = {
         hasBox: element("box").checked,
