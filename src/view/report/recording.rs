@@ -12,6 +12,7 @@
 mod channel;
 mod flight;
 mod frame;
+mod look;
 mod neighbours;
 mod surface;
 
@@ -30,6 +31,7 @@ use crate::view::Surfaces;
 use channel::Channels;
 use flight::{FlightFinder, Flights};
 use frame::Encoded;
+use look::Look;
 pub(super) use surface::MOST_TRIANGLES;
 use surface::{SurfaceData, SurfaceHead};
 
@@ -72,6 +74,12 @@ pub(super) struct Head {
     /// Index of the axis that points up in the picture, and whether it points down instead.
     pub up: usize,
     pub is_upside_down: bool,
+    /// The first view, where one is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub look: Option<Look>,
+    /// The first colour, where one is asked for: the index of a channel, -1 for species, -2 for free flights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colour: Option<i64>,
     pub flat: [bool; 3],
     pub periodic: [bool; 3],
     /// By species, accelerations that act between frames `[length / time^2]`.
@@ -279,6 +287,8 @@ impl Recorder {
             view: view(first, &heads),
             up: self.up.0,
             is_upside_down: self.up.1,
+            look: None,
+            colour: None,
             flat: [0, 1, 2].map(|axis| first.is_flat(axis)),
             periodic: first.periodic,
             falls: self.flight_finder.falls.iter().map(|fall| fall.iter().map(|a| (*a).into()).collect()).collect(),

@@ -8,7 +8,7 @@ use crate::trajectory::extended_xyz::write_frame;
 
 /// The frames of a scene at some times, as a run writes them.
 fn frames(scene: &Scene, times: &[f64]) -> Vec<Frame> {
-    let mut simulation = Simulation::new(scene).unwrap();
+    let mut simulation = Simulation::without_plan(scene.clone());
     let at = |time: &f64| {
         simulation.advance(Until::time(*time)).unwrap();
         let mut frame = Frame::start_of(scene);
