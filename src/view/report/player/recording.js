@@ -3,6 +3,10 @@
 /** The most bytes of frames that are kept after they were decoded. */
 const CACHE = 1 << 26;
 
+/** Colours that are not those of a channel. */
+const SPECIES = -1;
+const FLIGHT = -2;
+
 const element = (id) => document.getElementById(`player-${id}`);
 
 /** A trajectory as `src/report/recording.rs` describes it. */
@@ -25,7 +29,8 @@ class Recording {
     this.species = take(Uint8Array, this.count);
     this.surfaces = surfaces && { ...surfaces, bytes: decoded(element("surface-data").textContent) };
     this.coordinateBytes = Math.ceil((6 * moving) / 4) * 4;
-    this.frameBytes = this.coordinateBytes + channels.length * moving;
+    this.flightBytes = Math.ceil(moving / 8);
+    this.frameBytes = this.coordinateBytes + channels.length * moving + this.flightBytes;
     // As many frames share an element as src/report/motion.rs puts into one.
     this.framesPerChunk = Math.max(1, Math.ceil((1 << 18) / Math.max(this.frameBytes, 1)));
     this.chunks = new Map();
@@ -35,7 +40,7 @@ class Recording {
     return this.head.frames.length;
   }
 
-  /** Coordinates in steps of the field, and the bytes of each channel. */
+  /** Coordinates in steps of the field, the bytes of each channel, and whether each particle flies freely until the next frame. */
   frame(index) {
     const number = Math.floor(index / this.framesPerChunk);
     const bytes = this.chunk(number);
@@ -45,7 +50,9 @@ class Recording {
       const first = start + this.coordinateBytes + k * this.head.moving;
       return bytes.subarray(first, first + this.head.moving);
     });
-    return { steps, channels, head: this.head.frames[index] };
+    const bits = start + this.frameBytes - this.flightBytes;
+    const flights = Uint8Array.from({ length: this.head.moving }, (_, k) => (bytes[bits + (k >> 3)] >> (k & 7)) & 1);
+    return { steps, channels, flights, head: this.head.frames[index] };
   }
 
   chunk(number) {
@@ -61,17 +68,23 @@ class Recording {
     return bytes;
   }
 
-  /** A frame as a renderer draws it, coloured by a channel or, with -1, by species. */
-  state({ steps, channels, head }, channel) {
+  /** Where the particles of a frame are; NaN for those beyond the picture. */
+  positions({ steps, head }) {
     const [lower, size] = head.field;
     const positions = new Float32Array(steps.length);
     for (let k = 0; k < steps.length; k += 1) {
       positions[k] = steps[k] === 65535 ? NaN : lower[k % 3] + (steps[k] / 65534) * size[k % 3];
     }
+    return positions;
+  }
+
+  /** A frame as a renderer draws it, coloured by a channel, by free flights (FLIGHT) or by species (SPECIES). */
+  state(frame, channel) {
+    const { channels, flights, head } = frame;
     const { low, high } = this.head.channels[channel] ?? { low: 0, high: 1 };
     return {
-      positions,
-      tones: channels[channel],
+      positions: this.positions(frame),
+      tones: channel === FLIGHT ? flights.map((isFlight) => 255 * isFlight) : channels[channel],
       range: head.ranges[channel],
       scale: [low, high],
       box: head,

@@ -86,9 +86,11 @@ class Renderer {
       this.gl.deleteTexture(table.places);
       this.gl.deleteTexture(table.tones);
     }
+    this.images?.free();
     this.particles = particles;
     this.largest = particles.radii.reduce((most, radius) => Math.max(most, radius), 0);
     this.moving = this.spheres(particles.moving);
+    this.images = new Images(this);
     this.makeFixed();
     this.surfaces = particles.surfaces ? new Surfaces(this, particles.surfaces) : undefined;
     this.state = undefined;
@@ -211,6 +213,7 @@ class Renderer {
       letters[2 * k + 1] = flashes ? flashes[k] : 0;
     }
     this.upload(moving);
+    this.images.load(state);
     if (bonds > 0) {
       this.fill(this.rodEnds, bondRods(this.particles, state));
     }
@@ -258,7 +261,7 @@ class Renderer {
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
   }
 
-  draw(camera, scheme, { hasBox, fixed, hasSurfaces }) {
+  draw(camera, scheme, { hasBox, fixed, hasSurfaces, hasImages = true }) {
     const { gl, canvas } = this;
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(...scheme.background, 1);
@@ -266,7 +269,7 @@ class Renderer {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
-    this.drawSpheres(camera, scheme, fixed);
+    this.drawSpheres(camera, scheme, fixed, hasImages);
     if (this.particles.bonds > 0) {
       const uniforms = this.use(this.rods, camera, scheme);
       gl.uniform3fv(uniforms.colour, scheme.fixed.map((x) => x / 255));
@@ -302,7 +305,7 @@ class Renderer {
     return false;
   }
 
-  drawSpheres(camera, scheme, fixed) {
+  drawSpheres(camera, scheme, fixed, hasImages) {
     const { gl } = this;
     const size = (this.largest / (2 * SLOPE * camera.distance)) * this.canvas.height;
     const uniforms = this.useSpheres(size < SMALL ? this.discs : this.whole, camera, scheme);
@@ -311,6 +314,9 @@ class Renderer {
     }
     gl.uniform1i(uniforms.isSpecies, this.state.tones ? 0 : 1);
     this.drawGroup(uniforms, this.moving, 1);
+    if (hasImages) {
+      this.images.draw(uniforms);
+    }
     gl.uniform1i(uniforms.isSpecies, 1);
     this.drawGroup(uniforms, this.pivots, 1);
     if (fixed === "solid") {
