@@ -109,12 +109,15 @@ class Live {
   }
 
   facts() {
-    const { moving, fixed, stages = [] } = this.head;
+    const { moving, fixed, stages } = this.head;
     const parts = [`${liveNumber(moving.length)} ${moving.length === 1 ? "particle" : "particles"}`];
     if (fixed.length > 0) {
       parts.push(`${liveNumber(fixed.length)} static`);
     }
-    return [...parts, ...(stages.length > 1 ? [`${stages.length} stages`] : [])].join(" · ");
+    if (stages.length > 1) {
+      parts.push(`${stages.length} stages`);
+    }
+    return parts.join(" · ");
   }
 
   /** A picture of the worker. */
@@ -148,7 +151,7 @@ class Live {
     const wanted = this.scene.live?.speed;
     this.natural = wanted > 0 ? wanted : liveNaturalSpeed(this.head, frame);
     this.setSpeed(this.natural);
-    const isSmall = this.head.moving.length <= 40 || liveFlat(this.head).some(Boolean);
+    const isSmall = this.head.moving.length <= 40 || this.head.flat.some(Boolean);
     this.controls.hand(isSmall && !window.matchMedia("(pointer: coarse)").matches);
     liveScale(this);
     if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
@@ -316,8 +319,8 @@ class Live {
     if (this.isPlaying && rate > 0) {
       parts.push(`${liveRate(rate)} per second`);
     }
-    if (typeof stage === "string" && stage !== "") {
-      parts.unshift(stage);
+    if (this.head.stages.length > 1) {
+      parts.unshift(this.head.stages[stage]);
     }
     liveElement("rate").textContent = parts.join(" · ");
     if (this.isPlaying) {

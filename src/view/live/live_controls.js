@@ -66,8 +66,7 @@ class LiveControls {
   /** What the keys do; they are those of the page, unless one types. */
   key(event) {
     const { target } = event;
-    const isTyping = target instanceof HTMLElement && (target.isContentEditable || /^(TEXTAREA|SELECT)$/.test(target.tagName) || (target.tagName === "INPUT" && target.type !== "checkbox"));
-    if (event.ctrlKey || event.metaKey || event.altKey || isTyping || event.defaultPrevented) {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || isTypedInto(target)) {
       return;
     }
     const isButton = target instanceof HTMLElement && /^(BUTTON|SUMMARY|INPUT|A)$/.test(target.tagName);
@@ -98,9 +97,26 @@ class LiveControls {
       this.choose();
     };
     return {
-      " ": () => live.play(!live.isPlaying), ArrowRight: () => live.step(), ",": () => live.faster(-1), ".": () => live.faster(1), m: () => live.slowMotion(!live.isSlow),
-      h: () => this.hand(!live.hand.isOn), 0: () => live.restart(), n: () => live.reseed(), t: () => next("trails"), v: () => flip("arrows"),
-      c: () => next("colour"), f: () => this.fullscreen(), r: () => this.resetView(), b: () => flip("box"),
+      " ": () => live.play(!live.isPlaying),
+      ArrowRight: () => live.step(),
+      ",": () => live.faster(-1),
+      ".": () => live.faster(1),
+      m: () => live.slowMotion(!live.isSlow),
+      h: () => this.hand(!live.hand.isOn),
+      0: () => live.restart(),
+      n: () => live.reseed(),
+      t: () => next("trails"),
+      v: () => flip("arrows"),
+      c: () => next("colour"),
+      f: () => this.fullscreen(),
+      r: () => this.resetView(),
+      b: () => flip("box"),
     };
   }
+}
+
+/** Whether keys are for an element itself. */
+function isTypedInto(target) {
+  const isElement = target instanceof HTMLElement;
+  return isElement && (target.isContentEditable || /^(TEXTAREA|SELECT)$/.test(target.tagName) || (target.tagName === "INPUT" && target.type !== "checkbox"));
 }

@@ -71,7 +71,7 @@ class Hand {
 
   drag(event) {
     const { live, index } = this;
-    const flat = liveFlat(live.head);
+    const { flat } = live.head;
     const wanted = add(live.picture.unproject(...this.place(event), this.held), this.offset);
     this.held = wanted.map((x, axis) => (flat[axis] ? this.held[axis] : x));
     this.isMoved = true;

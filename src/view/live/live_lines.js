@@ -112,7 +112,7 @@ class Trails {
   /** Lines between positions that follow each other, except across a periodic side; older ones are fainter. */
   write(lines, colours, width) {
     const { head, places } = this;
-    const isJump = (a, b) => [0, 1, 2].some((k) => head.periodic?.[k] !== false && head.size[k] > 0 && Math.abs(places[a + k] - places[b + k]) > head.size[k] / 2);
+    const isJump = (a, b) => [0, 1, 2].some((k) => head.periodic[k] && Math.abs(places[a + k] - places[b + k]) > head.size[k] / 2);
     this.indices.forEach((_, k) => {
       for (let back = 1; back < this.length; back += 1) {
         const place = (steps) => 3 * (TRAIL * k + ((this.next - steps + 2 * TRAIL) % TRAIL));

@@ -10,7 +10,7 @@ const SLOW_WAY = 0.5;
 const SLOW_WAIT = 1.4;
 
 const EVENT_WORDS = {
-  core: "contact", capture: "capture", release: "escape", bounce: "bounce inside the well", bond: "bond is taut", wall: "wall", thermostat: "kick of the thermostat",
+  core: "contact", capture: "capture", release: "escape", bounce: "bounce", wall: "wall", thermostat: "kick",
 };
 
 /** Announces the next events in slow motion: which particles meet, and in how much time. */

@@ -42,9 +42,8 @@ class Picture {
   /** Makes the camera of a scene when its first positions are there. */
   aim(frame) {
     if (!this.isSameView) {
-      const view = liveView(this.head, frame.positions);
       // The object stays, because pointers steer it.
-      this.camera = Object.assign(this.camera ?? new Camera(view), new Camera(view));
+      this.camera = Object.assign(this.camera ?? new Camera(this.head), new Camera(this.head));
       this.camera.margin = this.renderer.largest;
       this.camera.reset(this.renderer.resize());
       this.isSameView = true;
@@ -94,8 +93,8 @@ class Picture {
 
   load() {
     const { frame, head, flashes } = this;
-    const { positions, tones, poses } = frame;
-    this.renderer.load({ positions, tones, flashes, range: [0, 1], scale: [0, 1], box: frame.box ?? head, poses });
+    const { positions, tones, poses, displacement, growth } = frame;
+    this.renderer.load({ positions, tones, flashes, range: [0, 1], scale: [0, 1], box: head, displacement, growth, poses });
   }
 
   /** Puts the particle that was chosen by hand among those with trails. */

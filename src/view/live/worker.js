@@ -56,7 +56,7 @@ class Laboratory {
 
   on_start({ text, changes = {} }) {
     // A scene with an error leaves the one that runs as it is.
-    const checked = this.head && this.engine.check ? this.engine.check(text, changes) : {};
+    const checked = this.head ? this.engine.check(text, changes) : {};
     if (checked.error) {
       this.post({ ...checked, kind: "error" });
       return;
@@ -69,11 +69,7 @@ class Laboratory {
       return;
     }
     const merged = { ...this.changes, ...changes };
-    if (this.engine.change) {
-      this.begin(this.engine.change(changes), this.text, merged, true);
-    } else {
-      this.on_start({ text: this.text, changes: merged });
-    }
+    this.begin(this.engine.change(this.text, merged), this.text, merged, true);
   }
 
   /** Takes over a scene that was started or changed. */
@@ -84,6 +80,7 @@ class Laboratory {
     }
     Object.assign(this, { head, text, changes, end: undefined, announced: undefined });
     this.state = this.engine.look();
+    head.gravity = this.state.acceleration;
     this.frames = new Frames(head, this.state);
     const { moving } = this.frames;
     const isMoving = new Set(moving);
@@ -101,11 +98,11 @@ class Laboratory {
   }
 
   on_check({ text, changes = {}, number }) {
-    this.post({ kind: "checked", number, ...(this.engine.check ? this.engine.check(text, changes) : {}) });
+    this.post({ ...this.engine.check(text, changes), kind: "checked", number });
   }
 
   on_scene({ number }) {
-    this.post({ kind: "scene", number, text: this.head && this.engine.scene ? this.engine.scene() : undefined });
+    this.post({ ...(this.head ? this.engine.scene(this.text) : { error: "there is no simulation" }), kind: "scene", number });
   }
 
   on_run({ speed }) {
@@ -135,7 +132,7 @@ class Laboratory {
   }
 
   on_set({ id, position, velocity, number }) {
-    const error = this.state && this.engine.set ? this.engine.set(id, position ?? null, velocity ?? null) : "this engine moves no particles";
+    const error = this.state ? this.engine.set(id, position ?? null, velocity ?? null) : "there is no simulation";
     if (!error) {
       this.end = this.announced = undefined;
       this.state = this.engine.look();
@@ -166,6 +163,7 @@ class Laboratory {
     const after = performance.now();
     this.pace.note(after, this.state.time);
     const frame = this.frames.frame(this.state, channel);
+    frame.poses = this.head.surfaces ? this.engine.poses() : undefined;
     Object.assign(frame, this.pace.rate(after, this.state), { isLate: after - this.pace.lateAt < 700, announced: this.announce(upcoming) });
     const owned = [frame.positions, frame.velocities, frame.hits, frame.tones].filter(Boolean);
     this.post(frame, owned.map((array) => array.buffer));
@@ -175,12 +173,13 @@ class Laboratory {
 
   /** The next events; asked for again when one has happened. */
   announce(count) {
-    if (count === 0 || !this.engine.upcoming) {
+    if (count === 0) {
       return undefined;
     }
     const { events, time } = this.state;
     if (this.announced?.events !== events || this.announced.count !== count) {
-      this.announced = { events, count, list: this.engine.upcoming(count) };
+      const list = this.engine.upcoming(count);
+      this.announced = { events, count, list: Array.isArray(list) ? list : [] };
     }
     return this.announced.list.filter((event) => event.time >= time);
   }

@@ -18,7 +18,7 @@ class Frames {
 
   /** Axis that starting places are coloured along: that of gravity, or else the longest one. */
   get axis() {
-    const { gravity = [0, 0, 0], size } = this.head;
+    const { gravity, size } = this.head;
     const lengths = gravity.some((part) => part !== 0) ? gravity.map(Math.abs) : size;
     return lengths.indexOf(Math.max(...lengths));
   }
@@ -55,23 +55,27 @@ class Frames {
         velocities[3 * k + axis] = state.velocities[at + axis];
       }
     }
-    const { time, events, kinetic, potential, stage, counts, poses } = state;
-    const frame = { kind: "frame", time, events, kinetic, potential, stage, counts, poses, positions, velocities, hits: this.hits(state) };
+    const { time, events, kinetic, potential, stage, isOver, counts, displacement, scale: growth } = state;
+    const numbers = { time, events, kinetic, potential, stage, isOver, counts, displacement, growth };
+    const frame = { kind: "frame", ...numbers, positions, velocities, hits: this.hits(state) };
     return Object.assign(frame, this.tones(state, channel));
   }
 
   /** Particles whose velocity was changed by a contact since the last picture; gravity changes velocities as well. */
   hits(state) {
     const { moving, before } = this;
-    const { velocities, time, events } = state;
+    const { velocities, time, events, acceleration } = state;
     const hits = this.room(Uint8Array, moving.length);
-    const [x, y, z] = (this.head.gravity ?? [0, 0, 0]).map((part) => part * (time - this.beforeTime));
+    const [x, y, z] = acceleration.map((part) => part * (time - this.beforeTime));
     let count = 0;
+    const isChanged = (at) => {
+      const [now, then] = [velocities, before];
+      const change = Math.abs(now[at] - then[at] - x) + Math.abs(now[at + 1] - then[at + 1] - y) + Math.abs(now[at + 2] - then[at + 2] - z);
+      return change > ROUNDING * (Math.abs(now[at]) + Math.abs(now[at + 1]) + Math.abs(now[at + 2]) + gained);
+    };
+    const gained = Math.abs(x) + Math.abs(y) + Math.abs(z);
     for (let k = 0; k < moving.length; k += 1) {
-      const at = 3 * moving[k];
-      const change = Math.abs(velocities[at] - before[at] - x) + Math.abs(velocities[at + 1] - before[at + 1] - y) + Math.abs(velocities[at + 2] - before[at + 2] - z);
-      const size = Math.abs(velocities[at]) + Math.abs(velocities[at + 1]) + Math.abs(velocities[at + 2]) + Math.abs(x) + Math.abs(y) + Math.abs(z);
-      hits[k] = change > ROUNDING * size ? 1 : 0;
+      hits[k] = isChanged(3 * moving[k]) ? 1 : 0;
       count += hits[k];
     }
     // More than events can have changed: forces are at work that the head does not describe.
@@ -103,7 +107,7 @@ class Frames {
     }
     if (channel === "neighbours") {
       this.neighbours.count(state.positions, this.counts);
-      const high = this.head.flat?.some(Boolean) ? 6 : 12;
+      const high = this.head.flat.some(Boolean) ? 6 : 12;
       for (let k = 0; k < moving.length; k += 1) {
         tones[k] = Math.min(255, Math.round((255 * this.counts[moving[k]]) / high));
       }

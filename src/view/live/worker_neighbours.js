@@ -20,7 +20,7 @@ class Neighbours {
     const most = Math.ceil(Math.cbrt(4 * head.particles.length));
     for (let axis = 0; axis < 3; axis += 1) {
       let [low, high] = [head.lower[axis], head.lower[axis] + head.size[axis]];
-      if (!head.periodic?.[axis]) {
+      if (!head.periodic[axis]) {
         [low, high] = [Infinity, -Infinity];
         for (let at = axis; at < positions.length; at += 3) {
           low = Math.min(low, positions[at]);
@@ -28,7 +28,7 @@ class Neighbours {
         }
       }
       const number = this.reach > 0 ? Math.floor((high - low) / this.reach) : 1;
-      this.cells[axis] = Math.max(1, Math.min(number, head.flat?.some(Boolean) ? most * most : most));
+      this.cells[axis] = Math.max(1, Math.min(number, head.flat.some(Boolean) ? most * most : most));
       this.lower[axis] = low;
       this.edge[axis] = Math.max((high - low) / this.cells[axis], 1e-300);
     }
@@ -72,7 +72,7 @@ class Neighbours {
     const along = own.map((at, axis) => {
       const places = [at];
       for (const place of [at - 1, at + 1]) {
-        const wrapped = head.periodic?.[axis] ? (place + cells[axis]) % cells[axis] : place;
+        const wrapped = head.periodic[axis] ? (place + cells[axis]) % cells[axis] : place;
         if (wrapped >= 0 && wrapped < cells[axis] && !places.includes(wrapped)) {
           places.push(wrapped);
         }
@@ -93,7 +93,7 @@ class Neighbours {
     let square = 0;
     for (let axis = 0; axis < 3; axis += 1) {
       let way = positions[3 * id + axis] - positions[3 * other + axis];
-      if (head.periodic?.[axis]) {
+      if (head.periodic[axis]) {
         way -= Math.round(way / head.size[axis]) * head.size[axis];
       }
       square += way * way;

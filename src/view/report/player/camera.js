@@ -20,7 +20,7 @@ class Camera {
     this.reset(1);
   }
 
-  /** Azimuth and elevation of the first view: those that are asked for, towards an eye that is asked for, from the front of a flat scene, or from a raised corner. */
+  /** Azimuth and elevation of the first view: those asked for, towards an eye that is asked for, from the front of a flat scene, or from a raised corner. */
   angles(look) {
     if (look?.towards) {
       const [right, above, front] = [this.right, this.up, this.front].map((axis) => dot(axis, look.towards));

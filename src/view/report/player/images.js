@@ -66,7 +66,7 @@ class Images {
     table.count = owners.length;
     owners.forEach((owner, index) => {
       table.numbers.set(places.slice(3 * index, 3 * index + 3), 4 * index);
-      table.numbers[4 * index + 3] = radii[owner];
+      table.numbers[4 * index + 3] = moving.numbers[4 * owner + 3];
       table.letters[2 * index] = moving.letters[2 * owner];
       table.letters[2 * index + 1] = moving.letters[2 * owner + 1];
     });

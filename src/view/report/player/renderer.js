@@ -195,12 +195,12 @@ class Renderer {
 
   /**
    * Takes over a state of the particles: `positions` of those that move (NaN where one is not drawn), their `tones` in 255 steps of a `range` and the `scale`
-   * of the colours (without tones, colours are those of the species), how bright each one `flashes` in 255 steps, the `box` with its `displacement` along x
-   * from image to image up along y, and the `poses` of the surfaces. What is absent is left out.
+   * of the colours (without tones, colours are those of the species), how bright each one `flashes` in 255 steps, the `growth` of their radii, the `box` with
+   * its `displacement` along x from image to image up along y, and the `poses` of the surfaces. What is absent is left out.
    */
   load(state) {
     const { moving, particles: { radii, species, bonds, flat } } = this;
-    const { positions, tones = species, flashes } = state;
+    const { positions, tones = species, flashes, growth = 1 } = state;
     this.state = state;
     const { numbers, letters } = moving;
     for (let k = 0; k < moving.count; k += 1) {
@@ -208,7 +208,7 @@ class Renderer {
       numbers[4 * k] = positions[3 * k];
       numbers[4 * k + 1] = positions[3 * k + 1];
       numbers[4 * k + 2] = positions[3 * k + 2];
-      numbers[4 * k + 3] = isSeen ? radii[k] : -1;
+      numbers[4 * k + 3] = isSeen ? growth * radii[k] : -1;
       letters[2 * k] = tones[k];
       letters[2 * k + 1] = flashes ? flashes[k] : 0;
     }
