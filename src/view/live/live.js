@@ -48,7 +48,14 @@ class Live {
   }
 
   tell(kind, value) {
-    (this.handlers.get(kind) ?? []).forEach((handler) => handler(value));
+    for (const handler of this.handlers.get(kind) ?? []) {
+      try {
+        handler(value);
+      } catch (error) {
+        // A fault beside the picture does not stop it.
+        console.error(error);
+      }
+    }
   }
 
   send(message, buffers) {
@@ -89,17 +96,16 @@ class Live {
 
   /** A scene that has started, or goes on with other numbers. */
   begin({ head, text, changes, isChange }) {
-    const isSame = isChange || (this.head && String([this.head.lower, this.head.size]) === String([head.lower, head.size]));
-    const isFirst = this.head === undefined || (this.text !== text && !isChange);
+    const isLike = (keys) => this.head !== undefined && JSON.stringify(keys.map((key) => head[key])) === JSON.stringify(keys.map((key) => this.head[key]));
+    const isSameView = isChange || isLike(["lower", "size", "flat", "view", "up", "isUpsideDown"]);
+    this.isNew ||= !isLike(["flat", "up", "gravity", "species"]) && !isChange;
     Object.assign(this, { head, text, changes });
-    this.isKicked = this.isKicked && isChange;
+    this.isKicked &&= isChange;
     this.order = new Map([...head.moving, ...head.fixed].map((id, index) => [id, index]));
-    this.picture.begin(head, isSame && !isFirst);
+    this.picture.begin(head, isSameView);
     this.announcer.clear();
     this.isAsked = false;
-    this.isFirst = isFirst && !isSame ? true : this.isFirst ?? isFirst;
-    const seed = liveElement("seed");
-    seed.value = changes.seed ?? head.seed ?? "";
+    liveElement("seed").value = changes.seed ?? head.seed;
     liveElement("static-choice").hidden = this.picture.renderer.mesh.count === 0;
     liveElement("surfaces-choice").hidden = !head.surfaces;
     liveElement("facts").textContent = this.facts();
@@ -129,8 +135,11 @@ class Live {
     const now = performance.now();
     const last = this.picture.take(frame, now);
     this.spent.push(...(last ? [last.positions, last.velocities, last.hits, last.tones].filter(Boolean).map((array) => array.buffer) : []));
-    if (this.isFirst) {
+    if (this.isNew) {
       this.first(frame);
+    }
+    if (this.isPlaying) {
+      this.hand.hold();
     }
     if (this.isSlow) {
       this.slowDown(frame);
@@ -141,7 +150,7 @@ class Live {
 
   /** The first picture of a scene: it starts to move at its natural speed. */
   first(frame) {
-    this.isFirst = false;
+    this.isNew = false;
     liveElement("message").hidden = true;
     document.getElementById("live").dataset.state = "ready";
     if (!this.isSteered) {
@@ -256,15 +265,32 @@ class Live {
     }
   }
 
-  /** Moves a particle, by its index among those that move. */
+  /** Moves a particle, by its index among those that move; waits for the answer to the last time. */
   put(index, position, velocity) {
+    const id = this.head.moving[index];
+    const last = this.toPut?.id === id ? this.toPut.position : null;
+    this.toPut = { kind: "set", id, position: position ?? last, velocity };
     this.isKicked = true;
-    this.send({ kind: "set", id: this.head.moving[index], position, velocity });
-    this.redraw(true);
+    if (!this.isPutting) {
+      this.putNext();
+    }
+  }
+
+  putNext() {
+    const message = this.toPut;
+    this.toPut = undefined;
+    this.isPutting = message !== undefined;
+    if (message) {
+      this.send(message);
+      this.redraw(true);
+    }
   }
 
   moved({ error }) {
-    this.say(error ? `There is no room for it: ${error}.` : "");
+    if (!this.isPlaying) {
+      this.say(error ? `There is no room for it: ${error}.` : "");
+    }
+    this.putNext();
   }
 
   resized() {
@@ -332,15 +358,27 @@ class Live {
     }
   }
 
-  /** Says when the engine does not answer for long. */
+  /** Says when the engine does not answer for long, and offers to start again. */
   watch() {
-    const silence = this.worker.silence();
-    if (silence > 0 && silence - (this.silence ?? 0) > 1000) {
-      this.silence = silence;
-      this.say(`The engine has been at work for ${Math.round(silence / 1000)} seconds.`);
-    } else if (silence === 0) {
-      this.silence = 0;
+    const seconds = Math.floor(this.worker.silence() / 1000);
+    if (seconds > 0 && seconds !== this.silence) {
+      const button = liveTag("button", "Start again");
+      button.type = "button";
+      button.addEventListener("click", () => this.renew());
+      this.say(`The engine has been at work for ${seconds} seconds. `);
+      liveElement("words").append(button);
+    } else if (seconds === 0 && this.silence > 0) {
+      this.say("");
     }
+    this.silence = seconds;
+  }
+
+  /** Ends a worker that does not answer, and starts the scene in another one. */
+  renew() {
+    this.isPutting = this.isAsked = false;
+    this.worker.begin();
+    this.restart();
+    this.tell("renewed", undefined);
   }
 }
 

@@ -80,6 +80,13 @@ class Hand {
     live.put(index, this.held, [0, 0, 0]);
   }
 
+  /** Keeps a particle where it is held, while all others move. */
+  hold() {
+    if (this.index >= 0 && this.isMoved) {
+      this.live.put(this.index, this.held, [0, 0, 0]);
+    }
+  }
+
   /** Lets go: with the velocity of the pointer, in the simulated time that goes by while it runs. */
   release(event) {
     const { live, index } = this;

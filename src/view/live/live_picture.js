@@ -1,5 +1,5 @@
 /** How long a flash takes to fade to a third `[ms]`. */
-const FADE = 130;
+const FADE = 110;
 
 /** The picture: particles, trails, arrows and flashes, seen by a camera. */
 class Picture {
@@ -42,10 +42,15 @@ class Picture {
   /** Makes the camera of a scene when its first positions are there. */
   aim(frame) {
     if (!this.isSameView) {
-      // The object stays, because pointers steer it.
+      // The object stays, because pointers steer it; another box of the same scene is seen from the same side.
+      const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(new Camera(this.head).up) ? this.camera : {};
       this.camera = Object.assign(this.camera ?? new Camera(this.head), new Camera(this.head));
       this.camera.margin = this.renderer.largest;
       this.camera.reset(this.renderer.resize());
+      if (isMoved) {
+        Object.assign(this.camera, { isMoved, azimuth, elevation });
+        this.camera.fit(this.renderer.resize());
+      }
       this.isSameView = true;
     }
     let reach = this.camera.extent;
@@ -87,7 +92,7 @@ class Picture {
     const strength = this.choices.hasFlashes ? Math.min(1, (0.12 * glow.length) / Math.max(sum, 1e-9)) : 0;
     const scale = 255 * (glow.length < 40 ? Math.min(1, 3 * strength) : strength);
     for (let k = 0; k < glow.length; k += 1) {
-      flashes[k] = scale * glow[k];
+      flashes[k] = scale * glow[k] * glow[k];
     }
   }
 

@@ -1,6 +1,9 @@
 /** Wall time without a request for a picture after which the simulation waits: nobody looks `[ms]`. */
 const UNSEEN = 400;
 
+/** Pause of a simulation that is where it should be, also when pictures take longer to draw `[ms]`. */
+const REST = 8;
+
 /** Wall time between samples of the observables, and between their results `[ms]`. */
 const SAMPLE = 50;
 const RESULTS = 200;
@@ -270,6 +273,9 @@ class Laboratory {
       this.pace.note(performance.now(), this.state.time);
       if (isAhead) {
         this.wake();
+      } else if (this.isRunning) {
+        this.isAwake = true;
+        setTimeout(() => this.slice(), REST);
       }
     } catch (error) {
       this.fail(error);
