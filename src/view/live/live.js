@@ -15,8 +15,7 @@ class Live {
     this.hand = new Hand(this);
     this.announcer = new Announcer(this);
     this.isPlaying = false;
-    this.isSlow = false;
-    this.isKicked = false;
+        this.isKicked = false;
     this.speed = 1;
     this.channel = this.firstColour();
     this.spent = [];
@@ -87,7 +86,7 @@ class Live {
 
   /** What the worker has to say. */
   hear(message) {
-    const act = { head: this.begin, frame: this.receive, error: this.fail, ended: this.end, set: this.moved }[message.kind];
+    const act = { head: this.begin, frame: this.receive, error: this.fail, ended: this.end, set: this.put }[message.kind];
     act?.call(this, message);
     if (message.kind !== "frame" || message.positions) {
       this.tell(message.kind, message.kind === "head" ? message.head : message);
@@ -141,8 +140,7 @@ class Live {
     if (this.isPlaying) {
       this.hand.hold();
     }
-    if (this.isSlow) {
-      this.slowDown(frame);
+    if (this.announcer.isOn) {
       this.announcer.note(frame, now);
     }
     this.isDue = true;
@@ -184,6 +182,10 @@ class Live {
     this.play(false);
     const words = { idle: "Nothing happens any more.", end: "The end of the scene; it goes on if you play.", failed: `It cannot go on: ${error}.` };
     this.say(words[why] ?? "");
+  }
+
+  put(answer) {
+    this.hand.answer(answer);
   }
 
   message(words) {
@@ -229,68 +231,12 @@ class Live {
   faster(steps) {
     const index = liveSpeeds.indexOf(liveNearestSpeed(this.speed)) + steps;
     const speed = liveSpeeds[Math.min(Math.max(index, 0), liveSpeeds.length - 1)];
-    if (!this.isSlow) {
+    if (this.announcer.isOn) {
+      this.announcer.factor *= speed / this.speed;
+    } else {
       this.natural = speed;
     }
-    this.slowBy = this.isSlow ? (this.slowBy ?? 1) * (speed / this.speed) : undefined;
     this.setSpeed(speed);
-  }
-
-  /** So slow that one sees each event, or back to the speed of before. */
-  slowMotion(isSlow) {
-    this.isSlow = isSlow;
-    this.slowBy = 1;
-    liveElement("slow").setAttribute("aria-pressed", String(isSlow));
-    if (isSlow) {
-      this.slowFrom = undefined;
-      if (this.picture.frame) {
-        this.slowDown(this.picture.frame);
-      }
-    } else {
-      this.announcer.clear();
-      this.setSpeed(this.natural);
-    }
-    this.redraw(true);
-  }
-
-  /** Chooses the speed of slow motion again when an event has happened. */
-  slowDown(frame) {
-    if (this.slowFrom === frame.events) {
-      return;
-    }
-    const speed = this.announcer.speed(frame, this.natural) * this.slowBy;
-    this.slowFrom = frame.announced ? frame.events : undefined;
-    if (!(speed > this.speed / 1.5 && speed < this.speed * 1.5)) {
-      this.setSpeed(speed);
-    }
-  }
-
-  /** Moves a particle, by its index among those that move; waits for the answer to the last time. */
-  put(index, position, velocity) {
-    const id = this.head.moving[index];
-    const last = this.toPut?.id === id ? this.toPut.position : null;
-    this.toPut = { kind: "set", id, position: position ?? last, velocity };
-    this.isKicked = true;
-    if (!this.isPutting) {
-      this.putNext();
-    }
-  }
-
-  putNext() {
-    const message = this.toPut;
-    this.toPut = undefined;
-    this.isPutting = message !== undefined;
-    if (message) {
-      this.send(message);
-      this.redraw(true);
-    }
-  }
-
-  moved({ error }) {
-    if (!this.isPlaying) {
-      this.say(error ? `There is no room for it: ${error}.` : "");
-    }
-    this.putNext();
   }
 
   resized() {
@@ -313,7 +259,7 @@ class Live {
     if (isReady && (this.isPlaying || this.isWanted)) {
       this.isWanted = false;
       this.isAsked = true;
-      const upcoming = this.isSlow ? AHEAD : 0;
+      const upcoming = this.announcer.isOn ? AHEAD : 0;
       const buffers = this.spent.splice(0);
       this.send({ kind: "frame", channel: this.channel, upcoming, buffers }, buffers);
     }
@@ -329,7 +275,7 @@ class Live {
     const { frame } = picture;
     picture.draw();
     liveElement("time").textContent = `t = ${liveTime(frame.time, this.speed)}`;
-    if (this.isSlow) {
+    if (this.announcer.isOn) {
       this.announcer.write(frame.time);
     }
     if (!(now - this.readAt < READING) || !this.isPlaying) {
@@ -375,7 +321,8 @@ class Live {
 
   /** Ends a worker that does not answer, and starts the scene in another one. */
   renew() {
-    this.isPutting = this.isAsked = false;
+    this.isAsked = false;
+    this.hand.forget();
     this.worker.begin();
     this.restart();
     this.tell("renewed", undefined);

@@ -7,7 +7,7 @@ class LiveControls {
     click("step", () => live.step());
     click("slower", () => live.faster(-1));
     click("faster", () => live.faster(1));
-    click("slow", () => live.slowMotion(!live.isSlow));
+    click("slow", () => live.announcer.turn(!live.announcer.isOn));
     click("hand", () => this.hand(!live.hand.isOn));
     click("reset", () => live.restart());
     click("again", () => live.reseed());
@@ -101,7 +101,7 @@ class LiveControls {
       ArrowRight: () => live.step(),
       ",": () => live.faster(-1),
       ".": () => live.faster(1),
-      m: () => live.slowMotion(!live.isSlow),
+      m: () => live.announcer.turn(!live.announcer.isOn),
       h: () => this.hand(!live.hand.isOn),
       0: () => live.restart(),
       n: () => live.reseed(),

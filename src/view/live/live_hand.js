@@ -25,7 +25,7 @@ class Hand {
         this.drag(event);
         event.stopImmediatePropagation();
       } else if (event.buttons === 0) {
-        canvas.classList.toggle("is-over", this.isOn && this.live.picture.pick(...this.place(event)) >= 0);
+        this.hover(this.isOn ? this.live.picture.pick(...this.place(event)) : -1);
       }
     });
     for (const end of ["pointerup", "pointercancel"]) {
@@ -42,6 +42,15 @@ class Hand {
         event.preventDefault();
       }
     }, { passive: false });
+  }
+
+  /** A particle under the pointer, by its index; -1 for none. */
+  hover(index) {
+    if (this.over !== index) {
+      this.over = index;
+      this.live.picture.canvas.classList.toggle("is-over", index >= 0);
+      this.live.tell("hover", index < 0 ? -1 : this.live.head.moving[index]);
+    }
   }
 
   /** A pointer that goes down: whether it takes hold of a particle. */
@@ -77,13 +86,13 @@ class Hand {
     this.isMoved = true;
     this.path.push([event.timeStamp, ...this.held]);
     this.path = this.path.filter(([time]) => event.timeStamp - time < 4 * FLICK);
-    live.put(index, this.held, [0, 0, 0]);
+    this.put(index, this.held, [0, 0, 0]);
   }
 
   /** Keeps a particle where it is held, while all others move. */
   hold() {
     if (this.index >= 0 && this.isMoved) {
-      this.live.put(this.index, this.held, [0, 0, 0]);
+      this.put(this.index, this.held, [0, 0, 0]);
     }
   }
 
@@ -98,7 +107,42 @@ class Hand {
     if (recent.length > 1) {
       const [[start, ...from], [end, ...to]] = [recent[0], recent[recent.length - 1]];
       const seconds = Math.max(end - start, 8) / 1000;
-      live.put(index, null, scaled(subtract(to, from), 1 / (seconds * live.speed)));
+      this.put(index, null, scaled(subtract(to, from), 1 / (seconds * live.speed)));
     }
+  }
+
+  /** Moves a particle, by its index among those that move; waits for the answer to the last time. */
+  put(index, position, velocity) {
+    const { live } = this;
+    const id = live.head.moving[index];
+    const last = this.wanted?.id === id ? this.wanted.position : null;
+    this.wanted = { kind: "set", id, position: position ?? last, velocity };
+    live.isKicked = true;
+    if (!this.isAsking) {
+      this.ask();
+    }
+  }
+
+  ask() {
+    const { live, wanted } = this;
+    this.wanted = undefined;
+    this.isAsking = wanted !== undefined;
+    if (wanted) {
+      live.send(wanted);
+      live.redraw(true);
+    }
+  }
+
+  answer({ error }) {
+    if (!this.live.isPlaying) {
+      this.live.say(error ? `There is no room for it: ${error}.` : "");
+    }
+    this.ask();
+  }
+
+  /** A worker is gone that does not answer. */
+  forget() {
+    this.wanted = undefined;
+    this.isAsking = false;
   }
 }

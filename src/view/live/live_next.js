@@ -2,6 +2,9 @@
 const NOTICE = [0.5, 2.2];
 const AFTERWARDS = 700;
 
+/** Fewer events than these within the notice are announced even if they are close. */
+const SPARSE = 8;
+
 /** Announcements at the same time. */
 const ANNOUNCED = 3;
 
@@ -18,7 +21,37 @@ class Announcer {
   constructor(live) {
     this.live = live;
     this.shown = [];
+    this.isOn = false;
+    this.factor = 1;
     this.colours = ["var(--c1)", "var(--c0)", "var(--c2)"];
+  }
+
+  /** So slow that one sees each event, or back to the speed of before. */
+  turn(isOn) {
+    const { live } = this;
+    this.isOn = isOn;
+    this.factor = 1;
+    this.adaptedAt = undefined;
+    liveElement("slow").setAttribute("aria-pressed", String(isOn));
+    if (!isOn) {
+      this.clear();
+      live.setSpeed(live.natural);
+    } else if (live.picture.frame) {
+      this.adapt(live.picture.frame);
+    }
+    live.redraw(true);
+  }
+
+  /** Chooses the speed of slow motion again when an event has happened. */
+  adapt(frame) {
+    const { live } = this;
+    if (this.adaptedAt !== frame.events) {
+      const speed = this.speed(frame, live.natural) * this.factor;
+      this.adaptedAt = frame.announced ? frame.events : undefined;
+      if (!(speed > live.speed / 1.5 && speed < live.speed * 1.5)) {
+        live.setSpeed(speed);
+      }
+    }
   }
 
   clear() {
@@ -41,15 +74,17 @@ class Announcer {
   }
 
   /** Keeps announcements until their events have happened, and makes new ones. */
-  note({ announced = [], time }, now) {
+  note(frame, now) {
+    const { announced = [], time } = frame;
+    this.adapt(frame);
     this.shown = this.shown.filter((event) => event.time > time || now - (event.doneAt ??= now) < AFTERWARDS);
     const { speed } = this.live;
     const taken = new Set(this.shown.flatMap(({ a, b }) => [a, b]));
     const free = this.colours.filter((colour) => this.shown.every((event) => event.colour !== colour));
-    const isFirst = this.shown.length === 0;
+    const isSparse = !(announced[SPARSE]?.time - time < NOTICE[1] * speed);
     for (const event of announced) {
       const wait = (event.time - time) / speed;
-      const isDue = wait < NOTICE[1] && (wait > NOTICE[0] || isFirst || announced.length < 8);
+      const isDue = wait < NOTICE[1] && (wait > NOTICE[0] || isSparse);
       if (this.shown.length < ANNOUNCED && isDue && !taken.has(event.a) && !taken.has(event.b) && this.isSeen(event)) {
         this.shown.push({ ...event, colour: free.shift() });
         taken.add(event.a).add(event.b);
@@ -93,7 +128,7 @@ class Announcer {
 
   write(time) {
     const { picture, speed } = this.live;
-    const digits = Math.max(0, Math.min(9, Math.ceil(1.5 - Math.log10(speed))));
+    const digits = Math.max(0, Math.min(9, Math.ceil(1.3 - Math.log10(speed))));
     const list = document.createDocumentFragment();
     const marks = document.createDocumentFragment();
     for (const event of this.shown) {

@@ -27,6 +27,7 @@ class Picture {
     }
     this.glow = new Float32Array(head.moving.length);
     this.flashes = new Uint8Array(head.moving.length);
+    this.share = 0;
     this.paint();
     this.frame = undefined;
     this.isSameView = isSame && this.camera !== undefined;
@@ -77,7 +78,7 @@ class Picture {
     return last;
   }
 
-  /** Flashes fade, and contacts light them; where everything flashes all the time, flashes are weaker. */
+  /** Flashes fade, and contacts light them; where much flashes all the time, flashes are weaker or absent. */
   fade({ hits, time }, now) {
     const { glow, flashes } = this;
     const isNew = time !== this.fadedTime;
@@ -89,8 +90,9 @@ class Picture {
       glow[k] = hits[k] ? 1 : glow[k] * factor;
       sum += glow[k];
     }
-    const strength = this.choices.hasFlashes ? Math.min(1, (0.12 * glow.length) / Math.max(sum, 1e-9)) : 0;
-    const scale = 255 * (glow.length < 40 ? Math.min(1, 3 * strength) : strength);
+    const share = sum / Math.max(glow.length, 1);
+    this.share += (isNew ? 0.05 : 0) * (share - this.share);
+    const scale = this.choices.hasFlashes ? 255 * Math.min(Math.max((0.45 - this.share) / 0.3, 0), 1) : 0;
     for (let k = 0; k < glow.length; k += 1) {
       flashes[k] = scale * glow[k] * glow[k];
     }

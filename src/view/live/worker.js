@@ -174,17 +174,19 @@ class Laboratory {
     this.wake();
   }
 
-  /** The next events; asked for again when one has happened. */
+  /** The next events; a copy of the simulation runs ahead for them, when most of those that it has met have happened. */
   announce(count) {
     if (count === 0) {
       return undefined;
     }
-    const { events, time } = this.state;
-    if (this.announced?.events !== events || this.announced.count !== count) {
-      const list = this.engine.upcoming(count);
-      this.announced = { events, count, list: Array.isArray(list) ? list : [] };
+    const { time } = this.state;
+    let list = (this.announced ?? []).filter((event) => event.time >= time);
+    if (list.length < count / 3) {
+      const asked = this.engine.upcoming(count);
+      list = Array.isArray(asked) ? asked : [];
     }
-    return this.announced.list.filter((event) => event.time >= time);
+    this.announced = list;
+    return list;
   }
 
   /** Runs while the wanted time is ahead, for a slice at most; whether it is still ahead. */
