@@ -50,19 +50,29 @@ class Displacement {
   /** Unwrapped positions, or velocities, of the tracers along the free axes. */
   frame(numbers, images) {
     const { system, tracers, axes } = this;
-    const { moving, masses, totalMass, size } = system;
+    const { totalMass, size } = system;
     const out = new Float64Array(tracers.length * axes.length);
-    axes.forEach((k, column) => {
-      const at = (id) => numbers[3 * id + k] + (images ? images[3 * id + k] * size[k] : 0);
-      let common = 0;
-      for (let n = 0; this.isRelative[column] && n < moving.length; n += 1) {
-        common += (masses[moving[n]] / totalMass) * at(moving[n]);
-      }
+    for (let column = 0; column < axes.length; column += 1) {
+      const k = axes[column];
+      const common = this.isRelative[column] ? this.moment(k, numbers, images) / totalMass : 0;
       for (let n = 0; n < tracers.length; n += 1) {
-        out[column * tracers.length + n] = at(tracers[n]) - common;
+        const at = 3 * tracers[n] + k;
+        out[column * tracers.length + n] = (images ? numbers[at] + images[at] * size[k] : numbers[at]) - common;
       }
-    });
+    }
     return out;
+  }
+
+  /** Sum of a component over all that move, by mass. */
+  moment(k, numbers, images) {
+    const { moving, masses, size } = this.system;
+    const edge = images ? size[k] : 0;
+    let sum = 0;
+    for (let n = 0; n < moving.length; n += 1) {
+      const at = 3 * moving[n] + k;
+      sum += masses[moving[n]] * (edge > 0 ? numbers[at] + images[at] * edge : numbers[at]);
+    }
+    return sum;
   }
 
   sample(time, { positions, velocities, images }) {

@@ -21,6 +21,7 @@ class Speeds {
     // Of each particle that moves, mass, and variance by temperature.
     this.sums = new LateSums(SPEED_BINS + 1);
     this.scale = 1;
+    this.speeds = new Float64Array(system.count);
     this.temperature = 0;
   }
 
@@ -33,24 +34,30 @@ class Speeds {
   /** Velocity of the centre of mass along the axes on which it is conserved. */
   drift(velocities) {
     const { conserved, moving, masses, totalMass, count } = this.system;
-    return conserved.map((is, k) => {
-      let momentum = 0;
-      for (let n = 0; is && count > 1 && n < moving.length; n += 1) {
-        momentum += masses[moving[n]] * velocities[3 * moving[n] + k];
-      }
-      return momentum / totalMass;
-    });
+    let x = 0;
+    let y = 0;
+    let z = 0;
+    for (let n = 0; n < count; n += 1) {
+      const id = moving[n];
+      const mass = masses[id];
+      x += mass * velocities[3 * id];
+      y += mass * velocities[3 * id + 1];
+      z += mass * velocities[3 * id + 2];
+    }
+    return [x, y, z].map((momentum, k) => (conserved[k] && count > 1 ? momentum / totalMass : 0));
   }
 
   sample(time, velocities) {
     const { system, now } = this;
     const { moving, masses, totalMass, count } = system;
     const [x, y, z] = this.drift(velocities);
-    const speeds = new Float64Array(count);
+    const { speeds } = this;
     let doubled = 0;
     for (let n = 0; n < count; n += 1) {
       const at = 3 * moving[n];
-      const [u, v, w] = [velocities[at] - x, velocities[at + 1] - y, velocities[at + 2] - z];
+      const u = velocities[at] - x;
+      const v = velocities[at + 1] - y;
+      const w = velocities[at + 2] - z;
       const square = u * u + v * v + w * w;
       doubled += masses[moving[n]] * square;
       speeds[n] = Math.sqrt(square);
@@ -62,7 +69,8 @@ class Speeds {
     }
     this.sums.turn(time);
     const { newer } = this.sums;
-    let [mass, factor] = [-1, 0];
+    let mass = -1;
+    let factor = 0;
     for (let n = 0; n < count; n += 1) {
       if (masses[moving[n]] !== mass) {
         mass = masses[moving[n]];

@@ -1,7 +1,7 @@
 /**
  * What is observed: the particles that move, the axes that are not flat, and which observables mean something.
  *
- * Of the head: species, particles, lower, size, periodic, flat, gravity, bonds, surfaces; and where they are known `walls` (of each axis whether its lower and its
+ * Of the head: species, particles, lower, size, periodic, flat, gravity (or the acceleration of species), surfaces; and where they are known `walls` (of each axis whether its lower and its
  * upper side is a wall; a side that is neither periodic nor flat is taken for one), `shearRate`, `conserved` (axes along which the momentum is),
  * `flows` ([[measure.flow]]: name, axis 0 to 2, at) and `hardSpheres` (one species of elastic hard spheres and nothing else).
  */
@@ -15,10 +15,10 @@ class ObservedSystem {
     this.periodic = (head.periodic ?? [true, true, true]).map((is, k) => is && !this.flat[k]);
     this.axes = [0, 1, 2].filter((k) => !this.flat[k]);
     this.dimensions = this.axes.length;
-    this.gravity = head.gravity ?? [0, 0, 0];
-    this.isHeavy = this.axes.some((k) => this.gravity[k] !== 0);
     this.moving = Uint32Array.from(particles.keys()).filter((id) => !species[particles[id]].isStatic);
     this.count = this.moving.length;
+    this.gravity = head.gravity ?? species[particles[this.moving[0]]]?.acceleration ?? [0, 0, 0];
+    this.isHeavy = this.axes.some((k) => this.gravity[k] !== 0);
     this.hasStatic = this.count < particles.length;
     this.hasSurfaces = hasAny(head.surfaces);
     this.isSheared = Boolean(head.shearRate);
@@ -89,6 +89,5 @@ const MANY = 20;
 
 /** Whether a list, or a table with a list, has anything in it. */
 function hasAny(surfaces) {
-  const list = Array.isArray(surfaces) ? surfaces : surfaces?.surfaces ?? surfaces?.names ?? surfaces;
-  return Array.isArray(list) ? list.length > 0 : Boolean(list);
+  return Array.isArray(surfaces) ? surfaces.length > 0 : Boolean(surfaces);
 }
