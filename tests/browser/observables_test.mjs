@@ -263,6 +263,28 @@ const tests = {
     assert.deepEqual(offered(500, [9, 9, 9], open).offered, ["speeds", "energy", "displacement", "autocorrelation", "events"]);
     assert.equal(offered(500, [9, 9, 9], { shearRate: 1 }).offered.includes("radial"), false);
   },
+
+  "what the head does not say is learnt from states"() {
+    const still = (box) => ({ positions: evenly(box), velocities: Float64Array.from(box.particles.flatMap(() => [1, 0, 0])), images: new Int32Array(3 * box.particles.length), kinetic: 1, virial: 0 });
+    const box = head(50, [9, 9, 9]);
+    const sheared = new Observables(box);
+    sheared.sample({ ...still(box), time: 0, displacement: 0 });
+    assert.ok(sheared.results().pressure && sheared.results().radial);
+    sheared.sample({ ...still(box), time: 1, displacement: 0.1 });
+    assert.deepEqual(sheared.results().offered, ["energy", "events"]);
+    const walled = head(50, [9, 9, 9], { periodic: [true, true, false] });
+    const open = new Observables(walled);
+    open.sample({ ...still(walled), time: 0 });
+    assert.ok(open.results().radial);
+    const state = still(walled);
+    state.positions[5] = 9.001;
+    open.sample({ ...state, time: 1 });
+    assert.equal(open.results().offered.includes("radial"), false);
+    const growing = new Observables(box);
+    growing.sample({ ...still(box), time: 0, scale: 1 });
+    growing.sample({ ...still(box), time: 1, scale: 1.02 });
+    assert.equal(growing.results().radial.since, 1);
+  },
 };
 
 /** The states of a scene in the module at even times; the virial is that of the changes of velocities at each event, where the module does not say it. */

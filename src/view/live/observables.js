@@ -46,6 +46,7 @@ class Observables {
     }
     this.time = time;
     this.stage = state.stage;
+    this.learn(state);
     this.speeds.sample(time, state.velocities);
     this.radial?.sample(time, state.positions);
     if (this.pressure && Number.isFinite(state.virial)) {
@@ -58,6 +59,25 @@ class Observables {
     this.energy.add(time, [state.kinetic, state.potential ?? 0]);
     this.countBelow(time, state.positions);
     this.countEvents(time, state);
+  }
+
+  /** Notices what the head does not say: a box that is sheared or open, and particles that grow. */
+  learn({ displacement, scale = 1, positions }) {
+    const { system } = this;
+    const isSheared = Boolean(displacement) && !system.isSheared;
+    const isOpen = system.isUniform && !system.isPeriodic && system.hasEscaped(positions);
+    if (isSheared || isOpen) {
+      system.limit(isSheared, isOpen);
+      const { offered, shown } = system.offer();
+      Object.assign(this, { offered, shown });
+      for (const name of ["radial", "pressure", "displacement"]) {
+        this[name] = offered.includes(name) ? this[name] : undefined;
+      }
+    }
+    // What is among smaller particles is no part of the average.
+    if (this.radial && Math.abs(scale / this.radial.scale - 1) > 0.01) {
+      this.radial = new RadialDistribution(system, { scale });
+    }
   }
 
   countBelow(time, positions) {
@@ -114,9 +134,12 @@ class Observables {
 
   energyResults() {
     const [t, kinetic, potential] = this.energy.read();
-    // Hard particles without weight have no other energy than that of motion.
+    // Hard particles without weight have no other energy than that of motion. That of weight has any zero: it is at the start.
     const hasPotential = potential.some((value) => value !== 0);
-    return { t, kinetic, potential: hasPotential ? potential : undefined, total: hasPotential ? kinetic.map((value, k) => value + potential[k]) : undefined };
+    const zero = this.system.isHeavy ? potential[0] : 0;
+    const relative = potential.map((value) => value - zero);
+    const total = relative.map((value, k) => value + kinetic[k]);
+    return hasPotential ? { t, kinetic, potential: relative, total, isRelative: this.system.isHeavy } : { t, kinetic };
   }
 
   /** Numbers of events by kind, or their rates, where there are many particles. */

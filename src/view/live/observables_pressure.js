@@ -81,10 +81,13 @@ class Pressure {
     const [coldest, hottest] = this.range;
     const isElastic = hottest - coldest < 1e-9 * hottest;
     const isHard = head.hardSpheres ?? (counts?.core > 0 && !counts.capture && !counts.release && !counts.bounce && !counts.bond);
-    if (species.size !== 1 || !isElastic || !isHard || !(head.hardSpheres || hasContactAt(radial, head.species[[...species][0]].diameter))) {
+    if (species.size !== 1 || !isElastic || !isHard) {
       return NaN;
     }
-    const { diameter } = head.species[[...species][0]];
+    const diameter = head.species[[...species][0]].diameter * (radial?.scale ?? 1);
+    if (!head.hardSpheres && !hasContactAt(radial, diameter)) {
+      return NaN;
+    }
     const size = [0, diameter, (Math.PI / 4) * diameter ** 2, (Math.PI / 6) * diameter ** 3][dimensions];
     const fraction = (count * size) / volume;
     return ((count * hottest) / volume) * Pressure.compressibility(fraction, dimensions);

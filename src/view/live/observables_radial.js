@@ -51,19 +51,20 @@ class Room {
  * curves; more than two count as one.
  */
 class RadialDistribution {
-  constructor(system, { cutoff = Infinity, width, most = MOST_DISTANCES } = {}) {
+  constructor(system, { cutoff = Infinity, width, most = MOST_DISTANCES, scale = 1 } = {}) {
     this.system = system;
     this.most = most;
+    this.scale = scale;
     const { head, moving } = system;
     const present = [...new Set(Array.from(moving, (id) => head.particles[id]))].sort((a, b) => a - b);
     const classes = present.length <= 2 ? present.map((index) => [index]) : [present];
     this.classes = new Int8Array(head.species.length);
     classes.forEach((members, number) => members.forEach((index) => (this.classes[index] = number)));
     this.counts = classes.map((members) => moving.filter((id) => members.includes(head.particles[id])).length);
-    const diameters = present.map((index) => head.species[index].diameter);
+    const diameters = present.map((index) => scale * head.species[index].diameter);
     const largest = Math.max(...diameters);
     const half = Math.min(...system.axes.map((k) => (system.periodic[k] ? 0.5 * system.size[k] : Infinity)));
-    const mean = classes.map((members) => members.reduce((sum, index) => sum + head.species[index].diameter, 0) / members.length);
+    const mean = classes.map((members) => (scale * members.reduce((sum, index) => sum + head.species[index].diameter, 0)) / members.length);
     const rooms = mean.map((diameter) => new Room(system, diameter));
     const reach = Math.min(half, ...rooms.map((room) => room.shortest));
     this.cutoff = Math.min(cutoff, reach, largest > 0 ? 4 * largest : Infinity);

@@ -22,6 +22,7 @@ class ObservedSystem {
     this.hasStatic = this.count < particles.length;
     this.hasSurfaces = hasAny(head.surfaces);
     this.isSheared = Boolean(head.shearRate);
+    this.isOpen = false;
     this.masses = Float64Array.from(particles, (index) => species[index].mass ?? 1);
     this.totalMass = this.moving.reduce((sum, id) => sum + this.masses[id], 0);
     this.hasOneMass = this.moving.every((id) => this.masses[id] === this.masses[this.moving[0]]);
@@ -29,12 +30,31 @@ class ObservedSystem {
     this.isPeriodic = this.axes.every((k) => this.periodic[k]);
     const isAlone = !this.hasStatic && !this.hasSurfaces;
     this.conserved = (head.conserved ?? this.periodic.map((is, k) => is && isAlone && this.gravity[k] === 0)).map((is, k) => is && !this.flat[k]);
-    this.isHomogeneous = this.isPeriodic && isAlone && !this.isHeavy && !this.isSheared;
+    this.limit(this.isSheared, false);
+    this.fall = this.axes.reduce((most, k) => (Math.abs(this.gravity[k]) > Math.abs(this.gravity[most]) ? k : most), this.axes[0] ?? 0);
+  }
+
+  /** What means nothing in a box that is sheared, or out of which particles fly. */
+  limit(isSheared, isOpen) {
+    this.isSheared ||= isSheared;
+    this.isOpen ||= isOpen;
+    const isEven = !this.hasStatic && !this.hasSurfaces && !this.isHeavy && !this.isSheared;
+    this.isHomogeneous = this.isPeriodic && isEven;
     // Uniform but for the layers at walls: a density by which g(r) can be divided.
-    this.isUniform = isAlone && !this.isHeavy && !this.isSheared && this.axes.every((k) => this.periodic[k] || this.isWalled(k));
+    this.isUniform = isEven && !this.isOpen && this.axes.every((k) => this.periodic[k] || this.isWalled(k));
     // Nothing diffuses towards a wall.
     this.freeAxes = this.isSheared ? [] : this.axes.filter((k) => this.periodic[k] && this.gravity[k] === 0);
-    this.fall = this.axes.reduce((most, k) => (Math.abs(this.gravity[k]) > Math.abs(this.gravity[most]) ? k : most), this.axes[0] ?? 0);
+  }
+
+  /** Whether a particle is outside of the box. */
+  hasEscaped(positions) {
+    const closed = this.axes.filter((k) => !this.periodic[k]);
+    return this.moving.some((id) =>
+      closed.some((k) => {
+        const at = (positions[3 * id + k] - this.lower[k]) / this.size[k];
+        return at < -1e-9 || at > 1 + 1e-9;
+      }),
+    );
   }
 
   /** Number of walls of an axis. */

@@ -53,7 +53,7 @@ class PlotAxis {
     const up = isLogarithmic ? most + room : Math.ceil(most / step + 0.2) * step;
     // What is never negative begins at zero.
     this.low = kept[0] ? least : !isLogarithmic && from >= 0 ? Math.max(0, down) : down;
-    this.high = kept[1] ? most : grows ? Math.ceil((least + 1.35 * span) / step) * step : up;
+    this.high = kept[1] ? most : grows ? Math.ceil((least + 1.25 * span) / step) * step : up;
   }
 
   /** From one place to another. */

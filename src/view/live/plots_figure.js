@@ -45,7 +45,6 @@ class Plot {
   build() {
     const head = made("div", "live-plot-head", this.figure);
     made("h4", "", head, this.title);
-    this.note = made("span", "live-plot-note", head);
     const tools = made("span", "live-plot-tools", head);
     this.buttons = ["x", "y"].map((axis, k) => {
       const button = made("button", "", tools, `log ${axis}`);
@@ -63,6 +62,7 @@ class Plot {
     save.type = "button";
     save.title = "Save this plot";
     save.addEventListener("click", () => this.save());
+    this.note = made("p", "live-plot-note", this.figure);
     this.svg = drawn("svg", { class: "plot", role: "img", tabindex: "0", "aria-label": this.title });
     this.figure.append(this.svg);
     this.frame = drawn("svg", {}, this.svg);
@@ -151,7 +151,7 @@ class Plot {
     const isLogarithmic = this.isLogarithmic[k];
     let [low, high] = [Infinity, -Infinity];
     for (const line of this.lines) {
-      if (line.style === "level" || (line.style === "dashes" && this.lines.some((other) => other.style !== "dashes"))) {
+      if (line.style === "level" || (k === 1 && line.isCut && !isLogarithmic) || (line.style === "dashes" && this.lines.some((other) => other.style !== "dashes"))) {
         continue;
       }
       for (const value of k === 0 ? line.x : line.y) {
@@ -192,8 +192,7 @@ class Plot {
     const [bottom, right, top] = [height - PLOT_EDGE.bottom, width - PLOT_EDGE.right, PLOT_EDGE.top];
     const parts = document.createDocumentFragment();
     const text = (label, attributes) => (drawn("text", attributes, parts).textContent = label);
-    // Of labels that would touch, every other one.
-    const across = x.marks(Math.max(3, (right - left) / 70));
+    const across = x.marks(Math.max(3, (right - left) / 60));
     for (const { value, label } of across) {
       const at = x.place(value).toFixed(1);
       if (label !== undefined) {
@@ -274,11 +273,15 @@ class Plot {
     const isIn = isThere && place >= this.edge.left - 1 && place <= this.width - PLOT_EDGE.right + 1;
     this.hair.setAttribute("d", isIn ? `M${place.toFixed(1)} ${top}V${this.height - bottom}` : "");
     const dots = [];
+    // What is nothing beside the axis is round-off.
+    const [, up] = this.axes;
+    const least = up.isLogarithmic ? 0 : 1e-9 * (up.high - up.low);
     for (const { name, value } of this.values ?? []) {
       const line = this.lines.find((one) => one.name === name);
       const index = line ? (isIn ? nearestIndex(line.x, x) : line.y.length - 1) : -1;
       const isShown = isIn || (this.isTime && line?.style !== "dashes");
-      const words = line && index >= 0 && isShown ? plotValue(line.y[index]) : "";
+      const seen = line && index >= 0 && isShown ? line.y[index] : undefined;
+      const words = seen === undefined ? "" : plotValue(Math.abs(seen) < least ? 0 : seen);
       if (value.textContent !== words) {
         value.textContent = words;
       }

@@ -18,17 +18,19 @@ const PLOT_KINDS = {
     xLabel: "speed v",
     yLabel: "p(v)",
     canBeLogarithmic: [false, true],
-    content({ speeds }) {
+    content({ speeds, time }) {
       const { centres, now, density, speed, maxwell, isReduced, temperature } = speeds;
-      const peak = Math.max(...maxwell, ...density);
+      const highest = Math.max(...now, ...density);
+      // What begins with one speed for all has a peak that would hide the rest: it is cut.
+      const peak = maxwell.length > 0 ? Math.min(Math.max(highest, 1.15 * Math.max(...maxwell)), 2 * Math.max(...maxwell)) : highest;
+      const lines = [line("now", centres, now, { style: "steps", colour: 0, isCut: true }), line("mean", centres, density, { colour: 0, isCut: true })];
       return {
-        lines: [line("now", centres, now, { style: "steps", colour: 0 }), line("mean", centres, density, { colour: 0 }), line("Maxwell", speed, maxwell, { style: "dashes" })],
+        lines: [...lines, line("Maxwell", speed, maxwell, { style: "dashes" })],
         xLabel: isReduced ? "reduced speed v √(m/T)" : "speed v",
-        // Present speeds scatter: their peak does not set the scale.
         x: [0, centres[centres.length - 1] * 0.86],
         y: [0, undefined],
-        include: [1.15 * peak],
-        note: maxwell.length > 0 ? `T = ${plotValue(temperature)}` : "",
+        include: [peak],
+        note: [maxwell.length > 0 ? `T = ${plotValue(temperature)}` : "", since(speeds.since, time)].filter(Boolean).join(" · "),
       };
     },
   },
@@ -54,7 +56,7 @@ const PLOT_KINDS = {
       const { t, kinetic, potential, total } = energy;
       const lines = [line("kinetic", t, kinetic)];
       if (potential) {
-        lines.push(line("potential", t, potential), line("total", t, total));
+        lines.push(line(energy.isRelative ? "potential from the start" : "potential", t, potential), line("total", t, total));
       }
       // What cools goes down as a power of the time.
       const cools = !potential && kinetic[0] > 0 && kinetic[kinetic.length - 1] < 0.03 * Math.max(...kinetic);
