@@ -102,7 +102,10 @@ class Observables {
       this.kinds = Object.keys(now).filter((kind) => Number.isFinite(now[kind]));
       this.counts = new TimeSeries(this.kinds.length);
     }
-    this.counts.add(time, this.kinds.map((kind) => now[kind]));
+    this.counts.add(
+      time,
+      this.kinds.map((kind) => now[kind]),
+    );
   }
 
   /** What is wanted and has been seen, in arrays of its own; always what is offered, what to show first, the time and the marks. */
@@ -149,13 +152,15 @@ class Observables {
     const seen = this.kinds.map((name, k) => ({ name, values: counts[k] })).filter(({ values }) => values[last] > 0);
     const names = seen.map(({ name }) => name);
     if (this.system.count <= FEW || last < 1) {
-      return { t, names, values: seen.map(({ values }) => values.map((value) => value - values[0])), isRate: false };
+      return { t, names, values: seen.map(({ values }) => values.map((value) => value - values[0])), from: t[0], isRate: false };
     }
     const stride = Math.ceil(last / MOST_INTERVALS);
     const ends = Array.from({ length: Math.floor(last / stride) }, (_, k) => last - k * stride).reverse();
     const middles = Float64Array.from(ends, (end) => 0.5 * (t[end] + t[end - stride]));
-    const rates = seen.map(({ values }) => Float64Array.from(ends, (end) => (values[end] - values[end - stride]) / (t[end] - t[end - stride])));
-    return { t: middles, names, values: rates, isRate: true };
+    const rates = seen.map(({ values }) =>
+      Float64Array.from(ends, (end) => (values[end] - values[end - stride]) / (t[end] - t[end - stride])),
+    );
+    return { t: middles, names, values: rates, from: t[0], isRate: true };
   }
 }
 

@@ -149,7 +149,11 @@ class Displacement {
     if (used.length < 8) {
       return NaN;
     }
-    const rate = (indices) => fittedSlope(indices.map((k) => t[k]), indices.map((k) => values[k]));
+    const rate = (indices) =>
+      fittedSlope(
+        indices.map((k) => t[k]),
+        indices.map((k) => values[k]),
+      );
     const middle = 0.5 * (t[used[0]] + t[used[used.length - 1]]);
     const [short, long] = [rate(used.filter((k) => t[k] <= middle)), rate(used.filter((k) => t[k] > middle))];
     return Math.abs(short - long) < 0.1 * Math.abs(long) ? rate(used) / (2 * this.axes.length) : NaN;

@@ -4,7 +4,8 @@ const MOST_INTERVALS = 120;
 /**
  * The pressure of a periodic box by the virial theorem, P V = N T + W / (D t), where W is the sum of r_ij . J over the pair events of a time t.
  *
- * T is the kinetic temperature, 2 (K - P^2 / 2M) / (D N - c), so that it is that of `carom run`: there its integral is exact, here it is of straight lines between samples.
+ * T is the kinetic temperature, 2 (K - P^2 / 2M) / (D N - c). So it is the pressure of `carom run`, where the integral of T is exact; here it is that of
+ * straight lines between samples.
  */
 class Pressure {
   constructor(system) {
@@ -37,7 +38,7 @@ class Pressure {
     const times = series[0];
     const last = times.length - 1;
     if (last < 1) {
-      return { t: new Float64Array(), p: new Float64Array(), mean: NaN, error: NaN, expected };
+      return { t: new Float64Array(), p: new Float64Array(), mean: NaN, error: NaN, from: times[0], expected };
     }
     const stride = Math.ceil(last / MOST_INTERVALS);
     const ends = Array.from({ length: Math.floor(last / stride) }, (_, k) => last - k * stride).reverse();
@@ -45,7 +46,7 @@ class Pressure {
     const p = Float64Array.from(ends, (end) => this.between(series, end - stride, end));
     const t = Float64Array.from(ends, (end) => 0.5 * (times[end] + times[end - stride]));
     const mean = this.between(series, ends[half] - stride, last);
-    return { t, p, mean, error: Pressure.scatter(p.subarray(half)), since: times[ends[half] - stride], expected };
+    return { t, p, mean, error: Pressure.scatter(p.subarray(half)), since: times[ends[half] - stride], from: times[0], expected };
   }
 
   /** Standard error of the mean of values, from blocks of eight or so. */

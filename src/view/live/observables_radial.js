@@ -47,8 +47,8 @@ class Room {
 /**
  * g(r) = n(r) / n_ideal(r): pairs in a bin over those that are expected without correlations, averaged over the later part of the time.
  *
- * A sample takes some of the particles as centres, the next ones in turn, and looks at all their neighbours, so that its cost is bounded. Two species that move have three
- * curves; more than two count as one.
+ * A sample takes some of the particles as centres, the next ones in turn, and looks at all their neighbours, so that its cost is bounded. Two species that move
+ * have three curves; more than two count as one.
  */
 class RadialDistribution {
   constructor(system, { cutoff = Infinity, width, most = MOST_DISTANCES, scale = 1 } = {}) {
@@ -64,7 +64,9 @@ class RadialDistribution {
     const diameters = present.map((index) => scale * head.species[index].diameter);
     const largest = Math.max(...diameters);
     const half = Math.min(...system.axes.map((k) => (system.periodic[k] ? 0.5 * system.size[k] : Infinity)));
-    const mean = classes.map((members) => (scale * members.reduce((sum, index) => sum + head.species[index].diameter, 0)) / members.length);
+    const mean = classes.map(
+      (members) => (scale * members.reduce((sum, index) => sum + head.species[index].diameter, 0)) / members.length,
+    );
     const rooms = mean.map((diameter) => new Room(system, diameter));
     const reach = Math.min(half, ...rooms.map((room) => room.shortest));
     this.cutoff = Math.min(cutoff, reach, largest > 0 ? 4 * largest : Infinity);
@@ -77,8 +79,17 @@ class RadialDistribution {
     this.width = width ?? (core > 0 && core < this.cutoff ? core / perCore : this.cutoff / RADIAL_BINS);
     this.bins = Math.max(1, Math.floor(this.cutoff / this.width + 1e-9));
     this.cutoff = Math.min(this.cutoff, this.bins * this.width);
-    this.pairs = classes.length === 2 ? [[0, 0], [0, 1], [1, 1]] : [[0, 0]];
-    this.names = this.pairs.map((pair) => (classes.length === 2 ? pair.map((number) => head.species[present[number]].name).join("–") : "g(r)"));
+    this.pairs =
+      classes.length === 2
+        ? [
+            [0, 0],
+            [0, 1],
+            [1, 1],
+          ]
+        : [[0, 0]];
+    this.names = this.pairs.map((pair) =>
+      classes.length === 2 ? pair.map((number) => head.species[present[number]].name).join("–") : "g(r)",
+    );
     this.probabilities = this.pairs.map(([a, b]) => this.shells(rooms[a], rooms[b]));
     // Pairs by bin, then centres of each class.
     this.sums = new LateSums(this.pairs.length * this.bins + 2);
@@ -102,7 +113,11 @@ class RadialDistribution {
       this.cells[k] = number >= 5 ? number : 1;
     }
     // How many cells away a neighbour may be.
-    this.steps = this.cells.map((number, k) => (number === 1 ? 0 : Math.min(Math.ceil((cutoff * number) / system.size[k] - 1e-9), (number - 1) >> (system.periodic[k] ? 1 : 0))));
+    this.steps = this.cells.map((number, k) =>
+      number === 1
+        ? 0
+        : Math.min(Math.ceil((cutoff * number) / system.size[k] - 1e-9), (number - 1) >> (system.periodic[k] ? 1 : 0)),
+    );
     const total = this.cells[0] * this.cells[1] * this.cells[2];
     this.starts = new Uint32Array(total + 1);
     this.cellOf = new Uint32Array(system.count);
@@ -224,8 +239,14 @@ class RadialDistribution {
     const g = pairs.map(([a, b], pair) => {
       // Each two of different species are seen from both.
       const partners = a === b ? centres[a] * (counts[a] - 1) : centres[a] * counts[b] + centres[b] * counts[a];
-      return Float64Array.from({ length: bins }, (_, k) => sums.total(pair * bins + k) / (partners * this.probabilities[pair][k]));
+      return Float64Array.from(
+        { length: bins },
+        (_, k) => sums.total(pair * bins + k) / (partners * this.probabilities[pair][k]),
+      );
     });
-    return { r: Float64Array.from({ length: bins }, (_, k) => (k + 0.5) * this.width), g, names: this.names, since: sums.from };
+    // One particle alone has no pair.
+    const isThere = (_, pair) => pairs[pair][0] !== pairs[pair][1] || counts[pairs[pair][0]] > 1;
+    const r = Float64Array.from({ length: bins }, (_, k) => (k + 0.5) * this.width);
+    return { r, g: g.filter(isThere), names: this.names.filter(isThere), since: sums.from };
   }
 }

@@ -1,9 +1,9 @@
 /**
  * What is observed: the particles that move, the axes that are not flat, and which observables mean something.
  *
- * Of the head: species, particles, lower, size, periodic, flat, gravity (or the acceleration of species), surfaces; and where they are known `walls` (of each axis whether its lower and its
- * upper side is a wall; a side that is neither periodic nor flat is taken for one), `shearRate`, `conserved` (axes along which the momentum is),
- * `flows` ([[measure.flow]]: name, axis 0 to 2, at) and `hardSpheres` (one species of elastic hard spheres and nothing else).
+ * Of the head: species, particles, lower, size, periodic, flat, gravity (or the acceleration of species), surfaces; and where they are known `walls` (of each
+ * axis whether its lower and its upper side is a wall; a side that is neither periodic nor flat is taken for one), `shearRate`, `conserved` (axes along which
+ * the momentum is), `flows` ([[measure.flow]]: name, axis 0 to 2, at) and `hardSpheres` (one species of elastic hard spheres and nothing else).
  */
 class ObservedSystem {
   constructor(head) {
@@ -29,9 +29,14 @@ class ObservedSystem {
     this.volume = this.axes.reduce((product, k) => product * this.size[k], 1);
     this.isPeriodic = this.axes.every((k) => this.periodic[k]);
     const isAlone = !this.hasStatic && !this.hasSurfaces;
-    this.conserved = (head.conserved ?? this.periodic.map((is, k) => is && isAlone && this.gravity[k] === 0)).map((is, k) => is && !this.flat[k]);
+    this.conserved = (head.conserved ?? this.periodic.map((is, k) => is && isAlone && this.gravity[k] === 0)).map(
+      (is, k) => is && !this.flat[k],
+    );
     this.limit(this.isSheared, false);
-    this.fall = this.axes.reduce((most, k) => (Math.abs(this.gravity[k]) > Math.abs(this.gravity[most]) ? k : most), this.axes[0] ?? 0);
+    this.fall = this.axes.reduce(
+      (most, k) => (Math.abs(this.gravity[k]) > Math.abs(this.gravity[most]) ? k : most),
+      this.axes[0] ?? 0,
+    );
   }
 
   /** What means nothing in a box that is sheared, or out of which particles fly. */

@@ -85,7 +85,10 @@ class PlotAxis {
     const step = PlotAxis.step(this.high - this.low, number);
     const first = Math.ceil(this.low / step - 1e-9);
     const count = Math.floor(this.high / step + 1e-9) - first + 1;
-    return Array.from({ length: Math.min(count, 30) }, (_, k) => ({ value: (first + k) * step, label: this.label((first + k) * step, step) }));
+    return Array.from({ length: Math.min(count, 30) }, (_, k) => ({
+      value: (first + k) * step,
+      label: this.label((first + k) * step, step),
+    }));
   }
 
   label(value, step) {
@@ -113,7 +116,14 @@ class PlotAxis {
         const at = Math.log10(value);
         if (at >= this.low - 1e-9 && at <= this.high + 1e-9 && (isLabelled || number < 7 || digit === 1)) {
           const isShort = value >= 0.01 && value < 1000;
-          marks.push({ value, label: !isLabelled ? undefined : isShort ? String(Number(value.toPrecision(1))) : `${digit === 1 ? "" : `${digit}×`}10${[...String(decade)].map((c) => RAISED[c]).join("")}` });
+          marks.push({
+            value,
+            label: !isLabelled
+              ? undefined
+              : isShort
+                ? String(Number(value.toPrecision(1)))
+                : `${digit === 1 ? "" : `${digit}×`}10${[...String(decade)].map((c) => RAISED[c]).join("")}`,
+          });
         }
       }
     }

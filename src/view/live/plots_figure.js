@@ -1,27 +1,3 @@
-const PLOT_SPACE = "http://www.w3.org/2000/svg";
-
-/** An element of a drawing. */
-function drawn(name, attributes = {}, parent = undefined) {
-  const element = document.createElementNS(PLOT_SPACE, name);
-  Object.entries(attributes).forEach(([key, value]) => element.setAttribute(key, value));
-  parent?.append(element);
-  return element;
-}
-
-/** An element of the page. */
-function made(name, className, parent, text) {
-  const element = document.createElement(name);
-  element.className = className;
-  if (text !== undefined) {
-    element.textContent = text;
-  }
-  parent?.append(element);
-  return element;
-}
-
-/** Room of a plot around its field in pixels, but for the labels at the left. */
-const PLOT_EDGE = { top: 8, right: 12, bottom: 44 };
-
 /**
  * A plot of curves that grow, in the dress of the report's.
  *
@@ -29,8 +5,33 @@ const PLOT_EDGE = { top: 8, right: 12, bottom: 44 };
  * `time` says that x is the simulated time: such plots share a cursor.
  */
 class Plot {
-  constructor(container, { title, xLabel, yLabel, isLogarithmic = [false, false], canBeLogarithmic = [true, true], isTime = false, onCursor = () => {}, onPick = () => {} }) {
-    Object.assign(this, { title, xLabel, yLabel, isLogarithmic: [...isLogarithmic], canBeLogarithmic, isTime, onCursor, onPick });
+  constructor(
+    container,
+    {
+      title,
+      term = title,
+      xLabel,
+      yLabel,
+      isLogarithmic = [false, false],
+      canBeLogarithmic = [true, true],
+      isTime = false,
+      hasNote = false,
+      onCursor = () => {},
+      onPick = () => {},
+    },
+  ) {
+    Object.assign(this, {
+      title,
+      term,
+      xLabel,
+      yLabel,
+      isLogarithmic: [...isLogarithmic],
+      canBeLogarithmic,
+      isTime,
+      hasNote,
+      onCursor,
+      onPick,
+    });
     this.axes = [new PlotAxis(), new PlotAxis()];
     this.lines = [];
     this.groups = [];
@@ -44,7 +45,7 @@ class Plot {
 
   build() {
     const head = made("div", "live-plot-head", this.figure);
-    made("h4", "", head, this.title);
+    made("h4", "", head, this.title).title = this.term;
     const tools = made("span", "live-plot-tools", head);
     this.buttons = ["x", "y"].map((axis, k) => {
       const button = made("button", "", tools, `log ${axis}`);
@@ -63,7 +64,8 @@ class Plot {
     save.title = "Save this plot";
     save.addEventListener("click", () => this.save());
     this.note = made("p", "live-plot-note", this.figure);
-    this.svg = drawn("svg", { class: "plot", role: "img", tabindex: "0", "aria-label": this.title });
+    this.note.hidden = !this.hasNote;
+    this.svg = drawn("svg", { class: "plot", role: "img", tabindex: "0", "aria-label": this.term });
     this.figure.append(this.svg);
     this.frame = drawn("svg", {}, this.svg);
     this.field = drawn("svg", {}, this.svg);
@@ -140,7 +142,7 @@ class Plot {
     this.buttons.forEach((button, k) => button.setAttribute("aria-pressed", String(this.isLogarithmic[k])));
     this.range(0, x, this.isTime);
     this.range(1, y, false);
-    this.drawFrame();
+    drawPlotFrame(this);
     this.drawLines();
     this.drawLegend();
     this.cursor(this.at);
@@ -151,7 +153,11 @@ class Plot {
     const isLogarithmic = this.isLogarithmic[k];
     let [low, high] = [Infinity, -Infinity];
     for (const line of this.lines) {
-      if (line.style === "level" || (k === 1 && line.isCut && !isLogarithmic) || (line.style === "dashes" && this.lines.some((other) => other.style !== "dashes"))) {
+      if (
+        line.style === "level" ||
+        (k === 1 && line.isCut && !isLogarithmic) ||
+        (line.style === "dashes" && this.lines.some((other) => other.style !== "dashes"))
+      ) {
         continue;
       }
       for (const value of k === 0 ? line.x : line.y) {
@@ -173,50 +179,6 @@ class Plot {
     this.axes[k].show(ends, { isLogarithmic, kept: k === 0 && grows ? [true, false] : fixed, grows: grows && !isLogarithmic });
   }
 
-  drawFrame() {
-    const { width, height, axes } = this;
-    const [x, y] = axes;
-    const upright = y.marks(Math.max(3, height / 48));
-    const longest = Math.max(1, ...upright.map(({ label }) => label?.length ?? 0));
-    // Labels are steps of ten pixels wide, so that the field does not tremble.
-    const left = 34 + 10 * Math.ceil((7.2 * longest) / 10);
-    this.edge = { ...PLOT_EDGE, left };
-    x.between(left, width - PLOT_EDGE.right);
-    y.between(height - PLOT_EDGE.bottom, PLOT_EDGE.top);
-    const signature = [width, height, left, x.low, x.high, x.isLogarithmic, y.low, y.high, y.isLogarithmic, this.content.xLabel, this.content.yLabel].join();
-    if (signature === this.signature) {
-      return;
-    }
-    this.signature = signature;
-    this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-    const [bottom, right, top] = [height - PLOT_EDGE.bottom, width - PLOT_EDGE.right, PLOT_EDGE.top];
-    const parts = document.createDocumentFragment();
-    const text = (label, attributes) => (drawn("text", attributes, parts).textContent = label);
-    const across = x.marks(Math.max(3, (right - left) / 60));
-    for (const { value, label } of across) {
-      const at = x.place(value).toFixed(1);
-      if (label !== undefined) {
-        drawn("path", { class: "grid", d: `M${at} ${top}V${bottom}` }, parts);
-        text(label, { x: at, y: bottom + 18, "text-anchor": "middle" });
-      }
-      drawn("path", { class: "axis", d: `M${at} ${bottom}v${label === undefined ? 3 : 5}` }, parts);
-    }
-    for (const { value, label } of upright) {
-      const at = y.place(value).toFixed(1);
-      if (label !== undefined) {
-        drawn("path", { class: "grid", d: `M${left} ${at}H${right}` }, parts);
-        text(label, { x: left - 8, y: at, dy: ".32em", "text-anchor": "end" });
-      }
-      drawn("path", { class: "axis", d: `M${left} ${at}h-${label === undefined ? 3 : 5}` }, parts);
-    }
-    drawn("path", { class: "axis", d: `M${left} ${top}V${bottom}H${right}` }, parts);
-    text(this.content.xLabel ?? this.xLabel, { class: "name", x: 0.5 * (left + right), y: height - 8, "text-anchor": "middle" });
-    const middle = 0.5 * (top + bottom);
-    text(this.content.yLabel ?? this.yLabel, { class: "name", x: 14, y: middle, "text-anchor": "middle", transform: `rotate(-90 14 ${middle})` });
-    this.frame.replaceChildren(parts);
-    Object.entries({ x: left, y: top, width: right - left, height: bottom - top, viewBox: `${left} ${top} ${right - left} ${bottom - top}` }).forEach(([key, value]) => this.field.setAttribute(key, value));
-  }
-
   drawLines() {
     const { lines, groups } = this;
     while (groups.length < lines.length) {
@@ -232,10 +194,17 @@ class Plot {
       const isBand = line.style === "steps" || line.low !== undefined;
       group.setAttribute("class", line.className);
       path.setAttribute("class", line.style === "thin" ? "thin" : line.style === "level" ? "level" : "");
-      path.setAttribute("d", line.style === "steps" ? "" : line.style === "level" ? `M${this.edge.left} ${this.axes[1].place(line.at).toFixed(1)}H${this.width}` : curvePath(line, this.axes));
+      path.setAttribute(
+        "d",
+        line.style === "steps"
+          ? ""
+          : line.style === "level"
+            ? `M${this.edge.left} ${this.axes[1].place(line.at).toFixed(1)}H${this.width}`
+            : curvePath(line, this.axes),
+      );
       fill.setAttribute("d", isBand ? stepsPath(line, this.axes) : "");
     });
-    const marks = (this.isTime ? this.content.marks ?? [] : []).filter(({ time }) => this.axes[0].hasPlace(time));
+    const marks = (this.isTime ? (this.content.marks ?? []) : []).filter(({ time }) => this.axes[0].hasPlace(time));
     const path = marks.map(({ time }) => `M${this.axes[0].place(time).toFixed(1)} 0V${this.height}`).join("");
     this.marks ??= drawn("path", { class: "level" }, this.field);
     this.marks.setAttribute("d", path);
@@ -278,15 +247,15 @@ class Plot {
     const least = up.isLogarithmic ? 0 : 1e-9 * (up.high - up.low);
     for (const { name, value } of this.values ?? []) {
       const line = this.lines.find((one) => one.name === name);
-      const index = line ? (isIn ? nearestIndex(line.x, x) : line.y.length - 1) : -1;
-      const isShown = isIn || (this.isTime && line?.style !== "dashes");
-      const seen = line && index >= 0 && isShown ? line.y[index] : undefined;
+      const isLast = !isIn && (this.isTime || this.content.hasLast) && line?.style !== "dashes";
+      const [left, seen] =
+        line && isIn ? valueAt(line, x) : line && isLast ? [line.x, line.y].map((values) => values[values.length - 1]) : [];
       const words = seen === undefined ? "" : plotValue(Math.abs(seen) < least ? 0 : seen);
       if (value.textContent !== words) {
         value.textContent = words;
       }
-      if (isShown && index >= 0 && line.style !== "steps" && this.axes[1].hasPlace(line.y[index])) {
-        dots.push(`${line.className}|${this.axes[0].place(line.x[index]).toFixed(1)}|${this.axes[1].place(line.y[index]).toFixed(1)}`);
+      if (seen !== undefined && line.style !== "steps" && this.axes[0].hasPlace(left) && up.hasPlace(seen)) {
+        dots.push(`${line.className}|${this.axes[0].place(left).toFixed(1)}|${up.place(seen).toFixed(1)}`);
       }
     }
     this.place(dots);
@@ -311,7 +280,9 @@ class Plot {
     if (x !== undefined) {
       const place = this.axes[0].place(x);
       const isRight = place > this.width - 80;
-      Object.entries({ x: place + (isRight ? -5 : 5), y: PLOT_EDGE.top + 10, "text-anchor": isRight ? "end" : "start" }).forEach(([key, value]) => this.words.setAttribute(key, value));
+      Object.entries({ x: place + (isRight ? -5 : 5), y: PLOT_EDGE.top + 10, "text-anchor": isRight ? "end" : "start" }).forEach(
+        ([key, value]) => this.words.setAttribute(key, value),
+      );
     }
   }
 
@@ -320,9 +291,12 @@ class Plot {
   }
 }
 
-/** The place of the value that is nearest in an ascending series. */
-function nearestIndex(values, x) {
+/** The point of a curve at x, between two of its points on a straight line; nothing beyond its ends. */
+function valueAt({ x: values, y, style, isLoose }, x) {
   let [low, high] = [0, values.length - 1];
+  if (isLoose || !(x >= values[low] && x <= values[high])) {
+    return [];
+  }
   while (high - low > 1) {
     const middle = (low + high) >> 1;
     if (values[middle] > x) {
@@ -331,5 +305,9 @@ function nearestIndex(values, x) {
       low = middle;
     }
   }
-  return Math.abs(values[low] - x) <= Math.abs(values[high] - x) ? low : high;
+  const part = values[high] > values[low] ? (x - values[low]) / (values[high] - values[low]) : 0;
+  if (style === "steps") {
+    return [x, part < 0.5 ? y[low] : y[high]];
+  }
+  return [x, y[low] + part * (y[high] - y[low])];
 }

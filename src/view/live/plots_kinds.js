@@ -14,6 +14,7 @@ function lastRate(t, values, part = 0.25) {
 const PLOT_KINDS = {
   speeds: {
     chip: "Speeds",
+    hasNote: true,
     title: "Speeds",
     xLabel: "speed v",
     yLabel: "p(v)",
@@ -22,8 +23,12 @@ const PLOT_KINDS = {
       const { centres, now, density, speed, maxwell, isReduced, temperature } = speeds;
       const highest = Math.max(...now, ...density);
       // What begins with one speed for all has a peak that would hide the rest: it is cut.
-      const peak = maxwell.length > 0 ? Math.min(Math.max(highest, 1.15 * Math.max(...maxwell)), 2 * Math.max(...maxwell)) : highest;
-      const lines = [line("now", centres, now, { style: "steps", colour: 0, isCut: true }), line("mean", centres, density, { colour: 0, isCut: true })];
+      const peak =
+        maxwell.length > 0 ? Math.min(Math.max(highest, 1.15 * Math.max(...maxwell)), 2 * Math.max(...maxwell)) : highest;
+      const lines = [
+        line("now", centres, now, { style: "steps", colour: 0, isCut: true }),
+        line("mean", centres, density, { colour: 0, isCut: true }),
+      ];
       return {
         lines: [...lines, line("Maxwell", speed, maxwell, { style: "dashes" })],
         xLabel: isReduced ? "reduced speed v √(m/T)" : "speed v",
@@ -36,14 +41,22 @@ const PLOT_KINDS = {
   },
   radial: {
     chip: "g(r)",
-    title: "Radial distribution",
+    hasNote: true,
+    title: "g(r)",
+    term: "Radial distribution function",
     xLabel: "distance r",
     yLabel: "g(r)",
     canBeLogarithmic: [false, false],
     content({ radial, time }) {
       const { r, g, names } = radial;
       const lines = g.map((values, k) => line(names[k], r, values));
-      return { lines: [{ style: "level", at: 1, x: [], y: [] }, ...lines], x: [0, r[r.length - 1] + r[0]], y: [0, undefined], include: [1.2], note: since(radial.since, time) };
+      return {
+        lines: [{ style: "level", at: 1, x: [], y: [] }, ...lines],
+        x: [0, r[r.length - 1] + r[0]],
+        y: [0, undefined],
+        include: [1.2],
+        note: since(radial.since, time),
+      };
     },
   },
   energy: {
@@ -65,6 +78,7 @@ const PLOT_KINDS = {
   },
   pressure: {
     chip: "Pressure",
+    hasNote: true,
     title: "Pressure",
     xLabel: "time t",
     yLabel: "pressure p",
@@ -82,12 +96,20 @@ const PLOT_KINDS = {
         lines.push(line("equation of state", [t[0], time], [expected, expected], { style: "dashes" }));
       }
       const uncertainty = Number.isFinite(error) ? ` ± ${plainNumber(String(Number(error.toPrecision(2))))}` : "";
-      return { lines, marks, include: Number.isFinite(expected) ? [expected] : [], note: Number.isFinite(mean) ? `p = ${plotValue(mean)}${uncertainty}` : "" };
+      return {
+        lines,
+        marks,
+        x: [pressure.from, undefined],
+        include: Number.isFinite(expected) ? [expected] : [],
+        note: Number.isFinite(mean) ? `p = ${plotValue(mean)}${uncertainty}` : "",
+      };
     },
   },
   displacement: {
     chip: "Displacement",
-    title: "Mean squared displacement",
+    hasNote: true,
+    title: "Displacement",
+    term: "Mean squared displacement",
     xLabel: "time t",
     yLabel: "⟨Δr²⟩",
     isLogarithmic: [true, true],
@@ -97,26 +119,43 @@ const PLOT_KINDS = {
       diffusion.forEach((value, k) => {
         if (Number.isFinite(value)) {
           const long = t.filter((time) => time > t[t.length - 1] / 300);
-          lines.push(line(`${2 * dimensions} D t${names.length > 1 ? ` ${names[k]}` : ""}`, long, long.map((time) => 2 * dimensions * value * time), { style: "dashes", colour: k }));
+          lines.push(
+            line(
+              `${2 * dimensions} D t${names.length > 1 ? ` ${names[k]}` : ""}`,
+              long,
+              long.map((time) => 2 * dimensions * value * time),
+              { style: "dashes", colour: k },
+            ),
+          );
         }
       });
       const known = diffusion.map((value, k) => [value, names[k]]).filter(([value]) => Number.isFinite(value));
-      return { lines, note: known.map(([value, name]) => `D = ${plotValue(value)}${names.length > 1 ? ` ${name}` : ""}`).join(", ") };
+      return {
+        lines,
+        note: known.map(([value, name]) => `D = ${plotValue(value)}${names.length > 1 ? ` ${name}` : ""}`).join(", "),
+      };
     },
   },
   autocorrelation: {
     chip: "Autocorrelation",
-    title: "Velocity autocorrelation",
+    title: "Autocorrelation",
+    term: "Velocity autocorrelation",
     xLabel: "time t",
     yLabel: "⟨v(0)·v(t)⟩",
     isLogarithmic: [true, false],
     content({ autocorrelation }) {
       const { t, vacf, names } = autocorrelation;
-      return { lines: [{ style: "level", at: 0, x: [], y: [] }, ...vacf.map((values, k) => line(names.length > 1 ? names[k] : "measured", t, values))] };
+      return {
+        lines: [
+          { style: "level", at: 0, x: [], y: [] },
+          ...vacf.map((values, k) => line(names.length > 1 ? names[k] : "measured", t, values)),
+        ],
+      };
     },
   },
   outflow: {
     chip: "Outflow",
+    hasNote: true,
     title: "Outflow",
     xLabel: "time t",
     yLabel: "particles",
@@ -124,7 +163,12 @@ const PLOT_KINDS = {
     content({ outflow, marks }) {
       const { t, below, names } = outflow;
       const rate = lastRate(t, below[0]);
-      return { lines: below.map((values, k) => line(names[k], t, values)), marks, include: [0], note: Number.isFinite(rate) ? `rate now ${plotValue(rate)}` : "" };
+      return {
+        lines: below.map((values, k) => line(names[k], t, values)),
+        marks,
+        include: [0, 10],
+        note: rate > 0 ? `rate ${plotValue(rate)}` : "",
+      };
     },
   },
   events: {
@@ -135,7 +179,13 @@ const PLOT_KINDS = {
     isTime: true,
     content({ events, marks }) {
       const { t, names, values, isRate } = events;
-      return { lines: values.map((one, k) => line(names[k], t, one)), marks, include: [0], yLabel: isRate ? "events per time" : "number of events" };
+      return {
+        lines: values.map((one, k) => line(names[k], t, one)),
+        marks,
+        x: [events.from, undefined],
+        include: [0],
+        yLabel: isRate ? "events per time" : "number of events",
+      };
     },
   },
   positions: {
@@ -158,8 +208,12 @@ const PLOT_KINDS = {
     canBeLogarithmic: [false, false],
     content({ portrait }) {
       const { x, v, names, axis } = portrait;
-      // Where they are now, larger than the path.
-      return { lines: x.map((values, k) => line(names[k], values, v[k], { isLoose: true, style: "thin" })), xLabel: `position ${axis}`, yLabel: `velocity ${axis}` };
+      return {
+        lines: x.map((values, k) => line(names[k], values, v[k], { isLoose: true, style: "thin" })),
+        hasLast: true,
+        xLabel: `position ${axis}`,
+        yLabel: `velocity ${axis}`,
+      };
     },
   },
 };

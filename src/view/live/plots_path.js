@@ -1,11 +1,11 @@
 /** A tenth of a pixel is enough; what is far outside stays near. */
 const pixel = (place) => Math.round(Math.min(Math.max(place, -1e4), 1e4) * 10) / 10;
 
-/** The path of a curve; of points that share a column of half a pixel, the first, the lowest, the highest and the last. */
+/** The path of a curve; of points that share a column of a pixel, the first, the lowest, the highest and the last. */
 function curvePath({ x, y, isLoose }, [across, up]) {
   const parts = [];
   const count = Math.min(x.length, y.length);
-  const isDense = !isLoose && count > 2 * Math.abs(across.to - across.from);
+  const isDense = !isLoose && count > 1.5 * Math.abs(across.to - across.from);
   let isDown = false;
   let k = 0;
   const add = (left, top) => {
@@ -24,7 +24,7 @@ function curvePath({ x, y, isLoose }, [across, up]) {
     k += 1;
     if (isDense) {
       let [least, most, last] = [top, top, top];
-      for (; k < count && up.hasPlace(y[k]) && Math.abs(across.place(x[k]) - left) < 0.5; k += 1) {
+      for (; k < count && up.hasPlace(y[k]) && Math.abs(across.place(x[k]) - left) < 1; k += 1) {
         last = up.place(y[k]);
         least = Math.min(least, last);
         most = Math.max(most, last);
@@ -56,11 +56,21 @@ function stepsPath({ x, y, low, high }, [across, up]) {
 }
 
 /** Properties that a plot has from the style sheet of the page. */
-const SAVED = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linejoin", "opacity", "font-size", "font-family", "font-variant-numeric"];
+const SAVED = [
+  "fill",
+  "stroke",
+  "stroke-width",
+  "stroke-dasharray",
+  "stroke-linejoin",
+  "opacity",
+  "font-size",
+  "font-family",
+  "font-variant-numeric",
+];
 
 /** The plot as a drawing of its own, with its title and its legend; colours are those that it has on the page. */
 function plotDrawing(plot) {
-  const { svg, width, height, title } = plot;
+  const { svg, width, height, term } = plot;
   const named = (plot.values ?? []).map(({ name }) => plot.lines.find((line) => line.name === name)).filter(Boolean);
   const copy = svg.cloneNode(true);
   const [originals, copies] = [svg, copy].map((root) => [...root.querySelectorAll("path, text, circle, g")]);
@@ -76,11 +86,22 @@ function plotDrawing(plot) {
   copy.querySelector(".live-plot-over").remove();
   const page = getComputedStyle(document.documentElement);
   const ink = page.getPropertyValue("--ink").trim();
-  const rows = Math.ceil(named.length / 3);
-  const total = height + 34 + 20 * rows;
-  const whole = drawn("svg", { xmlns: PLOT_SPACE, width, height: total, viewBox: `0 0 ${width} ${total}`, "font-family": "system-ui, sans-serif", "font-size": 12.5, fill: ink });
+  const longest = Math.max(...named.map(({ name }) => name.length));
+  const across = Math.max(1, Math.floor((width - plot.edge.left) / (44 + 7 * longest)));
+  const total = height + 34 + 20 * Math.ceil(named.length / across);
+  const whole = drawn("svg", {
+    xmlns: PLOT_SPACE,
+    width,
+    height: total,
+    viewBox: `0 0 ${width} ${total}`,
+    "font-family": "system-ui, sans-serif",
+    "font-size": 12.5,
+    fill: ink,
+  });
   drawn("rect", { width, height: total, fill: page.getPropertyValue("--paper").trim() }, whole);
-  drawn("text", { x: 12, y: 20, "font-size": 14, "font-weight": 600 }, whole).textContent = [title, plot.note.textContent].filter(Boolean).join(": ");
+  drawn("text", { x: 12, y: 20, "font-size": 14, "font-weight": 600 }, whole).textContent = [term, plot.note.textContent]
+    .filter(Boolean)
+    .join(": ");
   copy.removeAttribute("tabindex");
   Object.entries({ y: 30, width, height }).forEach(([key, value]) => copy.setAttribute(key, value));
   whole.append(copy);
@@ -88,9 +109,23 @@ function plotDrawing(plot) {
     const { group } = plot.groups[plot.lines.indexOf(line)];
     const path = group.querySelector(line.style === "steps" ? ".band" : "path");
     const style = getComputedStyle(path);
-    const [x, y] = [plot.edge.left + (k % 3) * ((width - plot.edge.left) / 3), height + 44 + 20 * Math.floor(k / 3)];
+    const [x, y] = [
+      plot.edge.left + (k % across) * ((width - plot.edge.left) / across),
+      height + 44 + 20 * Math.floor(k / across),
+    ];
     const isArea = line.style === "steps";
-    drawn("path", { d: isArea ? `M${x} ${y - 8}h24v8h-24z` : `M${x} ${y - 4}h24`, fill: isArea ? style.fill : "none", stroke: isArea ? "none" : style.stroke, opacity: style.opacity, "stroke-width": 1.6, "stroke-dasharray": style.strokeDasharray }, whole);
+    drawn(
+      "path",
+      {
+        d: isArea ? `M${x} ${y - 8}h24v8h-24z` : `M${x} ${y - 4}h24`,
+        fill: isArea ? style.fill : "none",
+        stroke: isArea ? "none" : style.stroke,
+        opacity: style.opacity,
+        "stroke-width": 1.6,
+        "stroke-dasharray": style.strokeDasharray,
+      },
+      whole,
+    );
     drawn("text", { x: x + 30, y }, whole).textContent = line.name;
   });
   return new XMLSerializer().serializeToString(whole);
@@ -101,7 +136,10 @@ function savePlot(plot) {
   const url = URL.createObjectURL(new Blob([plotDrawing(plot)], { type: "image/svg+xml" }));
   const link = document.createElement("a");
   link.href = url;
-  link.download = `${plot.title.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "")}.svg`;
+  link.download = `${plot.term
+    .toLowerCase()
+    .replace(/[^a-z0-9]+/g, "-")
+    .replace(/^-|-$/g, "")}.svg`;
   link.click();
   setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }
