@@ -22,6 +22,7 @@ import {
   normal,
   root,
 } from "./observables.mjs";
+import { cost } from "./observables_cost.mjs";
 import { compare } from "./observables_program.mjs";
 
 const tests = {
@@ -256,6 +257,26 @@ const tests = {
     }
   },
 
+  "rates and pressures are over even times, however uneven the samples are"() {
+    const box = head(50, [9, 9, 9]);
+    const observables = new Observables(box);
+    const state = {
+      positions: evenly(box),
+      velocities: Float64Array.from({ length: 150 }, normal),
+      images: new Int32Array(150),
+      kinetic: 1,
+    };
+    for (let k = 0; k < 400; k += 1) {
+      const time = 0.1 * Math.floor(k / 2) + (k % 2) * 1e-9;
+      observables.sample({ ...state, time, virial: 6 * time + (k % 2), counts: { core: 20 * time + (k % 2), wall: 0 } });
+    }
+    const { events, pressure } = observables.results();
+    assert.deepEqual([events.names, events.isRate, events.from], [["core"], true, 0]);
+    assert.ok(events.values[0].length > 50 && events.values[0].every((rate) => rate > 10 && rate < 30));
+    const temperature = observables.speeds.temperature;
+    assert.ok(pressure.p.every((p) => Math.abs(p * 729 - 50 * temperature - 2) < 4));
+  },
+
   "series stay bounded and keep their ends"() {
     const [series, recent] = [new TimeSeries(1, 100), new RecentSeries(1, 100)];
     for (let k = 0; k < 12_345; k += 1) {
@@ -331,36 +352,6 @@ const tests = {
     assert.equal(growing.results().radial.since, 1);
   },
 };
-
-/** A sample of 5,000 spheres, in milliseconds. */
-function cost() {
-  const box = head(5000, [18.7, 18.7, 18.7]);
-  const observables = new Observables(box);
-  const state = {
-    positions: evenly(box),
-    velocities: Float64Array.from({ length: 15_000 }, normal),
-    images: new Int32Array(15_000),
-    kinetic: 7500,
-    potential: 0,
-    virial: 0,
-    counts: { core: 1 },
-  };
-  const [warm, number] = [50, 300];
-  let began;
-  let results = 0;
-  for (let k = 0; k < warm + number; k += 1) {
-    began = k === warm ? performance.now() : began;
-    observables.sample({ ...state, time: 0.1 * k, virial: k, counts: { core: k } });
-    if (k >= warm && k % 10 === 0) {
-      const start = performance.now();
-      observables.results();
-      results += performance.now() - start;
-    }
-  }
-  const each = (performance.now() - began - results) / number;
-  console.log(`a sample of 5,000 particles takes ${each.toFixed(2)} ms, results ${((10 * results) / number).toFixed(2)} ms`);
-  return each;
-}
 
 let failed = 0;
 for (const [name, test] of Object.entries(tests)) {

@@ -154,11 +154,10 @@ class Observables {
     if (this.system.count <= FEW || last < 1) {
       return { t, names, values: seen.map(({ values }) => values.map((value) => value - values[0])), from: t[0], isRate: false };
     }
-    const stride = Math.ceil(last / MOST_INTERVALS);
-    const ends = Array.from({ length: Math.floor(last / stride) }, (_, k) => last - k * stride).reverse();
-    const middles = Float64Array.from(ends, (end) => 0.5 * (t[end] + t[end - stride]));
+    const ends = intervalsOf(t);
+    const middles = Float64Array.from(ends.slice(1), (end, k) => 0.5 * (t[ends[k]] + t[end]));
     const rates = seen.map(({ values }) =>
-      Float64Array.from(ends, (end) => (values[end] - values[end - stride]) / (t[end] - t[end - stride])),
+      Float64Array.from(ends.slice(1), (end, k) => (values[end] - values[ends[k]]) / (t[end] - t[ends[k]])),
     );
     return { t: middles, names, values: rates, from: t[0], isRate: true };
   }

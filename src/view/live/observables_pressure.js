@@ -40,13 +40,12 @@ class Pressure {
     if (last < 1) {
       return { t: new Float64Array(), p: new Float64Array(), mean: NaN, error: NaN, from: times[0], expected };
     }
-    const stride = Math.ceil(last / MOST_INTERVALS);
-    const ends = Array.from({ length: Math.floor(last / stride) }, (_, k) => last - k * stride).reverse();
-    const half = ends.findIndex((end) => times[end] >= 0.5 * (times[0] + times[last]));
-    const p = Float64Array.from(ends, (end) => this.between(series, end - stride, end));
-    const t = Float64Array.from(ends, (end) => 0.5 * (times[end] + times[end - stride]));
-    const mean = this.between(series, ends[half] - stride, last);
-    return { t, p, mean, error: Pressure.scatter(p.subarray(half)), since: times[ends[half] - stride], from: times[0], expected };
+    const ends = intervalsOf(times);
+    const p = Float64Array.from(ends.slice(1), (end, k) => this.between(series, ends[k], end));
+    const t = Float64Array.from(ends.slice(1), (end, k) => 0.5 * (times[ends[k]] + times[end]));
+    const half = Math.max(0, ends.findIndex((end) => times[end] >= 0.5 * (times[0] + times[last])) - 1);
+    const mean = this.between(series, ends[half], last);
+    return { t, p, mean, error: Pressure.scatter(p.subarray(half)), since: times[ends[half]], from: times[0], expected };
   }
 
   /** Standard error of the mean of values, from blocks of eight or so. */
@@ -93,6 +92,19 @@ class Pressure {
     const fraction = (count * size) / volume;
     return ((count * hottest) / volume) * Pressure.compressibility(fraction, dimensions);
   }
+}
+
+/** Samples between which there are means: intervals of about equal time, because samples may be much closer to each other. */
+function intervalsOf(times) {
+  const last = times.length - 1;
+  const shortest = (0.999 * (times[last] - times[0])) / MOST_INTERVALS;
+  const ends = [last];
+  for (let k = last - 1; k >= 0; k -= 1) {
+    if (times[ends[ends.length - 1]] - times[k] >= shortest) {
+      ends.push(k);
+    }
+  }
+  return ends.reverse();
 }
 
 /** Whether pairs come as close as a diameter and not closer. */
