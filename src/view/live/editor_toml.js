@@ -1,16 +1,20 @@
 // Reading of TOML for the editor: which characters are what, where each value stands, and where one is in the scene at a place of the text.
 // It takes any text. What is wrong in it, the engine says.
 
-/** One step of reading: the first that fits at a place. */
-const TOML_PIECES = [
-  ["space", /[ \t\r]+/y],
-  ["newline", /\n/y],
-  ["comment", /#[^\n]*/y],
-  ["string", /"""[^]*?(?:"""(?!")|$)|'''[^]*?(?:'''(?!')|$)|"(?:[^"\\\n]|\\[^\n])*(?:"|(?=\n)|$)|'[^'\n]*(?:'|(?=\n)|$)/y],
-  ["mark", /\[\[|\]\]|[[\]{}=,.]/y],
-  ["word", /[^\s#"'[\]{}=,]+/y],
-  ["other", /[^]/y],
-];
+/** What a piece is, by its first character; words begin with any other. */
+const TOML_KINDS = {
+  " ": "space", "\t": "space", "\r": "space", "\n": "newline", "#": "comment", '"': "string", "'": "string",
+  "[": "mark", "]": "mark", "{": "mark", "}": "mark", "=": "mark", ",": "mark", ".": "mark",
+};
+
+const TOML_PIECES = {
+  space: /[ \t\r]+/y,
+  newline: /\n/y,
+  comment: /[^\n]*/y,
+  string: /"""[^]*?(?:"""(?!")|$)|'''[^]*?(?:'''(?!')|$)|"(?:[^"\\\n]|\\[^\n])*(?:"|(?=\n)|\\?$)|'[^'\n]*(?:'|(?=\n)|$)/y,
+  mark: /\[\[|\]\]|[^]/y,
+  word: /[^\s#"'[\]{}=,]+/y,
+};
 
 const TOML_NUMBER = /^[+-]?(?:inf|nan|\d[\d_]*(?:\.\d[\d_]*)?(?:[eE][+-]?\d[\d_]*)?|0x[\da-fA-F_]+|0o[0-7_]+|0b[01_]+)$/;
 
@@ -79,21 +83,15 @@ class Toml {
   next() {
     do {
       this.start = this.at;
-      this.kind = "";
-      for (const [kind, pattern] of this.at < this.text.length ? TOML_PIECES : []) {
+      this.kind = this.at < this.text.length ? TOML_KINDS[this.text[this.at]] ?? "word" : "";
+      if (this.kind) {
+        const pattern = TOML_PIECES[this.kind];
         pattern.lastIndex = this.at;
-        const found = pattern.exec(this.text);
-        if (found) {
-          this.kind = kind;
-          this.piece = found[0];
-          this.at = pattern.lastIndex;
-          break;
-        }
+        // A string with a backslash at the end of its line fits no pattern, neither does a space of another kind.
+        this.at = pattern.test(this.text) ? pattern.lastIndex : this.at + 1;
       }
     } while (this.kind === "space");
-    if (this.kind === "") {
-      this.piece = "";
-    }
+    this.piece = this.text.slice(this.start, this.at);
   }
 
   is(mark) {
