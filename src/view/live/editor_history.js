@@ -1,0 +1,92 @@
+// Undo and redo of the editor, whoever changed the text: keys, completion or a slider.
+
+/** Changes kept. */
+const HISTORY_LENGTH = 500;
+
+/** Typing pauses longer than this begin a step of their own, in milliseconds. */
+const HISTORY_PAUSE = 1200;
+
+/** What differs between two texts: {at, removed, inserted}; undefined if nothing does. */
+function textChange(before, after) {
+  if (before === after) {
+    return undefined;
+  }
+  const most = Math.min(before.length, after.length);
+  let at = 0;
+  while (at < most && before.charCodeAt(at) === after.charCodeAt(at)) {
+    at += 1;
+  }
+  let tail = 0;
+  while (tail < most - at && before.charCodeAt(before.length - 1 - tail) === after.charCodeAt(after.length - 1 - tail)) {
+    tail += 1;
+  }
+  return { at, removed: before.slice(at, before.length - tail), inserted: after.slice(at, after.length - tail) };
+}
+
+/** The steps of a text, as changes. */
+class TextHistory {
+  constructor(text) {
+    this.text = text;
+    this.steps = [];
+    this.place = 0;
+    this.last = -Infinity;
+  }
+
+  /** Notes that the text is another one now. `kind` names changes that may become one step: "type", or the path that a slider changes. */
+  note(text, kind, now = performance.now()) {
+    const change = textChange(this.text, text);
+    if (!change) {
+      return;
+    }
+    this.text = text;
+    this.steps.length = this.place;
+    const before = this.steps.at(-1);
+    if (before && this.isContinued(before, change, kind, now)) {
+      before.inserted = kind === "type" ? before.inserted + change.inserted : change.inserted;
+    } else {
+      this.steps.push({ ...change, kind });
+      if (this.steps.length > HISTORY_LENGTH) {
+        this.steps.shift();
+      }
+    }
+    this.place = this.steps.length;
+    this.last = now;
+  }
+
+  isContinued(before, change, kind, now) {
+    if (!kind || before.kind !== kind || now - this.last > HISTORY_PAUSE) {
+      return false;
+    }
+    if (kind === "type") {
+      return change.removed === "" && !change.inserted.includes("\n") && change.at === before.at + before.inserted.length;
+    }
+    // The value that was put there last is replaced as a whole: only then the two steps are one.
+    return change.at === before.at && change.removed === before.inserted;
+  }
+
+  /** {text, caret} of the step before, or undefined. */
+  undo() {
+    if (this.place === 0) {
+      return undefined;
+    }
+    this.place -= 1;
+    const { at, removed, inserted } = this.steps[this.place];
+    this.text = this.text.slice(0, at) + removed + this.text.slice(at + inserted.length);
+    return { text: this.text, caret: at + removed.length };
+  }
+
+  /** {text, caret} of the step that was undone last, or undefined. */
+  redo() {
+    if (this.place === this.steps.length) {
+      return undefined;
+    }
+    const { at, removed, inserted } = this.steps[this.place];
+    this.place += 1;
+    this.text = this.text.slice(0, at) + inserted + this.text.slice(at + removed.length);
+    return { text: this.text, caret: at + inserted.length };
+  }
+}
+
+if (typeof module !== "undefined") {
+  module.exports = { TextHistory, textChange };
+}
