@@ -3,6 +3,9 @@
 /** A pause of typing after which the text is checked, in milliseconds. */
 const EDITOR_PAUSE = 250;
 
+/** A pause of typing after which completions are looked for, in milliseconds. */
+const EDITOR_OFFERS = 70;
+
 /** Time after which an answer of the worker is not waited for any more, in milliseconds. */
 const EDITOR_PATIENCE = 4000;
 
@@ -84,18 +87,24 @@ class LiveEditor {
   }
 
   edited(kind) {
-    if (!kind?.startsWith("slider")) {
-      this.offers.update(false);
-      if (kind !== "type") {
-        this.offers.close();
-      }
-      this.sliders.follow(this.editor.toml);
+    clearTimeout(this.soon);
+    if (kind === "type") {
+      this.soon = setTimeout(() => this.offers.update(false), EDITOR_OFFERS);
     } else {
-      this.sliders.toml = this.editor.toml;
+      this.offers.close();
     }
     this.state();
     clearTimeout(this.pause);
-    this.pause = setTimeout(() => this.check(), EDITOR_PAUSE);
+    this.pause = setTimeout(() => this.settle(kind), EDITOR_PAUSE);
+  }
+
+  /** What may wait until nobody types. */
+  settle(kind) {
+    this.editor.paint();
+    if (!kind?.startsWith("slider")) {
+      this.sliders.follow(this.editor.toml);
+    }
+    this.check();
   }
 
   /** What the buttons say. */
@@ -160,8 +169,10 @@ class LiveEditor {
     }
   }
 
-  slide(slider, value) {
-    const text = this.editor.toml.with(slider.key, value);
+  slide(slider, written) {
+    const { toml } = this.editor;
+    const value = written(toml);
+    const text = toml.with(slider.key, value);
     this.editor.write(text, `slider ${slider.key}`);
     // A text that is not running yet has more changes than this one.
     const isAlone = this.runs === text || this.isOnly(slider.key);

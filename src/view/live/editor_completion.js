@@ -29,16 +29,20 @@ function keyInsertion({ word, type, standard }) {
  * What may stand at a caret: {start, end, there, offers: [{word, about, detail, insert, caret}]}: the text from start to end is replaced by `insert`.
  * Undefined in comments and where nothing is known.
  */
-function completions(text, caret, schema) {
+function completions(toml, caret, schema) {
+  const { text } = toml;
+  // What is before the table of the caret, the whole text has told.
+  const table = toml.tables.findLast(({ start, end }) => start < caret && end <= caret) ?? toml.tables[0];
   const before = text.slice(0, caret);
-  const { place, tokens } = new Toml(before);
+  const part = new Toml(before.slice(table.start));
+  const { tokens } = part;
+  const place = { ...part.place, path: [...table.at, ...part.place.path.slice(part.tables.at(-1).at.length)] };
   const last = tokens.at(-1);
-  if (last?.[0] === "comment" && last[2] === caret) {
+  if (last?.[0] === "comment" && last[2] === caret - table.start) {
     return undefined;
   }
   const line = before.slice(before.lastIndexOf("\n") + 1);
   const after = text.slice(caret).match(/^[^\n]*/)[0];
-  const toml = new Toml(text);
   if (place.role === "header") {
     return headerCompletions({ line, after, caret, toml, schema });
   }
@@ -131,7 +135,7 @@ class CompletionList {
   /** Opens, follows or closes after a change; `isAsked` when the reader asks for it by key. */
   update(isAsked) {
     const { area } = this.editor;
-    const found = area.selectionStart === area.selectionEnd ? completions(area.value, area.selectionStart, this.schema) : undefined;
+    const found = area.selectionStart === area.selectionEnd ? completions(this.editor.toml, area.selectionStart, this.schema) : undefined;
     const isWorth = found && (isAsked || found.there !== "" || /[=[,]\s?$/.test(area.value.slice(0, area.selectionStart)));
     if (!isWorth || found.offers.length === 0) {
       this.close();

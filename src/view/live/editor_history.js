@@ -6,14 +6,18 @@ const HISTORY_LENGTH = 500;
 /** Typing pauses longer than this begin a step of their own, in milliseconds. */
 const HISTORY_PAUSE = 1200;
 
-/** What differs between two texts: {at, removed, inserted}; undefined if nothing does. */
-function textChange(before, after) {
+/**
+ * What differs between two texts: {at, removed, inserted}; undefined if nothing does. `caret` is where it stands behind what was written:
+ * it tells which of two equal letters is the new one.
+ */
+function textChange(before, after, caret = Infinity) {
   if (before === after) {
     return undefined;
   }
   const most = Math.min(before.length, after.length);
+  const latest = Math.min(most, Math.max(0, caret - Math.max(0, after.length - before.length)));
   let at = 0;
-  while (at < most && before.charCodeAt(at) === after.charCodeAt(at)) {
+  while (at < latest && before.charCodeAt(at) === after.charCodeAt(at)) {
     at += 1;
   }
   let tail = 0;
@@ -32,11 +36,11 @@ class TextHistory {
     this.last = -Infinity;
   }
 
-  /** Notes that the text is another one now. `kind` names changes that may become one step: "type", or the path that a slider changes. */
-  note(text, kind, now = performance.now()) {
-    const change = textChange(this.text, text);
+  /** Notes that the text is another one now, and returns the change. `kind` names changes that may become one step: "type", or the path that a slider changes. */
+  note(text, kind, caret, now = performance.now()) {
+    const change = textChange(this.text, text, caret);
     if (!change) {
-      return;
+      return undefined;
     }
     this.text = text;
     this.steps.length = this.place;
@@ -51,6 +55,7 @@ class TextHistory {
     }
     this.place = this.steps.length;
     this.last = now;
+    return change;
   }
 
   isContinued(before, change, kind, now) {

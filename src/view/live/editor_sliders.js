@@ -143,7 +143,7 @@ class SliderScale {
   }
 }
 
-/** The sliders of a page. `moved(slider, text)` gets the value in TOML. */
+/** The sliders of a page. `moved(slider, written)` gets a function that writes the value for a text. */
 class SliderSet {
   constructor(container, named, moved) {
     this.container = container;
@@ -155,7 +155,6 @@ class SliderSet {
 
   /** Shows the values of a text; other sliders if it is another scene. */
   follow(toml) {
-    this.toml = toml;
     const sliders = this.named?.length > 0 ? namedSliders(this.named, toml) : derivedSliders(toml);
     const keys = JSON.stringify(sliders.map(({ key, label }) => [key, label]));
     if (keys !== this.keys) {
@@ -223,7 +222,7 @@ class SliderSet {
 
   move(row, value) {
     this.show(row, value);
-    this.moved(row.slider, sliderText(this.toml, row.slider, value));
+    this.moved(row.slider, (toml) => sliderText(toml, row.slider, value));
   }
 
   show(row, value) {

@@ -105,9 +105,11 @@ class TextEditor {
   }
 
   noted(kind) {
-    this.history.note(this.text, kind);
-    this.paint();
-    this.changed(kind);
+    const change = this.history.note(this.text, kind, kind === "type" ? this.area.selectionEnd : undefined);
+    if (change) {
+      this.touch(change);
+      this.changed(kind);
+    }
   }
 
   travel(isBack) {
@@ -159,32 +161,72 @@ class TextEditor {
     }
   }
 
-  /** Colours of the lines that have changed. */
+  /** What is in the text. */
+  get toml() {
+    if (this.read?.text !== this.text) {
+      this.read = new Toml(this.text);
+    }
+    return this.read;
+  }
+
+  /** Colours of the whole text; only lines that have changed are made. */
   paint() {
-    this.toml = new Toml(this.text);
-    const lines = linePieces(this.text, this.toml.tokens);
+    this.lay(0, this.lines.length, linePieces(this.text, this.toml.tokens));
+  }
+
+  /** Colours of the tables that a change touches; the others are as they were, except where quotes or brackets are open, until `paint`. */
+  touch({ at, removed, inserted }) {
+    const isHead = ({ pieces: [first] }) => first?.[0] === "table";
+    let [line, start] = [0, 0];
+    while (line < this.lines.length - 1 && start + this.lines[line].words.length < at) {
+      start += this.lines[line].words.length + 1;
+      line += 1;
+    }
+    let [tail, end] = [line, start + this.lines[line].words.length];
+    while (tail < this.lines.length - 1 && (end < at + removed.length || !isHead(this.lines[tail + 1]))) {
+      tail += 1;
+      end += this.lines[tail].words.length + 1;
+    }
+    // A change of a header touches the table before it.
+    while (line > 0) {
+      line -= 1;
+      start -= this.lines[line].words.length + 1;
+      if (isHead(this.lines[line])) {
+        break;
+      }
+    }
+    const part = this.text.slice(start, end + inserted.length - removed.length);
+    this.lay(line, tail + 1, linePieces(part, new Toml(part).tokens));
+  }
+
+  /** Puts lines in the place of those from one to another. */
+  lay(from, to, lines) {
     const isSame = (one, other) => one.words === other.words && one.pieces.length === other.pieces.length
-      && one.pieces.every(([kind, from, to], k) => other.pieces[k][0] === kind && other.pieces[k][1] === from && other.pieces[k][2] === to);
-    const most = Math.min(lines.length, this.lines.length);
+      && one.pieces.every(([kind, start, end], k) => other.pieces[k][0] === kind && other.pieces[k][1] === start && other.pieces[k][2] === end);
     let [head, tail] = [0, 0];
-    while (head < most && isSame(lines[head], this.lines[head])) {
+    const most = Math.min(lines.length, to - from);
+    while (head < most && isSame(lines[head], this.lines[from + head])) {
       head += 1;
     }
-    while (tail < most - head && isSame(lines[lines.length - 1 - tail], this.lines[this.lines.length - 1 - tail])) {
+    while (tail < most - head && isSame(lines[lines.length - 1 - tail], this.lines[to - 1 - tail])) {
       tail += 1;
     }
-    const fresh = lines.slice(head, lines.length - tail).map((line) => this.row(line));
-    const old = [...this.colours.children].slice(head, this.lines.length - tail);
-    const next = this.colours.children[this.lines.length - tail] ?? null;
-    old.forEach((row) => row.remove());
     const rows = document.createDocumentFragment();
-    rows.append(...fresh);
+    rows.append(...lines.slice(head, lines.length - tail).map((line) => this.row(line)));
+    const next = this.colours.children[to - tail] ?? null;
+    for (let gone = to - tail - from - head; gone > 0; gone -= 1) {
+      (next ? next.previousSibling : this.colours.lastChild).remove();
+    }
     this.colours.insertBefore(rows, next);
-    if (lines.length !== this.lines.length) {
-      this.numbers.textContent = Array.from(lines, (_, index) => index + 1).join("\n");
+    this.lines.splice(from, to - from, ...lines);
+    // Rows have no width of their own: laying out one does not ask the others.
+    const widest = this.lines.reduce((most, { words }) => Math.max(most, words.length), 0);
+    this.colours.style.minWidth = `${widest + 2}ch`;
+    if (this.lines.length !== this.numbered) {
+      this.numbered = this.lines.length;
+      this.numbers.textContent = Array.from(this.lines, (_, index) => index + 1).join("\n");
       this.remark();
     }
-    this.lines = lines;
   }
 
   row({ words, pieces }) {
