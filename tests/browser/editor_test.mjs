@@ -7,6 +7,12 @@ import { createRequire } from "node:module";
 const sources = new URL("../../src/view/live/", import.meta.url);
 const require = createRequire(import.meta.url);
 const { Toml, tomlScalar, tomlNumber } = require(new URL("editor_toml.js", sources).pathname);
+const { TextHistory, textChange } = require(new URL("editor_history.js", sources).pathname);
+const { shareFragment, sharedText, SHARE_LIMIT } = require(new URL("editor_share.js", sources).pathname);
+const { SceneSchema } = require(new URL("editor_schema.js", sources).pathname);
+const { completions } = require(new URL("editor_completion.js", sources).pathname);
+const { linePieces } = require(new URL("editor_text.js", sources).pathname);
+const { derivedSliders, namedSliders, sliderText, sliderValue, SliderScale } = require(new URL("editor_sliders.js", sources).pathname);
 
 const configs = new URL("../../configs/", import.meta.url);
 const scenes = readdirSync(configs).filter((name) => name.endsWith(".toml"));
@@ -145,6 +151,139 @@ const tests = {
     assert.equal(tomlNumber(Infinity), "inf");
   },
 };
+
+/** A schema with what the real one has: a word of several, a condition, names, tables, and a value of two forms. */
+const schema = new SceneSchema({
+  properties: {
+    seed: { type: "integer", default: 0, description: "Seed." },
+    space: {
+      type: "object",
+      description: "The box.",
+      properties: { x: { anyOf: [{ type: "string", enum: ["open", "flat"] }, { type: "object", properties: { restitution: { type: "number" } } }] } },
+    },
+    interaction: {
+      type: "array",
+      items: {
+        type: "object",
+        required: ["potential"],
+        properties: {
+          potential: { type: "string", enum: ["hard-sphere", "square-well"], description: "Kind." },
+          species: { type: "array", items: { type: "string" } },
+          lambda: { type: "number" },
+          restitution: { type: "number", default: 1 },
+        },
+        allOf: [{ if: { properties: { potential: { const: "hard-sphere" } } }, then: { properties: { lambda: false } } }],
+      },
+    },
+    measure: { type: "object", properties: { flow: { type: "array", items: { type: "object", properties: { at: { type: "number" } } } } } },
+  },
+});
+
+/** Completions at a bar in a text. */
+function offered(marked) {
+  const caret = marked.indexOf("|");
+  const toml = new Toml(marked.replace("|", ""));
+  const found = completions(toml, caret, schema);
+  const accept = (offer) => toml.text.slice(0, found.start) + offer.insert + toml.text.slice(found.end);
+  return found ? { words: found.offers.map(({ word }) => word), texts: found.offers.map(accept), offers: found.offers } : undefined;
+}
+
+Object.assign(tests, {
+  "Completion of keys": () => {
+    assert.deepEqual(offered("se|").texts, ["seed = "]);
+    assert.deepEqual(offered("[[interaction]]\n|").words, ["potential", "species", "lambda", "restitution"]);
+    assert.deepEqual(offered('[[interaction]]\npotential = "hard-sphere"\n|').words, ["species", "restitution"]);
+    assert.deepEqual(offered('[[interaction]]\n[[interaction]]\npotential = "square-well"\n|\nspecies = []').words, ["lambda", "restitution"]);
+    assert.deepEqual(offered("[[interaction]]\nres| = 1").texts, ["[[interaction]]\nrestitution = 1"]);
+    assert.deepEqual(offered("[[interaction]]\nsp|").texts.slice(0, 2), ["[[interaction]]\nspecies = []", "[[interaction]]\n[space]\n"]);
+    assert.equal(offered("[space]\nx = { |").words[0], "restitution");
+    assert.deepEqual(offered("space.|").words, ["x"]);
+    assert.equal(offered("[space] # s|"), undefined);
+    assert.equal(offered("[[interaction]]\npotential = |").offers[0].about, "Kind.");
+  },
+  "Completion of values and names": () => {
+    assert.deepEqual(offered('[[interaction]]\npotential = "ha|"').texts, ['[[interaction]]\npotential = "hard-sphere"']);
+    assert.deepEqual(offered("[space]\nx = |").words, ['"open"', '"flat"']);
+    assert.deepEqual(offered('[[species]]\nname = "grain"\n[[interaction]]\nspecies = ["|').words, ['"grain"']);
+    assert.equal(offered("seed = 1|")?.words.length ?? 0, 0);
+  },
+  "Completion of headers": () => {
+    assert.deepEqual(offered("[me|").texts, ["[measure]\n", "[[measure.flow]]\n"]);
+    assert.deepEqual(offered("[[inter|]]\nx = 1").texts, ["[[interaction]]\nx = 1"]);
+    assert.deepEqual(offered("[space]\n[sp|").words, ["space.x"]);
+  },
+  "Undo, redo and steps that belong together": () => {
+    const history = new TextHistory("aa");
+    history.note("aaa", "type", 1, 0);
+    history.note("abaa", "type", 2, 10);
+    assert.equal(history.steps.length, 1);
+    history.note("abaax", "type", 5, 20);
+    assert.equal(history.steps.length, 2);
+    history.note("abcaa", undefined, undefined, 20);
+    history.note("abcaa 1", "slider x", undefined, 30);
+    history.note("abcaa 2", "slider x", undefined, 40);
+    history.note("abcaa 12", "slider y", undefined, 50);
+    assert.deepEqual([history.undo().text, history.undo().text, history.undo().text], ["abcaa 2", "abcaa", "abaax"]);
+    assert.deepEqual([history.redo().text, history.redo().text, history.redo().text], ["abcaa", "abcaa 2", "abcaa 12"]);
+    assert.equal(history.redo(), undefined);
+    assert.deepEqual(textChange("abab", "ababab", 2), { at: 0, removed: "", inserted: "ab" });
+  },
+  "Pieces by line": () => {
+    const text = 'a = """x\n# y\n"""\n\n[b] # c';
+    const lines = linePieces(text, new Toml(text).tokens);
+    assert.deepEqual(lines.map(({ words }) => words), text.split("\n"));
+    assert.deepEqual(lines.map(({ pieces }) => pieces.map(([kind]) => kind)), [["key", "string"], ["string"], ["string"], [], ["table", "comment"]]);
+    assert.deepEqual(lines[4].pieces, [["table", 1, 2], ["comment", 4, 7]]);
+  },
+  "Links carry scenes there and back": async () => {
+    for (const name of scenes) {
+      const fragment = await shareFragment(read(name));
+      assert.match(fragment, /^scene=[\w-]+$/);
+      assert.equal(await sharedText(`#${fragment}`), read(name), name);
+    }
+    assert.equal(await sharedText("#results"), undefined);
+    assert.equal(await sharedText(""), undefined);
+    assert.equal(await sharedText(`#${await shareFragment("é 日本 🎱")}`), "é 日本 🎱");
+    for (const damaged of ["#scene=", "#scene=<img>", "#scene=AAAA", "#scene=!!!!", `#${(await shareFragment(read("hopper.toml"))).slice(0, 300)}`]) {
+      await assert.rejects(sharedText(damaged), /damaged/, damaged);
+    }
+    await assert.rejects(sharedText(`#${await shareFragment("a".repeat(SHARE_LIMIT + 1))}`), /too long/);
+  },
+  "Sliders of all scenes write texts that have their values": () => {
+    let [count, live] = [0, 0];
+    for (const name of scenes) {
+      const toml = new Toml(read(name));
+      for (const slider of derivedSliders(toml)) {
+        const scale = new SliderScale(slider);
+        const value = sliderValue(toml, slider.key) ?? slider.standard;
+        assert.ok(slider.from <= value && value <= slider.to, `${name}: ${slider.key} ${value} in ${slider.from} to ${slider.to}`);
+        for (const place of [0, Math.floor(scale.steps / 3), scale.steps]) {
+          const wanted = scale.value(place);
+          const changed = new Toml(toml.with(slider.key, sliderText(toml, slider, wanted)));
+          assert.ok(Math.abs(sliderValue(changed, slider.key) - wanted) <= 1e-5 * Math.abs(wanted), `${name}: ${slider.key} = ${wanted}`);
+          assert.equal(scale.place(wanted), place, `${name}: ${slider.key} = ${wanted}`);
+        }
+        count += 1;
+        live += slider.isLive ? 1 : 0;
+      }
+    }
+    assert.ok(count > 60 && live > 15, `${count} sliders, ${live} live`);
+  },
+  "A vector keeps its direction, and has one when it comes back from nothing": () => {
+    const toml = new Toml("[dynamics]\ngravity = [3.0, 0.0, -4.0]\n");
+    const slider = { key: "dynamics.gravity" };
+    assert.equal(sliderValue(toml, "dynamics.gravity"), 5);
+    assert.equal(sliderText(toml, slider, 10), "[6.0, 0.0, -8.0]");
+    const none = new Toml(toml.with("dynamics.gravity", sliderText(toml, slider, 0)));
+    assert.equal(sliderText(none, slider, 5), "[3.0, 0.0, -4.0]");
+  },
+  "Sliders that a scene names": () => {
+    const toml = new Toml(read("maxwell.toml"));
+    const [one, ...none] = namedSliders([{ key: "fill.0.count", label: "disks", from: 10, to: 1000, scale: "log", unit: "" }, { key: "x", from: 1, to: 1 }, { from: 0, to: 1 }], toml);
+    assert.equal(none.length, 0);
+    assert.deepEqual([one.label, one.isInteger, one.scale], ["disks", true, "log"]);
+  },
+});
 
 let failed = 0;
 for (const [name, test] of Object.entries(tests)) {

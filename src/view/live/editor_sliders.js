@@ -88,6 +88,21 @@ function sliderOwner(toml, path) {
   return named.find((name) => typeof name === "string" && name !== "") ?? index;
 }
 
+/** Contacts that nothing is said of are elastic: that is the first thing to change. */
+function absentRestitution(toml) {
+  const order = SLIDER_RULES.findIndex(({ fits }) => fits.test("interaction.0.restitution"));
+  const found = [];
+  for (let index = 0; index < toml.count("interaction"); index += 1) {
+    const key = `interaction.${index}.restitution`;
+    const hasCore = ["hard-sphere", "square-well", "square-shoulder"].includes(toml.get(`interaction.${index}.potential`));
+    if (hasCore && !toml.find(key) && toml.get(`interaction.${index}.name`) === undefined) {
+      const owner = sliderOwner(toml, key);
+      found.push({ order, slider: { key, label: `restitution${owner ? `, ${owner}` : ""}`, from: 0, to: 1, scale: "linear", unit: "", isLive: true, standard: 1 } });
+    }
+  }
+  return found;
+}
+
 /** Sliders of a scene that names none, from its text. */
 function derivedSliders(toml) {
   const found = [];
@@ -100,9 +115,11 @@ function derivedSliders(toml) {
       }
       const owner = sliderOwner(toml, path);
       const { from, to, scale = "linear" } = rule.range(value, toml, match);
-      found.push({ order, slider: { key: path, label: rule.label + (owner ? `, ${owner}` : ""), from, to, scale, unit: "", isLive: rule.isLive, isInteger: rule.isInteger } });
+      const label = rule.label + (owner ? `, ${owner}` : "");
+      found.push({ order, slider: { key: path, label, from, to, scale, unit: "", isLive: rule.isLive, isInteger: rule.isInteger } });
     }
   });
+  found.push(...absentRestitution(toml));
   return found.sort((one, other) => one.order - other.order).slice(0, SLIDER_COUNT).map(({ slider }) => slider);
 }
 
@@ -162,7 +179,7 @@ class SliderSet {
       this.build(sliders);
     }
     for (const row of this.rows) {
-      const value = sliderValue(toml, row.slider.key);
+      const value = sliderValue(toml, row.slider.key) ?? row.slider.standard;
       if (!this.first.has(row.slider.key)) {
         this.first.set(row.slider.key, value);
       }
