@@ -42,17 +42,17 @@ class TextHistory {
     if (!change) {
       return undefined;
     }
-    this.text = text;
     this.steps.length = this.place;
     const before = this.steps.at(-1);
     if (before && this.isContinued(before, change, kind, now)) {
-      before.inserted = kind === "type" ? before.inserted + change.inserted : change.inserted;
+      Object.assign(before, textChange(this.before(before), text, caret) ?? { removed: "", inserted: "" });
     } else {
       this.steps.push({ ...change, kind });
       if (this.steps.length > HISTORY_LENGTH) {
         this.steps.shift();
       }
     }
+    this.text = text;
     this.place = this.steps.length;
     this.last = now;
     return change;
@@ -65,8 +65,12 @@ class TextHistory {
     if (kind === "type") {
       return change.removed === "" && !change.inserted.includes("\n") && change.at === before.at + before.inserted.length;
     }
-    // The value that was put there last is replaced as a whole: only then the two steps are one.
-    return change.at === before.at && change.removed === before.inserted;
+    return true;
+  }
+
+  /** The text before the last step. */
+  before({ at, removed, inserted }) {
+    return this.text.slice(0, at) + removed + this.text.slice(at + inserted.length);
   }
 
   /** {text, caret} of the step before, or undefined. */
@@ -75,9 +79,9 @@ class TextHistory {
       return undefined;
     }
     this.place -= 1;
-    const { at, removed, inserted } = this.steps[this.place];
-    this.text = this.text.slice(0, at) + removed + this.text.slice(at + inserted.length);
-    return { text: this.text, caret: at + removed.length };
+    const step = this.steps[this.place];
+    this.text = this.before(step);
+    return { text: this.text, caret: step.at + step.removed.length };
   }
 
   /** {text, caret} of the step that was undone last, or undefined. */
