@@ -13,6 +13,7 @@ const { SceneSchema } = require(new URL("editor_schema.js", sources).pathname);
 const { completions } = require(new URL("editor_completion.js", sources).pathname);
 const { linePieces } = require(new URL("editor_text.js", sources).pathname);
 const { derivedSliders, namedSliders, sliderText, sliderValue, SliderScale } = require(new URL("editor_sliders.js", sources).pathname);
+const { bytePlace } = require(new URL("editor.js", sources).pathname);
 
 const configs = new URL("../../configs/", import.meta.url);
 const scenes = readdirSync(configs).filter((name) => name.endsWith(".toml"));
@@ -278,10 +279,17 @@ Object.assign(tests, {
     assert.equal(sliderText(none, slider, 5), "[3.0, 0.0, -4.0]");
   },
   "Sliders that a scene names": () => {
-    const toml = new Toml(read("maxwell.toml"));
-    const [one, ...none] = namedSliders([{ key: "fill.0.count", label: "disks", from: 10, to: 1000, scale: "log", unit: "" }, { key: "x", from: 1, to: 1 }, { from: 0, to: 1 }], toml);
+    const whole = new SceneSchema({ properties: { fill: { type: "array", items: { properties: { count: { type: "integer" } } } } } });
+    const wanted = [{ key: "fill.0.count", from: 10, to: 1000, scale: "log" }, { key: "dynamics.gravity.2", label: "g", from: -2, to: 0 }, { key: "x", from: 1, to: 1 }, { from: 0, to: 1 }];
+    const [one, other, ...none] = namedSliders(wanted, whole);
     assert.equal(none.length, 0);
-    assert.deepEqual([one.label, one.isInteger, one.scale], ["disks", true, "log"]);
+    assert.deepEqual([one.label, one.isInteger, one.scale, one.isLive], ["particles", true, "log", undefined]);
+    assert.deepEqual([other.label, other.isInteger, other.scale, other.isLive], ["g", false, "linear", true]);
+  },
+  "Ranges of bytes": () => {
+    assert.deepEqual(bytePlace("é = 1\nü = 日本\n", 12, 6), { line: 2, column: 5, length: 2 });
+    assert.deepEqual(bytePlace("a", 0, 1), { line: 1, column: 1, length: 1 });
+    assert.equal(bytePlace("a", 5, 1).length, 0);
   },
 });
 

@@ -14,6 +14,15 @@ function changedText(text, changes) {
   return Object.entries(changes ?? {}).reduce((changed, [path, value]) => new Toml(changed).with(path, value), text);
 }
 
+/** Line, column and length of a range of bytes of the text in UTF-8; columns and lines count from 1. */
+function bytePlace(text, offset, length) {
+  const bytes = new TextEncoder().encode(text);
+  const letters = (from, to) => new TextDecoder().decode(bytes.subarray(from, to));
+  const lines = letters(0, offset).split("\n");
+  const marked = letters(offset, offset + length).split("\n")[0];
+  return { line: lines.length, column: lines.at(-1).length + 1, length: marked.length };
+}
+
 class LiveEditor {
   constructor(live) {
     this.live = live;
@@ -21,7 +30,7 @@ class LiveEditor {
     this.build();
     this.editor = new TextEditor(this.place, this.own, (kind) => this.edited(kind));
     this.offers = new CompletionList(this.editor, new SceneSchema(live.scene.schema ?? {}));
-    this.sliders = new SliderSet(document.getElementById("live-sliders"), live.scene.live?.sliders ?? live.scene.live?.slider, (...moved) => this.slide(...moved));
+    this.sliders = new SliderSet(document.getElementById("live-sliders"), live.scene.live?.sliders ?? live.scene.live?.slider, (...moved) => this.slide(...moved), this.offers.schema);
     this.runs = changedText(live.text ?? this.own, live.changes);
     this.number = 0;
     this.waiting = undefined;
@@ -134,8 +143,11 @@ class LiveEditor {
   }
 
   /** An error with its line and cure; none if there is none. */
-  tell({ error, line, column, length, help } = {}) {
+  tell({ error, line, help, offset, length: bytes } = {}, text = this.editor.text) {
     this.message.replaceChildren();
+    const place = line && Number.isFinite(offset) ? bytePlace(text, offset, bytes ?? 0) : undefined;
+    // A range over more than its first line marks the line alone.
+    const { column, length } = place?.line === line && place.length > 0 ? place : {};
     this.editor.mark(error ? line : undefined, column, length);
     this.editor.area.setAttribute("aria-invalid", String(Boolean(error)));
     this.message.classList.toggle("is-wrong", Boolean(error));
@@ -163,7 +175,7 @@ class LiveEditor {
     this.offers.close();
     clearTimeout(this.pause);
     const answer = await this.live.ask({ kind: "check", text, changes: {} });
-    this.tell(answer);
+    this.tell(answer, text);
     if (!answer.error) {
       this.queue({ text });
     }
@@ -309,4 +321,8 @@ class LiveEditor {
     link.click();
     setTimeout(() => URL.revokeObjectURL(address), 10_000);
   }
+}
+
+if (typeof module !== "undefined") {
+  module.exports = { bytePlace };
 }

@@ -29,7 +29,7 @@ function above(value, factor = 4) {
 const SLIDER_RULES = [
   { fits: /^fill\.(\d+)\.packing_fraction$/, label: "packing fraction", range: (value, toml, [, index]) => ({ from: 0.02, to: Math.max(densest(toml, index), value) }) },
   { fits: /^fill\.\d+\.number_density$/, label: "number density", range: (value) => ({ from: value / 10, to: above(value, 2) }) },
-  { fits: /^dynamics\.gravity$/, label: "gravity", isLive: true, range: (value) => ({ from: 0, to: above(value) }) },
+  { fits: /^dynamics\.gravity(?:\.\d)?$/, label: "gravity", isLive: true, range: (value) => ({ from: 0, to: above(value) }) },
   { fits: /^fill\.\d+\.temperature$/, label: "temperature", range: (value) => ({ from: value / 100, to: value * 100, scale: "log" }) },
   { fits: /^chain\.\d+\.temperature$/, label: "temperature", range: (value) => ({ from: value / 100, to: value * 100, scale: "log" }) },
   { fits: /^space\.[xyz]\.(?:lower|upper)\.temperature$/, label: "wall temperature", range: (value) => ({ from: value / 10, to: value * 10, scale: "log" }) },
@@ -107,7 +107,12 @@ function absentRestitution(toml) {
 function derivedSliders(toml) {
   const found = [];
   SLIDER_RULES.forEach((rule, order) => {
-    for (const path of toml.entries.keys()) {
+    for (const { path: steps } of toml.entries.values()) {
+      const path = steps.join(".");
+      // Numbers of a vector go with it.
+      if (typeof steps.at(-1) === "number") {
+        continue;
+      }
       const match = path.match(rule.fits);
       const value = match ? sliderValue(toml, path) : undefined;
       if (value === undefined || !Number.isFinite(value) || (rule.range(value, toml, match).scale === "log" && value <= 0)) {
@@ -123,15 +128,15 @@ function derivedSliders(toml) {
   return found.sort((one, other) => one.order - other.order).slice(0, SLIDER_COUNT).map(({ slider }) => slider);
 }
 
-/** Sliders that a scene names: [{key, label, from, to, scale, unit}]. What the text does not have begins in the middle. */
-function namedSliders(sliders, toml) {
+/** Sliders that a scene names: [{key, label, from, to, scale, unit}]. */
+function namedSliders(sliders, schema) {
   const isOwn = ({ key, from, to }) => typeof key === "string" && Number.isFinite(from) && Number.isFinite(to) && from < to;
   return sliders.filter(isOwn).map((slider) => {
     const rule = SLIDER_RULES.find(({ fits }) => fits.test(slider.key));
-    const raw = toml.find(slider.key);
-    const isInteger = rule?.isInteger ?? (raw !== undefined && /^\d+$/.test(toml.text.slice(raw.start, raw.end)));
+    const path = slider.key.split(".").map((step) => (/^\d+$/.test(step) ? Number(step) : step));
+    const isInteger = schema?.at(path).some(({ type }) => type === "integer") ?? false;
     const scale = slider.scale === "log" && slider.from > 0 ? "log" : "linear";
-    return { label: rule?.label ?? slider.key, unit: "", ...slider, scale, isLive: rule?.isLive, isInteger };
+    return { ...slider, label: slider.label ?? rule?.label ?? slider.key, unit: slider.unit ?? "", scale, isLive: rule?.isLive, isInteger };
   });
 }
 
@@ -162,17 +167,18 @@ class SliderScale {
 
 /** The sliders of a page. `moved(slider, written)` gets a function that writes the value for a text. */
 class SliderSet {
-  constructor(container, named, moved) {
+  constructor(container, named, moved, schema) {
     this.container = container;
     this.named = named;
     this.moved = moved;
+    this.schema = schema;
     this.rows = [];
     this.first = new Map();
   }
 
   /** Shows the values of a text; other sliders if it is another scene. */
   follow(toml) {
-    const sliders = this.named?.length > 0 ? namedSliders(this.named, toml) : derivedSliders(toml);
+    const sliders = this.named?.length > 0 ? namedSliders(this.named, this.schema) : derivedSliders(toml);
     const keys = JSON.stringify(sliders.map(({ key, label }) => [key, label]));
     if (keys !== this.keys) {
       this.keys = keys;
