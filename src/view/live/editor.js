@@ -147,7 +147,7 @@ class LiveEditor {
     this.message.replaceChildren();
     const place = line && Number.isFinite(offset) ? bytePlace(text, offset, bytes ?? 0) : undefined;
     // A range over more than its first line marks the line alone.
-    const { column, length } = place?.line === line && place.length > 0 ? place : {};
+    const { column, length } = place && place.line === line && place.length > 0 ? place : {};
     this.editor.mark(error ? line : undefined, column, length);
     this.editor.area.setAttribute("aria-invalid", String(Boolean(error)));
     this.message.classList.toggle("is-wrong", Boolean(error));
@@ -323,6 +323,6 @@ class LiveEditor {
   }
 }
 
-if (typeof module !== "undefined") {
+if (typeof module === "object" && module.exports) {
   module.exports = { bytePlace };
 }

@@ -207,7 +207,7 @@ class CompletionList {
   }
 }
 
-if (typeof module !== "undefined") {
+if (typeof module === "object" && module.exports) {
   globalThis.Toml ??= require("./editor_toml.js").Toml;
   module.exports = { completions };
 }

@@ -96,6 +96,6 @@ class TextHistory {
   }
 }
 
-if (typeof module !== "undefined") {
+if (typeof module === "object" && module.exports) {
   module.exports = { TextHistory, textChange };
 }

@@ -120,6 +120,6 @@ class SceneSchema {
   }
 }
 
-if (typeof module !== "undefined") {
+if (typeof module === "object" && module.exports) {
   module.exports = { SceneSchema };
 }

@@ -65,6 +65,6 @@ async function sharedText(fragment) {
   }
 }
 
-if (typeof module !== "undefined") {
+if (typeof module === "object" && module.exports) {
   module.exports = { shareFragment, sharedText, SHARE_LIMIT };
 }

@@ -261,7 +261,7 @@ class SliderSet {
   }
 }
 
-if (typeof module !== "undefined") {
+if (typeof module === "object" && module.exports) {
   const { Toml, tomlNumber } = require("./editor_toml.js");
   globalThis.Toml ??= Toml;
   globalThis.tomlNumber ??= tomlNumber;

@@ -347,6 +347,6 @@ class TextEditor {
   }
 }
 
-if (typeof module !== "undefined") {
+if (typeof module === "object" && module.exports) {
   module.exports = { linePieces };
 }

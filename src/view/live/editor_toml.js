@@ -349,6 +349,6 @@ class Toml {
   }
 }
 
-if (typeof module !== "undefined") {
+if (typeof module === "object" && module.exports) {
   module.exports = { Toml, tomlScalar, tomlNumber };
 }
