@@ -70,7 +70,7 @@ class LiveEditor {
     this.linked = make("p", "editor-link", this.section);
     this.linked.hidden = true;
     this.place = make("div", "editor-place", this.section);
-    this.message = make("div", "editor-message", this.section);
+    this.message = make("div", "editor-message", this.place);
     this.message.setAttribute("role", "status");
   }
 

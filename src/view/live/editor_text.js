@@ -55,6 +55,7 @@ class TextEditor {
       return node;
     };
     this.overlay = make("div", "editor-frame", this.container);
+    this.container.prepend(this.overlay);
     this.window = make("div", "editor-window", this.overlay);
     this.sheet = make("div", "editor-sheet", this.window);
     this.numbers = make("div", "editor-numbers", this.sheet);
