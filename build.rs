@@ -12,6 +12,15 @@ fn main() -> io::Result<()> {
     let root = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
     println!("cargo::rerun-if-changed=src");
     println!("cargo::rerun-if-changed=Cargo.lock");
+    // The engine for browsers, which `web/build` makes, where the program is to carry it.
+    println!("cargo::rustc-check-cfg=cfg(carries_module)");
+    println!("cargo::rerun-if-env-changed=CAROM_MODULE");
+    if let Some(module) = std::env::var_os("CAROM_MODULE") {
+        let module = fs::canonicalize(module)?;
+        println!("cargo::rerun-if-changed={}", module.display());
+        println!("cargo::rustc-env=CAROM_MODULE={}", module.display());
+        println!("cargo::rustc-cfg=carries_module");
+    }
     println!("cargo::rustc-env=CAROM_FINGERPRINT={:016x}", fingerprint(&root)?);
     Ok(())
 }

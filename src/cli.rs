@@ -4,6 +4,7 @@ mod check;
 mod convert;
 mod exchange;
 mod failure;
+mod live;
 mod movie;
 mod new;
 mod processes;
@@ -48,6 +49,7 @@ Examples:
   carom schema > scene.schema.json          what a scene can contain, for editors
   carom convert runs/fluid --to gsd         the trajectory for other programs, in runs/fluid/trajectory.gsd
   carom report runs/fluid                   all of that run as a page, in runs/fluid/report.html
+  carom live fluid.toml                     the scene itself as a page, on which it runs, in live.html
 
 Exit codes:
   0  done
@@ -85,6 +87,8 @@ enum Command {
     Convert(convert::Convert),
     /// Writes a page about a run, for a browser: results, audit, plots and the moving particles
     Report(report::Report),
+    /// Writes a page on which a scene runs, for a browser: with plots, sliders and an editor
+    Live(live::Live),
     /// Prints a commented scene to start from
     New(new::New),
     /// Prints the JSON Schema of scene files, for completion and checks in editors
@@ -191,6 +195,7 @@ pub fn main() -> ExitCode {
         Command::Movie(movie) => movie.execute(),
         Command::Convert(convert) => convert.execute(),
         Command::Report(report) => report.execute(),
+        Command::Live(live) => live.execute(),
         Command::New(new) => new.execute(),
         Command::Schema(schema) => schema.execute(),
     };

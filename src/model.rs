@@ -27,7 +27,7 @@ pub mod triangle_mesh;
 pub use error::PotentialError;
 pub use exchange_plan::ExchangePlan;
 pub use input_file::InputFile;
-pub use live_plan::{Colouring, LivePlan, Slider};
+pub use live_plan::{Colouring, LivePlan, Slider, SliderScale};
 pub use measurement_plan::MeasurementPlan;
 pub use momentum::Influence;
 pub use output_plan::{AuditPlan, CountRegion, CountSpace, Format, OutputPlan, Region};

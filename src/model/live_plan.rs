@@ -31,7 +31,7 @@ pub enum Colouring {
     /// Number of particles near them.
     Neighbours,
     /// Where they were at the start, along the vertical axis.
-    History,
+    Start,
 }
 
 /// Slider of a key of the scene.
@@ -47,14 +47,26 @@ pub struct Slider {
     pub from: f64,
     /// Value at its upper end.
     pub to: f64,
-    /// Whether its steps are factors.
-    pub is_logarithmic: bool,
+    /// What equal steps are.
+    pub scale: SliderScale,
+}
+
+/// Steps of a slider.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum SliderScale {
+    /// Equal differences.
+    #[default]
+    Linear,
+    /// Equal factors.
+    Log,
 }
 
 impl Slider {
     /// Slider of a key between two values.
     #[must_use]
-    pub fn new(key: &str, label: Option<&str>, [from, to]: [f64; 2], is_logarithmic: bool) -> Self {
-        Self { key: key.to_owned(), label: label.map(str::to_owned), from, to, is_logarithmic }
+    pub fn new(key: &str, label: Option<&str>, [from, to]: [f64; 2], scale: SliderScale) -> Self {
+        Self { key: key.to_owned(), label: label.map(str::to_owned), from, to, scale }
     }
 }

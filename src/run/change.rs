@@ -59,3 +59,162 @@ impl Run {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::Until;
+
+    /// Discs and chains of two kinds that fall on a static mesh, after a stage and an equilibration.
+    const SCENE: &str = r#"
+        [space]
+        size = [12.0, 10.0, 14.0]
+        z = { lower = "wall", upper = "wall", restitution = 0.9 }
+
+        [dynamics]
+        gravity = [0.0, 0.0, -0.3]
+
+        [[species]]
+        name = "A"
+        mass = 1.3
+        diameter = 1.0
+
+        [[species]]
+        name = "fixed"
+        static = true
+        diameter = 1.0
+
+        [[interaction]]
+        species = ["A", "A"]
+        potential = "square-well"
+        lambda = 1.5
+        well_depth = 0.4
+        restitution = 0.95
+
+        [[interaction]]
+        species = ["A", "fixed"]
+        potential = "hard-sphere"
+
+        [[interaction]]
+        name = "link"
+        potential = "bond"
+        inner = 1.0
+        outer = 1.3
+
+        [[chain]]
+        species = "A"
+        bond = "link"
+        count = 6
+        length = 5
+        temperature = 0.8
+
+        [[mesh]]
+        name = "floor"
+        species = "fixed"
+        surface = "plane"
+        corner = [1.0, 1.0, 1.0]
+        edge_1 = [10.0, 0.0, 0.0]
+        edge_2 = [0.0, 8.0, 0.0]
+
+        [[stage]]
+        name = "warm"
+        until_events = 300
+        thermostat = { kind = "rescaling", temperature = 0.7, interval = 0.3 }
+
+        [run]
+        equilibration_events = 400
+        until_events = 3000
+    "#;
+
+    fn begun(overrides: &[(&str, &str)]) -> Run {
+        Run::new(Scene::from_toml_with(SCENE, "scene.toml", overrides).unwrap())
+    }
+
+    fn changed(run: &Run, overrides: &[(&str, &str)]) -> Result<Run, ChangeError> {
+        run.changed(SCENE, Path::new("scene.toml"), overrides)
+    }
+
+    #[test]
+    fn a_run_of_the_same_scene_goes_on_as_if_nothing_had_been_changed() {
+        let (run, ending) = begun(&[]).advance(Until::events(1_234), &mut ()).unwrap();
+        assert_eq!((ending, run.stage()), (None, Stage::Measurement));
+        let same = changed(&run, &[]).unwrap();
+        assert_eq!(same.stage(), Stage::Equilibration);
+        assert_eq!(same.simulation().snapshot(), run.simulation().snapshot());
+        let end = run.simulation().time() + 3.0;
+        let [a, b] = [run, same].map(|run| run.advance(Until::time(end), &mut ()).unwrap().0.simulation().snapshot());
+        assert!(a.time == end && a == b);
+    }
+
+    #[test]
+    fn other_values_act_from_then_on() {
+        let (run, _) = begun(&[]).advance(Until::events(1_000), &mut ()).unwrap();
+        let other = changed(&run, &[("dynamics.gravity.2", "0.5"), ("interaction.0.restitution", "1.0")]).unwrap();
+        let (before, after) = (run.simulation().snapshot(), other.simulation().snapshot());
+        assert_eq!((&before.positions, &before.velocities), (&after.positions, &after.velocities));
+        assert_eq!(before.time, after.time);
+        assert_eq!(run.simulation().scene().bonds(), other.simulation().scene().bonds());
+        assert_eq!(run.simulation().scene().static_surfaces(), other.simulation().scene().static_surfaces());
+        let end = Until { time: before.time + 4.0, events: 2_000 };
+        let rises = |run: Run| {
+            let (run, _) = run.advance(end, &mut ()).unwrap();
+            assert!(run.simulation().real_overlaps().is_empty());
+            run.simulation().snapshot().positions.iter().map(|position| position.z).sum::<f64>()
+        };
+        assert!(rises(other) > rises(run) + 5.0);
+    }
+
+    #[test]
+    fn stages_that_are_over_do_not_come_again() {
+        let (run, _) = begun(&[]).advance(Until::events(100), &mut ()).unwrap();
+        assert_eq!(run.stage(), Stage::Preparation(0));
+        let other = changed(&run, &[]).unwrap();
+        assert_eq!(Stage::simulated(other.simulation().scene().run()).count(), 3);
+        let (run, _) = run.advance(Until::events(500), &mut ()).unwrap();
+        assert_eq!(run.stage(), Stage::Equilibration);
+        let other = changed(&run, &[]).unwrap();
+        assert_eq!(Stage::simulated(other.simulation().scene().run()).count(), 2);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let (run, _) = begun(&[]).advance(Until::events(1_000), &mut ()).unwrap();
+        for overrides in [
+            [("space.size", "[12.0, 10.0, 15.0]")],
+            [("species.A.diameter", "1.2")],
+            [("space.x", "\"flat\"")],
+            [("interaction.0.restitution", "2.0")],
+            [("nonsense", "1")],
+        ] {
+            assert!(matches!(changed(&run, &overrides), Err(ChangeError::Scene(_))), "{overrides:?}");
+        }
+        let growing = [("stage.0", r#"{ name = "grow", grow = { rate = 0.01, packing_fraction = 0.1 } }"#)];
+        let (run, _) = begun(&growing).advance(Until::events(50), &mut ()).unwrap();
+        assert!(matches!(changed(&run, &growing), Err(ChangeError::Grown)));
+    }
+
+    #[test]
+    fn pauses_change_nothing() {
+        let whole = begun(&[]).finish().unwrap();
+        let mut run = begun(&[]);
+        let mut pauses = 0;
+        for k in 1_u32.. {
+            let until = Until { time: 0.05 * f64::from(k), events: u64::from(11 * k) };
+            let (next, ending) = run.advance(until, &mut ()).unwrap();
+            run = next;
+            if let Some(ending) = ending {
+                assert_eq!(ending, whole.ending);
+                break;
+            }
+            pauses += 1;
+            let done = run.simulation().event_counts().physical();
+            assert!(run.simulation().time() == until.time || done == until.events);
+        }
+        assert!(pauses > 100);
+        let paused = run.finish().unwrap();
+        assert_eq!(paused.simulation.snapshot(), whole.simulation.snapshot());
+        assert_eq!(paused.observables, whole.observables);
+        assert_eq!(paused.measurement.event_counts, whole.measurement.event_counts);
+        assert_eq!(format!("{:?}", paused.stationarity), format!("{:?}", whole.stationarity));
+    }
+}

@@ -18,9 +18,9 @@ mod audit;
 pub(super) mod base64;
 mod exchange;
 mod figures;
-mod html;
+pub(super) mod html;
 mod inputs;
-mod motion;
+pub(super) mod motion;
 mod plot;
 pub(super) mod recording;
 mod results;
@@ -45,7 +45,7 @@ use html::escape;
 use inputs::Inputs;
 
 /// How the page looks.
-const STYLE: &str = include_str!("report/page.css");
+pub(super) const STYLE: &str = include_str!("report/page.css");
 
 /// HTML report of a run.
 #[derive(Debug, Clone, PartialEq)]

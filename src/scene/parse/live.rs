@@ -2,7 +2,7 @@
 
 use super::variant;
 use crate::base::text::shortest;
-use crate::model::{Colouring, LivePlan, Slider};
+use crate::model::{Colouring, LivePlan, Slider, SliderScale};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::{LiveFile, SliderFile};
@@ -13,11 +13,11 @@ pub(crate) const COLOURS: [(&str, Colouring); 4] = [
     ("species", Colouring::Species),
     ("speed", Colouring::Speed),
     ("neighbours", Colouring::Neighbours),
-    ("history", Colouring::History),
+    ("start", Colouring::Start),
 ];
 
-/// Words of the scales of sliders, and whether they are logarithmic.
-pub(crate) const SCALES: [(&str, bool); 2] = [("linear", false), ("log", true)];
+/// Words of the scales of sliders.
+pub(crate) const SCALES: [(&str, SliderScale); 2] = [("linear", SliderScale::Linear), ("log", SliderScale::Log)];
 
 /// The most characters of a key or label.
 const LONGEST: usize = 200;
@@ -50,17 +50,17 @@ fn parse_slider(file: &SliderFile, at: &ConfigPath) -> Result<Slider, SceneError
             return refuse(at.key(key), format!("{text:?}"), format!("from 1 to {LONGEST} characters"));
         }
     }
-    let is_logarithmic = match file.scale.as_deref() {
+    let scale = match file.scale.as_deref() {
         Some(word) => *variant(&SCALES, "scale", word, &at.key("scale"))?,
-        None => false,
+        None => SliderScale::Linear,
     };
     finite(file.from, at.key("from"))?;
     finite(file.to, at.key("to"))?;
-    if is_logarithmic && file.from <= 0.0 {
+    if scale == SliderScale::Log && file.from <= 0.0 {
         return refuse(at.key("from"), shortest(file.from), "a positive number, for scale = \"log\"");
     }
     if file.to <= file.from {
         return refuse(at.key("to"), shortest(file.to), format!("more than from = {}", shortest(file.from)));
     }
-    Ok(Slider::new(&file.key, file.label.as_deref(), [file.from, file.to], is_logarithmic))
+    Ok(Slider::new(&file.key, file.label.as_deref(), [file.from, file.to], scale))
 }

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 /// Text from a file, as content or as the value of an attribute in quotes: what would be markup is shown as it is.
 /// Control characters, which no page may contain, become replacement characters.
-pub(super) fn escape(text: &str) -> String {
+pub(in crate::view) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -50,7 +50,7 @@ pub(super) fn table<'c, N: Display>(
 }
 
 /// JSON that can stand in a script element: nothing in it ends the element.
-pub(super) fn escape_json(json: &str) -> String {
+pub(in crate::view) fn escape_json(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
 }
 

@@ -4,24 +4,28 @@ use super::base64;
 use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
-/// The program of the player, in the order in which it is read.
-const PROGRAM: [&str; 12] = [
+/// What draws, in the order in which it is read: for the player, and for pages on which a scene runs.
+pub(in crate::view) const RENDERER: [&str; 8] = [
     include_str!("player/matrix.js"),
     include_str!("player/colours.js"),
-    include_str!("player/recording.js"),
-    include_str!("player/poses.js"),
-    include_str!("player/flight.js"),
     include_str!("player/camera.js"),
     include_str!("player/surfaces.js"),
     include_str!("player/shapes.js"),
     include_str!("player/images.js"),
     include_str!("player/renderer.js"),
     include_str!("player/pointer.js"),
+];
+
+/// The program of the player, after that.
+const PROGRAM: [&str; 4] = [
+    include_str!("player/recording.js"),
+    include_str!("player/poses.js"),
+    include_str!("player/flight.js"),
     include_str!("player/player.js"),
 ];
 
 /// The shaders, by their names in the program.
-const SHADERS: [(&str, &str); 9] = [
+pub(in crate::view) const SHADERS: [(&str, &str); 9] = [
     ("light", include_str!("player/light.glsl")),
     ("sphere.vert", include_str!("player/sphere.vert")),
     ("sphere.frag", include_str!("player/sphere.frag")),
@@ -67,7 +71,7 @@ pub(super) fn section(recording: Option<&Recording>) -> String {
     for (name, text) in SHADERS {
         section.push_str(&format!("<script type=\"text/plain\" id=\"shader-{name}\">{text}</script>\n"));
     }
-    let program = PROGRAM.concat();
+    let program = RENDERER.concat() + &PROGRAM.concat();
     section.push_str(&format!("<script>\n\"use strict\";\n(() => {{\n{program}}})();\n</script>\n"));
     section
 }

@@ -1,0 +1,105 @@
+//! `carom live`.
+
+use std::path::{Path, PathBuf};
+
+use carom::io::refuse_input;
+use carom::view::{live, report};
+use clap::Args;
+
+use super::SceneArgs;
+use super::failure::Failure;
+
+/// The module that the program was built with: the engine as WebAssembly.
+#[cfg(carries_module)]
+const CARRIED: Option<&[u8]> = Some(include_bytes!(env!("CAROM_MODULE")));
+#[cfg(not(carries_module))]
+const CARRIED: Option<&[u8]> = None;
+
+/// Where `web/build` leaves the module, from the root of the sources.
+const MODULE: &str = "web/carom.wasm";
+
+/// First bytes of WebAssembly.
+const MAGIC: &[u8] = b"\0asm";
+
+/// Writes a page on which a scene runs, for a browser: with plots, sliders and an editor
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The page is one file that needs no network. It carries the engine as WebAssembly, and has the bits of this program.
+Released programs have that module in them; beside the sources `web/build` makes it.
+
+Example:
+  carom live configs/maxwell.toml --out maxwell.html")]
+pub struct Live {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// The file to write
+    #[arg(long, value_name = "FILE", default_value = "live.html")]
+    out: PathBuf,
+    /// The engine as WebAssembly, made by web/build; found beside the program or the scene if not given
+    #[arg(long, value_name = "FILE")]
+    module: Option<PathBuf>,
+    /// Replaces a file that is there
+    #[arg(long)]
+    force: bool,
+}
+
+impl Live {
+    pub fn execute(&self) -> Result<(), Failure> {
+        let scene = self.scene.load()?;
+        if let Some(input) = scene.inputs().first() {
+            let help = "a page carries a text: list the particles with [[particle]], or make them with [[fill]], and build surfaces of shapes";
+            let message = format!("the scene {} reads {}, expected no other files", scene.name(), input.path);
+            return Err(Failure::bad_input(message, Some(help)));
+        }
+        super::refuse_exchange(&scene, "a page runs one system: leave [exchange] out")?;
+        let text = self.scene.changes.record(&scene, &self.scene.scene)?;
+        let module = self.module()?;
+        if !has(&module, live::SOURCES.as_bytes()) {
+            super::warn("note: the module was made from other sources than this program: make it anew with web/build");
+        }
+        refuse_input(&self.out, vec![self.scene.scene.clone()])?;
+        let page = live::page(&scene, &text, &module);
+        report::write(&page, &self.out, super::existing(self.force))?;
+        super::print(&format!("{}\n", self.out.display()))
+    }
+
+    fn module(&self) -> Result<Vec<u8>, Failure> {
+        let module = match (&self.module, CARRIED) {
+            (Some(path), _) => read(path)?,
+            (None, Some(carried)) => carried.to_owned(),
+            (None, None) => match places().into_iter().find(|path| path.is_file()) {
+                Some(path) => read(&path)?,
+                None => {
+                    let help = "make it in the folder of Carom's sources, with `rustup target add wasm32-unknown-unknown` and `web/build`, or name it \
+                                with --module";
+                    return Err(Failure::bad_input(
+                        "the engine for browsers, web/carom.wasm, is not there",
+                        Some(help),
+                    ));
+                }
+            },
+        };
+        if !module.starts_with(MAGIC) {
+            let message = "the module is not WebAssembly, expected a file that web/build has made";
+            return Err(Failure::bad_input(message, None));
+        }
+        Ok(module)
+    }
+}
+
+/// Beside the sources that the program was built in, and here.
+fn places() -> Vec<PathBuf> {
+    let program = std::env::current_exe().unwrap_or_default();
+    program.ancestors().skip(1).take(4).chain([Path::new("")]).map(|folder| folder.join(MODULE)).collect()
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    std::fs::read(path).map_err(|error| {
+        let message = format!("{} cannot be read: {error}", path.display());
+        Failure::bad_input(message, Some("web/build makes it"))
+    })
+}
+
+fn has(bytes: &[u8], word: &[u8]) -> bool {
+    bytes.windows(word.len()).any(|window| window == word)
+}
