@@ -118,7 +118,6 @@ class Player {
 
   noteFull() {
     const isFull = document.fullscreenElement === this.player;
-    element("full").textContent = isFull ? "Leave full screen" : "Full screen";
     element("full").setAttribute("aria-pressed", String(isFull));
   }
 
@@ -158,7 +157,7 @@ class Player {
       write("", "bar").style.background = `linear-gradient(to right, ${VIRIDIS.map(css).join(", ")})`;
       write(`${short(channel.high)}${channel.isExceeded ? " and more" : ""}`, "end");
     } else if (this.colour === FLIGHT) {
-      for (const [words, tone] of [["flies freely until the next frame", 255], ["meets something before", 0]]) {
+      for (const [words, tone] of [["flies freely until the next frame", FREE], ["meets something before", HINDERED]]) {
         write("", "dot").style.background = css(scaleColours()[tone]);
         write(words, "what");
       }
@@ -214,8 +213,10 @@ class Player {
     }
     const free = this.between.count(index);
     const number = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f");
-    const known = `Until the next frame ${number(free)} of ${number(moving)} particles meet nothing: they are drawn on their way`;
-    note.textContent = free === moving ? `${known}.` : `${known}. What the others meet, and where, is not in the file: they are drawn on smooth curves.`;
+    const known = `Until the next frame ${number(free)} of ${number(moving)} particles meet nothing: they are drawn on their way.`;
+    const rest = "What the others meet, and where, is not in the file: they are drawn on smooth curves.";
+    const none = "All particles meet something until the next frame. What, and where, is not in the file: they are drawn on smooth curves.";
+    note.textContent = free === 0 ? none : free === moving ? known : `${known} ${rest}`;
   }
 
   step(number) {
