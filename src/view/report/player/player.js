@@ -193,22 +193,23 @@ class Player {
     element("time").textContent = `${words} · ${number}`;
     element("frame").value = String(index);
     element("frame").setAttribute("aria-valuetext", `frame ${number}, ${words}`);
-    this.noteFlights(part);
+    this.noteFlights();
     this.redraw();
   }
 
   /** How much of what is drawn until the next frame is known. */
-  noteFlights(part) {
+  noteFlights() {
     const { index, recording: { length, head: { moving } } } = this;
-    const key = `${index} ${part > 0}`;
+    const isShown = element("between").checked && length > 1;
+    const key = isShown ? index : -1;
     if (this.noted === key) {
       return;
     }
     this.noted = key;
     const note = element("note");
-    note.hidden = !element("between").checked || length < 2;
-    if (note.hidden || index + 1 === length) {
-      note.textContent = note.hidden ? "" : "The last frame.";
+    note.hidden = !isShown;
+    if (!isShown || index + 1 === length) {
+      note.textContent = isShown ? "The last frame." : "";
       return;
     }
     const free = this.between.count(index);
