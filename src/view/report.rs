@@ -15,14 +15,14 @@
 //! ```
 
 mod audit;
-mod base64;
+pub(super) mod base64;
 mod exchange;
 mod figures;
 mod html;
 mod inputs;
 mod motion;
 mod plot;
-mod recording;
+pub(super) mod recording;
 mod results;
 mod setting;
 mod stages;

@@ -33,7 +33,7 @@ use flight::{FlightFinder, Flights};
 use frame::Encoded;
 use look::Look;
 pub(super) use surface::MOST_TRIANGLES;
-use surface::{SurfaceData, SurfaceHead};
+pub(in crate::view) use surface::{SurfaceData, SurfaceHead};
 
 /// The most bytes of all frames: base64 makes 40 MB of them.
 const MOST_BYTES: usize = 29_000_000;
@@ -208,7 +208,7 @@ impl Recorder {
         if first.species.len() > 255 {
             return Err("there are more than 255 species".to_owned());
         }
-        let up = upwards(&first, scene);
+        let up = upwards([0, 1, 2].map(|axis| first.is_flat(axis)), scene);
         let channels = Channels::of(&first, scene, up);
         let size = channels.bytes(first.particles.iter().filter(|particle| !first.is_static(particle)).count());
         let most_frames = (MOST_BYTES / size).min(MOST_FRAMES);
@@ -310,11 +310,11 @@ fn joined(first: Option<Flights>, second: Option<Flights>) -> Option<Flights> {
 }
 
 /// The axis against gravity and whether it is negative; without gravity z, or y where z is flat.
-fn upwards(frame: &Frame, scene: Option<&Scene>) -> (usize, bool) {
+pub(in crate::view) fn upwards(flat: [bool; 3], scene: Option<&Scene>) -> (usize, bool) {
     let falls = |scene: &Scene| scene.species.iter().map(|species| species.acceleration).find(|a| a.norm() > 0.0);
     match scene.and_then(falls) {
         Some(down) => (down.iamax(), down[down.iamax()] > 0.0),
-        None if frame.is_flat(2) => (if frame.is_flat(1) { 2 } else { 1 }, false),
+        None if flat[2] => (if flat[1] { 2 } else { 1 }, false),
         None => (2, false),
     }
 }
