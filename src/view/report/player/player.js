@@ -47,6 +47,8 @@ class Player {
     colour.value = String(head.colour ?? SPECIES);
     element("between").checked = head.moving <= MOST_BETWEEN;
     element("images-choice").hidden = !head.periodic.some((isPeriodic) => isPeriodic);
+    element("shadows-choice").hidden = this.recording.count > MOST_SHADED;
+    element("shadows").checked = this.recording.count <= MOST_SHADED;
     element("full").hidden = !document.fullscreenEnabled;
     element("static-choice").hidden = this.renderer.mesh.count === 0;
     element("surfaces-choice").hidden = !head.surfaces;
@@ -72,7 +74,7 @@ class Player {
       this.show(this.place);
     });
     element("between").addEventListener("change", () => this.show(this.index));
-    for (const choice of ["static", "surfaces", "images", "box"]) {
+    for (const choice of ["static", "surfaces", "images", "shadows", "box"]) {
       element(choice).addEventListener("change", draw);
     }
     element("full").addEventListener("click", () => this.fill());
@@ -290,6 +292,7 @@ class Player {
       const choices = {
         hasBox: element("box").checked,
         hasImages: element("images").checked,
+        hasShadows: element("shadows").checked,
         hasSurfaces: element("surfaces").checked,
         fixed: element("static").value,
       };
