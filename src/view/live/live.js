@@ -292,7 +292,8 @@ class Live {
       parts.push(`${liveRate(rate)} per second`);
     }
     if (this.head.stages.length > 1) {
-      parts.unshift(this.head.stages[stage]);
+      const name = this.head.stages[stage];
+      parts.unshift(/^\d+$/.test(name) ? `stage ${stage + 1}` : name);
     }
     liveElement("rate").textContent = parts.join(" · ");
     if (this.isPlaying) {

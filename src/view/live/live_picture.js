@@ -1,6 +1,9 @@
 /** How long a flash takes to fade to a third `[ms]`. */
 const FADE = 110;
 
+/** Fewer particles than these are few. */
+const FEW = 60;
+
 /** The picture: particles, trails, arrows and flashes, seen by a camera. */
 class Picture {
   constructor(canvas) {
@@ -81,8 +84,8 @@ class Picture {
   /** Flashes fade, and contacts light them; where much flashes all the time, flashes are weaker or absent. */
   fade({ hits, time }, now) {
     const { glow, flashes } = this;
-    const isNew = time !== this.fadedTime;
-    const factor = isNew ? Math.exp(-Math.min(now - (this.fadedAt ?? now), 100) / FADE) : 1;
+    const spent = time === this.fadedTime ? 0 : Math.min(now - (this.fadedAt ?? now), 100);
+    const factor = Math.exp(-spent / FADE);
     this.fadedAt = now;
     this.fadedTime = time;
     let sum = 0;
@@ -90,9 +93,11 @@ class Picture {
       glow[k] = hits[k] ? 1 : glow[k] * factor;
       sum += glow[k];
     }
-    const share = sum / Math.max(glow.length, 1);
-    this.share += (isNew ? 0.05 : 0) * (share - this.share);
-    const scale = this.choices.hasFlashes ? 255 * Math.min(Math.max((0.45 - this.share) / 0.3, 0), 1) : 0;
+    // Of few particles two are a large share, but not for long.
+    const settling = glow.length < FEW ? 1 - Math.exp(-spent / 1000) : 1;
+    this.share += settling * (sum / Math.max(glow.length, 1) - this.share);
+    const [most, least] = glow.length < FEW ? [0.5, 0.25] : [0.35, 0.1];
+    const scale = this.choices.hasFlashes ? 255 * Math.min(Math.max((most - this.share) / (most - least), 0), 1) : 0;
     for (let k = 0; k < glow.length; k += 1) {
       flashes[k] = scale * glow[k] * glow[k];
     }

@@ -5,7 +5,7 @@ use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
 /// The program of the player, in the order in which it is read.
-const PROGRAM: [&str; 12] = [
+const PROGRAM: [&str; 13] = [
     include_str!("player/matrix.js"),
     include_str!("player/colours.js"),
     include_str!("player/recording.js"),
@@ -15,13 +15,14 @@ const PROGRAM: [&str; 12] = [
     include_str!("player/surfaces.js"),
     include_str!("player/shapes.js"),
     include_str!("player/images.js"),
+    include_str!("player/occlusion.js"),
     include_str!("player/renderer.js"),
     include_str!("player/pointer.js"),
     include_str!("player/player.js"),
 ];
 
 /// The shaders, by their names in the program.
-const SHADERS: [(&str, &str); 9] = [
+const SHADERS: [(&str, &str); 11] = [
     ("light", include_str!("player/light.glsl")),
     ("sphere.vert", include_str!("player/sphere.vert")),
     ("sphere.frag", include_str!("player/sphere.frag")),
@@ -29,6 +30,8 @@ const SHADERS: [(&str, &str); 9] = [
     ("rod.frag", include_str!("player/rod.frag")),
     ("surface.vert", include_str!("player/surface.vert")),
     ("surface.frag", include_str!("player/surface.frag")),
+    ("occlusion.vert", include_str!("player/occlusion.vert")),
+    ("occlusion.frag", include_str!("player/occlusion.frag")),
     ("edge.vert", include_str!("player/edge.vert")),
     ("edge.frag", include_str!("player/edge.frag")),
 ];
