@@ -20,11 +20,7 @@ class Camera {
     this.reset(1);
   }
 
-<<<<<<< HEAD
-  /** Azimuth and elevation of the first view: those asked for, towards an eye that is asked for, from the front of a flat scene, or from a raised corner. */
-=======
   /** Azimuth and elevation of the first view: those that are asked for in degrees, from the front of a flat scene, or from a raised corner. */
->>>>>>> player
   angles(look) {
     return (look ?? (this.isFlat ? [0, 0] : [28, 18])).map((angle) => (angle * Math.PI) / 180);
   }
