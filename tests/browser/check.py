@@ -76,6 +76,10 @@ class Page:
         self.browser.open(self.path.as_uri())
         self.browser.until("document.getElementById('player').dataset.frame === '0'")
         self.browser.evaluate("document.getElementById('player').scrollIntoView()")
+        # Slow graphics would drop them at some time.
+        self.browser.evaluate("(() => { const box = document.getElementById('player-shadows'); box.checked = false;"
+                              " box.dispatchEvent(new Event('change')); })()")
+        self.browser.evaluate(DRAWN)
 
     def pixels(self):
         self.browser.evaluate(DRAWN)
@@ -257,13 +261,17 @@ def touches(page):
     expect(page.pixels() == before, "and the first view comes back")
 
 
-def images(page):
-    """What a periodic side cuts is drawn on the other side as well."""
+def toggles(page):
+    """Images of what a periodic side cuts, and shadows."""
     shown = page.pixels()
-    page.click("images")
-    expect(page.pixels()[1] != shown[1], "without images the picture is another one")
-    page.click("images")
-    expect(page.pixels() == shown, "and with them as before")
+    seen = {shown[1]}
+    for control in ("images", "shadows"):
+        page.click(control)
+        other = page.pixels()
+        expect(other[1] not in seen, f"{control} change the picture")
+        seen.add(other[1])
+        page.click(control)
+        expect(page.pixels() == shown, "and back")
 
 
 def check_fluid(browser, path, pictures):
@@ -272,7 +280,7 @@ def check_fluid(browser, path, pictures):
     first = plays(page)
     steers(page, first)
     expect(colours(page, first) == 3, "species, speed, neighbours within a well")
-    images(page)
+    toggles(page)
     between(page)
     touches(page)
     fits(page)

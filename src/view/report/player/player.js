@@ -1,6 +1,9 @@
 /** The most particles that are drawn between frames unless one asks for it. */
 const MOST_BETWEEN = 100000;
 
+/** A picture that takes longer is a slow one `[ms]`. */
+const SLOW = 100;
+
 /** The controls and what they do. */
 class Player {
   constructor(recording) {
@@ -77,6 +80,9 @@ class Player {
     for (const choice of ["static", "surfaces", "images", "shadows", "box"]) {
       element(choice).addEventListener("change", draw);
     }
+    element("shadows").addEventListener("change", () => {
+      this.hasChosenShadows = true;
+    });
     element("full").addEventListener("click", () => this.fill());
     document.addEventListener("fullscreenchange", () => this.noteFull());
     element("reset").addEventListener("click", () => this.resetView());
@@ -275,12 +281,26 @@ class Player {
   /** Pictures that are asked for while the last one is being made wait for it: otherwise slow graphics fall behind. */
   tick(now) {
     if (this.renderer.isBusy()) {
+      this.hasWaited = true;
       requestAnimationFrame((later) => this.tick(later));
       return;
     }
+    if (this.hasWaited && now - this.drawnAt > SLOW) {
+      this.dropShadows();
+    }
+    this.hasWaited = false;
+    this.drawnAt = now;
     this.isDue = false;
     delete this.player.dataset.due;
     this.draw(now);
+  }
+
+  /** Shadows are not for slow graphics, unless one asks for them. */
+  dropShadows() {
+    this.slowPictures = (this.slowPictures ?? 0) + 1;
+    if (this.slowPictures > 2 && !this.hasChosenShadows) {
+      element("shadows").checked = false;
+    }
   }
 
   draw(now) {
