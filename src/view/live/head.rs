@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::Vector;
 use crate::engine::Simulation;
 use crate::mesh::shown;
-use crate::model::space::Boundary;
+use crate::model::space::{Boundary, Face};
 use crate::model::surface_motion::Timeline;
 use crate::model::{LivePlan, Scene};
 use crate::run::Stage;
@@ -60,6 +60,14 @@ struct Head {
     periodic: [bool; 3],
     /// Whether positions have no extent along an axis.
     flat: [bool; 3],
+    /// Whether the lower and the upper side are walls, by axis.
+    walls: [[bool; 2]; 3],
+    /// Whether nothing changes the total momentum along an axis in the last stage.
+    conserved: [bool; 3],
+    /// Velocity gradient of a sheared box `[1 / time]`.
+    shear_rate: Option<f64>,
+    /// Planes across an axis through which the scene counts particles.
+    flows: Vec<FlowHead>,
     /// Lower and upper corner of what the camera shows `[length]`.
     view: [[f64; 3]; 2],
     /// Index of the axis that points up in the picture.
@@ -82,6 +90,17 @@ struct Head {
     /// These bytes, in base64.
     #[serde(skip_serializing_if = "String::is_empty")]
     surface_data: String,
+}
+
+/// A plane of a page.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct FlowHead {
+    /// Name of the flow through it.
+    name: String,
+    /// Index of the axis that is normal to it.
+    axis: usize,
+    /// Coordinate along that `[length]`.
+    at: f64,
 }
 
 /// A species of a page.
@@ -129,6 +148,10 @@ impl Head {
             size: space.size.into(),
             periodic: is(Boundary::Periodic),
             flat,
+            walls: space.boundary.map(walls),
+            conserved: scene.conserved_axes(),
+            shear_rate: scene.shear_rate(),
+            flows: flows(scene),
             view: view(scene, surfaces).map(Into::into),
             up,
             is_upside_down,
@@ -141,6 +164,24 @@ impl Head {
             surface_data,
         }
     }
+}
+
+/// Whether the sides along an axis are walls.
+fn walls(boundary: Boundary) -> [bool; 2] {
+    match boundary {
+        Boundary::Bounded { lower, upper } => [lower, upper].map(|face| face != Face::Open),
+        Boundary::Periodic | Boundary::Flat => [false; 2],
+    }
+}
+
+/// Planes of the flows that are across an axis.
+fn flows(scene: &Scene) -> Vec<FlowHead> {
+    let of_axis = |name: &str| ["x", "y", "z"].iter().position(|axis| *axis == name);
+    let planes = scene.measure().flows.iter().filter_map(|flow| {
+        let axis = of_axis(flow.axis.as_deref()?)?;
+        Some(FlowHead { name: flow.name.clone(), axis, at: flow.at })
+    });
+    planes.collect()
 }
 
 /// The most triangles of all surfaces of a page together.
