@@ -180,7 +180,7 @@ def sights(page):
         expect(pixels not in seen or control == "arrows", f"{control} can be switched")
         seen.add(pixels)
         page.click(control)
-    for colour in ("speed", "neighbours", "start"):
+    for colour in ("speed", "neighbours", "history"):
         page.choose("colour", colour)
         expect(page.text("scale").strip() != "" and "species" not in page.text("scale"), f"colours by {colour}: {page.text('scale')}")
     page.choose("colour", "species")

@@ -1,6 +1,9 @@
 /** How often numbers beside the picture change `[ms]`. */
 const READING = 250;
 
+/** A picture that takes longer is a slow one `[ms]`. */
+const SLOW = 60;
+
 /** The events that are looked ahead for announcements. */
 const AHEAD = 400;
 
@@ -17,7 +20,7 @@ class Live {
     this.isPlaying = false;
         this.isKicked = false;
     this.speed = 1;
-    this.channel = this.firstColour();
+    this.channel = "species";
     this.spent = [];
     this.describe();
     this.controls = new LiveControls(this);
@@ -33,13 +36,6 @@ class Live {
     const place = liveElement("description");
     place.innerHTML = description ?? "";
     place.hidden = !description;
-  }
-
-  firstColour() {
-    const wanted = this.scene.live?.colour;
-    const colour = liveElement("colour");
-    colour.value = [...colour.options].some(({ value }) => value === wanted) ? wanted : "species";
-    return colour.value;
   }
 
   listen(kind, handler) {
@@ -105,8 +101,7 @@ class Live {
     this.announcer.clear();
     this.isAsked = false;
     liveElement("seed").value = changes.seed ?? head.seed;
-    liveElement("static-choice").hidden = this.picture.renderer.mesh.count === 0;
-    liveElement("surfaces-choice").hidden = !head.surfaces;
+    this.controls.offer(head, this.picture.renderer.mesh.count > 0);
     liveElement("facts").textContent = this.facts();
     this.say("");
     this.redraw(true);
@@ -155,8 +150,12 @@ class Live {
       this.isSteered = true;
       steer(this.picture.canvas, this.picture.camera, () => this.redraw());
     }
-    const wanted = this.scene.live?.speed;
-    this.natural = wanted > 0 ? wanted : liveNaturalSpeed(this.head, frame);
+    const { speed, colour } = this.head.live ?? {};
+    this.natural = speed > 0 ? speed : liveNaturalSpeed(this.head, frame);
+    if (colour) {
+      liveElement("colour").value = colour;
+      this.controls.choose();
+    }
     this.setSpeed(this.natural);
     const isSmall = this.head.moving.length <= 40 || this.head.flat.some(Boolean);
     this.controls.hand(isSmall && !window.matchMedia("(pointer: coarse)").matches);
@@ -263,8 +262,12 @@ class Live {
       const buffers = this.spent.splice(0);
       this.send({ kind: "frame", channel: this.channel, upcoming, buffers }, buffers);
     }
-    if (this.isDue && this.picture.frame && !this.picture.renderer.isBusy()) {
+    const isBusy = this.isDue && this.picture.frame && this.picture.renderer.isBusy();
+    if (isBusy && now - this.drawnAt > SLOW) {
+      this.controls.slow();
+    } else if (this.isDue && this.picture.frame && !isBusy) {
       this.isDue = false;
+      this.drawnAt = now;
       this.draw(now);
     }
     this.watch();

@@ -11,7 +11,7 @@ class Picture {
     this.dark = window.matchMedia("(prefers-color-scheme: dark)");
     this.chosen = -1;
     this.trailCount = 0;
-    this.choices = { hasBox: true, hasSurfaces: true, fixed: "veil", hasArrows: false, hasFlashes: true };
+    this.choices = { hasBox: true, hasSurfaces: true, fixed: "veil", hasArrows: false, hasFlashes: true, hasShadows: true };
   }
 
   get scheme() {
@@ -47,8 +47,9 @@ class Picture {
   aim(frame) {
     if (!this.isSameView) {
       // The object stays, because pointers steer it; another box of the same scene is seen from the same side.
-      const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(new Camera(this.head).up) ? this.camera : {};
-      this.camera = Object.assign(this.camera ?? new Camera(this.head), new Camera(this.head));
+      const camera = new Camera({ ...this.head, look: this.head.live?.view });
+      const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(camera.up) ? this.camera : {};
+      this.camera = Object.assign(this.camera ?? camera, camera);
       this.camera.margin = this.renderer.largest;
       this.camera.reset(this.renderer.resize());
       if (isMoved) {
