@@ -194,6 +194,29 @@ def sights(page):
     page.key(" ")
 
 
+def hand(page):
+    """A particle is dragged while time stands still."""
+    page.click("reset")
+    if page.browser.evaluate("document.getElementById('live-hand').getAttribute('aria-pressed')") != "true":
+        page.key("h")
+    left, top, width, height = page.browser.evaluate(
+        "(() => { const box = document.getElementById('live-view').getBoundingClientRect(); return [box.left, box.top, box.width, box.height]; })()")
+    places = [(left + width * (k + 0.5) / 40, top + height * (row + 0.5) / 30) for row in range(30) for k in range(40)]
+    for place in places:
+        page.browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=place[0], y=place[1], button="none", buttons=0)
+        if page.browser.evaluate("document.getElementById('live-view').classList.contains('is-over')"):
+            break
+    else:
+        raise Failure("the hand finds no particle")
+    before = page.pixels()
+    page.browser.drag(place, (place[0], place[1] + 5))
+    page.browser.evaluate(SETTLED)
+    words = page.text("words")
+    expect(page.pixels() != before or "no room" in words, f"a drag moves a particle {words}")
+    page.click("reset")
+    expect(page.pixels() == before, "and the start has it where it was")
+
+
 def fits(page, pictures):
     for scheme, width, height in (("light", 1280, 900), ("dark", 400, 800), ("dark", 2560, 1300)):
         page.open(scheme, width, height)
@@ -222,6 +245,7 @@ def main():
             expect(longest < given.longest_gap, "does not freeze")
             controls(page)
             sights(page)
+            hand(page)
             fits(page, given.pictures)
             expect(not browser.errors, f"no errors: {browser.errors}")
         foreign = [url for url in browser.requests if not url.startswith(("file://", "blob:"))]
