@@ -52,8 +52,16 @@ PIXELS = """(() => {
   return [hash, colours.size];
 })()"""
 
-# Two frames after all that was asked for.
-SETTLED = """new Promise((done) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)), 400))"""
+# All that was asked for is in the picture, for some frames on end; or it runs.
+SETTLED = """new Promise((done) => {
+  let still = 0;
+  const look = () => {
+    const isPlaying = document.getElementById('live-play').getAttribute('aria-label') === 'Pause';
+    still = isPlaying || !document.getElementById('live').hasAttribute('data-due') ? still + 1 : 0;
+    if (still > 3) done(); else requestAnimationFrame(look);
+  };
+  setTimeout(look, 60);
+})"""
 
 
 def expect(is_so, what):

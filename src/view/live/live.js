@@ -270,6 +270,9 @@ class Live {
       this.drawnAt = now;
       this.draw(now);
     }
+    // For tests: whether all that was asked for is in the picture.
+    const isDue = this.isDue || this.isWanted || this.isAsked || this.worker.askedAt !== undefined;
+    document.getElementById("live").toggleAttribute("data-due", Boolean(isDue));
     this.watch();
   }
 
