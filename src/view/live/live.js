@@ -1,6 +1,9 @@
 /** How often numbers beside the picture change `[ms]`. */
 const READING = 250;
 
+/** How often what stands beside the picture hears of a frame while it runs `[ms]`. */
+const BESIDE = 100;
+
 /** A picture that takes longer is a slow one `[ms]`. */
 const SLOW = 60;
 
@@ -84,7 +87,7 @@ class Live {
   hear(message) {
     const act = { head: this.begin, frame: this.receive, error: this.fail, ended: this.end, set: this.put }[message.kind];
     act?.call(this, message);
-    if (message.kind !== "frame" || message.positions) {
+    if (message.kind !== "frame") {
       this.tell(message.kind, message.kind === "head" ? message.head : message);
     }
   }
@@ -137,6 +140,11 @@ class Live {
     }
     if (this.announcer.isOn) {
       this.announcer.note(frame, now);
+    }
+    // What stands beside the picture need not change as often.
+    if (!this.isPlaying || !(now - this.toldAt < BESIDE)) {
+      this.toldAt = now;
+      this.tell("frame", frame);
     }
     this.isDue = true;
   }
