@@ -311,7 +311,7 @@ class Live {
     }
     liveElement("rate").textContent = parts.join(" · ");
     if (this.isPlaying) {
-      this.say(isLate && pace > 0 ? `As fast as it can: ${liveShort(pace)} of ${liveShort(this.speed)} per second.` : "");
+      this.say(isLate && pace > 0 ? `As fast as it can: ${liveShort(pace)} / s` : "");
     }
     liveScale(this);
     if (liveElement("more").open) {
