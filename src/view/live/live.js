@@ -83,7 +83,7 @@ class Live {
     }
   }
 
-  /** What the worker has to say. */
+  /** Takes a message of the worker. */
   hear(message) {
     const act = { head: this.begin, frame: this.receive, error: this.fail, ended: this.end, set: this.put }[message.kind];
     act?.call(this, message);

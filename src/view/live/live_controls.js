@@ -47,7 +47,7 @@ class LiveControls {
     this.live.redraw(true);
   }
 
-  /** What is offered of the particles of a scene. */
+  /** Offers the choices that the particles of a scene have. */
   offer(head, hasMesh) {
     const isFew = head.moving.length + head.fixed.length <= MOST_SHADED;
     liveElement("static-choice").hidden = !hasMesh;
@@ -89,7 +89,7 @@ class LiveControls {
     this.live.redraw();
   }
 
-  /** What the keys do; they are those of the page, unless one types. */
+  /** Keys of the whole page, unless one types. */
   key(event) {
     const { target } = event;
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || isTypedInto(target)) {
@@ -141,7 +141,7 @@ class LiveControls {
   }
 }
 
-/** Whether keys are for an element itself. */
+/** Elements that take keys themselves. */
 function isTypedInto(target) {
   const isElement = target instanceof HTMLElement;
   return isElement && (target.isContentEditable || /^(TEXTAREA|SELECT)$/.test(target.tagName) || (target.tagName === "INPUT" && target.type !== "checkbox"));

@@ -101,7 +101,7 @@ class Announcer {
     this.write(time);
   }
 
-  /** Whether both particles are within the picture. */
+  /** Tells if both particles are within the picture. */
   isSeen({ a, b }) {
     const { picture } = this.live;
     return [a, b].every((id) => {
