@@ -52,8 +52,16 @@ PIXELS = """(() => {
   return [hash, colours.size];
 })()"""
 
-# Two frames after all that was asked for.
-SETTLED = """new Promise((done) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)), 400))"""
+# All that was asked for is in the picture, for some frames on end; or it runs.
+SETTLED = """new Promise((done) => {
+  let still = 0;
+  const look = () => {
+    const isPlaying = document.getElementById('live-play').getAttribute('aria-label') === 'Pause';
+    still = isPlaying || !document.getElementById('live').hasAttribute('data-due') ? still + 1 : 0;
+    if (still > 3) done(); else requestAnimationFrame(look);
+  };
+  setTimeout(look, 60);
+})"""
 
 
 def expect(is_so, what):
@@ -180,7 +188,7 @@ def sights(page):
         expect(pixels not in seen or control == "arrows", f"{control} can be switched")
         seen.add(pixels)
         page.click(control)
-    for colour in ("speed", "neighbours", "start"):
+    for colour in ("speed", "neighbours", "history"):
         page.choose("colour", colour)
         expect(page.text("scale").strip() != "" and "species" not in page.text("scale"), f"colours by {colour}: {page.text('scale')}")
     page.choose("colour", "species")
@@ -192,6 +200,29 @@ def sights(page):
     expect(words == "" or " in " in words or "now" in words, f"announces `{words}`")
     page.key("m")
     page.key(" ")
+
+
+def hand(page):
+    """A particle is dragged while time stands still."""
+    page.click("reset")
+    if page.browser.evaluate("document.getElementById('live-hand').getAttribute('aria-pressed')") != "true":
+        page.key("h")
+    left, top, width, height = page.browser.evaluate(
+        "(() => { const box = document.getElementById('live-view').getBoundingClientRect(); return [box.left, box.top, box.width, box.height]; })()")
+    places = [(left + width * (k + 0.5) / 40, top + height * (row + 0.5) / 30) for row in range(30) for k in range(40)]
+    for place in places:
+        page.browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=place[0], y=place[1], button="none", buttons=0)
+        if page.browser.evaluate("document.getElementById('live-view').classList.contains('is-over')"):
+            break
+    else:
+        raise Failure("the hand finds no particle")
+    before = page.pixels()
+    page.browser.drag(place, (place[0], place[1] + 5))
+    page.browser.evaluate(SETTLED)
+    words = page.text("words")
+    expect(page.pixels() != before or "no room" in words, f"a drag moves a particle {words}")
+    page.click("reset")
+    expect(page.pixels() == before, "and the start has it where it was")
 
 
 def fits(page, pictures):
@@ -222,6 +253,7 @@ def main():
             expect(longest < given.longest_gap, "does not freeze")
             controls(page)
             sights(page)
+            hand(page)
             fits(page, given.pictures)
             expect(not browser.errors, f"no errors: {browser.errors}")
         foreign = [url for url in browser.requests if not url.startswith(("file://", "blob:"))]

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Looks at pages of `carom report` in a headless Chromium: tests/browser/run.sh PROGRAM [FOLDER FOR SCREENSHOTS]
-# PROGRAM is carom. Needs Python 3 and Chromium (CHROMIUM names another one); without them nothing is tested.
+# PROGRAM is carom. Needs Python 3 and Chromium (CHROMIUM names another one); without them no page is tested. Node tests what is drawn between frames.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 program=$(realpath "${1:?usage: tests/browser/run.sh PROGRAM [FOLDER]}")
@@ -8,6 +8,10 @@ runs=$(mktemp -d)
 trap 'rm -rf "$runs"' EXIT
 pictures=${2:-$runs}
 
+if command -v node >/dev/null; then
+    echo between
+    node "$here/between.js"
+fi
 if ! command -v python3 >/dev/null; then
     echo "skipped: no python3"
     exit 0

@@ -1,6 +1,12 @@
 /** How often numbers beside the picture change `[ms]`. */
 const READING = 250;
 
+/** How often what stands beside the picture hears of a frame while it runs `[ms]`. */
+const BESIDE = 100;
+
+/** A picture that takes longer is a slow one `[ms]`. */
+const SLOW = 60;
+
 /** The events that are looked ahead for announcements. */
 const AHEAD = 400;
 
@@ -17,7 +23,7 @@ class Live {
     this.isPlaying = false;
         this.isKicked = false;
     this.speed = 1;
-    this.channel = this.firstColour();
+    this.channel = "species";
     this.spent = [];
     this.describe();
     this.controls = new LiveControls(this);
@@ -33,13 +39,6 @@ class Live {
     const place = liveElement("description");
     place.innerHTML = description ?? "";
     place.hidden = !description;
-  }
-
-  firstColour() {
-    const wanted = this.scene.live?.colour;
-    const colour = liveElement("colour");
-    colour.value = [...colour.options].some(({ value }) => value === wanted) ? wanted : "species";
-    return colour.value;
   }
 
   listen(kind, handler) {
@@ -84,11 +83,11 @@ class Live {
     }
   }
 
-  /** What the worker has to say. */
+  /** Takes a message of the worker. */
   hear(message) {
     const act = { head: this.begin, frame: this.receive, error: this.fail, ended: this.end, set: this.put }[message.kind];
     act?.call(this, message);
-    if (message.kind !== "frame" || message.positions) {
+    if (message.kind !== "frame") {
       this.tell(message.kind, message.kind === "head" ? message.head : message);
     }
   }
@@ -105,8 +104,7 @@ class Live {
     this.announcer.clear();
     this.isAsked = false;
     liveElement("seed").value = changes.seed ?? head.seed;
-    liveElement("static-choice").hidden = this.picture.renderer.mesh.count === 0;
-    liveElement("surfaces-choice").hidden = !head.surfaces;
+    this.controls.offer(head, this.picture.renderer.mesh.count > 0);
     liveElement("facts").textContent = this.facts();
     this.say("");
     this.redraw(true);
@@ -143,6 +141,11 @@ class Live {
     if (this.announcer.isOn) {
       this.announcer.note(frame, now);
     }
+    // What stands beside the picture need not change as often.
+    if (!this.isPlaying || !(now - this.toldAt < BESIDE)) {
+      this.toldAt = now;
+      this.tell("frame", frame);
+    }
     this.isDue = true;
   }
 
@@ -155,8 +158,12 @@ class Live {
       this.isSteered = true;
       steer(this.picture.canvas, this.picture.camera, () => this.redraw());
     }
-    const wanted = this.scene.live?.speed;
-    this.natural = wanted > 0 ? wanted : liveNaturalSpeed(this.head, frame);
+    const { speed, colour } = this.head.live ?? {};
+    this.natural = speed > 0 ? speed : liveNaturalSpeed(this.head, frame);
+    if (colour) {
+      liveElement("colour").value = colour;
+      this.controls.choose();
+    }
     this.setSpeed(this.natural);
     const isSmall = this.head.moving.length <= 40 || this.head.flat.some(Boolean);
     this.controls.hand(isSmall && !window.matchMedia("(pointer: coarse)").matches);
@@ -263,10 +270,17 @@ class Live {
       const buffers = this.spent.splice(0);
       this.send({ kind: "frame", channel: this.channel, upcoming, buffers }, buffers);
     }
-    if (this.isDue && this.picture.frame && !this.picture.renderer.isBusy()) {
+    const isBusy = this.isDue && this.picture.frame && this.picture.renderer.isBusy();
+    if (isBusy && now - this.drawnAt > SLOW) {
+      this.controls.slow();
+    } else if (this.isDue && this.picture.frame && !isBusy) {
       this.isDue = false;
+      this.drawnAt = now;
       this.draw(now);
     }
+    // For tests: whether all that was asked for is in the picture.
+    const isDue = this.isDue || this.isWanted || this.isAsked || this.worker.askedAt !== undefined;
+    document.getElementById("live").toggleAttribute("data-due", Boolean(isDue));
     this.watch();
   }
 
@@ -292,11 +306,12 @@ class Live {
       parts.push(`${liveRate(rate)} per second`);
     }
     if (this.head.stages.length > 1) {
-      parts.unshift(this.head.stages[stage]);
+      const name = this.head.stages[stage];
+      parts.unshift(/^\d+$/.test(name) ? `stage ${stage + 1}` : name);
     }
     liveElement("rate").textContent = parts.join(" · ");
     if (this.isPlaying) {
-      this.say(isLate && pace > 0 ? `As fast as it can: ${liveShort(pace)} of ${liveShort(this.speed)} per second.` : "");
+      this.say(isLate && pace > 0 ? `As fast as it can: ${liveShort(pace)} / s` : "");
     }
     liveScale(this);
     if (liveElement("more").open) {

@@ -14,9 +14,12 @@ class LiveControls {
     click("full", () => this.fullscreen());
     click("view-reset", () => this.resetView());
     liveElement("seed").addEventListener("change", (event) => live.reseed(event.target.value));
-    for (const id of ["colour", "trails", "arrows", "flashes", "box", "static", "surfaces"]) {
+    for (const id of ["colour", "trails", "arrows", "flashes", "shadows", "box", "static", "surfaces"]) {
       liveElement(id).addEventListener("change", () => this.choose());
     }
+    liveElement("shadows").addEventListener("change", () => {
+      this.hasChosenShadows = true;
+    });
     document.addEventListener("keydown", (event) => this.key(event));
     document.addEventListener("fullscreenchange", () => live.redraw());
     live.picture.dark.addEventListener("change", () => {
@@ -34,6 +37,7 @@ class LiveControls {
       fixed: liveElement("static").value,
       hasArrows: liveElement("arrows").checked,
       hasFlashes: liveElement("flashes").checked,
+      hasShadows: liveElement("shadows").checked,
     };
     const count = Number(liveElement("trails").value);
     if (count !== picture.trailCount) {
@@ -41,6 +45,28 @@ class LiveControls {
     }
     this.live.channel = liveElement("colour").value;
     this.live.redraw(true);
+  }
+
+  /** Offers the choices that the particles of a scene have. */
+  offer(head, hasMesh) {
+    const isFew = head.moving.length + head.fixed.length <= MOST_SHADED;
+    liveElement("static-choice").hidden = !hasMesh;
+    liveElement("surfaces-choice").hidden = !head.surfaces;
+    liveElement("shadows-choice").hidden = !isFew;
+    if (!this.hasChosenShadows) {
+      liveElement("shadows").checked = isFew && !head.flat.some(Boolean);
+    }
+    this.slowPictures = 0;
+    this.choose();
+  }
+
+  /** Shadows are not for slow graphics, unless one asks for them. */
+  slow() {
+    this.slowPictures += 1;
+    if (this.slowPictures > 2 && !this.hasChosenShadows && liveElement("shadows").checked) {
+      liveElement("shadows").checked = false;
+      this.choose();
+    }
   }
 
   hand(isOn) {
@@ -63,7 +89,7 @@ class LiveControls {
     this.live.redraw();
   }
 
-  /** What the keys do; they are those of the page, unless one types. */
+  /** Keys of the whole page, unless one types. */
   key(event) {
     const { target } = event;
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || isTypedInto(target)) {
@@ -115,7 +141,7 @@ class LiveControls {
   }
 }
 
-/** Whether keys are for an element itself. */
+/** Elements that take keys themselves. */
 function isTypedInto(target) {
   const isElement = target instanceof HTMLElement;
   return isElement && (target.isContentEditable || /^(TEXTAREA|SELECT)$/.test(target.tagName) || (target.tagName === "INPUT" && target.type !== "checkbox"));

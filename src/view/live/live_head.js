@@ -5,7 +5,7 @@ const liveElement = (id) => document.getElementById(`live-${id}`);
 /** Radius of a bond relative to the smaller of its two ends, as in the player of reports. */
 const BOND_RADIUS = 0.36;
 
-/** What the renderer has to know of the particles of a scene. */
+/** Particles of a scene as the renderer takes them. */
 function liveParticles(head) {
   const { moving, fixed, fixedPositions, species, particles, bonds, flat, periodic, surfaces } = head;
   const ids = [...moving, ...fixed];

@@ -2,6 +2,9 @@
 const NOTICE = [0.5, 2.2];
 const AFTERWARDS = 700;
 
+/** Wall time between events that are announced, where there are many `[s]`. */
+const APART = 0.35;
+
 /** Fewer events than these within the notice are announced even if they are close. */
 const SPARSE = 8;
 
@@ -84,7 +87,8 @@ class Announcer {
     const isSparse = !(announced[SPARSE]?.time - time < NOTICE[1] * speed);
     for (const event of announced) {
       const wait = (event.time - time) / speed;
-      const isDue = wait < NOTICE[1] && (wait > NOTICE[0] || isSparse);
+      const isApart = this.shown.every((other) => Math.abs(other.time - event.time) > APART * speed);
+      const isDue = wait < NOTICE[1] && ((wait > NOTICE[0] && isApart) || isSparse);
       if (this.shown.length < ANNOUNCED && isDue && !taken.has(event.a) && !taken.has(event.b) && this.isSeen(event)) {
         this.shown.push({ ...event, colour: free.shift() });
         taken.add(event.a).add(event.b);
@@ -97,7 +101,7 @@ class Announcer {
     this.write(time);
   }
 
-  /** Whether both particles are within the picture. */
+  /** Tells if both particles are within the picture. */
   isSeen({ a, b }) {
     const { picture } = this.live;
     return [a, b].every((id) => {

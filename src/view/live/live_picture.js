@@ -1,6 +1,9 @@
 /** How long a flash takes to fade to a third `[ms]`. */
 const FADE = 110;
 
+/** Fewer particles than these are few. */
+const FEW = 60;
+
 /** The picture: particles, trails, arrows and flashes, seen by a camera. */
 class Picture {
   constructor(canvas) {
@@ -8,7 +11,7 @@ class Picture {
     this.dark = window.matchMedia("(prefers-color-scheme: dark)");
     this.chosen = -1;
     this.trailCount = 0;
-    this.choices = { hasBox: true, hasSurfaces: true, fixed: "veil", hasArrows: false, hasFlashes: true };
+    this.choices = { hasBox: true, hasSurfaces: true, fixed: "veil", hasArrows: false, hasFlashes: true, hasShadows: true };
   }
 
   get scheme() {
@@ -44,8 +47,9 @@ class Picture {
   aim(frame) {
     if (!this.isSameView) {
       // The object stays, because pointers steer it; another box of the same scene is seen from the same side.
-      const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(new Camera(this.head).up) ? this.camera : {};
-      this.camera = Object.assign(this.camera ?? new Camera(this.head), new Camera(this.head));
+      const camera = new Camera({ ...this.head, look: this.head.live?.view });
+      const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(camera.up) ? this.camera : {};
+      this.camera = Object.assign(this.camera ?? camera, camera);
       this.camera.margin = this.renderer.largest;
       this.camera.reset(this.renderer.resize());
       if (isMoved) {
@@ -81,8 +85,8 @@ class Picture {
   /** Flashes fade, and contacts light them; where much flashes all the time, flashes are weaker or absent. */
   fade({ hits, time }, now) {
     const { glow, flashes } = this;
-    const isNew = time !== this.fadedTime;
-    const factor = isNew ? Math.exp(-Math.min(now - (this.fadedAt ?? now), 100) / FADE) : 1;
+    const spent = time === this.fadedTime ? 0 : Math.min(now - (this.fadedAt ?? now), 100);
+    const factor = Math.exp(-spent / FADE);
     this.fadedAt = now;
     this.fadedTime = time;
     let sum = 0;
@@ -90,9 +94,11 @@ class Picture {
       glow[k] = hits[k] ? 1 : glow[k] * factor;
       sum += glow[k];
     }
-    const share = sum / Math.max(glow.length, 1);
-    this.share += (isNew ? 0.05 : 0) * (share - this.share);
-    const scale = this.choices.hasFlashes ? 255 * Math.min(Math.max((0.45 - this.share) / 0.3, 0), 1) : 0;
+    // Of few particles two are a large share, but not for long.
+    const settling = glow.length < FEW ? 1 - Math.exp(-spent / 1000) : 1;
+    this.share += settling * (sum / Math.max(glow.length, 1) - this.share);
+    const [most, least] = glow.length < FEW ? [0.5, 0.25] : [0.35, 0.1];
+    const scale = this.choices.hasFlashes ? 255 * Math.min(Math.max((most - this.share) / (most - least), 0), 1) : 0;
     for (let k = 0; k < glow.length; k += 1) {
       flashes[k] = scale * glow[k] * glow[k];
     }

@@ -30,11 +30,11 @@ function liveScale(live) {
   };
   const scale = picture.frame?.scale;
   if (scale) {
-    const name = { speed: "speed", neighbours: "neighbours within 1.4 diameters", start: `${"xyz"[scale.axis]} at the start` }[scale.channel];
+    const name = { speed: "speed", neighbours: "neighbours within 1.4 diameters", history: `${"xyz"[scale.axis]} at the start` }[scale.channel];
     write(name, "what");
     write(liveShort(scale.low), "end");
     write("", "bar").style.background = `linear-gradient(to right, ${VIRIDIS.map(css).join(", ")})`;
-    write(scale.channel === "start" ? liveShort(scale.high) : `${liveShort(scale.high)} and more`, "end");
+    write(scale.channel === "history" ? liveShort(scale.high) : `${liveShort(scale.high)} and more`, "end");
   } else {
     const palette = speciesColours(head.species, picture.scheme.fixed);
     head.species.forEach(({ name, isStatic }, index) => {

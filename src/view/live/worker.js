@@ -214,7 +214,7 @@ class Laboratory {
     return this.isRunning;
   }
 
-  /** What it means that the engine came back. */
+  /** Takes over where the engine came back, and why. */
   reach(end) {
     this.state = this.engine.look();
     if (end === "failed" || end === "idle" || end === "end") {

@@ -43,7 +43,7 @@ class Frames {
     return new Type(index < 0 ? new ArrayBuffer(bytes) : this.pool.splice(index, 1)[0]);
   }
 
-  /** The picture of a state, with tones for a channel: species, speed, neighbours or start. */
+  /** The picture of a state, with tones for a channel: species, speed, neighbours or history. */
   frame(state, channel) {
     const { moving } = this;
     const positions = this.room(Float32Array, 3 * moving.length);
@@ -101,7 +101,7 @@ class Frames {
       return {};
     }
     const tones = this.room(Uint8Array, moving.length);
-    if (channel === "start") {
+    if (channel === "history") {
       tones.set(this.startTones);
       return { tones, scale: { channel, low: this.starts[0], high: this.starts[1], axis: this.axis } };
     }

@@ -49,40 +49,44 @@ class Neighbours {
     counts.fill(0);
     const { next, first, cells } = this;
     for (let id = 0; id < next.length; id += 1) {
-      const own = [0, 1, 2].map((axis) => this.cell(positions[3 * id + axis], axis));
-      // Particles that are already in the grid, so that each pair is met once.
-      this.around(own, (cell) => {
-        for (let other = first[cell]; other >= 0; other = next[other]) {
-          if (this.isNear(positions, id, other)) {
-            counts[id] = Math.min(counts[id] + 1, 255);
-            counts[other] = Math.min(counts[other] + 1, 255);
-          }
-        }
-      });
-      const cell = own[0] + cells[0] * (own[1] + cells[1] * own[2]);
+      const [x, y, z] = [this.cell(positions[3 * id], 0), this.cell(positions[3 * id + 1], 1), this.cell(positions[3 * id + 2], 2)];
+      const cell = x + cells[0] * (y + cells[1] * z);
       next[id] = first[cell];
       first[cell] = id;
+    }
+    const [across, along, up] = [this.around(0), this.around(1), this.around(2)];
+    for (let cell = 0; cell < cells[0] * cells[1] * cells[2]; cell += 1) {
+      if (first[cell] < 0) {
+        continue;
+      }
+      const row = Math.floor(cell / cells[0]);
+      for (const z of up[Math.floor(row / cells[1])]) {
+        for (const y of along[row % cells[1]]) {
+          for (const x of across[cell % cells[0]]) {
+            this.meet(positions, counts, cell, x + cells[0] * (y + cells[1] * z));
+          }
+        }
+      }
     }
     return counts;
   }
 
-  /** The cells around one, each once. */
-  around(own, visit) {
+  /** Along an axis, the cells beside each one and itself, each once. */
+  around(axis) {
     const { cells, head } = this;
-    const along = own.map((at, axis) => {
-      const places = [at];
-      for (const place of [at - 1, at + 1]) {
-        const wrapped = head.periodic[axis] ? (place + cells[axis]) % cells[axis] : place;
-        if (wrapped >= 0 && wrapped < cells[axis] && !places.includes(wrapped)) {
-          places.push(wrapped);
-        }
-      }
-      return places;
-    });
-    for (const z of along[2]) {
-      for (const y of along[1]) {
-        for (const x of along[0]) {
-          visit(x + cells[0] * (y + cells[1] * z));
+    const number = cells[axis];
+    const beside = (at) => [at, at - 1, at + 1].map((place) => (head.periodic[axis] ? (place + number) % number : place));
+    return [...Array(number).keys()].map((at) => [...new Set(beside(at))].filter((place) => place >= 0 && place < number));
+  }
+
+  /** Counts the pairs between two cells, or within one; each two cells are looked at once. */
+  meet(positions, counts, cell, other) {
+    const { next, first } = this;
+    for (let id = first[cell]; id >= 0 && other >= cell; id = next[id]) {
+      for (let beside = other === cell ? next[id] : first[other]; beside >= 0; beside = next[beside]) {
+        if (this.isNear(positions, id, beside)) {
+          counts[id] = Math.min(counts[id] + 1, 255);
+          counts[beside] = Math.min(counts[beside] + 1, 255);
         }
       }
     }
@@ -93,8 +97,8 @@ class Neighbours {
     let square = 0;
     for (let axis = 0; axis < 3; axis += 1) {
       let way = positions[3 * id + axis] - positions[3 * other + axis];
-      if (head.periodic[axis]) {
-        way -= Math.round(way / head.size[axis]) * head.size[axis];
+      if (head.periodic[axis] && Math.abs(way) > head.size[axis] / 2) {
+        way -= Math.sign(way) * head.size[axis];
       }
       square += way * way;
     }

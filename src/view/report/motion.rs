@@ -5,13 +5,14 @@ use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
 /// What draws, in the order in which it is read: for the player, and for pages on which a scene runs.
-pub(in crate::view) const RENDERER: [&str; 8] = [
+pub(in crate::view) const RENDERER: [&str; 9] = [
     include_str!("player/matrix.js"),
     include_str!("player/colours.js"),
     include_str!("player/camera.js"),
     include_str!("player/surfaces.js"),
     include_str!("player/shapes.js"),
     include_str!("player/images.js"),
+    include_str!("player/occlusion.js"),
     include_str!("player/renderer.js"),
     include_str!("player/pointer.js"),
 ];
@@ -25,7 +26,7 @@ const PROGRAM: [&str; 4] = [
 ];
 
 /// The shaders, by their names in the program.
-pub(in crate::view) const SHADERS: [(&str, &str); 9] = [
+pub(in crate::view) const SHADERS: [(&str, &str); 11] = [
     ("light", include_str!("player/light.glsl")),
     ("sphere.vert", include_str!("player/sphere.vert")),
     ("sphere.frag", include_str!("player/sphere.frag")),
@@ -33,6 +34,8 @@ pub(in crate::view) const SHADERS: [(&str, &str); 9] = [
     ("rod.frag", include_str!("player/rod.frag")),
     ("surface.vert", include_str!("player/surface.vert")),
     ("surface.frag", include_str!("player/surface.frag")),
+    ("occlusion.vert", include_str!("player/occlusion.vert")),
+    ("occlusion.frag", include_str!("player/occlusion.frag")),
     ("edge.vert", include_str!("player/edge.vert")),
     ("edge.frag", include_str!("player/edge.frag")),
 ];

@@ -31,7 +31,6 @@ use crate::view::Surfaces;
 use channel::Channels;
 use flight::{FlightFinder, Flights};
 use frame::Encoded;
-use look::Look;
 pub(super) use surface::MOST_TRIANGLES;
 pub(in crate::view) use surface::{SurfaceData, SurfaceHead};
 
@@ -74,10 +73,10 @@ pub(super) struct Head {
     /// Index of the axis that points up in the picture, and whether it points down instead.
     pub up: usize,
     pub is_upside_down: bool,
-    /// The first view, where one is asked for.
+    /// Azimuth and elevation of the first view, where one is asked for `[degrees]`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub look: Option<Look>,
-    /// The first colour, where one is asked for: the index of a channel, -1 for species, -2 for free flights.
+    pub look: Option<[f64; 2]>,
+    /// The first colour, where one is asked for: the index of a channel, or -1 for species.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colour: Option<i64>,
     pub flat: [bool; 3],

@@ -20,14 +20,9 @@ class Camera {
     this.reset(1);
   }
 
-  /** Azimuth and elevation of the first view: those asked for, towards an eye that is asked for, from the front of a flat scene, or from a raised corner. */
+  /** Azimuth and elevation of the first view: those that are asked for in degrees, from the front of a flat scene, or from a raised corner. */
   angles(look) {
-    if (look?.towards) {
-      const [right, above, front] = [this.right, this.up, this.front].map((axis) => dot(axis, look.towards));
-      return [Math.atan2(right, front), Math.atan2(above, Math.hypot(right, front))];
-    }
-    const { azimuth, elevation } = look ?? (this.isFlat ? { azimuth: 0, elevation: 0 } : { azimuth: 28, elevation: 18 });
-    return [azimuth, elevation].map((angle) => (angle * Math.PI) / 180);
+    return (look ?? (this.isFlat ? [0, 0] : [28, 18])).map((angle) => (angle * Math.PI) / 180);
   }
 
   /** The first view, as near as the whole box can be seen. */

@@ -1,6 +1,9 @@
 /** The most particles that are drawn between frames unless one asks for it. */
 const MOST_BETWEEN = 100000;
 
+/** A picture that takes longer is a slow one `[ms]`. */
+const SLOW = 100;
+
 /** The controls and what they do. */
 class Player {
   constructor(recording) {
@@ -47,6 +50,8 @@ class Player {
     colour.value = String(head.colour ?? SPECIES);
     element("between").checked = head.moving <= MOST_BETWEEN;
     element("images-choice").hidden = !head.periodic.some((isPeriodic) => isPeriodic);
+    element("shadows-choice").hidden = this.recording.count > MOST_SHADED;
+    element("shadows").checked = this.recording.count <= MOST_SHADED;
     element("full").hidden = !document.fullscreenEnabled;
     element("static-choice").hidden = this.renderer.mesh.count === 0;
     element("surfaces-choice").hidden = !head.surfaces;
@@ -72,9 +77,12 @@ class Player {
       this.show(this.place);
     });
     element("between").addEventListener("change", () => this.show(this.index));
-    for (const choice of ["static", "surfaces", "images", "box"]) {
+    for (const choice of ["static", "surfaces", "images", "shadows", "box"]) {
       element(choice).addEventListener("change", draw);
     }
+    element("shadows").addEventListener("change", () => {
+      this.hasChosenShadows = true;
+    });
     element("full").addEventListener("click", () => this.fill());
     document.addEventListener("fullscreenchange", () => this.noteFull());
     element("reset").addEventListener("click", () => this.resetView());
@@ -118,7 +126,6 @@ class Player {
 
   noteFull() {
     const isFull = document.fullscreenElement === this.player;
-    element("full").textContent = isFull ? "Leave full screen" : "Full screen";
     element("full").setAttribute("aria-pressed", String(isFull));
   }
 
@@ -158,7 +165,7 @@ class Player {
       write("", "bar").style.background = `linear-gradient(to right, ${VIRIDIS.map(css).join(", ")})`;
       write(`${short(channel.high)}${channel.isExceeded ? " and more" : ""}`, "end");
     } else if (this.colour === FLIGHT) {
-      for (const [words, tone] of [["flies freely until the next frame", 255], ["meets something before", 0]]) {
+      for (const [words, tone] of [["flies freely until the next frame", FREE], ["meets something before", HINDERED]]) {
         write("", "dot").style.background = css(scaleColours()[tone]);
         write(words, "what");
       }
@@ -194,28 +201,31 @@ class Player {
     element("time").textContent = `${words} · ${number}`;
     element("frame").value = String(index);
     element("frame").setAttribute("aria-valuetext", `frame ${number}, ${words}`);
-    this.noteFlights(part);
+    this.noteFlights();
     this.redraw();
   }
 
   /** How much of what is drawn until the next frame is known. */
-  noteFlights(part) {
+  noteFlights() {
     const { index, recording: { length, head: { moving } } } = this;
-    const key = `${index} ${part > 0}`;
+    const isShown = element("between").checked && length > 1;
+    const key = isShown ? index : -1;
     if (this.noted === key) {
       return;
     }
     this.noted = key;
     const note = element("note");
-    note.hidden = !element("between").checked || length < 2;
-    if (note.hidden || index + 1 === length) {
-      note.textContent = note.hidden ? "" : "The last frame.";
+    note.hidden = !isShown;
+    if (!isShown || index + 1 === length) {
+      note.textContent = isShown ? "The last frame." : "";
       return;
     }
     const free = this.between.count(index);
     const number = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f");
-    const known = `Until the next frame ${number(free)} of ${number(moving)} particles meet nothing: they are drawn on their way`;
-    note.textContent = free === moving ? `${known}.` : `${known}. What the others meet, and where, is not in the file: they are drawn on smooth curves.`;
+    const known = `Until the next frame ${number(free)} of ${number(moving)} particles meet nothing: they are drawn on their way.`;
+    const rest = "What the others meet, and where, is not in the file: they are drawn on smooth curves.";
+    const none = "All particles meet something until the next frame. What, and where, is not in the file: they are drawn on smooth curves.";
+    note.textContent = free === 0 ? none : free === moving ? known : `${known} ${rest}`;
   }
 
   step(number) {
@@ -271,12 +281,26 @@ class Player {
   /** Pictures that are asked for while the last one is being made wait for it: otherwise slow graphics fall behind. */
   tick(now) {
     if (this.renderer.isBusy()) {
+      this.hasWaited = true;
       requestAnimationFrame((later) => this.tick(later));
       return;
     }
+    if (this.hasWaited && now - this.drawnAt > SLOW) {
+      this.dropShadows();
+    }
+    this.hasWaited = false;
+    this.drawnAt = now;
     this.isDue = false;
     delete this.player.dataset.due;
     this.draw(now);
+  }
+
+  /** Shadows are not for slow graphics, unless one asks for them. */
+  dropShadows() {
+    this.slowPictures = (this.slowPictures ?? 0) + 1;
+    if (this.slowPictures > 2 && !this.hasChosenShadows) {
+      element("shadows").checked = false;
+    }
   }
 
   draw(now) {
@@ -288,6 +312,7 @@ class Player {
       const choices = {
         hasBox: element("box").checked,
         hasImages: element("images").checked,
+        hasShadows: element("shadows").checked,
         hasSurfaces: element("surfaces").checked,
         fixed: element("static").value,
       };

@@ -7,6 +7,10 @@ const CACHE = 1 << 26;
 const SPECIES = -1;
 const FLIGHT = -2;
 
+/** Tones of a particle that flies freely until the next frame, and of one that does not. */
+const FREE = 235;
+const HINDERED = 80;
+
 const element = (id) => document.getElementById(`player-${id}`);
 
 /** A trajectory as `src/report/recording.rs` describes it. */
@@ -84,7 +88,7 @@ class Recording {
     const { low, high } = this.head.channels[channel] ?? { low: 0, high: 1 };
     return {
       positions: this.positions(frame),
-      tones: channel === FLIGHT ? flights.map((isFlight) => 255 * isFlight) : channels[channel],
+      tones: channel === FLIGHT ? flights.map((isFlight) => (isFlight ? FREE : HINDERED)) : channels[channel],
       range: head.ranges[channel],
       scale: [low, high],
       box: head,

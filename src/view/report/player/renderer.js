@@ -261,7 +261,7 @@ class Renderer {
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
   }
 
-  draw(camera, scheme, { hasBox, fixed, hasSurfaces, hasImages = true }) {
+  draw(camera, scheme, { hasBox, fixed, hasSurfaces, hasImages = true, hasShadows = false }) {
     const { gl, canvas } = this;
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(...scheme.background, 1);
@@ -269,12 +269,11 @@ class Renderer {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
-    this.drawSpheres(camera, scheme, fixed, hasImages);
-    if (this.particles.bonds > 0) {
-      const uniforms = this.use(this.rods, camera, scheme);
-      gl.uniform3fv(uniforms.colour, scheme.fixed.map((x) => x / 255));
-      gl.bindVertexArray(this.rodShape);
-      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * SIDES + 2, 2 * this.particles.bonds);
+    const drawOpaque = () => this.drawOpaque(camera, scheme, fixed, hasImages);
+    drawOpaque();
+    if (hasShadows) {
+      this.occlusion ??= new Occlusion(this);
+      this.occlusion.draw(camera, scheme, drawOpaque);
     }
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
@@ -292,6 +291,17 @@ class Renderer {
     gl.bindVertexArray(null);
     this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     gl.flush();
+  }
+
+  drawOpaque(camera, scheme, fixed, hasImages) {
+    const { gl } = this;
+    this.drawSpheres(camera, scheme, fixed, hasImages);
+    if (this.particles.bonds > 0) {
+      const uniforms = this.use(this.rods, camera, scheme);
+      gl.uniform3fv(uniforms.colour, scheme.fixed.map((x) => x / 255));
+      gl.bindVertexArray(this.rodShape);
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * SIDES + 2, 2 * this.particles.bonds);
+    }
   }
 
   /** Whether the graphics processor has not yet finished the last picture. */
