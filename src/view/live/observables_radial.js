@@ -1,5 +1,5 @@
 /** Distances between two particles that are looked at in one sample: a millisecond or so. */
-const MOST_DISTANCES = 100_000;
+const MOST_DISTANCES = 80_000;
 
 /** Bins to the largest distance, about. */
 const RADIAL_BINS = 160;
