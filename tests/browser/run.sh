@@ -8,6 +8,14 @@ runs=$(mktemp -d)
 trap 'rm -rf "$runs"' EXIT
 pictures=${2:-$runs}
 
+if command -v node >/dev/null; then
+    node "$here/editor_test.mjs"
+    if [ -f "$here/../../web/carom.wasm" ]; then
+        node "$here/bad_scenes.mjs" 600 --patience 20 --program "$program" --compare 191
+    fi
+else
+    echo "skipped: the editor and bad scenes, no node"
+fi
 if ! command -v python3 >/dev/null; then
     echo "skipped: no python3"
     exit 0
