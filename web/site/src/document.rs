@@ -13,7 +13,19 @@ use crate::scene::ScenePage;
 
 /// Documents in the order in which one reads them; others follow.
 const ORDER: [&str; 13] = [
-    "scene", "measuring", "driving", "studies", "formats", "accuracy", "speed", "parallel", "python", "library", "architecture", "extending", "live",
+    "scene",
+    "measuring",
+    "driving",
+    "studies",
+    "formats",
+    "accuracy",
+    "speed",
+    "parallel",
+    "python",
+    "library",
+    "architecture",
+    "extending",
+    "live",
 ];
 
 /// All documents, by their path in the repository.
@@ -72,14 +84,18 @@ impl Targets for Linked<'_> {
 
     fn code(&mut self, code: &str) -> Option<String> {
         let name = code.strip_prefix("configs/")?.strip_suffix(".toml")?;
-        self.scenes.iter().any(|scene| scene.name == name).then(|| relative(&address_of(self.source, false), &address_of(code, false)))
+        self.scenes
+            .iter()
+            .any(|scene| scene.name == name)
+            .then(|| relative(&address_of(self.source, false), &address_of(code, false)))
     }
 }
 
 impl Library {
     /// Reads the documents. Links to files or headings that are not there are an error.
     pub fn of(site: &Site, scenes: &[ScenePage]) -> io::Result<Self> {
-        let mut waiting: VecDeque<String> = site.names("docs", "md")?.into_iter().map(|name| format!("docs/{name}")).collect();
+        let mut waiting: VecDeque<String> =
+            site.names("docs", "md")?.into_iter().map(|name| format!("docs/{name}")).collect();
         let mut library = Self { documents: BTreeMap::new(), others: BTreeSet::new() };
         let (mut links, mut broken) = (Vec::new(), Vec::new());
         while let Some(source) = waiting.pop_front() {
@@ -99,10 +115,17 @@ impl Library {
             }
             library.documents.insert(source, text);
         }
-        broken.extend(links.iter().filter(|(_, target, heading)| !library.has(target, heading)).map(|(source, target, heading)| {
-            format!("{source}: {target}#{heading}")
-        }));
-        if broken.is_empty() { Ok(library) } else { Err(io::Error::other(format!("links that lead nowhere: {}", broken.join(", ")))) }
+        broken.extend(
+            links
+                .iter()
+                .filter(|(_, target, heading)| !library.has(target, heading))
+                .map(|(source, target, heading)| format!("{source}: {target}#{heading}")),
+        );
+        if broken.is_empty() {
+            Ok(library)
+        } else {
+            Err(io::Error::other(format!("links that lead nowhere: {}", broken.join(", "))))
+        }
     }
 
     pub fn len(&self) -> usize {
@@ -118,7 +141,8 @@ impl Library {
         for (source, text) in &self.documents {
             let address = address_of(source, false);
             let aside = format!("{}{}", self.places(&address), contents(text));
-            let body = format!("<article class=\"site-text\">\n<h1>{}</h1>\n{}</article>", escaped(&text.title), text.body);
+            let body =
+                format!("<article class=\"site-text\">\n<h1>{}</h1>\n{}</article>", escaped(&text.title), text.body);
             let page = Page { address: &address, title: &text.title, about: &lead(text), aside, body };
             site.write(&address, page.html().as_bytes())?;
         }
@@ -146,13 +170,21 @@ impl Library {
             let here = if place == address { " aria-current=\"page\"" } else { "" };
             format!("<li><a href=\"{}\"{here}>{}</a></li>", relative(address, &place), escaped(&text.title))
         });
-        format!("<nav class=\"site-list\" aria-label=\"Documents\"><h2>Documents</h2><ul>{}</ul></nav>", links.collect::<String>())
+        format!(
+            "<nav class=\"site-list\" aria-label=\"Documents\"><h2>Documents</h2><ul>{}</ul></nav>",
+            links.collect::<String>()
+        )
     }
 
     fn write_index(&self, site: &Site) -> io::Result<()> {
         let address = "docs/index.html";
         let items = self.ordered().into_iter().map(|(place, text)| {
-            format!("<li><a href=\"{}\">{}</a><p>{}</p></li>", relative(address, &place), escaped(&text.title), escaped(&lead(text)))
+            format!(
+                "<li><a href=\"{}\">{}</a><p>{}</p></li>",
+                relative(address, &place),
+                escaped(&text.title),
+                escaped(&lead(text))
+            )
         });
         let body = format!("<h1>Documents</h1>\n<ul class=\"site-index\">{}</ul>", items.collect::<String>());
         let about = "The documents of Carom: scenes, what is measured, formats, accuracy, speed, the library.";
@@ -163,8 +195,16 @@ impl Library {
 /// Headings of a document, beside it.
 fn contents(text: &Text) -> String {
     let items = text.headings.iter().filter(|heading| heading.level == HeadingLevel::H2);
-    let items: String = items.map(|heading| format!("<li><a href=\"#{}\">{}</a></li>", heading.anchor, escaped(&heading.text))).collect();
-    if items.is_empty() { String::new() } else { format!("<nav class=\"site-list site-contents\" aria-label=\"On this page\"><h2>On this page</h2><ul>{items}</ul></nav>") }
+    let items: String = items
+        .map(|heading| format!("<li><a href=\"#{}\">{}</a></li>", heading.anchor, escaped(&heading.text)))
+        .collect();
+    if items.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "<nav class=\"site-list site-contents\" aria-label=\"On this page\"><h2>On this page</h2><ul>{items}</ul></nav>"
+        )
+    }
 }
 
 /// The first paragraph without its markup, up to its first sentence.
@@ -181,7 +221,12 @@ fn lead(text: &Text) -> String {
             _ => {}
         }
     }
-    let plain = plain.replace('\n', " ").replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&amp;", "&");
+    let plain = plain
+        .replace('\n', " ")
+        .replace("&lt;", "<")
+        .replace("&gt;", ">")
+        .replace("&quot;", "\"")
+        .replace("&amp;", "&");
     plain.split_once(". ").map_or(plain.clone(), |(first, _)| format!("{first}."))
 }
 
@@ -191,22 +236,37 @@ fn write_file(site: &Site, path: &str, scenes: &[ScenePage]) -> io::Result<()> {
     let address = address_of(path, place.is_dir());
     if place.is_dir() {
         let mut names: Vec<String> = fs::read_dir(&place)?
-            .filter_map(|entry| entry.ok().filter(|entry| entry.path().is_file()).map(|entry| entry.file_name().to_string_lossy().into_owned()))
+            .filter_map(|entry| {
+                entry
+                    .ok()
+                    .filter(|entry| entry.path().is_file())
+                    .map(|entry| entry.file_name().to_string_lossy().into_owned())
+            })
             .collect();
         names.sort();
         let mut items = String::new();
         for name in names {
             let file = format!("{path}/{name}");
             write_file(site, &file, scenes)?;
-            items.push_str(&format!("<li><a href=\"{}\">{}</a></li>", relative(&address, &address_of(&file, false)), escaped(&name)));
+            items.push_str(&format!(
+                "<li><a href=\"{}\">{}</a></li>",
+                relative(&address, &address_of(&file, false)),
+                escaped(&name)
+            ));
         }
         let body = format!("<h1>{}</h1>\n<ul>{items}</ul>", escaped(path));
-        return site.write(&address, Page { address: &address, title: path, about: path, aside: String::new(), body }.html().as_bytes());
+        return site.write(
+            &address,
+            Page { address: &address, title: path, about: path, aside: String::new(), body }.html().as_bytes(),
+        );
     }
     if address == path {
         return site.copy(path, path);
     }
     let text = site.read(path)?;
     let body = format!("<h1>{}</h1>\n<pre class=\"site-source\"><code>{}</code></pre>", escaped(path), escaped(&text));
-    site.write(&address, Page { address: &address, title: path, about: path, aside: String::new(), body }.html().as_bytes())
+    site.write(
+        &address,
+        Page { address: &address, title: path, about: path, aside: String::new(), body }.html().as_bytes(),
+    )
 }

@@ -9,8 +9,16 @@ use crate::live;
 use crate::scene::ScenePage;
 
 /// Scenes of the home page, in their order.
-const CHOSEN: [&str; 8] =
-    ["hopper_smooth", "maxwell", "cradle", "granular_cooling", "polymer", "square_well_fluid", "brownian", "rotating_drum"];
+const CHOSEN: [&str; 8] = [
+    "hopper_smooth",
+    "maxwell",
+    "cradle",
+    "granular_cooling",
+    "polymer",
+    "square_well_fluid",
+    "brownian",
+    "rotating_drum",
+];
 
 /// Cards of scenes as a list.
 pub fn cards<'a>(from: &str, scenes: impl Iterator<Item = &'a ScenePage>) -> String {
@@ -32,10 +40,17 @@ fn home(site: &Site, scenes: &[ScenePage]) -> io::Result<()> {
     let address = "index.html";
     let chosen = CHOSEN.iter().filter_map(|name| scenes.iter().find(|scene| scene.name == *name));
     let gas = match live::write_gas(site)? {
-        Some(place) => format!("<iframe class=\"site-gas\" src=\"{place}\" title=\"A gas of disks that runs\"></iframe>"),
-        None => scenes.iter().find(|scene| scene.name == "hopper" && scene.has_picture).map_or(String::new(), |scene| {
-            format!("<img class=\"site-gas\" src=\"{}\" alt=\"Grains run out of a hopper\">", relative(address, &scene.picture()))
-        }),
+        Some(place) => {
+            format!("<iframe class=\"site-gas\" src=\"{place}\" title=\"A gas of disks that runs\"></iframe>")
+        }
+        None => {
+            scenes.iter().find(|scene| scene.name == "hopper" && scene.has_picture).map_or(String::new(), |scene| {
+                format!(
+                    "<img class=\"site-gas\" src=\"{}\" alt=\"Grains run out of a hopper\">",
+                    relative(address, &scene.picture())
+                )
+            })
+        }
     };
     let body = format!(
         "<section class=\"site-opening\">\n<div>\n<h1>Carom</h1>\n<p class=\"site-claim\">Event-driven particle dynamics</p>\n\

@@ -3,8 +3,12 @@
 use crate::links::{escaped, relative};
 
 /// Pages that every page leads to: address and name.
-const PLACES: [(&str, &str); 4] =
-    [("index.html", "Carom"), ("scenes/index.html", "Scenes"), ("editor.html", "Editor"), ("docs/index.html", "Documents")];
+const PLACES: [(&str, &str); 4] = [
+    ("index.html", "Carom"),
+    ("scenes/index.html", "Scenes"),
+    ("editor.html", "Editor"),
+    ("docs/index.html", "Documents"),
+];
 
 /// No scripts, and nothing from elsewhere.
 const POLICY: &str = "default-src 'none'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-src 'self'";
@@ -25,8 +29,16 @@ pub struct Page<'a> {
 impl Page<'_> {
     pub fn html(&self) -> String {
         let style = relative(self.address, "site.css");
-        let title = if self.address == "index.html" { escaped(self.title) } else { format!("{} · Carom", escaped(self.title)) };
-        let aside = if self.aside.is_empty() { String::new() } else { format!("<aside class=\"site-aside\">{}</aside>\n", self.aside) };
+        let title = if self.address == "index.html" {
+            escaped(self.title)
+        } else {
+            format!("{} · Carom", escaped(self.title))
+        };
+        let aside = if self.aside.is_empty() {
+            String::new()
+        } else {
+            format!("<aside class=\"site-aside\">{}</aside>\n", self.aside)
+        };
         let class = if self.aside.is_empty() { "site-plain" } else { "site-columns" };
         format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

@@ -5,8 +5,8 @@ use std::io;
 use carom::model::Scene;
 use carom::run::Run;
 use carom::trajectory::Frame;
-use carom::view::render::{Style, draw_with};
 use carom::view::Surfaces;
+use carom::view::render::{Style, draw_with};
 use carom::{Until, mesh};
 
 use crate::Site;
@@ -42,7 +42,9 @@ pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
     let frame = later(scene);
     let meshes: Vec<_> = mesh::shown(scene).map(|(_, mesh)| mesh).collect();
     let style = Style { width: PICTURE_SIZE[0], height: PICTURE_SIZE[1], ..Style::default() };
-    let Ok(image) = draw_with(&frame, &Surfaces::of(meshes.iter().map(|mesh| &**mesh)), &style) else { return Ok(false) };
+    let Ok(image) = draw_with(&frame, &Surfaces::of(meshes.iter().map(|mesh| &**mesh)), &style) else {
+        return Ok(false);
+    };
     let mut bytes = Vec::new();
     image.encode_png(&mut bytes)?;
     site.write(address, &bytes)?;
@@ -53,10 +55,14 @@ pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
 fn later(scene: &Scene) -> Frame {
     let mut frame = Frame::start_of(scene);
     let time = scene.run().limit.time.map_or(f64::INFINITY, |time| time / 3.0);
-    let Ok((run, _)) = Run::new(scene.clone()).advance(Until { time, events: PICTURE_EVENTS }, &mut ()) else { return frame };
+    let Ok((run, _)) = Run::new(scene.clone()).advance(Until { time, events: PICTURE_EVENTS }, &mut ()) else {
+        return frame;
+    };
     let snapshot = run.simulation().snapshot();
     frame.time = snapshot.time;
-    for (particle, (position, velocity)) in frame.particles.iter_mut().zip(snapshot.positions.iter().zip(&snapshot.velocities)) {
+    for (particle, (position, velocity)) in
+        frame.particles.iter_mut().zip(snapshot.positions.iter().zip(&snapshot.velocities))
+    {
         (particle.position, particle.velocity) = (*position, *velocity);
         particle.radius *= snapshot.scale;
     }

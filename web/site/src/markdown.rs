@@ -150,7 +150,11 @@ mod tests {
         assert!(!text.body.contains("<h1"), "{}", text.body);
         assert!(text.body.contains("<h2 id=\"c\">") && text.body.contains("<h2 id=\"c-1\">"), "{}", text.body);
         assert!(text.body.contains("<a href=\"e.html#f\">d</a>"), "{}", text.body);
-        assert!(text.body.contains("<a href=\"a.html\"><code>configs/a.toml</code></a> <code>x</code>"), "{}", text.body);
+        assert!(
+            text.body.contains("<a href=\"a.html\"><code>configs/a.toml</code></a> <code>x</code>"),
+            "{}",
+            text.body
+        );
     }
 
     #[test]

@@ -65,7 +65,8 @@ impl ScenePage {
     fn of(site: &Site, file: &str) -> io::Result<Self> {
         let path = format!("configs/{file}");
         let text = site.read(&path)?;
-        let scene = Scene::from_file(site.root.join(&path)).map_err(|error| io::Error::other(format!("{path}: {error}")))?;
+        let scene =
+            Scene::from_file(site.root.join(&path)).map_err(|error| io::Error::other(format!("{path}: {error}")))?;
         let name = file.trim_end_matches(".toml").to_owned();
         let source = scene.live().description.clone().unwrap_or_else(|| comment(&text));
         let about = read(&source, &mut Plain);
@@ -87,7 +88,11 @@ impl ScenePage {
         if let Some(page) = live::scene_page(self) {
             return site.write(&address, page.as_bytes());
         }
-        let picture = if self.has_picture { format!("<img class=\"site-picture\" src=\"{}.png\" alt=\"\">", self.name) } else { String::new() };
+        let picture = if self.has_picture {
+            format!("<img class=\"site-picture\" src=\"{}.png\" alt=\"\">", self.name)
+        } else {
+            String::new()
+        };
         let body = format!(
             "<h1>{}</h1>\n<div class=\"site-about\">{}</div>\n{picture}\n<p class=\"aside\">Run it with the program: \
              <code>carom run configs/{}.toml</code></p>\n<h2>The scene</h2>\n<pre class=\"site-source\"><code>{}</code></pre>\n\
@@ -98,13 +103,21 @@ impl ScenePage {
             escaped(&self.text),
             gallery::cards(&address, scenes.iter().filter(|scene| scene.name != self.name)),
         );
-        site.write(&address, Page { address: &address, title: &self.title, about: &self.lead, aside: String::new(), body }.html().as_bytes())
+        site.write(
+            &address,
+            Page { address: &address, title: &self.title, about: &self.lead, aside: String::new(), body }
+                .html()
+                .as_bytes(),
+        )
     }
 
     /// A card that leads to it.
     pub fn card(&self, from: &str) -> String {
         let picture = if self.has_picture {
-            format!("<img src=\"{}\" alt=\"\" loading=\"lazy\" width=\"480\" height=\"360\">", relative(from, &self.picture()))
+            format!(
+                "<img src=\"{}\" alt=\"\" loading=\"lazy\" width=\"480\" height=\"360\">",
+                relative(from, &self.picture())
+            )
         } else {
             String::new()
         };
