@@ -2,8 +2,8 @@
 
 use std::sync::OnceLock;
 
-/// Where the system does not report it: 16 GiB.
-const UNKNOWN: u64 = 16 << 30;
+/// Where the system does not report it: 16 GiB, or half of what 32 bits address.
+const UNKNOWN: u64 = if usize::BITS > 32 { 16 << 30 } else { 2 << 30 };
 
 /// The memory that this process may come to have `[bytes]`: that of the machine, or less where a control group or a limit of the process
 /// (`ulimit -v`) says so.

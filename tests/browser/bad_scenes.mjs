@@ -33,7 +33,7 @@ arrangement = "sc"
 count = 8
 temperature = 1.0
 [run]
-until_time = 1.0
+until_time = 1e6
 `;
 
 /** Asks the engine about every text that comes; a trap ends the instance, and the next text gets another one. */

@@ -11,6 +11,12 @@ pictures=${2:-$runs}
 if command -v node >/dev/null; then
     echo between
     node "$here/between.js"
+    node "$here/editor_test.mjs"
+    if [ -f "$here/../../web/carom.wasm" ]; then
+        node "$here/bad_scenes.mjs" 600 --patience 20 --program "$program" --compare 191
+    fi
+else
+    echo "skipped: the editor and bad scenes, no node"
 fi
 if ! command -v python3 >/dev/null; then
     echo "skipped: no python3"

@@ -30,7 +30,8 @@ class LiveEditor {
     this.build();
     this.editor = new TextEditor(this.place, this.own, (kind) => this.edited(kind));
     this.offers = new CompletionList(this.editor, new SceneSchema(live.scene.schema ?? {}));
-    this.sliders = new SliderSet(document.getElementById("live-sliders"), live.scene.live?.sliders ?? live.scene.live?.slider, (...moved) => this.slide(...moved), this.offers.schema);
+    const place = document.getElementById("live-sliders");
+    this.sliders = new SliderSet(place, live.scene.live?.sliders, (...moved) => this.slide(...moved), this.offers.schema);
     this.runs = changedText(live.text ?? this.own, live.changes);
     this.number = 0;
     this.waiting = undefined;

@@ -36,7 +36,7 @@ class TextHistory {
     this.last = -Infinity;
   }
 
-  /** Notes that the text is another one now, and returns the change. `kind` names changes that may become one step: "type", or the path that a slider changes. */
+  /** Notes that the text is another one now, and returns the change. `kind` names those that may become one step. */
   note(text, kind, caret, now = performance.now()) {
     const change = textChange(this.text, text, caret);
     if (!change) {

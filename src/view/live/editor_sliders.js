@@ -27,7 +27,10 @@ function above(value, factor = 4) {
  * `isLive` if a running simulation takes the change on.
  */
 const SLIDER_RULES = [
-  { fits: /^fill\.(\d+)\.packing_fraction$/, label: "packing fraction", range: (value, toml, [, index]) => ({ from: 0.02, to: Math.max(densest(toml, index), value) }) },
+  {
+    fits: /^fill\.(\d+)\.packing_fraction$/, label: "packing fraction",
+    range: (value, toml, [, index]) => ({ from: 0.02, to: Math.max(densest(toml, index), value) }),
+  },
   { fits: /^fill\.\d+\.number_density$/, label: "number density", range: (value) => ({ from: value / 10, to: above(value, 2) }) },
   { fits: /^dynamics\.gravity(?:\.\d)?$/, label: "gravity", isLive: true, range: (value) => ({ from: 0, to: above(value) }) },
   { fits: /^fill\.\d+\.temperature$/, label: "temperature", range: (value) => ({ from: value / 100, to: value * 100, scale: "log" }) },
@@ -37,7 +40,10 @@ const SLIDER_RULES = [
   { fits: /^interaction\.\d+\.restitution$/, label: "restitution", isLive: true, range: () => ({ from: 0, to: 1 }) },
   { fits: /^interaction\.\d+\.well_depth$/, label: "well depth", isLive: true, range: (value) => ({ from: Math.min(0, 2 * value), to: above(value) }) },
   { fits: /^interaction\.\d+\.lambda$/, label: "well width λ", range: () => ({ from: 1.02, to: 3 }) },
-  { fits: /^fill\.\d+\.count$/, label: "particles", isInteger: true, range: (value) => ({ from: Math.max(1, Math.round(value / 20)), to: Math.max(value * 4, 20), scale: "log" }) },
+  {
+    fits: /^fill\.\d+\.count$/, label: "particles", isInteger: true,
+    range: (value) => ({ from: Math.max(1, Math.round(value / 20)), to: Math.max(value * 4, 20), scale: "log" }),
+  },
   { fits: /^space\.[xyz]\.restitution$/, label: "restitution of walls", isLive: true, range: () => ({ from: 0, to: 1 }) },
   { fits: /^surface\.\d+\.restitution$/, label: "restitution", isLive: true, range: () => ({ from: 0, to: 1 }) },
   { fits: /^dynamics\.contact_time$/, label: "contact time", range: (value) => ({ from: value / 100, to: value * 100, scale: "log" }) },
@@ -97,7 +103,8 @@ function absentRestitution(toml) {
     const hasCore = ["hard-sphere", "square-well", "square-shoulder"].includes(toml.get(`interaction.${index}.potential`));
     if (hasCore && !toml.find(key) && toml.get(`interaction.${index}.name`) === undefined) {
       const owner = sliderOwner(toml, key);
-      found.push({ order, slider: { key, label: `restitution${owner ? `, ${owner}` : ""}`, from: 0, to: 1, scale: "linear", unit: "", isLive: true, standard: 1 } });
+      const label = `restitution${owner ? `, ${owner}` : ""}`;
+      found.push({ order, slider: { key, label, from: 0, to: 1, scale: "linear", unit: "", isLive: true, standard: 1 } });
     }
   }
   return found;

@@ -64,7 +64,8 @@ class TextEditor {
     this.area = make("textarea", "editor-area", this.layers);
     this.numbers.setAttribute("aria-hidden", "true");
     this.colours.setAttribute("aria-hidden", "true");
-    const settings = { wrap: "off", spellcheck: "false", autocomplete: "off", autocapitalize: "off", autocorrect: "off", "aria-label": "Text of the scene", rows: "1" };
+    const settings = { wrap: "off", spellcheck: "false", autocomplete: "off", autocapitalize: "off", autocorrect: "off", rows: "1" };
+    settings["aria-label"] = "Text of the scene";
     Object.entries(settings).forEach(([name, value]) => this.area.setAttribute(name, value));
   }
 

@@ -23,7 +23,9 @@ class Engine {
   }
 
   ask(call, request) {
-    const bytes = new TextEncoder().encode(JSON.stringify(request));
+    // Halves of letters have no place in UTF-8: they become the sign for that, as in a file.
+    const whole = (_, value) => (typeof value === "string" ? value.replace(/\p{Surrogate}/gu, "\ufffd") : value);
+    const bytes = new TextEncoder().encode(JSON.stringify(request, whole));
     const at = this.calls.room(bytes.length);
     new Uint8Array(this.calls.memory.buffer, at, bytes.length).set(bytes);
     call();

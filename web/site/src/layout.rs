@@ -1,0 +1,71 @@
+//! The shell of a page: its head, the navigation of the site, the end.
+
+use crate::links::{escaped, relative};
+
+/// Pages that every page leads to: address and name.
+const PLACES: [(&str, &str); 4] = [
+    ("index.html", "Carom"),
+    ("scenes/index.html", "Scenes"),
+    ("editor.html", "Editor"),
+    ("docs/index.html", "Documents"),
+];
+
+/// No scripts, and nothing from elsewhere.
+const POLICY: &str = "default-src 'none'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-src 'self'";
+
+/// A page before it has its shell.
+pub struct Page<'a> {
+    /// Its address from the root of the site.
+    pub address: &'a str,
+    pub title: &'a str,
+    /// One sentence for lists of pages.
+    pub about: &'a str,
+    /// What stands beside the text on wide windows, in HTML; may be empty.
+    pub aside: String,
+    /// The text, in HTML.
+    pub body: String,
+}
+
+impl Page<'_> {
+    pub fn html(&self) -> String {
+        let style = relative(self.address, "site.css");
+        let title = if self.address == "index.html" {
+            escaped(self.title)
+        } else {
+            format!("{} · Carom", escaped(self.title))
+        };
+        let aside = if self.aside.is_empty() {
+            String::new()
+        } else {
+            format!("<aside class=\"site-aside\">{}</aside>\n", self.aside)
+        };
+        let class = if self.aside.is_empty() { "site-plain" } else { "site-columns" };
+        format!(
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n<title>{title}</title>\n\
+             <meta name=\"description\" content=\"{}\">\n<link rel=\"stylesheet\" href=\"{style}\">\n</head>\n\
+             <body class=\"site\">\n{}\n<div class=\"{class}\">\n{aside}<main>\n{}\n</main>\n</div>\n{}\n</body>\n</html>\n",
+            escaped(self.about),
+            navigation(self.address),
+            self.body,
+            end(),
+        )
+    }
+}
+
+/// The line at the top of every page.
+pub fn navigation(address: &str) -> String {
+    let folder = address.split_once('/').map_or("", |(folder, _)| folder);
+    let links = PLACES.iter().enumerate().map(|(index, (place, name))| {
+        let is_here = *place == address || (!folder.is_empty() && place.starts_with(&format!("{folder}/")));
+        let here = if is_here { " aria-current=\"page\"" } else { "" };
+        let class = if index == 0 { " class=\"site-name\"" } else { "" };
+        format!("<a href=\"{}\"{class}{here}>{name}</a>", relative(address, place))
+    });
+    format!("<header class=\"site-head\"><div>{}</div></header>", links.collect::<Vec<_>>().join("\n"))
+}
+
+fn end() -> String {
+    "<footer class=\"site-end\"><p>Carom: event-driven particle dynamics. MIT or Apache-2.0.</p></footer>".to_owned()
+}

@@ -1,0 +1,96 @@
+//! Carom's web site: a static folder that any host serves, and that opens from a file as well.
+//!
+//! `cargo run -p carom-site` writes `web/site/out`: a home page, the documents of `docs` and what they link to, and a page for each scene of `configs`.
+//! `carom-site ROOT OUT` reads another repository or writes elsewhere.
+
+mod document;
+mod gallery;
+mod layout;
+mod links;
+mod live;
+mod markdown;
+mod scene;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::{env, fs, io};
+
+use crate::document::Library;
+use crate::scene::ScenePage;
+
+/// Folder of the pages.
+struct Site {
+    /// The repository.
+    root: PathBuf,
+    /// Where the pages go.
+    out: PathBuf,
+}
+
+impl Site {
+    fn read(&self, path: &str) -> io::Result<String> {
+        fs::read_to_string(self.root.join(path)).map_err(|error| named(path, &error))
+    }
+
+    fn write(&self, path: &str, bytes: &[u8]) -> io::Result<()> {
+        let place = self.out.join(path);
+        fs::create_dir_all(place.parent().unwrap_or(&self.out))?;
+        fs::write(&place, bytes).map_err(|error| named(path, &error))
+    }
+
+    fn copy(&self, from: &str, to: &str) -> io::Result<()> {
+        let bytes = fs::read(self.root.join(from)).map_err(|error| named(from, &error))?;
+        self.write(to, &bytes)
+    }
+
+    /// Names of the files of a folder with an ending, in order.
+    fn names(&self, folder: &str, ending: &str) -> io::Result<Vec<String>> {
+        let mut names = Vec::new();
+        for entry in fs::read_dir(self.root.join(folder)).map_err(|error| named(folder, &error))? {
+            let path = entry?.path();
+            if path.extension().is_some_and(|extension| extension == ending) {
+                names.extend(path.file_name().map(|name| name.to_string_lossy().into_owned()));
+            }
+        }
+        names.sort();
+        Ok(names)
+    }
+}
+
+fn named(path: &str, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{path}: {error}"))
+}
+
+fn build(site: &Site) -> io::Result<usize> {
+    let scenes = ScenePage::all(site)?;
+    let mut library = Library::of(site, &scenes)?;
+    library.write(site, &scenes)?;
+    site.write("site.css", style().as_bytes())?;
+    for scene in &scenes {
+        scene.write(site, &scenes)?;
+    }
+    gallery::write(site, &scenes)?;
+    live::write_editor(site)?;
+    Ok(library.len() + scenes.len() + 3)
+}
+
+/// The style of the report's pages, and what a site has beside them.
+fn style() -> String {
+    format!("{}\n{}", include_str!("../../../src/view/report/page.css"), include_str!("site.css"))
+}
+
+fn main() -> ExitCode {
+    let mut words = env::args_os().skip(1).map(PathBuf::from);
+    let root = words.next().unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."));
+    let out = words.next().unwrap_or_else(|| root.join("web/site/out"));
+    let site = Site { root, out };
+    match build(&site) {
+        Ok(pages) => {
+            println!("{pages} pages in {}", site.out.display());
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

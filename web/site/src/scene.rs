@@ -1,0 +1,144 @@
+//! Scenes of `configs` as pages: what each teaches, its picture, the scene that runs, its text.
+
+use std::io;
+
+use carom::Scene;
+
+use crate::layout::Page;
+use crate::links::{escaped, relative};
+use crate::markdown::{Targets, read};
+use crate::{Site, gallery, live};
+
+/// A scene of `configs`.
+pub struct ScenePage {
+    /// Name of its file without the ending.
+    pub name: String,
+    pub title: String,
+    /// What it teaches, in HTML.
+    pub about: String,
+    /// Its first sentence, as plain text.
+    pub lead: String,
+    pub text: String,
+    pub scene: Scene,
+    /// Whether the page has a picture of it.
+    pub has_picture: bool,
+}
+
+/// Descriptions link to nothing within the repository.
+struct Plain;
+
+impl Targets for Plain {
+    fn link(&mut self, address: &str) -> String {
+        address.to_owned()
+    }
+
+    fn code(&mut self, code: &str) -> Option<String> {
+        Some(format!("{}.html", code.strip_prefix("configs/")?.strip_suffix(".toml")?))
+    }
+}
+
+/// Comment that a scene begins with.
+fn comment(text: &str) -> String {
+    let lines = text.lines().map_while(|line| line.strip_prefix('#'));
+    lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
+}
+
+/// A name as a title.
+fn titled(name: &str) -> String {
+    let words = name.replace('_', " ").replace(" 1d", " in one dimension").replace("lennard jones", "Lennard-Jones");
+    let mut letters = words.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// The first sentence of a text; a colon ends one as well.
+fn sentence(text: &str) -> String {
+    let line = text.split("\n\n").next().unwrap_or_default().replace(['\n', '`'], " ");
+    let end = [". ", ": "].iter().filter_map(|mark| line.find(mark)).filter(|at| *at > 20).min().unwrap_or(line.len());
+    format!("{}.", line[..end].trim().trim_end_matches('.'))
+}
+
+impl ScenePage {
+    pub fn all(site: &Site) -> io::Result<Vec<Self>> {
+        site.names("configs", "toml")?.iter().map(|file| Self::of(site, file)).collect()
+    }
+
+    fn of(site: &Site, file: &str) -> io::Result<Self> {
+        let path = format!("configs/{file}");
+        let text = site.read(&path)?;
+        let scene =
+            Scene::from_file(site.root.join(&path)).map_err(|error| io::Error::other(format!("{path}: {error}")))?;
+        let name = file.trim_end_matches(".toml").to_owned();
+        let source = scene.live().description.clone().unwrap_or_else(|| comment(&text));
+        let about = read(&source, &mut Plain);
+        let has_picture = live::draw(site, &scene, &format!("scenes/{name}.png"))?;
+        Ok(Self { title: titled(&name), about: about.body, lead: sentence(&source), name, text, scene, has_picture })
+    }
+
+    pub fn address(&self) -> String {
+        format!("scenes/{}.html", self.name)
+    }
+
+    pub fn picture(&self) -> String {
+        format!("scenes/{}.png", self.name)
+    }
+
+    /// Its page: that on which it runs, or its picture and text where it does not run in a browser.
+    pub fn write(&self, site: &Site, scenes: &[Self]) -> io::Result<()> {
+        let address = self.address();
+        if let Some(page) = live::scene_page(self) {
+            return site.write(&address, page.as_bytes());
+        }
+        let picture = if self.has_picture {
+            format!("<img class=\"site-picture\" src=\"{}.png\" alt=\"\">", self.name)
+        } else {
+            String::new()
+        };
+        let body = format!(
+            "<h1>{}</h1>\n<div class=\"site-about\">{}</div>\n{picture}\n<p class=\"aside\">Run it with the program: \
+             <code>carom run configs/{}.toml</code></p>\n<h2>The scene</h2>\n<pre class=\"site-source\"><code>{}</code></pre>\n\
+             <h2>Other scenes</h2>\n{}",
+            escaped(&self.title),
+            self.about,
+            self.name,
+            escaped(&self.text),
+            gallery::cards(&address, scenes.iter().filter(|scene| scene.name != self.name)),
+        );
+        site.write(
+            &address,
+            Page { address: &address, title: &self.title, about: &self.lead, aside: String::new(), body }
+                .html()
+                .as_bytes(),
+        )
+    }
+
+    /// A card that leads to it.
+    pub fn card(&self, from: &str) -> String {
+        let picture = if self.has_picture {
+            format!(
+                "<img src=\"{}\" alt=\"\" loading=\"lazy\" width=\"480\" height=\"360\">",
+                relative(from, &self.picture())
+            )
+        } else {
+            String::new()
+        };
+        let link = relative(from, &self.address());
+        format!(
+            "<li class=\"site-card\"><a href=\"{link}\">{picture}<strong>{}</strong></a><p>{}</p></li>",
+            escaped(&self.title),
+            escaped(&self.lead)
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn titles_and_first_sentences() {
+        assert_eq!(titled("square_well_law"), "Square well law");
+        assert_eq!(sentence("A heap in a box that\nis tilted: gravity turns. More"), "A heap in a box that is tilted.");
+        assert_eq!(sentence("One."), "One.");
+        assert_eq!(comment("# a\n#\n# b\nseed = 1\n# c"), "a\n\nb");
+    }
+}
