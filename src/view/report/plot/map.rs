@@ -58,8 +58,8 @@ impl Map {
             let (width, height) = (px(right - left), px(lower - upper));
             let _ = write!(paths[level], "M{} {}h{width}v{height}h-{width}z", px(left), px(upper));
         }
-        let mut svg = open(&self.label);
-        frame(&mut svg, &x, &y, [&self.titles[0], &self.titles[1]], RIGHT);
+        let mut svg = open(&self.label, BOTTOM);
+        frame(&mut svg, [&x, &y], [&self.titles[0], &self.titles[1]], RIGHT, BOTTOM);
         for (level, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
             let _ = write!(svg, "<path class=\"m{level}\" d=\"{path}\"/>");
         }
