@@ -40,7 +40,7 @@ use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
 
 pub use exchange::{exchange_page, exchange_page_in};
-pub use sweep::{run_page_in, sweep_page, sweep_page_in};
+pub use sweep::{run_page_in, sweep_page, sweep_page_in, write_run_pages};
 
 use html::escape;
 use inputs::Inputs;

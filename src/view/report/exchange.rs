@@ -95,11 +95,11 @@ fn words(name: &str) -> String {
 /// A table whose first cells are heads of their rows. On a narrow page, each of the others names its column.
 fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
     let classes = std::iter::once("").chain(std::iter::repeat("n"));
-    let cell = |(head, content): (&String, &String)| cell("td", "n", head, content);
     let row = |cells: &Vec<String>| {
-        let first = cells.first().map(String::as_str).unwrap_or_default();
-        let others: String = heads.iter().zip(cells).skip(1).map(cell).collect();
-        format!("<tr><th scope=\"row\">{first}</th>{others}</tr>\n")
+        let head = heads.first().map(String::as_str).unwrap_or_default();
+        let first = cell("th", "", head, cells.first().map(String::as_str).unwrap_or_default());
+        let others: String = heads.iter().zip(cells).skip(1).map(|(head, it)| cell("td", "n", head, it)).collect();
+        format!("<tr>{first}{others}</tr>\n")
     };
     let rows: String = rows.iter().map(row).collect();
     html::table("exchange", caption, classes.zip(heads.iter().map(|head| escape(head))), &rows)

@@ -36,6 +36,9 @@ pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) ->
             names.push(&curve.name);
         }
     }
+    // What also is measured at logarithmic times spans too much for even steps of them.
+    let all = names.clone();
+    names.retain(|name| !all.contains(&format!("{name}_logarithmic").as_str()));
     names.iter().flat_map(|name| of_name(parameter, &members, name, files)).collect()
 }
 

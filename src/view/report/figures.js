@@ -94,10 +94,13 @@ class Figure {
     if (typeof deviation === 'number') rows.push(`Δ / σ: ${Figure.digits(deviation, 3)}`);
     this.note.textContent = rows.filter((row) => row).join('\n');
     this.note.hidden = false;
-    const view = this.plot.viewBox.baseVal;
-    this.note.classList.toggle('leftwards', place[0] > 0.55 * view.width);
-    this.note.style.left = `${100 * place[0] / view.width}%`;
-    this.note.style.top = `${100 * place[1] / view.height}%`;
+    // Beside the point, on the side that has more room, and within the figure.
+    const scale = this.plot.clientWidth / this.plot.viewBox.baseVal.width;
+    const [left, top] = place.map((coordinate) => coordinate * scale);
+    const [room, width] = [this.plot.clientWidth, this.note.offsetWidth];
+    const beside = left > 0.55 * room ? left - width - 14 : left + 14;
+    this.note.style.left = `${Math.max(0, Math.min(beside, room - width))}px`;
+    this.note.style.top = `${top + (width + 28 > room - left && width + 28 > left ? 40 : 0)}px`;
     this.spot.setAttribute('cx', place[0]);
     this.spot.setAttribute('cy', place[1]);
     this.plot.append(this.spot);

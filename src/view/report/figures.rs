@@ -50,13 +50,21 @@ pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<
         let entries: String = legend.iter().map(entry).collect();
         plot.push_str(&format!("\n<ul class=\"legend\">{entries}</ul>"));
     }
-    let has_strip = curves.lines.iter().any(|line| line.deviations.iter().any(Option::is_some));
-    let strip = if has_strip { STRIP } else { "" };
-    Some(figure(title, &plot, &format!("{strip}{text}")))
+    Some(figure(title, &plot, &format!("{}{text}", strip(curves))))
 }
 
-/// Text about the strip below a comparison.
-const STRIP: &str = "Below: deviation of what is measured from what is published, over its standard error, with the range of two of them. ";
+/// Text about the strip below a comparison; empty without one.
+fn strip(curves: &Curves) -> String {
+    let compared = curves.lines.iter().filter(|line| line.deviations.iter().any(Option::is_some)).count();
+    let published: Vec<&Line> = curves.lines.iter().filter(|line| line.style == LineStyle::Published).collect();
+    let which = match (compared, published.as_slice()) {
+        (0, _) => return String::new(),
+        (1, [first, _, ..]) => format!(" ({})", escape(&first.label)),
+        (_, [_, _, ..]) => " of the same series".to_owned(),
+        _ => String::new(),
+    };
+    format!("Below: Δ / σ, the measured less the published value{which} over its standard error; shaded: ±2. ")
+}
 
 /// The figures of a measured curve: one for all series of a unit, or a map for each.
 fn of_curve(curve: &Curve, stage: Option<&str>) -> Vec<String> {
@@ -120,7 +128,7 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
         let points = published.x.iter().zip(&published.y).map(|(x, y)| Some(Point { x: *x, y: *y, error: 0.0 }));
         let (style, label) = (LineStyle::Published, published.label.clone());
         lines.push(Line { style, label, points: points.collect(), ..Line::default() });
-        sources.push_str(&format!("Dashed: {}. {} ", escape(&published.label), escape(&published.source)));
+        sources.push_str(&format!("{}: {} ", escape(&published.label), escape(&published.source)));
     }
     // Each series has its own published curve, or all have the same.
     let (lines, published) = lines.split_at_mut(measured);

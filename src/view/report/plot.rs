@@ -80,8 +80,8 @@ fn ticks_of_upright(svg: &mut String, y: &Axis, right: f64) {
     }
 }
 
-/// The axes of the strip of deviations, in standard errors.
-fn frame_of_strip(svg: &mut String, x: &Axis, y: &Axis, right: f64) {
+/// The axes of the strip of deviations, in standard errors, with labels at zero and at so many of them.
+fn frame_of_strip(svg: &mut String, x: &Axis, y: &Axis, right: f64, labelled: f64) {
     let [top, bottom] = STRIP;
     for (place, is_labelled) in x.marks() {
         let (at, length) = (px(x.place(place)), if is_labelled { 5 } else { 3 });
@@ -90,8 +90,8 @@ fn frame_of_strip(svg: &mut String, x: &Axis, y: &Axis, right: f64) {
         }
         let _ = write!(svg, "<path class=\"axis\" d=\"M{at} {bottom}v{length}\"/>");
     }
-    for value in [-2.0, 0.0, 2.0] {
-        let (at, text) = (px(y.place(value)), y.label(value));
+    for value in [-labelled, 0.0, labelled] {
+        let (at, text) = (px(y.place(value)), super::html::number(&value.to_string()));
         let class = if value == 0.0 { "axis" } else { "grid" };
         let _ = write!(
             svg,

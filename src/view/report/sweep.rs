@@ -1,6 +1,7 @@
 //! The page of a sweep: every quantity against the value that varies, with what is published beside, and the state of all runs.
 
 mod curves;
+mod pages;
 
 use std::fmt::Write;
 use std::path::Path;
@@ -11,7 +12,10 @@ use super::plot::{Curves, Line, LineStyle, Point as Dot, deviations, extent};
 use super::results::value;
 use super::{Page, shell};
 use crate::base::text::digits;
+use crate::io::SMALL_PAGE;
 use crate::sweep::{Group, MeasuredQuantity, Point, Results, StageMeans, Standing, Sweep, SweepFolder};
+
+pub use pages::{run_page_in, write_run_pages};
 
 /// Values that span a larger ratio have a logarithmic axis.
 const LONG: f64 = 50.0;
@@ -174,7 +178,7 @@ fn quantity_figure(
         lines.push(Line { label, points, deviations, ..Line::default() });
     }
     for (label, source, points) in published(quantity, series) {
-        let _ = write!(text, "Dashed: {}. {}. ", escape(&label), escape(&source));
+        let _ = write!(text, "{}: {}. ", escape(&label), escape(&source));
         if let Some((chi, count)) = chi_square(quantity, at, series, &label) {
             let _ = write!(text, "χ² per point {chi:.2} ({count} points). ");
         }
@@ -241,13 +245,16 @@ fn chi_square(quantity: &MeasuredQuantity, at: usize, series: &[Series<'_>], lab
     (squares.len() >= FEWEST).then(|| (squares.iter().sum::<f64>() / squares.len() as f64, squares.len()))
 }
 
-fn table(caption: &str, heads: &[String], rows: &[String]) -> String {
+/// Head of a column: its class and its words.
+type Head = (&'static str, String);
+
+fn table(caption: &str, heads: &[Head], rows: &[String]) -> String {
     let more = match rows.len().saturating_sub(MOST_ROWS) {
         0 => String::new(),
         more => format!("<p class=\"aside\">And {more} more in the files.</p>\n"),
     };
     let rows: String = rows.iter().take(MOST_ROWS).map(String::as_str).collect();
-    html::table("results", caption, heads.iter().map(|head| ("", escape(head))), &rows) + &more
+    html::table("results", caption, heads.iter().map(|(class, head)| (*class, escape(head))), &rows) + &more
 }
 
 fn means(sweep: &Sweep, results: &Results) -> String {
@@ -255,12 +262,14 @@ fn means(sweep: &Sweep, results: &Results) -> String {
     let keys = settings(sweep, first).into_iter().map(|(name, _)| name.replace('_', " "));
     let keys = keys.chain(results.has_stages().then(|| "stage".to_owned()));
     let of = |it: &MeasuredQuantity| html::quantity(&it.title, &it.unit);
-    let heads: Vec<String> = keys.chain(["runs".to_owned()]).chain(results.quantities.iter().map(of)).collect();
+    let values = std::iter::once("runs".to_owned()).chain(results.quantities.iter().map(of));
+    let heads: Vec<Head> = keys.map(|key| ("", key)).chain(values.map(|value| ("n", value))).collect();
     let row = |group: &Group, means: &StageMeans| {
         let settings = settings(sweep, group);
         let stage = results.has_stages().then_some(means.stage.as_str());
         let of_row = settings.iter().map(|(_, value)| *value).chain(stage);
-        let keys: String = heads.iter().zip(of_row).map(|(head, value)| cell("th", "", head, &escape(value))).collect();
+        let keys: String =
+            heads.iter().zip(of_row).map(|((_, head), value)| cell("th", "", head, &escape(value))).collect();
         let shown = |it: &Option<crate::sweep::Pooled>| match it {
             None => String::new(),
             Some(it) => {
@@ -273,7 +282,8 @@ fn means(sweep: &Sweep, results: &Results) -> String {
         };
         let cells = std::iter::once(means.runs.to_string()).chain(means.values.iter().map(shown));
         let first = heads.len() - 1 - means.values.len();
-        let values: String = heads[first..].iter().zip(cells).map(|(head, it)| cell("td", "n", head, &it)).collect();
+        let values: String =
+            heads[first..].iter().zip(cells).map(|((_, head), it)| cell("td", "n", head, &it)).collect();
         format!("<tr>{keys}{values}</tr>\n")
     };
     let rows: Vec<String> = results.means().map(|(group, means)| row(group, means)).collect();
@@ -284,8 +294,8 @@ fn means(sweep: &Sweep, results: &Results) -> String {
 
 fn runs(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> String {
     let keys = sweep.short_names().into_iter().map(|name| name.replace('_', " "));
-    let heads: Vec<String> =
-        ["run".to_owned()].into_iter().chain(keys).chain(["state", "events"].map(str::to_owned)).collect();
+    let last = [("", "state".to_owned()), ("n", "events".to_owned())];
+    let heads: Vec<Head> = [("", "run".to_owned())].into_iter().chain(keys.map(|key| ("n", key))).chain(last).collect();
     let rows: Vec<String> = sweep
         .points()
         .iter()
@@ -298,10 +308,10 @@ fn runs(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> String {
                 Standing::Failed(why) => format!("<span class=\"verdict failed\">failed</span> {}", escape(why)),
             };
             // What has no page is a folder all the same.
-            let page = if run_page_in(&folder.of(point)).is_file() { RUN_PAGE } else { "" };
+            let page = if run_page_in(&folder.of(point)).is_file() { SMALL_PAGE } else { "" };
             let folder = escape(point.folder());
             let keys = heads.iter().skip(1).zip(point.settings());
-            let keys: String = keys.map(|(head, (_, value))| cell("td", "n", head, &escape(value))).collect();
+            let keys: String = keys.map(|((_, head), (_, value))| cell("td", "n", head, &escape(value))).collect();
             let events: u64 = result.measurements.iter().map(|measurement| measurement.events).sum();
             let events = if result.measurements.is_empty() { String::new() } else { events.to_string() };
             format!(
@@ -323,15 +333,6 @@ fn axes(sweep: &Sweep) -> String {
         format!("<p>Set in all runs:</p>\n<pre><code>{}</code></pre>\n", escape(&set))
     };
     format!("<pre><code>{}</code></pre>\n{set}", escape(&axes))
-}
-
-/// Name of the page of a run in a sweep.
-const RUN_PAGE: &str = "run.html";
-
-/// Where the page of a run is that the page of its sweep links to, in the folder of the run.
-#[must_use]
-pub fn run_page_in(run: &Path) -> std::path::PathBuf {
-    run.join(RUN_PAGE)
 }
 
 /// Where the page of a sweep is, in its folder.

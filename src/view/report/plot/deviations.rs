@@ -40,7 +40,7 @@ pub(super) fn draw(svg: &mut String, curves: &Curves, x: &Axis, right: f64) {
         line.deviations.iter().flatten().copied().filter(|point| x.has_place(point.x)).collect()
     };
     let largest = curves.lines.iter().flat_map(points).map(|point| point.y.abs()).fold(0.0, f64::max);
-    let end = largest.ceil().clamp(ENDS[0], ENDS[1]);
+    let end = if largest > ENDS[0] { largest.ceil().min(ENDS[1]) } else { ENDS[0] };
     let y = Axis::new([-end, end], false).widened(0.1).between(STRIP[1], STRIP[0]);
     let width = px(right - LEFT);
     let [top, bottom] = [2.0, -2.0].map(|value| y.place(value));
@@ -51,7 +51,7 @@ pub(super) fn draw(svg: &mut String, curves: &Curves, x: &Axis, right: f64) {
         px(top),
         px(bottom - top)
     );
-    frame_of_strip(svg, x, &y, right);
+    frame_of_strip(svg, x, &y, right, if end > 5.0 { 6.0 } else { 2.0 });
     for (number, (class, line)) in curves.classes().iter().zip(&curves.lines).enumerate() {
         let points = points(line);
         if line.style == LineStyle::Published || points.is_empty() {

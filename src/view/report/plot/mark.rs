@@ -28,7 +28,7 @@ pub(in crate::view::report) fn mark(line: usize, [x, y]: [f64; 2]) -> String {
 
 /// An arrow at the edge of a strip, for a point that is beyond it.
 pub(super) fn arrow([x, y]: [f64; 2], is_upward: bool) -> String {
-    let shape = if is_upward { "l3 5h-6z" } else { "l3 -5h-6z" };
+    let shape = if is_upward { "l4 6h-8z" } else { "l4 -6h-8z" };
     format!("<path class=\"mark\" d=\"M{} {}{shape}\"/>", px(x), px(y))
 }
 
