@@ -245,7 +245,40 @@ pub(super) fn capitalised(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::instruments::Variable;
+    use crate::analysis::instruments::{Published, Variable};
+
+    #[test]
+    fn each_series_is_compared_with_its_own_published_curve() {
+        let series = |name: &str, value: f64| Series {
+            name: name.to_owned(),
+            unit: "1".to_owned(),
+            values: vec![Some(value)],
+            standard_errors: vec![Some(0.5)],
+            normalisation: None,
+        };
+        let published = |label: &str, value: f64| Published {
+            label: label.to_owned(),
+            source: String::new(),
+            x: vec![1.0],
+            y: vec![value],
+        };
+        let curve = Curve::new("paths", "Free paths", "").variable("x", "length", vec![1.0]);
+        let curve = Curve {
+            series: vec![series("a", 3.0), series("b", 5.0)],
+            published: vec![published("for a", 2.0), published("for b", 6.0)],
+            ..curve
+        };
+        let figures = of_curve(&curve, None);
+        assert!(
+            figures[0].contains("\"deviations\":[2.0]") && figures[0].contains("\"deviations\":[-2.0]"),
+            "{figures:?}"
+        );
+        assert!(figures[0].contains("of the same series"));
+        let one = Curve { published: vec![published("for both", 2.0)], ..curve };
+        assert!(of_curve(&one, None)[0].contains("\"deviations\":[6.0]"));
+        let none = Curve { published: Vec::new(), ..one };
+        assert!(!of_curve(&none, None)[0].contains("deviations"));
+    }
 
     #[test]
     fn what_has_another_unit_has_another_figure() {

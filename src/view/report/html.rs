@@ -56,7 +56,7 @@ pub(super) fn table<'c, N: Display>(
 
 /// JSON that can stand in a script element: nothing in it ends the element.
 pub(super) fn escape_json(json: &str) -> String {
-    json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
+    json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026").replace('\'', "\\u0027")
 }
 
 /// A unit with raised exponents: `energy / length^3` becomes `energy / length³`. Not yet escaped.
@@ -182,7 +182,7 @@ mod tests {
             escape("</script><b a='1'>&\"\u{0}\r\n"),
             "&lt;/script&gt;&lt;b a=&#39;1&#39;&gt;&amp;&quot;\u{fffd}\n"
         );
-        assert_eq!(escape_json("\"</script>&\""), "\"\\u003c/script\\u003e\\u0026\"");
+        assert_eq!(escape_json("\"</script>&'\""), "\"\\u003c/script\\u003e\\u0026\\u0027\"");
     }
 
     #[test]
