@@ -86,11 +86,14 @@ class Figure {
   show(point) {
     const { line, at, place } = point;
     this.shown = point;
-    const [x, y] = this.values.axes.map((axis) => axis.title);
+    const [x, y, cells] = this.values.axes.map((axis) => axis.title);
     const error = line.errors?.[at];
-    const [value, after] = error > 0 ? Figure.estimate(line.y[at], error) : [Figure.digits(line.y[at]), ''];
+    const measured = (line.cells ?? line.y)[at];
+    const value = error > 0 ? Figure.estimate(measured, error) : Figure.digits(measured);
     const deviation = line.deviations?.[at];
-    const rows = [line.label, `${x}: ${Figure.digits(line.x[at])}`, `${y}: ${value}${after}`];
+    const rows = [line.label, `${x}: ${Figure.digits(line.x[at])}`];
+    if (line.cells) rows.push(`${y}: ${Figure.digits(line.y[at])}`);
+    rows.push(`${line.cells ? cells : y}: ${value}`);
     if (typeof deviation === 'number') rows.push(`Δ / σ: ${Figure.digits(deviation, 3)}`);
     this.note.textContent = rows.filter((row) => row).join('\n');
     this.note.hidden = false;
@@ -112,9 +115,12 @@ class Figure {
     this.spot?.remove();
   }
 
+  /** A number as the page prints it: with true minus signs and raised exponents. */
   static sign(text) {
     const [digits, exponent] = text.replaceAll('-', '−').split('e');
-    return exponent ? `${digits}×10^${exponent.replace('+', '')}` : digits;
+    if (!exponent) return digits;
+    const raised = [...exponent.replace('+', '')].map((letter) => letter === '−' ? '⁻' : '⁰¹²³⁴⁵⁶⁷⁸⁹'[Number(letter)]);
+    return `${digits}×10${raised.join('')}`;
   }
 
   static digits(value, count = 5) {
@@ -124,8 +130,8 @@ class Figure {
   /** A value with as many decimals as two digits of its error, and that error. */
   static estimate(value, error) {
     const decimals = 1 - Math.floor(Math.log10(error));
-    if (decimals < 0 || decimals > 8) return [Figure.digits(value), ` ± ${Figure.digits(error, 2)}`];
-    return [Figure.sign(value.toFixed(decimals)), ` ± ${error.toFixed(decimals)}`];
+    if (decimals < 0 || decimals > 8) return `${Figure.digits(value)} ± ${Figure.digits(error, 2)}`;
+    return `${Figure.sign(value.toFixed(decimals))} ± ${error.toFixed(decimals)}`;
   }
 
   /** Saves the plot with its title and legend, in the colours in which it is seen. */

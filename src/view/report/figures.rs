@@ -36,6 +36,11 @@ pub(super) fn figure(title: &str, svg: &str, text: &str) -> String {
     format!("<figure>\n<h4>{}</h4>\n{svg}\n<figcaption>{text}</figcaption>\n</figure>\n", escape(title))
 }
 
+/// A plot with its numbers for the script of the page.
+fn with_values(svg: &str, values: &str) -> String {
+    format!("{svg}\n<script type=\"application/json\" class=\"values\">{}</script>", escape_json(values))
+}
+
 /// A figure of curves with their legend; `None` if there is no point to draw.
 pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<String> {
     let entry = |(number, class, line): &(usize, String, &Line)| {
@@ -44,8 +49,8 @@ pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<
         let sample = format!("<svg class=\"sample\" viewBox=\"0 0 26 10\" aria-hidden=\"true\">{sample}</svg>");
         format!("<li>{sample}{}</li>", escape(&line.label))
     };
-    let ([mut plot, values], legend) = (curves.drawing()?, curves.legend());
-    plot.push_str(&format!("\n<script type=\"application/json\" class=\"values\">{}</script>", escape_json(&values)));
+    let ([svg, values], legend) = (curves.drawing()?, curves.legend());
+    let mut plot = with_values(&svg, &values);
     if legend.len() > 1 && curves.key.is_none() {
         let entries: String = legend.iter().map(entry).collect();
         plot.push_str(&format!("\n<ul class=\"legend\">{entries}</ul>"));
@@ -158,16 +163,18 @@ fn map_figure(curve: &Curve, series: &Series, about: &str) -> String {
     };
     let mut titles: Vec<String> = curve.variables.iter().map(|v| quantity(&v.name, &v.unit)).collect();
     titles.push(quantity(&series.name, &series.unit));
-    let map =
-        |titles: [String; 3]| Map { label: title.clone(), titles, is_logarithmic: curve.is_logarithmic[1], cells };
-    let svg = <[String; 3]>::try_from(titles).ok().and_then(|titles| map(titles).svg());
+    let map = |titles: [String; 3]| {
+        let (is_logarithmic, errors) = (curve.is_logarithmic[1], series.standard_errors.clone());
+        Map { label: title.clone(), titles, is_logarithmic, cells, errors }
+    };
+    let drawing = <[String; 3]>::try_from(titles).ok().and_then(|titles| map(titles).drawing());
     let error = series.standard_errors.iter().flatten().copied().filter(|error| error.is_finite()).reduce(f64::max);
     let error = error.map_or_else(String::new, |error| {
         let number = super::html::number(&crate::base::text::digits(error));
         format!("The largest standard error of a cell is {number}{}. ", escape(&brackets(&series.unit)))
     });
-    match svg {
-        Some(svg) => figure(&title, &svg, &format!("{error}{about}")),
+    match drawing {
+        Some([svg, values]) => figure(&title, &with_values(&svg, &values), &format!("{error}{about}")),
         None => figure(&title, "", &format!("<em>Insufficient data.</em> {about}")),
     }
 }

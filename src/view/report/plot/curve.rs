@@ -14,7 +14,7 @@ const MOST_BARS: usize = 60;
 const SPARSE: usize = 9;
 
 /// Values that span a larger ratio have a logarithmic axis: two and a half decades.
-const LARGEST_RATIO: f64 = 316.3;
+pub(super) const LARGEST_RATIO: f64 = 316.3;
 
 /// Errors that a band of them shows, relative to the extent of the values; bars are shown whole.
 const WIDEST_BAND: f64 = 2.0;

@@ -8,15 +8,16 @@ use super::curve::{Curves, LineStyle, Point};
 /// Numbers of a plot.
 #[derive(Debug, Serialize)]
 struct Values<'c> {
-    axes: [Scale<'c>; 2],
+    /// Of a map, the third is that of the colours.
+    axes: Vec<Scale>,
     lines: Vec<Column<'c>>,
 }
 
 /// Scale of an axis.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
-struct Scale<'c> {
-    title: &'c str,
+struct Scale {
+    title: String,
     is_logarithmic: bool,
     /// Lower and upper end, or their logarithms, and where they are `[pixels]`.
     ends: [f64; 4],
@@ -29,6 +30,9 @@ struct Column<'c> {
     class: String,
     x: Vec<f64>,
     y: Vec<f64>,
+    /// Values of the cells of a map; empty for a curve.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    cells: Vec<f64>,
     /// Standard errors; empty if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     errors: Vec<f64>,
@@ -39,11 +43,6 @@ struct Column<'c> {
 
 /// The numbers as JSON, to five digits: a plot with many points stays small.
 pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
-    let axis = |axis: &Axis, k: usize| Scale {
-        title: &curves.titles[k],
-        is_logarithmic: axis.is_logarithmic(),
-        ends: axis.scale().map(short),
-    };
     let lines = curves.lines.iter().zip(curves.classes()).map(|(line, class)| {
         let none = [];
         let deviations = if line.deviations.is_empty() { &none[..] } else { &line.deviations[..] };
@@ -61,11 +60,30 @@ pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
             class,
             x: of(|point| point.x),
             y: of(|point| point.y),
+            cells: Vec::new(),
             errors: if has_errors { of(|point| point.error) } else { Vec::new() },
             deviations: if has_deviations { deviations() } else { Vec::new() },
         }
     });
-    let values = Values { axes: [axis(x, 0), axis(y, 1)], lines: lines.collect() };
+    text(&curves.titles, &[x, y], lines.collect())
+}
+
+/// The values of a map with their standard errors, 0 for none.
+pub(super) fn json_of_map(titles: &[String; 3], axes: &[&Axis; 3], cells: &[[f64; 4]]) -> String {
+    let of = |k: usize| cells.iter().map(|cell| short(cell[k])).collect::<Vec<_>>();
+    let has_errors = cells.iter().any(|cell| cell[3] > 0.0);
+    let errors = if has_errors { of(3) } else { Vec::new() };
+    let column =
+        Column { label: "", class: String::new(), x: of(0), y: of(1), cells: of(2), errors, deviations: Vec::new() };
+    text(titles, axes, vec![column])
+}
+
+fn text(titles: &[String], axes: &[&Axis], lines: Vec<Column<'_>>) -> String {
+    let axis = |(axis, title): (&&Axis, &String)| {
+        let (title, is_logarithmic) = (title.clone(), axis.is_logarithmic());
+        Scale { title, is_logarithmic, ends: axis.scale().map(short) }
+    };
+    let values = Values { axes: axes.iter().zip(titles).map(axis).collect(), lines };
     // Numbers and text have a form in JSON always.
     serde_json::to_string(&values).unwrap_or_default()
 }
