@@ -1,6 +1,7 @@
 //! Tools of all layers: exact sums, numbers as text, checksums, the memory of the machine.
 
 pub(crate) mod checksum;
+pub mod clock;
 pub mod exact;
 pub(crate) mod memory;
 pub(crate) mod numbers;

@@ -4,6 +4,7 @@
 
 pub mod audit;
 mod begin;
+mod change;
 pub mod checkpoint;
 mod driver;
 mod forecast;
@@ -17,6 +18,7 @@ mod stage;
 mod state;
 
 pub use begin::{Run, RunError, run};
+pub use change::ChangeError;
 pub use driver::MOST_EVENTS_PER_PARTICLE;
 pub use forecast::{Burden, burdens};
 pub(crate) use frames::FrameLimit;

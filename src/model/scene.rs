@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::predecessor::LastState;
 use super::{
-    AuditPlan, ExchangePlan, InputFile, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan, SceneSurface,
-    Space, SpeciesPairs, StaticSurface,
+    AuditPlan, ExchangePlan, InputFile, LivePlan, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan,
+    SceneSurface, Space, SpeciesPairs, StaticSurface,
 };
 use crate::Vector;
 
@@ -180,6 +180,8 @@ scene! {
     measure: MeasurementPlan => lent &MeasurementPlan,
     /// Replicas at several temperatures, for [`Exchange`](crate::exchange::Exchange); `None` where the scene is run as it is.
     exchange: Option<ExchangePlan> => optional Option<&ExchangePlan>,
+    /// The page on which the scene runs.
+    live: LivePlan => lent &LivePlan,
     /// The files that the particles come from.
     inputs: Vec<InputFile> => lent &[InputFile],
     /// The run whose last state is the start; `None` for a start of its own.

@@ -3,17 +3,17 @@
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::checkpoint::Checkpoint;
-use super::driver::drive;
+use super::driver::{drive, drive_to};
 use super::progress::Progress;
 use super::state::{Beginning, RunState};
-use super::{Finished, Recorder};
+use super::{Ending, Finished, Recorder, Stage};
 use crate::analysis::instruments::{Instrument, InstrumentError, Registry, Setup};
-use crate::engine::Simulation;
+use crate::engine::{Simulation, Until};
 use crate::model::{Scene, Species, Threads};
 
 /// Why a run did not come to its end: `E` is the error of its [`Recorder`].
@@ -39,6 +39,15 @@ pub fn run<R: Recorder>(
 ) -> Result<Finished, R::Error> {
     let Run { simulation, state, .. } = Run::new(scene);
     drive(simulation, state, Registry::default(), recorder, watch)
+}
+
+/// Origin of a run: what its instruments are compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum Origin {
+    Scene,
+    Checkpoint,
+    /// It has them already.
+    Pause,
 }
 
 /// A run of a scene with all that it plans (stages, equilibration, thermostat, instruments), from its start or from a checkpoint.
@@ -67,7 +76,7 @@ pub struct Run {
     pub(super) simulation: Simulation,
     pub(super) state: RunState,
     pub(super) registry: Registry,
-    pub(super) is_new: bool,
+    pub(super) origin: Origin,
 }
 
 impl Run {
@@ -75,7 +84,7 @@ impl Run {
     pub fn new(scene: Scene) -> Self {
         let simulation = Simulation::without_plan(scene);
         let state = RunState::new(&simulation);
-        Self { simulation, state, registry: Registry::default(), is_new: true }
+        Self { simulation, state, registry: Registry::default(), origin: Origin::Scene }
     }
 
     /// From the start of a scene, with less memory: the positions and velocities of the start, 56 bytes of each particle, are let go as soon as the
@@ -87,14 +96,14 @@ impl Run {
         let beginning = Beginning::of(&scene);
         let simulation = Simulation::begin(scene, keeps_start);
         let state = RunState::begin(&simulation, beginning);
-        Self { simulation, state, registry: Registry::default(), is_new: true }
+        Self { simulation, state, registry: Registry::default(), origin: Origin::Scene }
     }
 
     /// From a checkpoint, to the same bits as if the run had never stopped.
     pub fn resume(checkpoint: Checkpoint) -> Self {
         let Checkpoint { mut simulation, state, .. } = checkpoint;
         simulation.set_threads(simulation.scene().run().threads);
-        Self { simulation, state, registry: Registry::default(), is_new: false }
+        Self { simulation, state, registry: Registry::default(), origin: Origin::Checkpoint }
     }
 
     /// Runs on so many threads, whatever the scene says, with the same bits: [`Simulation::set_threads`].
@@ -107,6 +116,17 @@ impl Run {
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         &self.simulation
+    }
+
+    /// Stage that the run is in.
+    #[must_use]
+    pub fn stage(&self) -> Stage {
+        self.state.stage.stage
+    }
+
+    /// The simulation while the run pauses, to set positions or velocities.
+    pub fn simulation_mut(&mut self) -> &mut Simulation {
+        &mut self.simulation
     }
 
     /// Measures with an instrument of one's own, which `begin` makes at the start of the measurement; [`Instrument`] shows one.
@@ -135,16 +155,55 @@ impl Run {
         recorder: &mut R,
         watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Finished, RunError<R::Error>> {
-        let Self { simulation, mut state, registry, is_new } = self;
-        if is_new {
-            state.registered = registry.names()?;
-        } else {
-            registry.compare(&state.registered)?;
+        let Self { simulation, state, registry, .. } = self.registered()?;
+        drive(simulation, state, registry, recorder, watch).map_err(RunError::Recorder)
+    }
+
+    /// The run, with the instruments that it needs.
+    fn registered(mut self) -> Result<Self, InstrumentError> {
+        let Self { state, registry, origin, .. } = &mut self;
+        match origin {
+            Origin::Scene => state.registered = registry.names()?,
+            Origin::Checkpoint => registry.compare(&state.registered)?,
+            Origin::Pause => return Ok(self),
         }
         if let Some(measurement) = &mut state.measurement {
-            measurement.instruments.restore(&registry)?;
+            measurement.instruments.restore(registry)?;
         }
-        drive(simulation, state, registry, recorder, watch).map_err(RunError::Recorder)
+        Ok(self)
+    }
+
+    /// Runs on to a simulated time, or to a number of physical events since the start of the simulation, whichever comes first, and pauses there: the run goes
+    /// on from there to the same bits, and `None`. If it ends before, the run as it is then, without its last row and frame, and why it ended:
+    /// [`Run::execute`] and [`Run::finish`] add these.
+    ///
+    /// ```
+    /// # use carom::model::{Limit, Potential, RunPlan};
+    /// # use carom::scene::{Amount, Lattice, SceneBuilder};
+    /// use carom::engine::Until;
+    /// use carom::run::Run;
+    ///
+    /// # let scene = SceneBuilder::new("fluid")
+    /// #     .species("A", 1.0, 1.0)
+    /// #     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+    /// #     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+    /// #     .temperature(1.0)
+    /// #     .run(RunPlan { equilibration: Limit::events(2_000), limit: Limit::events(5_000), ..RunPlan::default() })
+    /// #     .build()?;
+    /// let (run, ending) = Run::new(scene).advance(Until::events(1_000), &mut ())?;
+    /// assert!(ending.is_none() && run.simulation().event_counts().physical() == 1_000);
+    /// let finished = run.finish()?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::execute`].
+    pub fn advance<R: Recorder>(
+        self,
+        until: Until,
+        recorder: &mut R,
+    ) -> Result<(Self, Option<Ending>), RunError<R::Error>> {
+        drive_to(self.registered()?, until, recorder).map_err(RunError::Recorder)
     }
 
     /// Runs to the end, and keeps only what it returns.

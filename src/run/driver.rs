@@ -15,12 +15,13 @@ pub(super) use growth::PressureCheck;
 use recorder::{Failed, KeepsError};
 
 use std::ops::ControlFlow;
-use std::time::Instant;
 
+use super::begin::Origin;
 use super::progress::Progress;
 use super::state::RunState;
-use super::{Ending, Finished, Recorder};
+use super::{Ending, Finished, Recorder, Run};
 use crate::analysis::instruments::{Registry, SystemDescription};
+use crate::base::clock::Instant;
 use crate::engine::{Simulation, Until};
 use crate::model::Limit;
 
@@ -44,6 +45,27 @@ pub(super) fn drive<R: Recorder>(
     finished.map_err(|Failed| recorder.into_error())
 }
 
+/// Goes on with a run, up to a pause: the run as it is then, and how it ended if it did.
+pub(super) fn drive_to<R: Recorder>(
+    run: Run,
+    pause: Until,
+    recorder: &mut R,
+) -> Result<(Run, Option<Ending>), R::Error> {
+    let Run { simulation, state, registry, .. } = run;
+    let mut recorder = KeepsError { recorder, error: None };
+    let mut watch = |_: &Progress| ControlFlow::Continue(());
+    let mut driver = Driver::new(simulation, state, registry, &mut recorder, &mut watch);
+    driver.halt = pause;
+    let ending = match driver.stages() {
+        Ok(ending) => ending,
+        Err(Failed) => return Err(recorder.into_error()),
+    };
+    let ending = if driver.is_halted { None } else { Some(ending) };
+    driver.state.earlier_seconds += driver.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
+    let Driver { simulation, state, registry, .. } = driver;
+    Ok((Run { simulation, state, registry, origin: Origin::Pause }, ending))
+}
+
 struct Driver<'a> {
     simulation: Simulation,
     state: RunState,
@@ -61,6 +83,10 @@ struct Driver<'a> {
     is_pilot: bool,
     /// Where it pauses, as if the caller wanted no more: at a simulated time, or after a number of physical events.
     pause: Until,
+    /// Where the caller has it pause.
+    halt: Until,
+    /// Whether it has paused there.
+    is_halted: bool,
     /// Events, cell transitions and Andersen collisions after which it gives up.
     patience: u64,
     /// Steps of the engine until it is next asked whether to go on.
@@ -85,6 +111,8 @@ impl<'a> Driver<'a> {
             started: None,
             is_pilot: false,
             pause: NEVER,
+            halt: NEVER,
+            is_halted: false,
             patience: u64::MAX,
             is_over: false,
             steps: STEPS[0],
@@ -97,6 +125,12 @@ impl<'a> Driver<'a> {
 impl Driver<'_> {
     /// Runs all stages from the present one on.
     fn drive(mut self) -> Result<Finished, Failed> {
+        let ending = self.stages()?;
+        self.finish(ending)
+    }
+
+    /// Goes through the stages, up to where the run ends.
+    fn stages(&mut self) -> Result<Ending, Failed> {
         loop {
             if !self.state.has_begun {
                 self.enter();
@@ -111,15 +145,15 @@ impl Driver<'_> {
                         self.leave(next);
                         continue;
                     }
-                    None => return self.finish(ending),
+                    None => return Ok(ending),
                 }
             }
-            let Some(next) = next else { return self.finish(Ending::Events) };
+            let Some(next) = next else { return Ok(Ending::Events) };
             let has_end = self.growth().is_some() || self.state.monitor.is_some();
             if (self.state.stage.limit != Limit::default() || has_end)
                 && let Some(over) = self.prepare()?
             {
-                return self.finish(over);
+                return Ok(over);
             }
             self.leave(next);
         }

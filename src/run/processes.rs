@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::begin::Origin;
 use super::{Run, RunState};
 use crate::analysis::instruments::Registry;
 use crate::engine::{Simulation, Transport};
@@ -24,7 +25,7 @@ impl Run {
     pub fn shared(run: Option<Self>, transport: &Arc<dyn Transport>) -> Option<Self> {
         let mut content = Vec::new();
         if let Some(run) = &run {
-            content = postcard::to_stdvec(&(&run.simulation, &run.state, run.is_new))
+            content = postcard::to_stdvec(&(&run.simulation, &run.state, run.origin))
                 .unwrap_or_else(|error| transport.abort(&format!("the run cannot be sent: {error}")));
         }
         let mut received = Vec::new();
@@ -46,12 +47,12 @@ impl Run {
         if received.is_empty() {
             return None;
         }
-        let (simulation, state, is_new): (Simulation, RunState, bool) =
-            postcard::from_bytes(&received).unwrap_or_else(|error| {
+        let (simulation, state, origin): (Simulation, RunState, Origin) = postcard::from_bytes(&received)
+            .unwrap_or_else(|error| {
                 transport.abort(&format!("the run cannot be read, by another program perhaps: {error}"))
             });
         simulation.enlarge();
-        Some(Self { simulation, state, registry: Registry::default(), is_new }.transport(transport.clone()))
+        Some(Self { simulation, state, registry: Registry::default(), origin }.transport(transport.clone()))
     }
 }
 

@@ -54,6 +54,11 @@ impl Stage {
         Self::listed(plan, 0)
     }
 
+    /// Those of a plan that are simulated, in their order: others have no limit.
+    pub fn simulated(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
+        Self::all(plan).filter(|stage| stage.settings(plan).has_end())
+    }
+
     /// All that are planned, in their order.
     pub(crate) fn all(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
         std::iter::successors(Some(Self::first(plan)), |stage| stage.next(plan))

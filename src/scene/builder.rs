@@ -6,7 +6,9 @@ use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{AuditPlan, ExchangePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, SpeciesId};
+use crate::model::{
+    AuditPlan, ExchangePlan, LivePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, SpeciesId,
+};
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::surface_draft::SurfaceDraft;
@@ -115,6 +117,8 @@ impl SceneBuilder {
         displacement(displacement: f64) => parts.displacement;
         /// Switches the TC model on `[time]`.
         contact_time(time: f64) => parts.contact_time;
+        /// Page on which the scene runs.
+        live(live: LivePlan) => parts.live;
         /// When the run's audit fails.
         audit(audit: AuditPlan) => parts.audit;
         /// How long to run.

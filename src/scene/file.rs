@@ -7,6 +7,7 @@ mod diameter;
 mod drive;
 mod either;
 mod interaction;
+mod live;
 mod measure;
 mod particles;
 mod space;
@@ -15,6 +16,7 @@ mod surface;
 pub(crate) use diameter::{DiameterFile, DistributionFile};
 pub(crate) use drive::{ExchangeFile, GrowthFile, StageFile, ThermostatFile, ThreadsFile};
 pub(crate) use interaction::InteractionFile;
+pub(crate) use live::{LiveFile, SliderFile};
 pub(crate) use measure::MeasureFile;
 pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshFile, ParticleFile, RegionFile};
 pub(crate) use space::{AxisFile, SideFile, SidesFile, SpaceFile};
@@ -42,6 +44,8 @@ pub(crate) struct SceneFile {
     /// Name of the folder of a run: up to 100 letters, digits, `-` and `_`. The name of the file if not given.
     #[schemars(regex(pattern = SCENE))]
     pub name: Option<String>,
+    /// Text about the scene, in Markdown; the page of `carom live` shows it.
+    pub description: Option<String>,
     /// Seed of the random numbers that place particles and draw velocities.
     #[schemars(extend("default" = 1))]
     #[serde(deserialize_with = "whole::given")]
@@ -88,6 +92,8 @@ pub(crate) struct SceneFile {
     pub measure: MeasureFile,
     /// Output.
     pub output: OutputFile,
+    /// The page on which the scene runs.
+    pub live: LiveFile,
 }
 
 /// `[start]`: the last state of another run.

@@ -3,6 +3,7 @@
 mod count;
 pub(crate) mod diameter;
 pub(crate) mod interaction;
+pub(crate) mod live;
 pub(crate) mod motion;
 pub(crate) mod particles;
 pub(crate) mod plan;
@@ -26,7 +27,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
 use crate::scene::file::{DiameterFile, OutputFile, SceneFile, SpeciesFile};
-use crate::scene::schema::words;
+pub(crate) use crate::scene::schema::words;
 use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
 
 /// Kinds of an entry, and the keys that each of them takes.
@@ -118,6 +119,7 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     scene.parts.allow_invalid_start = file.allow_invalid_start;
     scene.gravity = vector(dynamics.gravity.unwrap_or_default());
     scene.parts.contact_time = dynamics.contact_time;
+    scene.parts.live = live::parse_live(file.description, file.live)?;
     scene.parts.audit =
         AuditPlan { energy: file.audit.energy, momentum: file.audit.momentum, overlap: file.audit.overlap };
     space::parse_space(&space, &mut scene)?;

@@ -15,7 +15,7 @@
 //! ```
 
 mod audit;
-mod base64;
+pub(super) mod base64;
 mod exchange;
 mod families;
 mod figures;
@@ -23,7 +23,7 @@ mod html;
 mod inputs;
 mod motion;
 mod plot;
-mod recording;
+pub(super) mod recording;
 mod results;
 mod setting;
 mod stages;

@@ -167,17 +167,104 @@ def colours(page, first):
     """All choices of colour look different, and have a key."""
     number = page.browser.evaluate("document.getElementById('player-colour').options.length")
     seen = {first[1]}
-    for choice in range(number - 1):
+    for choice in range(number - 2):
         page.choose("frame", 5, "input")
         page.choose("colour", choice)
         pixels = page.pixels()
         expect(pixels[1] not in seen and pixels[2] > first[2] + 1,
                f"{pixels[2]} hues instead of {first[2]} by another quantity: `{page.text('scale')}`")
         seen.add(pixels[1])
+    page.choose("colour", -2)
+    expect(page.pixels()[1] not in seen and "meets something" in page.text("scale"), "by free flights")
     page.choose("colour", -1)
     page.choose("frame", 0, "input")
     expect(page.pixels() == first, "by species as before")
-    return number
+    return number - 1
+
+
+def between(page):
+    """Pictures between frames, and what is said of them."""
+    page.choose("frame", 3, "input")
+    frame, note = page.pixels(), page.text("note")
+    expect("Until the next frame" in note and "on smooth curves" in note, f"it says `{note}`")
+    page.choose("speed", "0.2")
+    page.click("play")
+    time.sleep(1)
+    page.click("play")
+    shown = page.pixels()
+    expect(page.frame() == 3 and shown[1] != frame[1], f"frame 4 moves on before frame 5 is there, {page.text('time')}")
+    page.click("next")
+    after = page.pixels()
+    expect(page.frame() == 4 and after[1] not in (shown[1], frame[1]), "a step leads to frame 5")
+    page.click("back")
+    expect(page.pixels() == frame, "and one back to frame 4")
+    page.click("between")
+    page.click("play")
+    time.sleep(1)
+    page.click("play")
+    expect(page.pixels() == frame and not page.browser.evaluate("document.getElementById('player-note').textContent"),
+           "unless nothing is drawn between them")
+    page.click("between")
+    page.click("last")
+    last = int(page.browser.evaluate("document.getElementById('player-frame').max"))
+    page.browser.evaluate(DRAWN)
+    expect(page.frame() == last, "to the end")
+    page.choose("frame", last - 3, "input")
+    page.choose("speed", 120)
+    page.click("play")
+    page.browser.until("Number(document.getElementById('player').dataset.frame) < %d" % (last - 3), 20)
+    page.click("play")
+    page.click("first")
+    page.browser.evaluate(DRAWN)
+    expect(page.frame() == 0, "and to the start")
+
+
+def fits(page):
+    """The picture with its controls in the window, and on the whole screen."""
+    box = "(() => { const box = document.getElementById('player').getBoundingClientRect(); return [box.top, box.bottom]; })()"
+    top, bottom = page.browser.evaluate(box)
+    expect(bottom - top <= 900, f"picture and controls are {bottom - top:.0f} pixels high")
+    size = "(() => { const view = document.getElementById('player-view'); return [view.clientWidth, view.clientHeight]; })()"
+    before = page.browser.evaluate(size)
+    page.browser.call("Runtime.evaluate", expression="document.getElementById('player-full').click()", userGesture=True)
+    page.browser.until("document.fullscreenElement !== null")
+    page.pixels()
+    expect(page.browser.evaluate(size)[1] > before[1] and page.text("full") == "Leave full screen", "it fills the screen")
+    page.click("full")
+    page.browser.until("document.fullscreenElement === null")
+    page.pixels()
+    expect(page.browser.evaluate(size) == before, "and goes back to its place")
+
+
+def touches(page):
+    """One finger is for the page, two are for the picture."""
+    x, y = page.middle()
+    before = page.pixels()
+
+    def touch(*tracks):
+        at = lambda place: [{"x": a + (c - a) * place, "y": b + (d - b) * place, "id": k} for k, (a, b, c, d) in enumerate(tracks)]
+        page.browser.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=at(0))
+        for place in (0.5, 1):
+            page.browser.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=at(place))
+        page.browser.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        return page.pixels()
+
+    expect(touch((x, y, x + 10, y - 60)) == before, "one finger does not turn")
+    turned = touch((x - 30, y, x + 30, y + 20), (x + 30, y, x + 90, y + 20))
+    expect(turned[1] != before[1], "two fingers turn")
+    expect(touch((x - 30, y, x - 80, y), (x + 30, y, x + 80, y))[1] != turned[1], "and pinch")
+    page.click("reset")
+    page.browser.evaluate("document.getElementById('player').scrollIntoView()")
+    expect(page.pixels() == before, "and the first view comes back")
+
+
+def images(page):
+    """What a periodic side cuts is drawn on the other side as well."""
+    shown = page.pixels()
+    page.click("images")
+    expect(page.pixels()[1] != shown[1], "without images the picture is another one")
+    page.click("images")
+    expect(page.pixels() == shown, "and with them as before")
 
 
 def check_fluid(browser, path, pictures):
@@ -186,6 +273,10 @@ def check_fluid(browser, path, pictures):
     first = plays(page)
     steers(page, first)
     expect(colours(page, first) == 3, "species, speed, neighbours within a well")
+    images(page)
+    between(page)
+    touches(page)
+    fits(page)
     expect(browser.evaluate("window.isBroken") is None, "names from files do nothing")
     expect(browser.evaluate("document.querySelectorAll('main img, main b, main i').length") == 0, "and are no markup")
     expect("insufficient data" in browser.evaluate("document.body.textContent"), "insufficient data is told")

@@ -1,9 +1,10 @@
 //! Steps of the engine, up to the next check and with pauses by the clock.
 
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use super::{Driver, Failed, STEPS};
+use super::{Driver, Failed, NEVER, STEPS};
+use crate::base::clock::Instant;
 use crate::engine::event::Event;
 use crate::engine::{EngineError, Reason, Until};
 use crate::run::Ending;
@@ -100,7 +101,7 @@ impl Driver<'_> {
     fn chunk(&mut self, until: Until) -> Result<Result<Reason, Ending>, Failed> {
         loop {
             let started = Instant::now();
-            let pause = self.pause;
+            let pause = self.pause();
             let nearer = Until { time: until.time.min(pause.time), events: until.events.min(pause.events) };
             let reached = self.steps(nearer)?;
             self.steps = self.simulation.agreed(steps_after(self.steps, started.elapsed()));
@@ -109,8 +110,8 @@ impl Driver<'_> {
             }
             match reached {
                 Ok(Some(Reason::Observer)) => return Ok(Err(Ending::Condition)),
-                Ok(Some(Reason::Time)) if pause.time < until.time => return Ok(Err(Ending::Interrupted)),
-                Ok(Some(Reason::Events)) if pause.events < until.events => return Ok(Err(Ending::Interrupted)),
+                Ok(Some(Reason::Time)) if pause.time < until.time => return Ok(Err(self.paused(nearer))),
+                Ok(Some(Reason::Events)) if pause.events < until.events => return Ok(Err(self.paused(nearer))),
                 Ok(Some(reason)) => {
                     self.state.aim = None;
                     return Ok(Ok(reason));
@@ -126,6 +127,18 @@ impl Driver<'_> {
                 return Ok(Err(Ending::Interrupted));
             }
         }
+    }
+
+    /// Next pause: of a pilot run, or of the caller, who does not see what a copy does.
+    fn pause(&self) -> Until {
+        let of_caller = if self.is_pilot { NEVER } else { self.halt };
+        Until { time: self.pause.time.min(of_caller.time), events: self.pause.events.min(of_caller.events) }
+    }
+
+    /// Takes note of whether the caller's pause has come.
+    fn paused(&mut self, at: Until) -> Ending {
+        self.is_halted = !self.is_pilot && (self.halt.time <= at.time || self.halt.events <= at.events);
+        Ending::Interrupted
     }
 
     /// Advances without a check of anything but events, until the next pause at most.

@@ -1,11 +1,10 @@
 //! Rows at their times in every stage; in the measurement frames and instruments, too.
 
-use std::time::Instant;
-
 use super::pace::Pace;
 use super::{Driver, Failed};
 use crate::analysis::instruments::{Instruments, Sample, Setup, has_scalars, scalars};
 use crate::analysis::sampling_times::SamplingTimes;
+use crate::base::clock::Instant;
 use crate::model::Limit;
 use crate::run::Ending;
 use crate::run::stage::Stage;
@@ -35,7 +34,9 @@ impl Driver<'_> {
                     self.set_up(pace);
                 }
                 None => {
-                    self.keep()?;
+                    if !self.is_halted {
+                        self.keep()?;
+                    }
                     return Ok(Ending::Interrupted);
                 }
             }
@@ -45,7 +46,7 @@ impl Driver<'_> {
             None => self.sample_until_end()?,
         };
         // From before the last row and frame, so that the run can be continued as if it had not ended here.
-        if self.is_last() || ending.is_early() {
+        if (self.is_last() || ending.is_early()) && !self.is_halted {
             self.keep()?;
         }
         if ending == Ending::Time

@@ -132,6 +132,7 @@ pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     });
     if let Some(recording) = &mut recording {
         recording.add_surfaces(&surfaces(run, &mut notes));
+        recording.begin_with(None, None);
         notes.extend(recording.notes.iter().cloned());
     }
     Ok(Inputs { summary, scene_text, scene, thermo: thermo.unwrap_or_default(), measured, stages, recording, notes })

@@ -5,11 +5,16 @@ use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
 /// The program of the player, in the order in which it is read.
-const PROGRAM: [&str; 7] = [
-    include_str!("player/recording.js"),
+const PROGRAM: [&str; 12] = [
     include_str!("player/matrix.js"),
+    include_str!("player/colours.js"),
+    include_str!("player/recording.js"),
+    include_str!("player/poses.js"),
+    include_str!("player/flight.js"),
     include_str!("player/camera.js"),
     include_str!("player/surfaces.js"),
+    include_str!("player/shapes.js"),
+    include_str!("player/images.js"),
     include_str!("player/renderer.js"),
     include_str!("player/pointer.js"),
     include_str!("player/player.js"),
@@ -83,7 +88,8 @@ fn about(recording: &Recording) -> String {
         format!("All {all} frames of trajectory.xyz. ")
     };
     text.push_str(
-        "Frames are shown as they are: between two of them particles collide, so nothing is drawn in between. ",
+        "Between two of them a particle that met nothing is drawn where it flew. Where one did meet something the file does not say: it goes from place to \
+         place on a smooth curve, on which it may overlap others. ",
     );
     let step = head.frames.iter().flat_map(|frame| frame.field[1]).fold(0.0, f64::max) / 131_068.0;
     let step = number(&format!("{step:.0e}"));

@@ -6,10 +6,13 @@
 //! no farther than three edges to each side. Particles beyond are left out. A coordinate is off by at most 1/131,068 of the field.
 //! Scalars are rounded to the nearest of 255 steps between the least and the largest of their frame; counts up to 255 are exact.
 //!
-//! Frames are read one at a time. When they outgrow the page, every second one is dropped.
+//! Last there is a bit of each, whether it flies freely until the next frame. Frames are read one at a time. When they outgrow the page, every second one is
+//! dropped.
 
 mod channel;
+mod flight;
 mod frame;
+mod look;
 mod neighbours;
 mod surface;
 
@@ -26,9 +29,11 @@ use crate::trajectory::extended_xyz::FrameReader;
 use crate::trajectory::frame::FrameParticle;
 use crate::view::Surfaces;
 use channel::Channels;
+use flight::{FlightFinder, Flights};
 use frame::Encoded;
+use look::Look;
 pub(super) use surface::MOST_TRIANGLES;
-use surface::{SurfaceData, SurfaceHead};
+pub(in crate::view) use surface::{SurfaceData, SurfaceHead};
 
 /// The most bytes of all frames: base64 makes 40 MB of them.
 const MOST_BYTES: usize = 29_000_000;
@@ -47,7 +52,7 @@ pub(super) struct Recording {
     /// Radii (f32, moving particles first), positions of static particles (f32), ends of bonds (u32), radii of bonds (f32)
     /// and species (u8), in little-endian order.
     pub constants: Vec<u8>,
-    /// Per frame coordinates (u16), padded to four bytes, then each scalar (u8).
+    /// Per frame coordinates (u16), padded to four bytes, then each scalar (u8), then bits of free flights, the lowest first.
     pub frames: Vec<Vec<u8>>,
     /// Bytes of the surfaces, as [`SurfaceData`] has them.
     pub surfaces: Option<Vec<u8>>,
@@ -69,8 +74,18 @@ pub(super) struct Head {
     /// Index of the axis that points up in the picture, and whether it points down instead.
     pub up: usize,
     pub is_upside_down: bool,
+    /// The first view, where one is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub look: Option<Look>,
+    /// The first colour, where one is asked for: the index of a channel, -1 for species, -2 for free flights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colour: Option<i64>,
     pub flat: [bool; 3],
     pub periodic: [bool; 3],
+    /// By species, accelerations that act between frames `[length / time^2]`.
+    pub falls: Vec<Vec<[f64; 3]>>,
+    /// How much faster along x the image of a particle one period further up along y is `[length / time]`.
+    pub slide: f64,
     /// How many frames the file has.
     pub frames_in_file: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -116,6 +131,8 @@ pub(super) struct FrameHead {
     pub ranges: Vec<[f64; 2]>,
     /// How many particles are beyond the field.
     pub beyond: usize,
+    /// Which of the accelerations acts until the next frame.
+    pub fall: usize,
     /// Where each surface is: the columns of `R` and `d` in `R x + d` for its places `x`, nothing for one that is not there; empty where all are where their
     /// vertices have them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -172,8 +189,10 @@ pub(super) fn read(input: impl BufRead, scene: Option<&Scene>) -> Result<Recordi
 struct Recorder {
     first: Frame,
     channels: Channels,
+    flight_finder: FlightFinder,
     up: (usize, bool),
-    kept: Vec<Encoded>,
+    /// Frames with the flights until the next one.
+    kept: Vec<(Encoded, Option<Flights>)>,
     /// The frame read last, if it is not kept.
     last: Option<Encoded>,
     stride: usize,
@@ -189,14 +208,15 @@ impl Recorder {
         if first.species.len() > 255 {
             return Err("there are more than 255 species".to_owned());
         }
-        let up = upwards(&first, scene);
+        let up = upwards([0, 1, 2].map(|axis| first.is_flat(axis)), scene);
         let channels = Channels::of(&first, scene, up);
         let size = channels.bytes(first.particles.iter().filter(|particle| !first.is_static(particle)).count());
         let most_frames = (MOST_BYTES / size).min(MOST_FRAMES);
         if most_frames < 2 {
             return Err(format!("{} particles are too many for a page", first.particles.len()));
         }
-        Ok(Self { first, channels, up, kept: Vec::new(), last: None, stride: 1, seen: 0, most_frames })
+        let flight_finder = FlightFinder::of(&first, scene);
+        Ok(Self { first, channels, flight_finder, up, kept: Vec::new(), last: None, stride: 1, seen: 0, most_frames })
     }
 
     fn is_like_first(&self, frame: &Frame) -> bool {
@@ -210,8 +230,12 @@ impl Recorder {
 
     fn push(&mut self, frame: &Frame) {
         let encoded = Encoded::of(frame, &mut self.channels);
+        let flights = self.flight_finder.next(frame);
+        if let Some((_, since)) = self.kept.last_mut() {
+            *since = joined(since.take(), flights);
+        }
         if self.seen.is_multiple_of(self.stride) {
-            self.kept.push(encoded);
+            self.kept.push((encoded, None));
             self.last = None;
         } else {
             self.last = Some(encoded);
@@ -219,28 +243,43 @@ impl Recorder {
         self.seen += 1;
         // One place is for the last frame.
         if self.kept.len() >= self.most_frames && self.most_frames > 2 {
-            let mut index = 0;
-            self.kept.retain(|_| {
-                index += 1;
-                index % 2 == 1
-            });
-            self.stride *= 2;
+            self.thin();
         }
     }
 
+    /// Drops every second frame.
+    fn thin(&mut self) {
+        let mut kept: Vec<(Encoded, Option<Flights>)> = Vec::with_capacity(self.most_frames);
+        for (index, (encoded, flights)) in self.kept.drain(..).enumerate() {
+            match kept.last_mut() {
+                Some((_, since)) if index % 2 == 1 => {
+                    *since = joined(since.take(), flights);
+                    self.last = Some(encoded);
+                }
+                _ => {
+                    kept.push((encoded, flights));
+                    self.last = None;
+                }
+            }
+        }
+        self.kept = kept;
+        self.stride *= 2;
+    }
+
     fn finish(mut self, notes: Vec<String>) -> Recording {
-        self.kept.extend(self.last.take());
-        let (heads, frames): (Vec<FrameHead>, Vec<Vec<u8>>) =
-            self.kept.into_iter().map(|encoded| (encoded.head, encoded.bytes)).unzip();
+        self.kept.extend(self.last.take().map(|last| (last, None)));
         let first = &self.first;
         let fixed = first.particles.iter().filter(|particle| first.is_static(particle)).count();
+        let moving = first.particles.len() - fixed;
+        let complete = |(encoded, flights): (Encoded, Option<Flights>)| encoded.with_flights(flights.as_ref(), moving);
+        let (heads, frames): (Vec<FrameHead>, Vec<Vec<u8>>) = self.kept.into_iter().map(complete).unzip();
         let species = first
             .species
             .iter()
             .map(|species| SpeciesHead { name: species.name.clone(), is_static: species.is_static });
         let (constants, bonds) = constants(first);
         let head = Head {
-            moving: first.particles.len() - fixed,
+            moving,
             fixed,
             bonds,
             species: species.collect(),
@@ -248,8 +287,12 @@ impl Recorder {
             view: view(first, &heads),
             up: self.up.0,
             is_upside_down: self.up.1,
+            look: None,
+            colour: None,
             flat: [0, 1, 2].map(|axis| first.is_flat(axis)),
             periodic: first.periodic,
+            falls: self.flight_finder.falls.iter().map(|fall| fall.iter().map(|a| (*a).into()).collect()).collect(),
+            slide: self.flight_finder.slide,
             frames_in_file: self.seen,
             surfaces: None,
             frames: heads,
@@ -258,12 +301,20 @@ impl Recorder {
     }
 }
 
+/// Flights over two intervals, one after the other; nothing is known of an interval of no length.
+fn joined(first: Option<Flights>, second: Option<Flights>) -> Option<Flights> {
+    match (first, second) {
+        (Some(first), Some(second)) => Some(first.then(&second)),
+        (first, second) => first.or(second),
+    }
+}
+
 /// The axis against gravity and whether it is negative; without gravity z, or y where z is flat.
-fn upwards(frame: &Frame, scene: Option<&Scene>) -> (usize, bool) {
+pub(in crate::view) fn upwards(flat: [bool; 3], scene: Option<&Scene>) -> (usize, bool) {
     let falls = |scene: &Scene| scene.species.iter().map(|species| species.acceleration).find(|a| a.norm() > 0.0);
     match scene.and_then(falls) {
         Some(down) => (down.iamax(), down[down.iamax()] > 0.0),
-        None if frame.is_flat(2) => (if frame.is_flat(1) { 2 } else { 1 }, false),
+        None if flat[2] => (if flat[1] { 2 } else { 1 }, false),
         None => (2, false),
     }
 }

@@ -1,37 +1,29 @@
 //! Carom's engine as WebAssembly: the text of a scene goes in, positions and velocities come out, with the bits of the program.
 //!
-//! The module has no imports. A page writes a scene into [`room`], calls [`start`], then [`advance`] as often as it likes, and reads [`numbers`] after
-//! [`look`]. Pointers hold until the next call. One simulation at a time; a page that wants several makes as many instances.
+//! The module has no imports. A page writes a request in JSON into [`room`], makes a call, and reads the answer in JSON at [`message`]; positions and
+//! velocities are at [`numbers`] after [`look`]. Pointers hold until the next call. One simulation at a time; a page that wants several makes as many
+//! instances.
+
+mod export;
+mod page;
 
 use std::cell::RefCell;
 
-use carom::Scene;
-use carom::engine::{Reason, Simulation, Until};
-use miette::Diagnostic;
-
-/// What the module keeps between calls.
-#[derive(Default)]
-struct Page {
-    /// Text that the page writes.
-    room: Vec<u8>,
-    /// JSON of what the last call has to say.
-    message: String,
-    /// Time, physical events, kinetic and potential energy, then positions and velocities, three numbers of each particle in the order of their ids.
-    numbers: Vec<f64>,
-    simulation: Option<Simulation>,
-}
+use page::Page;
 
 thread_local! {
     static PAGE: RefCell<Page> = RefCell::default();
 }
 
-/// Ends of [`advance`].
-const BY_EVENTS: u32 = 0;
-const BY_TIME: u32 = 1;
-const IDLE: u32 = 2;
-const FAILED: u32 = 3;
+fn answer(of: impl FnOnce(&mut Page) -> Result<serde_json::Value, serde_json::Value>) -> u32 {
+    PAGE.with_borrow_mut(|page| {
+        let answer = of(page);
+        page.message = answer.as_ref().unwrap_or_else(|error| error).to_string();
+        u32::from(answer.is_ok())
+    })
+}
 
-/// Room for a text of so many bytes.
+/// Room for a request of so many bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn room(length: usize) -> *mut u8 {
     PAGE.with_borrow_mut(|page| {
@@ -40,87 +32,59 @@ pub extern "C" fn room(length: usize) -> *mut u8 {
     })
 }
 
-/// Starts the scene whose text is in the room: 1, and a message with the number of particles, their species and radii; or 0, and one with the error, its line
-/// and its cure.
+/// Starts the scene `{"text", "changes"}`: 1, and what there is in it; or 0, and the error, its line and its cure.
 #[unsafe(no_mangle)]
 pub extern "C" fn start() -> u32 {
-    PAGE.with_borrow_mut(|page| {
-        page.simulation = None;
-        match begun(&page.room) {
-            Ok((simulation, message)) => {
-                page.simulation = Some(simulation);
-                page.message = message.to_string();
-                1
-            }
-            Err(message) => {
-                page.message = message.to_string();
-                0
-            }
-        }
-    })
+    answer(Page::start)
 }
 
-/// A simulation of a scene, and what there is in it; the error is what is wrong, where, and what helps.
-fn begun(text: &[u8]) -> Result<(Simulation, serde_json::Value), serde_json::Value> {
-    let text = str::from_utf8(text).map_err(|error| serde_json::json!({ "error": error.to_string() }))?;
-    let scene = Scene::from_toml(text, "scene.toml").map_err(|error| {
-        let help = error.help().map(|help| help.to_string());
-        serde_json::json!({ "error": error.to_string(), "line": error.line(), "help": help })
-    })?;
-    let species = scene.species().iter().map(|species| {
-        serde_json::json!({ "name": species.name, "diameter": species.diameter, "isStatic": species.is_static() })
-    });
-    let particles: Vec<u32> = scene.particles().iter().map(|particle| particle.species.0).collect();
-    let message = serde_json::json!({
-        "name": scene.name(),
-        "species": species.collect::<Vec<_>>(),
-        "particles": particles,
-        "lower": scene.space().lower.as_slice(),
-        "size": scene.space().size.as_slice(),
-    });
-    let simulation =
-        Simulation::new(scene).map_err(|error| serde_json::json!({ "error": error.to_string(), "isPlanned": true }))?;
-    Ok((simulation, message))
+/// Whether the scene `{"text", "changes"}` has no mistake; the simulation stays as it is.
+#[unsafe(no_mangle)]
+pub extern "C" fn check() -> u32 {
+    answer(Page::check)
+}
+
+/// Goes on with the scene `{"text", "changes"}` from where everything is.
+#[unsafe(no_mangle)]
+pub extern "C" fn change() -> u32 {
+    answer(Page::change)
+}
+
+/// Gives a particle `{"id", "position", "velocity"}` another position, velocity or both.
+#[unsafe(no_mangle)]
+pub extern "C" fn set() -> u32 {
+    answer(Page::set)
+}
+
+/// The next events, which a copy runs ahead for.
+#[unsafe(no_mangle)]
+pub extern "C" fn upcoming(count: u32) -> u32 {
+    answer(|page| page.upcoming(count))
+}
+
+/// The scene `{"text"}` with the present positions and velocities in place of those that it begins with.
+#[unsafe(no_mangle)]
+pub extern "C" fn scene() -> u32 {
+    answer(Page::scene)
+}
+
+/// Where the surfaces are now.
+#[unsafe(no_mangle)]
+pub extern "C" fn poses() -> u32 {
+    answer(|page| Ok(page.poses()))
 }
 
 /// Runs for a number of physical events more, or until a simulated time, and says which came first: 0 the events, 1 the time, 2 nothing happens any more,
-/// 3 the dynamics cannot go on, which the message explains.
+/// 3 the dynamics cannot go on, which the message explains, 4 the run that the scene plans is over. After that one it goes on without a plan.
 #[unsafe(no_mangle)]
 pub extern "C" fn advance(events: f64, time: f64) -> u32 {
-    PAGE.with_borrow_mut(|page| {
-        let Some(simulation) = &mut page.simulation else {
-            page.message = serde_json::json!({ "error": "there is no simulation" }).to_string();
-            return FAILED;
-        };
-        // Saturates at what nobody reaches.
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "`as` saturates")]
-        let events = simulation.event_counts().physical().saturating_add(events as u64);
-        match simulation.advance(Until { time, events }) {
-            Ok(Reason::Events) => BY_EVENTS,
-            Ok(Reason::Idle) => IDLE,
-            Ok(_) => BY_TIME,
-            Err(error) => {
-                page.message = serde_json::json!({ "error": error.to_string() }).to_string();
-                FAILED
-            }
-        }
-    })
+    PAGE.with_borrow_mut(|page| page.advance(events, time)) as u32
 }
 
 /// Puts the state into the numbers; how many there are.
 #[unsafe(no_mangle)]
 pub extern "C" fn look() -> usize {
-    PAGE.with_borrow_mut(|page| {
-        page.numbers.clear();
-        if let Some(simulation) = &page.simulation {
-            let (snapshot, energy) = (simulation.snapshot(), simulation.energy());
-            let events = simulation.event_counts().physical() as f64;
-            page.numbers.extend([snapshot.time, events, energy.kinetic, energy.potential]);
-            let vectors = snapshot.positions.iter().chain(&snapshot.velocities);
-            page.numbers.extend(vectors.flat_map(|vector| vector.iter().copied()));
-        }
-        page.numbers.len()
-    })
+    PAGE.with_borrow_mut(Page::look)
 }
 
 /// Where the numbers are that [`look`] has put there.
@@ -129,7 +93,13 @@ pub extern "C" fn numbers() -> *const f64 {
     PAGE.with_borrow(|page| page.numbers.as_ptr())
 }
 
-/// Where the message of the last call is, UTF-8.
+/// Where the periods travelled are, three of each particle, that [`look`] has put there.
+#[unsafe(no_mangle)]
+pub extern "C" fn images() -> *const i32 {
+    PAGE.with_borrow(|page| page.images.as_ptr())
+}
+
+/// Where the answer of the last call is, UTF-8.
 #[unsafe(no_mangle)]
 pub extern "C" fn message() -> *const u8 {
     PAGE.with_borrow(|page| page.message.as_ptr())

@@ -10,6 +10,7 @@ class Camera {
     this.up = unitVector(head.up, head.isUpsideDown ? -1 : 1);
     this.front = cross(this.right, this.up);
     this.isFlat = flat.length > 0;
+    this.first = this.angles(head.look);
     const [lower, upper] = head.view;
     this.centre = scaled(add(lower, upper), 0.5);
     this.corners = [0, 1, 2, 3, 4, 5, 6, 7].map((index) => [0, 1, 2].map((k) => ((index >> k) & 1 ? upper[k] : lower[k])));
@@ -19,10 +20,19 @@ class Camera {
     this.reset(1);
   }
 
-  /** The first view: from a raised corner, or from the front of a flat scene; as near as the whole box can be seen. */
+  /** Azimuth and elevation of the first view: those asked for, towards an eye that is asked for, from the front of a flat scene, or from a raised corner. */
+  angles(look) {
+    if (look?.towards) {
+      const [right, above, front] = [this.right, this.up, this.front].map((axis) => dot(axis, look.towards));
+      return [Math.atan2(right, front), Math.atan2(above, Math.hypot(right, front))];
+    }
+    const { azimuth, elevation } = look ?? (this.isFlat ? { azimuth: 0, elevation: 0 } : { azimuth: 28, elevation: 18 });
+    return [azimuth, elevation].map((angle) => (angle * Math.PI) / 180);
+  }
+
+  /** The first view, as near as the whole box can be seen. */
   reset(aspect) {
-    this.azimuth = this.isFlat ? 0 : (28 * Math.PI) / 180;
-    this.elevation = this.isFlat ? 0 : (18 * Math.PI) / 180;
+    [this.azimuth, this.elevation] = this.first;
     this.target = this.centre;
     this.isMoved = false;
     this.fit(aspect);

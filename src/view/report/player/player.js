@@ -1,35 +1,5 @@
-/** Okabe and Ito's colours of the species that move, distinct for colour-blind eyes. */
-const PALETTE = [
-  [86, 180, 233], [230, 159, 0], [0, 158, 115], [213, 94, 0], [0, 114, 178], [204, 121, 167], [240, 228, 66], [120, 120, 120],
-];
-
-/** Viridis (Smith and van der Walt) at even steps. */
-const VIRIDIS = [
-  [68, 1, 84], [72, 36, 117], [65, 68, 135], [53, 95, 141], [42, 120, 142], [33, 145, 140],
-  [34, 168, 132], [68, 191, 112], [122, 209, 81], [189, 223, 38], [253, 231, 37],
-];
-
-const css = (colour) => `rgb(${colour.join(" ")})`;
-
-function scaleColours() {
-  return [...Array(256).keys()].map((k) => {
-    const place = (k / 255) * (VIRIDIS.length - 1);
-    const index = Math.min(Math.floor(place), VIRIDIS.length - 2);
-    return VIRIDIS[index].map((x, part) => Math.round(x + (place - index) * (VIRIDIS[index + 1][part] - x)));
-  });
-}
-
-/** Colours of the species in the order of the table: the palette for what moves, grey for what does not. */
-function speciesColours(species, fixed) {
-  let next = 0;
-  return species.map(({ isStatic }) => (isStatic ? fixed : PALETTE[next++ % PALETTE.length]));
-}
-
-/** Four digits without needless zeros. */
-const short = (x) => String(Number(x.toPrecision(4)));
-
-/** Superscript exponents, as on the rest of the page. */
-const raised = (unit) => unit.replace(/\^(-?\d+)/g, (_, digits) => [...digits].map((d) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(d)]).join(""));
+/** The most particles that are drawn between frames unless one asks for it. */
+const MOST_BETWEEN = 100000;
 
 /** The controls and what they do. */
 class Player {
@@ -40,7 +10,8 @@ class Player {
     this.renderer = new Renderer(this.canvas, recording);
     this.camera = new Camera(recording.head);
     this.dark = window.matchMedia("(prefers-color-scheme: dark)");
-    this.index = -1;
+    this.between = new Between(recording);
+    this.place = 0;
     this.isPlaying = false;
     this.isDue = false;
     this.camera.margin = this.renderer.largest;
@@ -70,8 +41,13 @@ class Player {
   offerChoices() {
     const { head } = this.recording;
     const colour = element("colour");
-    colour.add(new Option("species", "-1"));
+    colour.add(new Option("species", String(SPECIES)));
     head.channels.forEach(({ name }, index) => colour.add(new Option(name, String(index))));
+    colour.add(new Option("free flight", String(FLIGHT)));
+    colour.value = String(head.colour ?? SPECIES);
+    element("between").checked = head.moving <= MOST_BETWEEN;
+    element("images-choice").hidden = !head.periodic.some((isPeriodic) => isPeriodic);
+    element("full").hidden = !document.fullscreenEnabled;
     element("static-choice").hidden = this.renderer.mesh.count === 0;
     element("surfaces-choice").hidden = !head.surfaces;
     element("frame").max = String(this.recording.length - 1);
@@ -83,19 +59,24 @@ class Player {
     const draw = () => this.redraw();
     steer(canvas, camera, draw);
     element("play").addEventListener("click", () => this.play(!this.isPlaying));
+    element("first").addEventListener("click", () => this.step(-Infinity));
     element("back").addEventListener("click", () => this.step(-1));
     element("next").addEventListener("click", () => this.step(1));
+    element("last").addEventListener("click", () => this.step(Infinity));
     element("frame").addEventListener("input", (event) => {
       this.play(false);
       this.show(Number(event.target.value));
     });
     element("colour").addEventListener("change", () => {
       this.paint();
-      this.show(this.index);
+      this.show(this.place);
     });
-    element("static").addEventListener("change", draw);
-    element("surfaces").addEventListener("change", draw);
-    element("box").addEventListener("change", draw);
+    element("between").addEventListener("change", () => this.show(this.index));
+    for (const choice of ["static", "surfaces", "images", "box"]) {
+      element(choice).addEventListener("change", draw);
+    }
+    element("full").addEventListener("click", () => this.fill());
+    document.addEventListener("fullscreenchange", () => this.noteFull());
     element("reset").addEventListener("click", () => this.resetView());
     canvas.addEventListener("keydown", (event) => this.key(event));
     canvas.addEventListener("webglcontextlost", () => this.say("The graphics of this browser gave up; load the page again."));
@@ -112,19 +93,33 @@ class Player {
     if (event.ctrlKey || event.metaKey || event.altKey) {
       return;
     }
-    const jump = { ArrowLeft: -1, ArrowRight: 1, Home: -this.recording.length, End: this.recording.length }[event.key];
+    const jump = { ArrowLeft: -1, ArrowRight: 1, Home: -Infinity, End: Infinity }[event.key];
     if (event.key === " ") {
       this.play(!this.isPlaying);
     } else if (jump && !event.shiftKey) {
       this.step(jump);
     } else if (event.key === "r" || event.key === "R") {
       this.resetView();
+    } else if (event.key === "f" || event.key === "F") {
+      this.fill();
     } else if (steerByKey(event, this.camera)) {
       this.redraw();
     } else {
       return;
     }
     event.preventDefault();
+  }
+
+  /** Fills the screen with the player, or no longer. */
+  fill() {
+    const done = document.fullscreenElement ? document.exitFullscreen() : this.player.requestFullscreen();
+    done.catch(() => this.noteFull());
+  }
+
+  noteFull() {
+    const isFull = document.fullscreenElement === this.player;
+    element("full").textContent = isFull ? "Leave full screen" : "Full screen";
+    element("full").setAttribute("aria-pressed", String(isFull));
   }
 
   resetView() {
@@ -147,7 +142,7 @@ class Player {
     const { species, channels } = this.recording.head;
     const palette = speciesColours(species, this.scheme.fixed);
     this.renderer.setColours(palette, scaleColours());
-    const channel = channels[Number(element("colour").value)];
+    const channel = this.colour === FLIGHT ? undefined : channels[this.colour];
     const key = document.createDocumentFragment();
     const write = (words, className) => {
       const span = document.createElement("span");
@@ -162,6 +157,11 @@ class Player {
       write(short(channel.low), "end");
       write("", "bar").style.background = `linear-gradient(to right, ${VIRIDIS.map(css).join(", ")})`;
       write(`${short(channel.high)}${channel.isExceeded ? " and more" : ""}`, "end");
+    } else if (this.colour === FLIGHT) {
+      for (const [words, tone] of [["flies freely until the next frame", 255], ["meets something before", 0]]) {
+        write("", "dot").style.background = css(scaleColours()[tone]);
+        write(words, "what");
+      }
     } else {
       species.forEach(({ name, isStatic }, index) => {
         write("", "dot").style.background = css(palette[index]);
@@ -172,23 +172,55 @@ class Player {
     this.redraw();
   }
 
-  /** Shows a frame. */
-  show(index) {
+  get colour() {
+    return Number(element("colour").value);
+  }
+
+  /** The frame that is shown, or the one before the state that is. */
+  get index() {
+    return Math.floor(this.place);
+  }
+
+  /** Shows a frame, or a state between two. */
+  show(place) {
     const { recording } = this;
-    this.index = Math.min(Math.max(index, 0), recording.length - 1);
-    const frame = recording.frame(this.index);
-    this.renderer.load(frame, Number(element("colour").value));
-    const words = `t = ${short(frame.head.time)}`;
-    const place = `${this.index + 1} of ${recording.length}`;
-    element("time").textContent = `${words} · ${place}`;
-    element("frame").value = String(this.index);
-    element("frame").setAttribute("aria-valuetext", `frame ${place}, ${words}`);
+    this.place = Math.min(Math.max(place, 0), recording.length - 1);
+    const { index } = this;
+    const part = element("between").checked ? this.place - index : 0;
+    const [frame, next] = recording.head.frames.slice(index, index + 2);
+    this.renderer.load(part > 0 ? this.between.state(index, part, this.colour) : recording.state(recording.frame(index), this.colour));
+    const words = `t = ${short(part > 0 ? frame.time + part * (next.time - frame.time) : frame.time)}`;
+    const number = `${index + 1} of ${recording.length}`;
+    element("time").textContent = `${words} · ${number}`;
+    element("frame").value = String(index);
+    element("frame").setAttribute("aria-valuetext", `frame ${number}, ${words}`);
+    this.noteFlights(part);
     this.redraw();
+  }
+
+  /** How much of what is drawn until the next frame is known. */
+  noteFlights(part) {
+    const { index, recording: { length, head: { moving } } } = this;
+    const key = `${index} ${part > 0}`;
+    if (this.noted === key) {
+      return;
+    }
+    this.noted = key;
+    const note = element("note");
+    note.hidden = !element("between").checked || length < 2;
+    if (note.hidden || index + 1 === length) {
+      note.textContent = note.hidden ? "" : "The last frame.";
+      return;
+    }
+    const free = this.between.count(index);
+    const number = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+    const known = `Until the next frame ${number(free)} of ${number(moving)} particles meet nothing: they are drawn on their way`;
+    note.textContent = free === moving ? `${known}.` : `${known}. What the others meet, and where, is not in the file: they are drawn on smooth curves.`;
   }
 
   step(number) {
     this.play(false);
-    this.show(this.index + number);
+    this.show(number < 0 ? Math.ceil(this.place) + number : this.index + number);
   }
 
   play(isPlaying) {
@@ -199,7 +231,7 @@ class Player {
     // While it plays, the time would be spoken without an end.
     element("time").setAttribute("aria-live", this.isPlaying ? "off" : "polite");
     if (this.isPlaying) {
-      if (this.index === this.recording.length - 1) {
+      if (this.place === this.recording.length - 1) {
         this.show(0);
       }
       this.shownAt = performance.now();
@@ -208,14 +240,18 @@ class Player {
   }
 
   advance(now) {
-    const interval = 1000 / Number(element("speed").value);
-    if (now - this.shownAt < interval) {
+    const rate = Number(element("speed").value);
+    const last = this.recording.length - 1;
+    // A picture that takes long delays the next ones: up to 30 frames a second none is left out.
+    const due = Math.min(((now - this.shownAt) * rate) / 1000, Math.max(1, rate / 30));
+    const isSmooth = element("between").checked;
+    const number = isSmooth ? due : Math.floor(due + 1e-6);
+    if (number <= 0) {
       return;
     }
-    // A picture that takes longer than the interval delays the next ones: no frame is left out.
-    this.shownAt = Math.max(this.shownAt + interval, now - interval);
-    if (this.index < this.recording.length - 1) {
-      this.show(this.index + 1);
+    this.shownAt = isSmooth ? now : Math.max(this.shownAt + (1000 * number) / rate, now - 1000 / rate);
+    if (this.place < last) {
+      this.show(Math.min((isSmooth ? this.place : this.index) + number, last));
     } else if (element("repeat").checked) {
       this.show(0);
     } else {
@@ -247,10 +283,11 @@ class Player {
     if (this.isPlaying) {
       this.advance(now);
     }
-    if (this.renderer.frame) {
+    if (this.renderer.state) {
       const aspect = this.renderer.resize();
       const choices = {
         hasBox: element("box").checked,
+        hasImages: element("images").checked,
         hasSurfaces: element("surfaces").checked,
         fixed: element("static").value,
       };

@@ -1,35 +1,50 @@
-/** Turns, moves and zooms a camera by mouse, pen, fingers and keys; tells when it did. */
+/**
+ * Turns, moves and zooms a camera by mouse, pen, fingers and keys; tells when it did. One finger scrolls the page, unless the picture fills the screen; two
+ * turn and pinch, three move.
+ */
 function steer(canvas, camera, changed) {
   const pointers = new Map();
   const spread = () => {
-    const [a, b] = [...pointers.values()];
-    return { middle: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], distance: Math.hypot(a[0] - b[0], a[1] - b[1]) };
+    const places = [...pointers.values()];
+    const middle = [0, 1].map((k) => places.reduce((sum, place) => sum + place[k], 0) / places.length);
+    return { middle, distance: places.reduce((sum, [x, y]) => sum + Math.hypot(x - middle[0], y - middle[1]), 0) };
   };
+  const isScroll = (event) => event.pointerType === "touch" && pointers.size < 2 && !document.fullscreenElement;
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, [event.clientX, event.clientY]);
     canvas.focus({ preventScroll: true });
   });
   canvas.addEventListener("pointermove", (event) => {
-    const before = pointers.get(event.pointerId);
-    if (!before || pointers.size > 2) {
+    if (!pointers.has(event.pointerId)) {
       return;
     }
     const height = canvas.clientHeight || 1;
-    const pinch = pointers.size === 2 ? spread() : undefined;
+    const before = spread();
     pointers.set(event.pointerId, [event.clientX, event.clientY]);
-    const [across, down] = [(event.clientX - before[0]) / height, (event.clientY - before[1]) / height];
-    if (pinch) {
-      const now = spread();
-      camera.move((now.middle[0] - pinch.middle[0]) / height, (now.middle[1] - pinch.middle[1]) / height);
-      camera.zoom(pinch.distance / Math.max(now.distance, 1));
-    } else if (event.shiftKey || (event.buttons & 6) !== 0) {
+    if (isScroll(event)) {
+      return;
+    }
+    const now = spread();
+    const [across, down] = [0, 1].map((k) => (now.middle[k] - before.middle[k]) / height);
+    if (pointers.size > 2 || event.shiftKey || (event.buttons & 6) !== 0) {
       camera.move(across, down);
     } else {
       camera.turn(across * Math.PI, down * Math.PI);
     }
+    if (pointers.size > 1) {
+      camera.zoom(before.distance / Math.max(now.distance, 1));
+    }
     changed();
   });
+  // More fingers than one are not for the page.
+  for (const kind of ["touchstart", "touchmove"]) {
+    canvas.addEventListener(kind, (event) => {
+      if (event.touches.length > 1 && event.cancelable) {
+        event.preventDefault();
+      }
+    }, { passive: false });
+  }
   for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
     canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
   }

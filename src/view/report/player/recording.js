@@ -3,26 +3,18 @@
 /** The most bytes of frames that are kept after they were decoded. */
 const CACHE = 1 << 26;
 
-const element = (id) => document.getElementById(`player-${id}`);
+/** Colours that are not those of a channel. */
+const SPECIES = -1;
+const FLIGHT = -2;
 
-function decoded(text) {
-  if (Uint8Array.fromBase64) {
-    return Uint8Array.fromBase64(text);
-  }
-  const letters = atob(text);
-  const bytes = new Uint8Array(letters.length);
-  for (let k = 0; k < letters.length; k += 1) {
-    bytes[k] = letters.charCodeAt(k);
-  }
-  return bytes;
-}
+const element = (id) => document.getElementById(`player-${id}`);
 
 /** A trajectory as `src/report/recording.rs` describes it. */
 class Recording {
   constructor() {
     this.head = JSON.parse(element("head").textContent);
-    const { moving, fixed, bonds, channels } = this.head;
-    this.count = moving + fixed;
+    const { moving, fixed, bonds, channels, flat, periodic, surfaces } = this.head;
+    Object.assign(this, { moving, fixed, bonds, flat, periodic, count: moving + fixed });
     const bytes = decoded(element("constants").textContent).buffer;
     let offset = 0;
     const take = (Type, length) => {
@@ -35,8 +27,10 @@ class Recording {
     this.bondEnds = take(Uint32Array, 2 * bonds);
     this.bondRadii = take(Float32Array, bonds);
     this.species = take(Uint8Array, this.count);
+    this.surfaces = surfaces && { ...surfaces, bytes: decoded(element("surface-data").textContent) };
     this.coordinateBytes = Math.ceil((6 * moving) / 4) * 4;
-    this.frameBytes = this.coordinateBytes + channels.length * moving;
+    this.flightBytes = Math.ceil(moving / 8);
+    this.frameBytes = this.coordinateBytes + channels.length * moving + this.flightBytes;
     // As many frames share an element as src/report/motion.rs puts into one.
     this.framesPerChunk = Math.max(1, Math.ceil((1 << 18) / Math.max(this.frameBytes, 1)));
     this.chunks = new Map();
@@ -46,7 +40,7 @@ class Recording {
     return this.head.frames.length;
   }
 
-  /** Coordinates in steps of the field, and the bytes of each channel. */
+  /** Coordinates in steps of the field, the bytes of each channel, and whether each particle flies freely until the next frame. */
   frame(index) {
     const number = Math.floor(index / this.framesPerChunk);
     const bytes = this.chunk(number);
@@ -56,7 +50,9 @@ class Recording {
       const first = start + this.coordinateBytes + k * this.head.moving;
       return bytes.subarray(first, first + this.head.moving);
     });
-    return { steps, channels, head: this.head.frames[index] };
+    const bits = start + this.frameBytes - this.flightBytes;
+    const flights = Uint8Array.from({ length: this.head.moving }, (_, k) => (bytes[bits + (k >> 3)] >> (k & 7)) & 1);
+    return { steps, channels, flights, head: this.head.frames[index] };
   }
 
   chunk(number) {
@@ -72,40 +68,28 @@ class Recording {
     return bytes;
   }
 
-  /** Where a particle is in a frame. */
-  position(frame, index) {
-    const { moving } = this.head;
-    if (index >= moving) {
-      return this.fixedPositions.subarray(3 * (index - moving), 3 * (index - moving) + 3);
+  /** Where the particles of a frame are; NaN for those beyond the picture. */
+  positions({ steps, head }) {
+    const [lower, size] = head.field;
+    const positions = new Float32Array(steps.length);
+    for (let k = 0; k < steps.length; k += 1) {
+      positions[k] = steps[k] === 65535 ? NaN : lower[k % 3] + (steps[k] / 65534) * size[k % 3];
     }
-    const [lower, size] = frame.head.field;
-    return [0, 1, 2].map((k) => lower[k] + (frame.steps[3 * index + k] / 65534) * size[k]);
+    return positions;
   }
 
-  /** Both halves of each bond: the shortest way, which may lead through a side of the box. */
-  rods(frame) {
-    const count = this.head.bonds;
-    const rods = new Float32Array(14 * count);
-    for (let bond = 0; bond < count; bond += 1) {
-      const a = this.position(frame, this.bondEnds[2 * bond]);
-      const b = this.position(frame, this.bondEnds[2 * bond + 1]);
-      // In a sheared box the image beyond a side along y is displaced along x.
-      const rise = b[1] - a[1];
-      const slid = this.head.periodic[1] && Math.abs(rise) > frame.head.size[1] / 2;
-      const displacement = slid ? Math.sign(rise) * frame.head.displacement : 0;
-      for (let k = 0; k < 3; k += 1) {
-        let way = b[k] - a[k] - (k === 0 ? displacement : 0);
-        if (this.head.periodic[k] && Math.abs(way) > frame.head.size[k] / 2) {
-          way -= Math.sign(way) * frame.head.size[k];
-        }
-        rods[14 * bond + k] = a[k];
-        rods[14 * bond + 3 + k] = a[k] + way / 2;
-        rods[14 * bond + 7 + k] = b[k] - way / 2;
-        rods[14 * bond + 10 + k] = b[k];
-      }
-      rods[14 * bond + 6] = this.bondRadii[bond];
-      rods[14 * bond + 13] = this.bondRadii[bond];
-    }
-    return rods;
+  /** A frame as a renderer draws it, coloured by a channel, by free flights (FLIGHT) or by species (SPECIES). */
+  state(frame, channel) {
+    const { channels, flights, head } = frame;
+    const { low, high } = this.head.channels[channel] ?? { low: 0, high: 1 };
+    return {
+      positions: this.positions(frame),
+      tones: channel === FLIGHT ? flights.map((isFlight) => 255 * isFlight) : channels[channel],
+      range: head.ranges[channel],
+      scale: [low, high],
+      box: head,
+      displacement: head.displacement,
+      poses: head.poses,
+    };
   }
 }

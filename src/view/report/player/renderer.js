@@ -1,7 +1,11 @@
-/** Light and dark surroundings of the particles, sRGB. */
+/** Light and dark surroundings of the particles, sRGB; a particle that flashes takes on the colour of the flash. */
 const SCHEMES = {
-  light: { background: [0.969, 0.973, 0.98], ink: [0.27, 0.3, 0.34, 0.85], fixed: [144, 153, 168], sheet: [156, 174, 198] },
-  dark: { background: [0.075, 0.082, 0.098], ink: [0.62, 0.66, 0.72, 0.8], fixed: [132, 141, 156], sheet: [126, 146, 172] },
+  light: {
+    background: [0.969, 0.973, 0.98], ink: [0.27, 0.3, 0.34, 0.85], fixed: [144, 153, 168], sheet: [156, 174, 198], flash: [0.87, 0.2, 0.08],
+  },
+  dark: {
+    background: [0.075, 0.082, 0.098], ink: [0.62, 0.66, 0.72, 0.8], fixed: [132, 141, 156], sheet: [126, 146, 172], flash: [1, 0.96, 0.82],
+  },
 };
 
 /** Where there are very many, spheres of a smaller radius are drawn as discs `[pixels]`. */
@@ -9,9 +13,6 @@ const SMALL = 10;
 
 /** Spheres in a row of a table, as sphere.vert has it. */
 const ROW = 2048;
-
-/** Sides of a bond. */
-const SIDES = 14;
 
 /** Compiles a program; its inputs have the same places in all programs, by their order here. */
 function program(gl, name, definitions = "") {
@@ -44,18 +45,19 @@ function program(gl, name, definitions = "") {
   return { linked, uniforms, place: (attribute) => gl.getAttribLocation(linked, attribute) };
 }
 
-/** Draws frames into a canvas. */
+/**
+ * Draws particles into a canvas. It has to know of the particles: how many are `moving` and `fixed`, `radii` and `species` of all, those that move first,
+ * `fixedPositions`, `bonds` with `bondEnds` and `bondRadii`, which axes are `flat` and `periodic`, and `surfaces`, if there are any.
+ */
 class Renderer {
-  constructor(canvas, recording) {
-    const isLarge = recording.count > 50000;
+  constructor(canvas, particles) {
+    const isLarge = particles.moving + particles.fixed > 50000;
     const gl = canvas.getContext("webgl2", { alpha: false, antialias: !isLarge, preserveDrawingBuffer: true });
     if (!gl) {
       throw new Error("This browser offers no WebGL 2, which the player needs. Everything else on this page is complete.");
     }
     this.gl = gl;
     this.canvas = canvas;
-    this.recording = recording;
-    this.largest = recording.radii.reduce((most, radius) => Math.max(most, radius), 0);
     this.sharpest = isLarge ? 1 : 2;
     this.hasCoverage = gl.getParameter(gl.SAMPLES) > 1;
     this.whole = program(gl, "sphere");
@@ -65,8 +67,6 @@ class Renderer {
     this.quad = this.buffer(new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]));
     this.tube = this.buffer(tube());
     this.nothing = gl.createVertexArray();
-    this.moving = this.spheres(recording.head.moving);
-    this.makeFixed();
     this.rodEnds = this.buffer(new Float32Array(0));
     this.rodShape = this.shape(this.rods, [
       ["corner", this.tube, 3, gl.FLOAT, 12, 0, 0],
@@ -75,13 +75,25 @@ class Renderer {
       ["radius", this.rodEnds, 1, gl.FLOAT, 28, 24, 1],
     ]);
     this.edgeEnds = this.buffer(new Float32Array(0));
-    this.edgeShape = this.shape(this.edges, [
-      ["corner", this.quad, 2, gl.FLOAT, 8, 0, 0],
-      ["start", this.edgeEnds, 3, gl.FLOAT, 24, 0, 1],
-      ["end", this.edgeEnds, 3, gl.FLOAT, 24, 12, 1],
-    ]);
+    this.edgeShape = this.outline(this.edgeEnds);
     this.colours = gl.createTexture();
-    this.surfaces = recording.head.surfaces ? new Surfaces(this, recording.head.surfaces) : undefined;
+    this.show(particles);
+  }
+
+  /** Takes over other particles. */
+  show(particles) {
+    for (const table of this.particles ? [this.moving, this.pivots, this.mesh] : []) {
+      this.gl.deleteTexture(table.places);
+      this.gl.deleteTexture(table.tones);
+    }
+    this.images?.free();
+    this.particles = particles;
+    this.largest = particles.radii.reduce((most, radius) => Math.max(most, radius), 0);
+    this.moving = this.spheres(particles.moving);
+    this.images = new Images(this);
+    this.makeFixed();
+    this.surfaces = particles.surfaces ? new Surfaces(this, particles.surfaces) : undefined;
+    this.state = undefined;
   }
 
   buffer(data) {
@@ -98,23 +110,33 @@ class Renderer {
     gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
   }
 
-  /** Attributes: name, buffer, number and type of components, stride, offset, and whether one per instance. */
+  /** Attributes: name, buffer, number and type of components, stride, offset, whether one per instance, and whether bytes stand for fractions. */
   shape(used, attributes) {
     const { gl } = this;
     const made = gl.createVertexArray();
     gl.bindVertexArray(made);
-    for (const [name, buffer, number, type, stride, offset, divisor] of attributes) {
+    for (const [name, buffer, number, type, stride, offset, divisor, isFraction = false] of attributes) {
       const place = used.place(name);
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.enableVertexAttribArray(place);
-      gl.vertexAttribPointer(place, number, type, false, stride, offset);
+      gl.vertexAttribPointer(place, number, type, isFraction, stride, offset);
       gl.vertexAttribDivisor(place, divisor);
     }
     gl.bindVertexArray(null);
     return made;
   }
 
-  /** A table of spheres for the shader. */
+  /** Edges of the same width and colour. */
+  outline(ends) {
+    const { gl } = this;
+    return this.shape(this.edges, [
+      ["corner", this.quad, 2, gl.FLOAT, 8, 0, 0],
+      ["start", ends, 3, gl.FLOAT, 24, 0, 1],
+      ["end", ends, 3, gl.FLOAT, 24, 12, 1],
+    ]);
+  }
+
+  /** A table of spheres for the shader: places and radii, then tones and flashes. */
   spheres(count) {
     const { gl } = this;
     const rows = Math.max(1, Math.ceil(count / ROW));
@@ -126,7 +148,7 @@ class Renderer {
       return made;
     };
     const numbers = new Float32Array(4 * ROW * rows);
-    return { count, rows, numbers, letters: new Uint8Array(ROW * rows), places: texture(), tones: texture() };
+    return { count, rows, numbers, letters: new Uint8Array(2 * ROW * rows), places: texture(), tones: texture() };
   }
 
   /** Hands a table to the graphics processor. */
@@ -135,21 +157,20 @@ class Renderer {
     gl.bindTexture(gl.TEXTURE_2D, table.places);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, ROW, table.rows, 0, gl.RGBA, gl.FLOAT, table.numbers);
     gl.bindTexture(gl.TEXTURE_2D, table.tones);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, ROW, table.rows, 0, gl.RED, gl.UNSIGNED_BYTE, table.letters);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG8, ROW, table.rows, 0, gl.RG, gl.UNSIGNED_BYTE, table.letters);
   }
 
   /** Static particles that hold a bond are part of what they hold; the others are a mesh. */
   makeFixed() {
-    const { recording } = this;
-    const { moving, fixed } = recording.head;
-    const holding = new Set(recording.bondEnds);
+    const { moving, fixed, radii, species, fixedPositions, bondEnds } = this.particles;
+    const holding = new Set(bondEnds);
     const group = (isWanted) => {
       const chosen = [...Array(fixed).keys()].filter((k) => isWanted(moving + k));
       const table = this.spheres(chosen.length);
       chosen.forEach((k, index) => {
-        table.numbers.set(recording.fixedPositions.subarray(3 * k, 3 * k + 3), 4 * index);
-        table.numbers[4 * index + 3] = recording.radii[moving + k];
-        table.letters[index] = recording.species[moving + k];
+        table.numbers.set(fixedPositions.subarray(3 * k, 3 * k + 3), 4 * index);
+        table.numbers[4 * index + 3] = radii[moving + k];
+        table.letters[2 * index] = species[moving + k];
       });
       this.upload(table);
       return table;
@@ -172,26 +193,32 @@ class Renderer {
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
   }
 
-  /** Takes over a frame, coloured by a channel or, with -1, by species. */
-  load(frame, channel) {
-    const { recording } = this;
-    this.frame = frame;
-    this.channel = channel;
-    const { moving } = this;
+  /**
+   * Takes over a state of the particles: `positions` of those that move (NaN where one is not drawn), their `tones` in 255 steps of a `range` and the `scale`
+   * of the colours (without tones, colours are those of the species), how bright each one `flashes` in 255 steps, the `growth` of their radii, the `box` with
+   * its `displacement` along x from image to image up along y, and the `poses` of the surfaces. What is absent is left out.
+   */
+  load(state) {
+    const { moving, particles: { radii, species, bonds, flat } } = this;
+    const { positions, tones = species, flashes, growth = 1 } = state;
+    this.state = state;
+    const { numbers, letters } = moving;
     for (let k = 0; k < moving.count; k += 1) {
-      const isBeyond = frame.steps[3 * k] === 65535;
-      moving.numbers[4 * k] = isBeyond ? 2 : frame.steps[3 * k] / 65534;
-      moving.numbers[4 * k + 1] = frame.steps[3 * k + 1] / 65534;
-      moving.numbers[4 * k + 2] = frame.steps[3 * k + 2] / 65534;
-      moving.numbers[4 * k + 3] = recording.radii[k];
+      const isSeen = positions[3 * k] === positions[3 * k];
+      numbers[4 * k] = positions[3 * k];
+      numbers[4 * k + 1] = positions[3 * k + 1];
+      numbers[4 * k + 2] = positions[3 * k + 2];
+      numbers[4 * k + 3] = isSeen ? growth * radii[k] : -1;
+      letters[2 * k] = tones[k];
+      letters[2 * k + 1] = flashes ? flashes[k] : 0;
     }
-    moving.letters.set(channel < 0 ? recording.species.subarray(0, moving.count) : frame.channels[channel]);
     this.upload(moving);
-    if (recording.head.bonds > 0) {
-      this.fill(this.rodEnds, recording.rods(frame));
+    this.images.load(state);
+    if (bonds > 0) {
+      this.fill(this.rodEnds, bondRods(this.particles, state));
     }
-    this.surfaces?.place(frame.head.poses ?? []);
-    this.boxEdges = boxEdges(frame.head, recording.head.flat);
+    this.surfaces?.place(state.poses ?? []);
+    this.boxEdges = boxEdges(state.box, flat);
     this.fill(this.edgeEnds, this.boxEdges);
   }
 
@@ -216,6 +243,7 @@ class Renderer {
     gl.uniformMatrix4fv(uniforms.projection, false, camera.projection);
     gl.uniform3fv(uniforms.up ?? null, camera.up);
     gl.uniform3fv(uniforms.background ?? null, scheme.background);
+    gl.uniform3fv(uniforms.flash ?? null, scheme.flash);
     gl.uniform2fv(uniforms.haze ?? null, camera.haze);
     return uniforms;
   }
@@ -233,7 +261,7 @@ class Renderer {
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
   }
 
-  draw(camera, scheme, { hasBox, fixed, hasSurfaces }) {
+  draw(camera, scheme, { hasBox, fixed, hasSurfaces, hasImages = true }) {
     const { gl, canvas } = this;
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(...scheme.background, 1);
@@ -241,12 +269,12 @@ class Renderer {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
-    this.drawSpheres(camera, scheme, fixed);
-    if (this.recording.head.bonds > 0) {
+    this.drawSpheres(camera, scheme, fixed, hasImages);
+    if (this.particles.bonds > 0) {
       const uniforms = this.use(this.rods, camera, scheme);
       gl.uniform3fv(uniforms.colour, scheme.fixed.map((x) => x / 255));
       gl.bindVertexArray(this.rodShape);
-      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * SIDES + 2, 2 * this.recording.head.bonds);
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * SIDES + 2, 2 * this.particles.bonds);
     }
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
@@ -256,7 +284,7 @@ class Renderer {
     }
     if (fixed === "veil") {
       const uniforms = this.useSpheres(this.whole, camera, scheme);
-      this.drawGroup(uniforms, this.mesh, 0.17, false);
+      this.drawGroup(uniforms, this.mesh, 0.17);
     }
     if (hasSurfaces) {
       this.surfaces?.draw(camera, scheme);
@@ -277,37 +305,37 @@ class Renderer {
     return false;
   }
 
-  drawSpheres(camera, scheme, fixed) {
+  drawSpheres(camera, scheme, fixed, hasImages) {
     const { gl } = this;
     const size = (this.largest / (2 * SLOPE * camera.distance)) * this.canvas.height;
     const uniforms = this.useSpheres(size < SMALL ? this.discs : this.whole, camera, scheme);
     if (this.hasCoverage) {
       gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);
     }
-    gl.uniform1i(uniforms.isSpecies, this.channel < 0 ? 1 : 0);
-    this.drawGroup(uniforms, this.moving, 1, true);
+    gl.uniform1i(uniforms.isSpecies, this.state.tones ? 0 : 1);
+    this.drawGroup(uniforms, this.moving, 1);
+    if (hasImages) {
+      this.images.draw(uniforms);
+    }
     gl.uniform1i(uniforms.isSpecies, 1);
-    this.drawGroup(uniforms, this.pivots, 1, false);
+    this.drawGroup(uniforms, this.pivots, 1);
     if (fixed === "solid") {
-      this.drawGroup(uniforms, this.mesh, 1, false);
+      this.drawGroup(uniforms, this.mesh, 1);
     }
     gl.disable(gl.SAMPLE_ALPHA_TO_COVERAGE);
   }
 
   useSpheres(used, camera, scheme) {
-    const { gl, frame } = this;
+    const { gl, state } = this;
     const uniforms = this.use(used, camera, scheme);
     gl.uniform1f(uniforms.pixel, (2 * SLOPE) / this.canvas.height);
-    gl.uniform3fv(uniforms.lower, frame.head.field[0]);
-    gl.uniform3fv(uniforms.size, frame.head.field[1]);
-    const channel = this.recording.head.channels[this.channel] ?? { low: 0, high: 1 };
-    gl.uniform2fv(uniforms.range, frame.head.ranges[this.channel] ?? [0, 1]);
-    gl.uniform2f(uniforms.scale, channel.low, channel.high);
+    gl.uniform2fv(uniforms.range, state.range ?? [0, 1]);
+    gl.uniform2fv(uniforms.scale, state.scale ?? [0, 1]);
     gl.uniform1i(uniforms.isSpecies, 1);
     return uniforms;
   }
 
-  drawGroup(uniforms, table, opacity, isFraction) {
+  drawGroup(uniforms, table, opacity) {
     const { gl } = this;
     [this.colours, table.places, table.tones].forEach((texture, unit) => {
       gl.activeTexture(gl.TEXTURE0 + unit);
@@ -317,34 +345,8 @@ class Renderer {
     gl.uniform1i(uniforms.colours, 0);
     gl.uniform1i(uniforms.spheres, 1);
     gl.uniform1i(uniforms.tones, 2);
-    gl.uniform1i(uniforms.isFraction, isFraction ? 1 : 0);
     gl.uniform1f(uniforms.opacity, opacity);
     gl.bindVertexArray(this.nothing);
     gl.drawArrays(gl.TRIANGLES, 0, 6 * table.count);
   }
-}
-
-/** A strip around a cylinder: the normal across its axis, and which end. */
-function tube() {
-  const strip = [];
-  for (let side = 0; side <= SIDES; side += 1) {
-    const angle = (2 * Math.PI * side) / SIDES;
-    strip.push(Math.cos(angle), Math.sin(angle), 0, Math.cos(angle), Math.sin(angle), 1);
-  }
-  return new Float32Array(strip);
-}
-
-/** The edges of the box that have a length, each once. */
-function boxEdges({ lower, size }, flat) {
-  const edges = [];
-  const corner = (index) => [0, 1, 2].map((k) => lower[k] + ((index >> k) & 1 ? size[k] : 0));
-  for (let axis = 0; axis < 3; axis += 1) {
-    for (let index = 0; index < 8; index += 1) {
-      const isOnce = [0, 1, 2].every((k) => !flat[k] || !((index >> k) & 1));
-      if (!flat[axis] && !((index >> axis) & 1) && isOnce) {
-        edges.push(...corner(index), ...corner(index | (1 << axis)));
-      }
-    }
-  }
-  return new Float32Array(edges);
 }

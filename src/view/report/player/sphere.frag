@@ -3,11 +3,13 @@
 flat in vec3 centre;
 flat in float extent;
 flat in vec3 colour;
+flat in float glow;
 in vec3 ray;
 
 uniform mat4 projection;
 uniform float pixel;
 uniform float opacity;
+uniform vec3 flash;
 
 out vec4 fragment;
 
@@ -29,5 +31,5 @@ void main() {
   gl_FragDepth = 0.5 * clip.z / clip.w + 0.5;
 #endif
   float glass = opacity < 1.0 ? 0.6 + 1.8 * (1.0 + dot(normal, sight)) * (1.0 + dot(normal, sight)) : 1.0;
-  fragment = vec4(lit(colour, normal, place), cover * min(opacity * glass, 1.0));
+  fragment = vec4(mix(lit(colour, normal, place), flash, 0.9 * glow), cover * min(opacity * glass, 1.0));
 }

@@ -3,16 +3,12 @@
 // each: instances of so few corners are slow on many graphics processors, and very slow in software.
 precision highp float;
 
-// Position and radius, and what the colour stands for, in rows of 2048.
+// Position and radius (negative: nothing is drawn), what the colour stands for and how bright it flashes, in rows of 2048.
 uniform highp sampler2D spheres;
 uniform highp sampler2D tones;
 
 uniform mat4 view;
 uniform mat4 projection;
-// The field that coordinates are fractions of.
-uniform vec3 lower;
-uniform vec3 size;
-uniform bool isFraction;
 // What the tones 0 and 1 stand for, and the ends of the scale of colours.
 uniform vec2 range;
 uniform vec2 scale;
@@ -24,6 +20,7 @@ uniform highp sampler2D colours;
 flat out vec3 centre;
 flat out float extent;
 flat out vec3 colour;
+flat out float glow;
 out vec3 ray;
 
 const vec2 CORNERS[6] = vec2[6](
@@ -34,15 +31,15 @@ void main() {
   int number = gl_VertexID / 6;
   ivec2 cell = ivec2(number & 2047, number >> 11);
   vec4 sphere = texelFetch(spheres, cell, 0);
-  float tone = texelFetch(tones, cell, 0).r;
+  vec2 letters = texelFetch(tones, cell, 0).rg;
+  float tone = letters.r;
+  glow = letters.g;
   float radius = sphere.w;
   vec2 corner = CORNERS[gl_VertexID % 6];
-  bool isBeyond = isFraction && sphere.x > 1.5;
-  vec3 place = isFraction ? lower + sphere.xyz * size : sphere.xyz;
-  centre = (view * vec4(place, 1.0)).xyz;
+  centre = (view * vec4(sphere.xyz, 1.0)).xyz;
   extent = radius;
   float far = length(centre);
-  if (isBeyond || far <= 1.02 * radius || centre.z > 0.0) {
+  if (radius < 0.0 || far <= 1.02 * radius || centre.z > 0.0) {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     return;
   }

@@ -2,10 +2,10 @@
 const SHEET = 0.35;
 const OUTLINE = 0.45;
 
-/** Surfaces as `src/view/report/recording/surface.rs` describes them: vertices with normals, edges and triangles. */
+/** Surfaces as `src/view/report/recording/surface.rs` describes them, with their bytes: vertices with normals, edges and triangles. */
 function surfacesOf(head) {
   const { triangles, edges, vertices, parts, lower, size } = head;
-  const bytes = decoded(element("surface-data").textContent).buffer;
+  const bytes = head.bytes.buffer;
   const corners = new Uint32Array(bytes, 0, 3 * triangles);
   const steps = new Uint16Array(bytes, 12 * triangles, 6 * edges + 3 * vertices);
   const normals = new Int8Array(bytes, 12 * (triangles + edges) + 6 * vertices, 3 * vertices);
@@ -49,11 +49,7 @@ class Surfaces {
     ]);
     this.order = gl.createBuffer();
     this.endBuffer = renderer.buffer(this.ends);
-    this.outline = renderer.shape(renderer.edges, [
-      ["corner", renderer.quad, 2, gl.FLOAT, 8, 0, 0],
-      ["start", this.endBuffer, 3, gl.FLOAT, 24, 0, 1],
-      ["end", this.endBuffer, 3, gl.FLOAT, 24, 12, 1],
-    ]);
+    this.outline = renderer.outline(this.endBuffer);
     this.place([]);
   }
 

@@ -62,8 +62,8 @@ impl Channels {
 
     /// The size of a frame `[bytes]`.
     pub fn bytes(&self, moving: usize) -> usize {
-        // What stands about each frame in the head of the recording counts, too.
-        (6 * moving).next_multiple_of(4) + self.0.len() * moving + 300
+        // A bit per free flight, and what stands about each frame in the head of the recording, count too.
+        (6 * moving).next_multiple_of(4) + self.0.len() * moving + moving.div_ceil(8) + 300
     }
 
     /// Appends the scalars of a frame; returns the range of each.

@@ -2,6 +2,7 @@
 
 use super::FrameHead;
 use super::channel::Channels;
+use super::flight::Flights;
 use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::trajectory::Frame;
@@ -42,10 +43,22 @@ impl Encoded {
             field: [lower.into(), size.into()],
             ranges,
             beyond,
+            fall: 0,
             poses: Vec::new(),
             surfaces: frame.surfaces.clone(),
         };
         Self { head, bytes }
+    }
+
+    /// Adds the flights of so many particles until the next frame; none where there is no such frame.
+    pub fn with_flights(mut self, flights: Option<&Flights>, moving: usize) -> (FrameHead, Vec<u8>) {
+        let end = self.bytes.len() + moving.div_ceil(8);
+        if let Some(flights) = flights {
+            self.head.fall = flights.fall;
+            self.bytes.extend(flights.bits());
+        }
+        self.bytes.resize(end, 0);
+        (self.head, self.bytes)
     }
 }
 

@@ -15,7 +15,7 @@ const STEPS: f64 = 65_535.0;
 /// Meaning of the bytes of the surfaces.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
-pub(in crate::view::report) struct SurfaceHead {
+pub(in crate::view) struct SurfaceHead {
     pub triangles: usize,
     pub edges: usize,
     pub vertices: usize,
@@ -28,7 +28,7 @@ pub(in crate::view::report) struct SurfaceHead {
 
 /// Surfaces for the player.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::view::report) struct SurfaceData {
+pub(in crate::view) struct SurfaceData {
     pub head: SurfaceHead,
     /// Of each triangle three vertices (u32); of each edge two positions, and of each vertex one, in steps of the box (u16); of each vertex a normal (i8); in
     /// little-endian order.

@@ -87,7 +87,7 @@ fn positions_and_speeds_come_back_within_their_steps() {
             let speed = low + f64::from(recording.frames[index][308 + particle]) / 255.0 * (high - low);
             assert!((speed - expected.velocity.norm()).abs() <= 0.5 * 50.0 / 255.0 + 1e-9);
         }
-        assert_eq!(recording.frames[index].len(), 308 + 51);
+        assert_eq!(recording.frames[index].len(), 308 + 51 + 7);
     }
     // 52 radii, the pivot, a bond and its radius, 52 species.
     assert_eq!(recording.constants.len(), 4 * 52 + 12 + 8 + 4 + 52);
@@ -176,7 +176,7 @@ fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
     let head = &recording.head.channels[1];
     assert_eq!((head.name.as_str(), head.low, head.high, head.is_exceeded), ("q6", 0.125, 0.625, false));
     assert_eq!(recording.head.frames[1].ranges[1], [0.375, 0.625]);
-    assert_eq!(recording.frames[1][20 + 3..], [0, 128, 255]);
+    assert_eq!(recording.frames[1][20 + 3..20 + 6], [0, 128, 255]);
 }
 
 #[test]

@@ -1,0 +1,60 @@
+//! Plan of the page on which a scene runs, and of the pictures that its player shows first.
+
+use serde::{Deserialize, Serialize};
+
+/// Plan of the page on which a scene runs.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+#[non_exhaustive]
+pub struct LivePlan {
+    /// Text about the scene, in Markdown.
+    pub description: Option<String>,
+    /// Simulated time in a second of the page `[time / second]`.
+    pub speed: Option<f64>,
+    /// Property that particles are coloured by.
+    pub colour: Option<Colouring>,
+    /// Azimuth and elevation of the camera `[degrees]`.
+    pub view: Option<[f64; 2]>,
+    /// Keys of the scene that have sliders; the page chooses some where there are none.
+    pub sliders: Vec<Slider>,
+}
+
+/// Property that particles are coloured by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Colouring {
+    /// Their species.
+    Species,
+    /// Their speed.
+    Speed,
+    /// Number of particles near them.
+    Neighbours,
+    /// Where they were at the start, along the vertical axis.
+    History,
+}
+
+/// Slider of a key of the scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+#[non_exhaustive]
+pub struct Slider {
+    /// Path of the key, such as `dynamics.gravity.2`.
+    pub key: String,
+    /// Name beside the slider; the key if it is `None`.
+    pub label: Option<String>,
+    /// Value at its lower end.
+    pub from: f64,
+    /// Value at its upper end.
+    pub to: f64,
+    /// Whether its steps are factors.
+    pub is_logarithmic: bool,
+}
+
+impl Slider {
+    /// Slider of a key between two values.
+    #[must_use]
+    pub fn new(key: &str, label: Option<&str>, [from, to]: [f64; 2], is_logarithmic: bool) -> Self {
+        Self { key: key.to_owned(), label: label.map(str::to_owned), from, to, is_logarithmic }
+    }
+}

@@ -1,0 +1,40 @@
+//! `[live]`: the page on which a scene runs.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::scene::parse::live::{COLOURS, SCALES};
+use crate::scene::parse::words;
+
+/// `[live]`: the page of `carom live`, and the first picture of the player of `carom report`.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct LiveFile {
+    /// Simulated time in a second of the page `[time / second]`; chosen by the page if not given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub speed: Option<f64>,
+    /// Property that particles are coloured by.
+    #[schemars(extend("enum" = words(&COLOURS), "default" = "species"))]
+    pub colour: Option<String>,
+    /// Azimuth and elevation of the camera, in degrees.
+    pub view: Option<[f64; 2]>,
+    /// Sliders of the page; some that it chooses if not given.
+    pub slider: Vec<SliderFile>,
+}
+
+/// `[[live.slider]]`: a value that the page lets one vary.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SliderFile {
+    /// Path of its key, as `--set` has it: `dynamics.gravity.2`.
+    pub key: String,
+    /// Name beside it; the key if not given.
+    pub label: Option<String>,
+    /// Value at its lower end.
+    pub from: f64,
+    /// Value at its upper end.
+    pub to: f64,
+    /// Whether equal steps are equal differences or equal factors.
+    #[schemars(extend("enum" = words(&SCALES), "default" = "linear"))]
+    pub scale: Option<String>,
+}

@@ -1,0 +1,328 @@
+// The text of the scene beside its picture: errors while one types, completion, sliders, a link that carries the scene, and the scene as a file.
+
+/** A pause of typing after which the text is checked, in milliseconds. */
+const EDITOR_PAUSE = 250;
+
+/** A pause of typing after which completions are looked for, in milliseconds. */
+const EDITOR_OFFERS = 70;
+
+/** Time after which an answer of the worker is not waited for any more, in milliseconds. */
+const EDITOR_PATIENCE = 4000;
+
+/** A text with changes, keys as `--set` has them. */
+function changedText(text, changes) {
+  return Object.entries(changes ?? {}).reduce((changed, [path, value]) => new Toml(changed).with(path, value), text);
+}
+
+/** Line, column and length of a range of bytes of the text in UTF-8; columns and lines count from 1. */
+function bytePlace(text, offset, length) {
+  const bytes = new TextEncoder().encode(text);
+  const letters = (from, to) => new TextDecoder().decode(bytes.subarray(from, to));
+  const lines = letters(0, offset).split("\n");
+  const marked = letters(offset, offset + length).split("\n")[0];
+  return { line: lines.length, column: lines.at(-1).length + 1, length: marked.length };
+}
+
+class LiveEditor {
+  constructor(live) {
+    this.live = live;
+    this.own = live.scene.text;
+    this.build();
+    this.editor = new TextEditor(this.place, this.own, (kind) => this.edited(kind));
+    this.offers = new CompletionList(this.editor, new SceneSchema(live.scene.schema ?? {}));
+    this.sliders = new SliderSet(document.getElementById("live-sliders"), live.scene.live?.sliders ?? live.scene.live?.slider, (...moved) => this.slide(...moved), this.offers.schema);
+    this.runs = changedText(live.text ?? this.own, live.changes);
+    this.number = 0;
+    this.waiting = undefined;
+    this.isBusy = false;
+    this.listen();
+    this.sliders.follow(this.editor.toml);
+    this.section.hidden = false;
+    this.state();
+    this.read();
+  }
+
+  build() {
+    this.section = document.getElementById("live-editor");
+    const make = (name, className, parent, words = "") => {
+      const node = document.createElement(name);
+      node.className = className;
+      node.textContent = words;
+      parent.append(node);
+      return node;
+    };
+    const button = (words, title, act, className = "") => {
+      const made = make("button", className, this.tools, words);
+      made.type = "button";
+      made.title = title;
+      made.addEventListener("click", act);
+      return made;
+    };
+    this.section.replaceChildren();
+    const head = make("div", "editor-head", this.section);
+    make("h2", "", head, "Scene");
+    this.tools = make("div", "editor-tools", head);
+    this.note = make("span", "editor-note", this.tools);
+    this.run = button("Run", "Run this text (Ctrl+Enter)", () => this.start(), "editor-run");
+    this.revert = button("Original", "Back to the scene of this page", () => this.restore());
+    this.share = button("Share", "A link that carries this scene", () => this.link());
+    this.save = button("Download", "This scene as a file that `carom run` repeats", () => this.download());
+    this.linked = make("p", "editor-link", this.section);
+    this.linked.hidden = true;
+    this.place = make("div", "editor-place", this.section);
+    this.message = make("div", "editor-message", this.place);
+    this.message.setAttribute("role", "status");
+  }
+
+  listen() {
+    const { area } = this.editor;
+    area.addEventListener("keydown", (event) => this.key(event), true);
+    area.addEventListener("blur", () => this.offers.close());
+    area.addEventListener("pointerdown", () => this.offers.close());
+    this.live.listen("head", () => this.began());
+    this.live.listen("error", (message) => this.refused(message));
+    window.addEventListener("hashchange", () => this.read());
+  }
+
+  key(event) {
+    const isCommand = event.ctrlKey || event.metaKey;
+    const isTaken = isCommand && event.key === "Enter" ? (this.start(), true)
+      : isCommand && event.key === " " ? (this.offers.update(true), true)
+      : this.offers.key(event);
+    if (isTaken) {
+      event.preventDefault();
+      event.stopImmediatePropagation();
+    }
+  }
+
+  edited(kind) {
+    clearTimeout(this.soon);
+    if (kind === "type") {
+      this.soon = setTimeout(() => this.offers.update(false), EDITOR_OFFERS);
+    } else {
+      this.offers.close();
+    }
+    this.state();
+    clearTimeout(this.pause);
+    this.pause = setTimeout(() => this.settle(kind), EDITOR_PAUSE);
+  }
+
+  /** What may wait until nobody types. */
+  settle(kind) {
+    this.editor.paint();
+    if (!kind?.startsWith("slider")) {
+      this.sliders.follow(this.editor.toml);
+    }
+    this.check();
+  }
+
+  /** What the buttons say. */
+  state() {
+    const isOther = this.editor.text !== this.runs;
+    this.note.textContent = isOther ? "not running yet" : "";
+    this.run.classList.toggle("is-due", isOther);
+    this.revert.hidden = this.editor.text === this.own;
+  }
+
+  /** Asks the program what it says of the text, one question at a time. */
+  async check() {
+    if (this.isAsking) {
+      this.isStale = true;
+      return;
+    }
+    this.isAsking = true;
+    const { text } = this.editor;
+    const answer = await this.live.ask({ kind: "check", text, changes: {} });
+    this.isAsking = false;
+    if (this.isStale || text !== this.editor.text) {
+      this.isStale = false;
+      this.check();
+      return;
+    }
+    this.tell(answer);
+  }
+
+  /** An error with its line and cure; none if there is none. */
+  tell({ error, line, help, offset, length: bytes } = {}, text = this.editor.text) {
+    this.message.replaceChildren();
+    const place = line && Number.isFinite(offset) ? bytePlace(text, offset, bytes ?? 0) : undefined;
+    // A range over more than its first line marks the line alone.
+    const { column, length } = place && place.line === line && place.length > 0 ? place : {};
+    this.editor.mark(error ? line : undefined, column, length);
+    this.editor.area.setAttribute("aria-invalid", String(Boolean(error)));
+    this.message.classList.toggle("is-wrong", Boolean(error));
+    if (!error) {
+      return;
+    }
+    if (line) {
+      const jump = document.createElement("button");
+      jump.type = "button";
+      jump.textContent = `line ${line}`;
+      jump.addEventListener("click", () => this.editor.jump(line, column));
+      this.message.append(jump, " ");
+    }
+    this.message.append(...proseNodes(error));
+    if (help) {
+      const cure = document.createElement("p");
+      cure.append(...proseNodes(help));
+      this.message.append(cure);
+    }
+  }
+
+  /** Runs the text, if nothing is wrong with it: what runs now goes on otherwise. */
+  async start() {
+    const { text } = this.editor;
+    this.offers.close();
+    clearTimeout(this.pause);
+    const answer = await this.live.ask({ kind: "check", text, changes: {} });
+    this.tell(answer, text);
+    if (!answer.error) {
+      this.queue({ text });
+    }
+  }
+
+  slide(slider, written) {
+    const { toml } = this.editor;
+    const value = written(toml);
+    const text = toml.with(slider.key, value);
+    this.editor.write(text, `slider ${slider.key}`);
+    // A text that is not running yet has more changes than this one.
+    const isAlone = this.runs === text || this.isOnly(slider.key);
+    this.queue(slider.isLive && isAlone ? { changes: { [slider.key]: value } } : { text });
+  }
+
+  /** Whether the text that runs and this one differ in the value of a key alone. */
+  isOnly(key) {
+    const plain = (text) => new Toml(text).with(key, "0");
+    const waiting = this.waiting?.changes ?? {};
+    return this.waiting?.text === undefined && plain(changedText(this.runs, waiting)) === plain(this.editor.text);
+  }
+
+  /** One change at a time goes to the worker; of those that wait, the last one counts. */
+  queue(wanted) {
+    const changes = wanted.changes && this.waiting?.changes ? { ...this.waiting.changes, ...wanted.changes } : wanted.changes;
+    this.waiting = { ...wanted, changes };
+    if (!this.isBusy) {
+      this.send();
+    }
+  }
+
+  send() {
+    const wanted = this.waiting;
+    this.waiting = undefined;
+    if (!wanted) {
+      return;
+    }
+    this.isBusy = true;
+    this.sent = wanted;
+    clearTimeout(this.patience);
+    this.patience = setTimeout(() => this.free(), EDITOR_PATIENCE);
+    if (wanted.text === undefined) {
+      this.live.change(wanted.changes);
+    } else {
+      this.live.start(wanted.text, {});
+    }
+  }
+
+  free() {
+    clearTimeout(this.patience);
+    this.isBusy = false;
+    this.sent = undefined;
+    this.send();
+  }
+
+  /** A scene has begun, or goes on with other keys: the text says so, whoever changed it. */
+  began() {
+    const { text, changes } = this.live;
+    this.runs = changedText(text, changes);
+    const shown = changedText(this.editor.text, changes);
+    if (!this.waiting) {
+      this.editor.write(shown);
+    }
+    this.tell();
+    this.state();
+    this.free();
+  }
+
+  refused(message) {
+    // What does not go on with another value may begin with it.
+    if (this.sent?.changes && !this.waiting) {
+      this.waiting = { text: this.editor.text };
+    } else {
+      this.tell(message);
+    }
+    this.free();
+  }
+
+  restore() {
+    this.editor.write(this.own);
+    this.start();
+    this.linked.hidden = true;
+    if (location.hash) {
+      history.replaceState(null, "", location.pathname + location.search);
+    }
+  }
+
+  /** The scene of the link with which the page was opened. It is text and nothing else, whoever made the link. */
+  async read() {
+    if (location.hash === this.hash) {
+      return;
+    }
+    this.hash = location.hash;
+    try {
+      const text = await sharedText(location.hash);
+      if (text !== undefined && text !== this.editor.text) {
+        this.editor.write(text);
+        this.sliders.settle();
+        this.sliders.follow(this.editor.toml);
+        this.note.textContent = "";
+        this.say("This scene came with the link.");
+        document.getElementById("live-description").hidden = true;
+        this.start();
+      }
+    } catch (error) {
+      this.say(error.message);
+    }
+  }
+
+  say(words, ...nodes) {
+    this.linked.replaceChildren(words, ...nodes);
+    this.linked.hidden = false;
+  }
+
+  async link() {
+    const fragment = await shareFragment(this.editor.text);
+    const address = `${location.href.replace(/#.*$/, "")}#${fragment}`;
+    this.hash = `#${fragment}`;
+    history.replaceState(null, "", address);
+    const field = document.createElement("input");
+    Object.assign(field, { readOnly: true, value: address });
+    field.setAttribute("aria-label", "Link");
+    let isCopied = true;
+    try {
+      await navigator.clipboard.writeText(address);
+    } catch {
+      isCopied = false;
+    }
+    const size = address.length > 8000 ? ` It has ${address.length} letters; some programs cut links of more than 8,000.` : "";
+    this.say(`${isCopied ? "The link is copied." : "Copy this link:"}${size} `, field);
+    field.focus();
+    field.select();
+  }
+
+  /** The present text; the state of now if somebody moved particles. */
+  async download() {
+    const isMoved = Boolean(this.live.isKicked);
+    const text = isMoved ? (await this.live.ask({ kind: "scene" })).text : this.editor.text;
+    const address = URL.createObjectURL(new Blob([text], { type: "application/toml" }));
+    const link = document.createElement("a");
+    link.href = address;
+    link.download = "scene.toml";
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(address), 10_000);
+  }
+}
+
+if (typeof module === "object" && module.exports) {
+  module.exports = { bytePlace };
+}

@@ -1,0 +1,101 @@
+// Undo and redo of the editor, whoever changed the text: keys, completion or a slider.
+
+/** Changes kept. */
+const HISTORY_LENGTH = 500;
+
+/** Typing pauses longer than this begin a step of their own, in milliseconds. */
+const HISTORY_PAUSE = 1200;
+
+/**
+ * What differs between two texts: {at, removed, inserted}; undefined if nothing does. `caret` is where it stands behind what was written:
+ * it tells which of two equal letters is the new one.
+ */
+function textChange(before, after, caret = Infinity) {
+  if (before === after) {
+    return undefined;
+  }
+  const most = Math.min(before.length, after.length);
+  const latest = Math.min(most, Math.max(0, caret - Math.max(0, after.length - before.length)));
+  let at = 0;
+  while (at < latest && before.charCodeAt(at) === after.charCodeAt(at)) {
+    at += 1;
+  }
+  let tail = 0;
+  while (tail < most - at && before.charCodeAt(before.length - 1 - tail) === after.charCodeAt(after.length - 1 - tail)) {
+    tail += 1;
+  }
+  return { at, removed: before.slice(at, before.length - tail), inserted: after.slice(at, after.length - tail) };
+}
+
+/** The steps of a text, as changes. */
+class TextHistory {
+  constructor(text) {
+    this.text = text;
+    this.steps = [];
+    this.place = 0;
+    this.last = -Infinity;
+  }
+
+  /** Notes that the text is another one now, and returns the change. `kind` names changes that may become one step: "type", or the path that a slider changes. */
+  note(text, kind, caret, now = performance.now()) {
+    const change = textChange(this.text, text, caret);
+    if (!change) {
+      return undefined;
+    }
+    this.steps.length = this.place;
+    const before = this.steps.at(-1);
+    if (before && this.isContinued(before, change, kind, now)) {
+      Object.assign(before, textChange(this.before(before), text, caret) ?? { removed: "", inserted: "" });
+    } else {
+      this.steps.push({ ...change, kind });
+      if (this.steps.length > HISTORY_LENGTH) {
+        this.steps.shift();
+      }
+    }
+    this.text = text;
+    this.place = this.steps.length;
+    this.last = now;
+    return change;
+  }
+
+  isContinued(before, change, kind, now) {
+    if (!kind || before.kind !== kind || now - this.last > HISTORY_PAUSE) {
+      return false;
+    }
+    if (kind === "type") {
+      return change.removed === "" && !change.inserted.includes("\n") && change.at === before.at + before.inserted.length;
+    }
+    return true;
+  }
+
+  /** The text before the last step. */
+  before({ at, removed, inserted }) {
+    return this.text.slice(0, at) + removed + this.text.slice(at + inserted.length);
+  }
+
+  /** {text, caret} of the step before, or undefined. */
+  undo() {
+    if (this.place === 0) {
+      return undefined;
+    }
+    this.place -= 1;
+    const step = this.steps[this.place];
+    this.text = this.before(step);
+    return { text: this.text, caret: step.at + step.removed.length };
+  }
+
+  /** {text, caret} of the step that was undone last, or undefined. */
+  redo() {
+    if (this.place === this.steps.length) {
+      return undefined;
+    }
+    const { at, removed, inserted } = this.steps[this.place];
+    this.place += 1;
+    this.text = this.text.slice(0, at) + inserted + this.text.slice(at + removed.length);
+    return { text: this.text, caret: at + inserted.length };
+  }
+}
+
+if (typeof module === "object" && module.exports) {
+  module.exports = { TextHistory, textChange };
+}

@@ -1,0 +1,354 @@
+// Reading of TOML for the editor: which characters are what, where each value stands, and where one is in the scene at a place of the text.
+// It takes any text. What is wrong in it, the engine says.
+
+/** What a piece is, by its first character; words begin with any other. */
+const TOML_KINDS = {
+  " ": "space", "\t": "space", "\r": "space", "\n": "newline", "#": "comment", '"': "string", "'": "string",
+  "[": "mark", "]": "mark", "{": "mark", "}": "mark", "=": "mark", ",": "mark", ".": "mark",
+};
+
+const TOML_PIECES = {
+  space: /[ \t\r]+/y,
+  newline: /\n/y,
+  comment: /[^\n]*/y,
+  string: /"""[^]*?(?:"""(?!")|$)|'''[^]*?(?:'''(?!')|$)|"(?:[^"\\\n]|\\[^\n])*(?:"|(?=\n)|\\?$)|'[^'\n]*(?:'|(?=\n)|$)/y,
+  mark: /\[\[|\]\]|[^]/y,
+  word: /[^\s#"'[\]{}=,]+/y,
+};
+
+const TOML_NUMBER = /^[+-]?(?:inf|nan|\d[\d_]*(?:\.\d[\d_]*)?(?:[eE][+-]?\d[\d_]*)?|0x[\da-fA-F_]+|0o[0-7_]+|0b[01_]+)$/;
+
+/** The line of a header, as far as scenes have them. */
+const TOML_HEADER = /\[\[?[A-Za-z_][\w-]*(?:\.[\w-]+)*\]\]?[ \t]*(?:#[^\n]*)?(?:\n|$)/y;
+
+/** Deeper than any scene; what is nested deeper is one value. */
+const TOML_DEPTH = 32;
+
+/** A word of a value: number, string or truth value of the text; undefined if it is none. */
+function tomlScalar(raw) {
+  if (TOML_NUMBER.test(raw)) {
+    const plain = raw.replaceAll("_", "");
+    const sign = plain.startsWith("-") ? -1 : 1;
+    const digits = plain.replace(/^[+-]/, "");
+    return digits === "inf" ? sign * Infinity : digits === "nan" ? NaN : sign * Number(digits);
+  }
+  if (raw === "true" || raw === "false") {
+    return raw === "true";
+  }
+  if (/^'[^']*'$/.test(raw)) {
+    return raw.slice(1, -1);
+  }
+  if (/^"(?:[^"\\]|\\.)*"$/.test(raw)) {
+    try {
+      return JSON.parse(raw);
+    } catch {
+      return raw.slice(1, -1);
+    }
+  }
+  return undefined;
+}
+
+/** A number as TOML has it: a float keeps its point. */
+function tomlNumber(value, isInteger = false) {
+  if (!Number.isFinite(value)) {
+    return Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
+  }
+  const written = String(isInteger ? Math.round(value) : value).replace("e+", "e");
+  return isInteger || /[.e]/.test(written) ? written : `${written}.0`;
+}
+
+/** The pieces, tables and values of a text. */
+class Toml {
+  /**
+   * `tokens`: [kind, start, end] in order, of kinds comment, table, key, string, number, constant and error.
+   * `tables`: {at, isArray, start, end, last}: its path with indices, the header from start to end; `last` is the end of the last entry below it.
+   * `place`: {path, role} at the end of the text: in which table or value, and whether a key, value or header is expected there.
+   * `entries`: by path such as "fill.0.temperature": {path, keyStart, start, end, value}: the value stands from start to end.
+   */
+  constructor(text) {
+    this.text = text;
+    this.tokens = [];
+    this.tables = [{ at: [], isArray: false, start: 0, end: 0, last: 0 }];
+    this.entries = new Map();
+    this.counts = new Map();
+    this.place = { path: [], role: "key" };
+    this.at = 0;
+    this.next();
+    while (this.kind) {
+      this.line();
+    }
+  }
+
+  /** The next piece, without spaces; `kind` is empty at the end. */
+  next() {
+    do {
+      this.start = this.at;
+      this.kind = this.at < this.text.length ? TOML_KINDS[this.text[this.at]] ?? "word" : "";
+      if (this.kind) {
+        const pattern = TOML_PIECES[this.kind];
+        pattern.lastIndex = this.at;
+        // A string with a backslash at the end of its line fits no pattern, neither does a space of another kind.
+        this.at = pattern.test(this.text) ? pattern.lastIndex : this.at + 1;
+      }
+    } while (this.kind === "space");
+    this.piece = this.text.slice(this.start, this.at);
+  }
+
+  is(mark) {
+    return this.kind === "mark" && this.piece === mark;
+  }
+
+  token(kind, start = this.start, end = this.at) {
+    this.tokens.push([kind, start, end]);
+  }
+
+  /** A mark that two brackets may have made is read as its first half. */
+  half() {
+    if (this.kind === "mark" && this.piece.length === 2) {
+      this.piece = this.piece[0];
+      this.at = this.start + 1;
+    }
+  }
+
+  line() {
+    this.place = { path: this.tables.at(-1).at, role: "key" };
+    if (this.kind === "newline") {
+      this.next();
+    } else if (this.kind === "comment") {
+      this.token("comment");
+      this.next();
+    } else if (this.is("[[") || this.is("[")) {
+      this.header();
+      this.rest();
+    } else {
+      this.pair(this.tables.at(-1).at, 0);
+      this.rest();
+    }
+  }
+
+  /** To the end of the line, where only a comment may stand. */
+  rest() {
+    while (this.kind && this.kind !== "newline" && !this.isHeader()) {
+      this.token(this.kind === "comment" ? "comment" : "error");
+      this.next();
+    }
+  }
+
+  /** Keys with points between them, as an array. */
+  keys(kind) {
+    const keys = [];
+    const first = this.start;
+    let end = this.start;
+    while (this.kind === "word" || this.kind === "string" || this.is(".")) {
+      if (this.kind === "string") {
+        keys.push(String(tomlScalar(this.piece) ?? this.piece));
+      } else if (this.kind === "word") {
+        keys.push(...this.piece.split(".").filter((key) => key !== ""));
+      }
+      end = this.at;
+      this.next();
+    }
+    if (end > first) {
+      this.token(kind, first, end);
+    }
+    return { keys, first, end };
+  }
+
+  header() {
+    const isArray = this.is("[[");
+    const start = this.start;
+    this.next();
+    const { keys } = this.keys("table");
+    this.place = { path: keys, role: "header" };
+    const close = isArray ? "]]" : "]";
+    let end = this.start;
+    if (this.is(close)) {
+      end = this.at;
+      this.next();
+    }
+    this.tables.push({ at: this.resolved(keys, isArray), isArray, start, end, last: end });
+  }
+
+  /** Keys of a header with the indices of the arrays of tables they lead into. */
+  resolved(keys, isArray) {
+    const path = [];
+    keys.forEach((key, depth) => {
+      path.push(key);
+      const name = path.join("\0");
+      const isLast = depth === keys.length - 1;
+      if (isLast && isArray) {
+        this.counts.set(name, (this.counts.get(name) ?? -1) + 1);
+      }
+      if (this.counts.has(name)) {
+        path.push(this.counts.get(name));
+      }
+    });
+    return path;
+  }
+
+  /** `key = value`, on a line or inside of braces. */
+  pair(prefix, depth) {
+    const { keys, first } = this.keys("key");
+    if (keys.length === 0) {
+      this.token("error");
+      this.next();
+      return;
+    }
+    if (!this.is("=")) {
+      return;
+    }
+    this.next();
+    const path = [...prefix, ...keys];
+    this.place = { path, role: "value" };
+    this.value(path, first, depth);
+    if (depth === 0) {
+      this.tables.at(-1).last = Math.max(this.tables.at(-1).last, this.entries.get(path.join("."))?.end ?? 0);
+    }
+  }
+
+  value(path, keyStart, depth) {
+    this.half();
+    const start = this.start;
+    let end = this.at;
+    let value;
+    if (this.is("[") && depth < TOML_DEPTH) {
+      end = this.array(path, depth);
+    } else if (this.is("{") && depth < TOML_DEPTH) {
+      end = this.braces(path, depth);
+    } else if (this.kind === "word" || this.kind === "string") {
+      value = tomlScalar(this.piece);
+      const kind = this.kind === "string" ? "string" : { number: "number", boolean: "constant" }[typeof value] ?? "error";
+      this.token(kind);
+      this.next();
+    } else {
+      if (this.kind && this.kind !== "newline" && this.kind !== "comment") {
+        this.token("error");
+        this.next();
+      }
+      return;
+    }
+    this.entries.set(path.join("."), { path, keyStart, start, end, value });
+  }
+
+  /** Past what separates elements, where lines may end; false at the end of the text. What comes there has a place of its own. */
+  between(place) {
+    if (this.kind) {
+      this.place = place();
+    }
+    while (this.kind === "newline" || this.kind === "comment" || this.is(",")) {
+      if (this.kind === "comment") {
+        this.token("comment");
+      }
+      this.next();
+    }
+    return this.kind !== "";
+  }
+
+  array(path, depth) {
+    this.place = { path: [...path, 0], role: "value" };
+    this.next();
+    let index = 0;
+    while (this.between(() => ({ path: [...path, index], role: "value" }))) {
+      if (this.kind === "mark" && this.piece === "]]") {
+        this.half();
+      }
+      const end = this.at;
+      if (this.is("]")) {
+        this.next();
+        return end;
+      }
+      if (this.isHeader()) {
+        return this.start;
+      }
+      this.value([...path, index], this.start, depth + 1);
+      index += 1;
+    }
+    return this.text.length;
+  }
+
+  /** Whether a header begins here, inside of brackets or braces that are not closed: the rest is still readable. */
+  isHeader() {
+    TOML_HEADER.lastIndex = this.start;
+    return TOML_HEADER.test(this.text) && /(?:^|\n)[ \t]*$/.test(this.text.slice(Math.max(0, this.start - 80), this.start));
+  }
+
+  braces(path, depth) {
+    this.place = { path, role: "key" };
+    this.next();
+    while (this.between(() => ({ path, role: "key" }))) {
+      const end = this.at;
+      if (this.is("}")) {
+        this.next();
+        return end;
+      }
+      if (this.isHeader()) {
+        return this.start;
+      }
+      this.pair(path, depth + 1);
+    }
+    return this.text.length;
+  }
+
+  /** The entry of a path such as `fill.0.temperature`. */
+  find(path) {
+    return this.entries.get(path);
+  }
+
+  /** Scalar at a path, or undefined. */
+  get(path) {
+    return this.entries.get(path)?.value;
+  }
+
+  /** How many tables an array of tables has. */
+  count(name) {
+    return (this.counts.get(name) ?? -1) + 1;
+  }
+
+  /** The change that gives a path a value, in TOML: {start, end, insert}; undefined if there is no table for it. */
+  edit(path, value) {
+    const found = this.find(path);
+    if (found) {
+      return { start: found.start, end: found.end, insert: value };
+    }
+    const steps = path.split(".");
+    for (let length = steps.length - 1; length >= 0; length -= 1) {
+      const place = steps.slice(0, length).join(".");
+      const rest = steps.slice(length).join(".");
+      if (/(?:^|\.)\d+(?:\.|$)/.test(rest)) {
+        continue;
+      }
+      const inline = length > 0 ? this.find(place) : undefined;
+      if (inline && this.text[inline.start] === "{") {
+        const isEmpty = this.text.slice(inline.start + 1, inline.end - 1).trim() === "";
+        return { start: inline.start + 1, end: inline.start + 1, insert: ` ${rest} = ${value}${isEmpty ? " " : ","}` };
+      }
+      const table = this.tables.findLast((one) => one.at.join(".") === place);
+      if (table) {
+        return this.insertion(table, `${rest} = ${value}`);
+      }
+    }
+    return undefined;
+  }
+
+  /** A line of its own behind the last entry of a table; before the first table, for a key of the scene itself. */
+  insertion(table, line) {
+    if (table.last > 0) {
+      const end = this.text.indexOf("\n", table.last);
+      const start = end < 0 ? this.text.length : end;
+      return { start, end: start, insert: `\n${line}` };
+    }
+    // Behind the comment that a scene begins with.
+    const lines = this.text.match(/^(?:#[^\n]*\n)*/)[0].length;
+    return { start: lines, end: lines, insert: `${line}\n` };
+  }
+
+  /** The text with the change of `edit`; the same text if there is none. */
+  with(path, value) {
+    const change = this.edit(path, value);
+    return change ? this.text.slice(0, change.start) + change.insert + this.text.slice(change.end) : this.text;
+  }
+}
+
+if (typeof module === "object" && module.exports) {
+  module.exports = { Toml, tomlScalar, tomlNumber };
+}

@@ -1,0 +1,209 @@
+//! Description of a simulation for the page that shows it.
+
+use serde::Serialize;
+
+use crate::Vector;
+use crate::engine::Simulation;
+use crate::mesh::shown;
+use crate::model::space::{Boundary, Face};
+use crate::model::surface_motion::Timeline;
+use crate::model::{LivePlan, Scene};
+use crate::run::Stage;
+use crate::view::report::base64;
+use crate::view::report::recording::{SurfaceData, SurfaceHead, upwards};
+use crate::view::surfaces::{Skin, Surfaces};
+
+/// A simulation as its page shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    /// Description of all that does not change while it runs, in JSON: species, box, bonds, surfaces, stages, camera.
+    pub head: String,
+    surfaces: Surfaces,
+}
+
+impl Shown {
+    /// Of a simulation at its start.
+    #[must_use]
+    pub fn of(simulation: &Simulation) -> Self {
+        let surfaces = surfaces(simulation.scene());
+        // Numbers and names: nothing that JSON does not have.
+        let head = serde_json::to_string(&Head::of(simulation, &surfaces)).unwrap_or_default();
+        Self { head, surfaces }
+    }
+
+    /// Where each surface is at a time: the columns of `R` and `d` in `R x + d`, nothing for one that is not there; empty if all are there and rest.
+    #[must_use]
+    pub fn poses(&self, time: f64, present: &[bool]) -> Vec<Option<[f64; 12]>> {
+        self.surfaces.poses(time, present)
+    }
+}
+
+/// Description of a simulation at its start: all of it that does not change while it runs. The page reads it as JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Head {
+    /// Name of the scene.
+    name: String,
+    /// Seed of its random numbers.
+    seed: u64,
+    /// Simulated time at the start `[time]`.
+    time: f64,
+    /// The species.
+    species: Vec<SpeciesHead>,
+    /// Index of the species of each particle, in the order of their ids.
+    particles: Vec<u32>,
+    /// Lower corner of the box `[length]`.
+    lower: [f64; 3],
+    /// Edges of the box `[length]`; 0 along flat axes.
+    size: [f64; 3],
+    /// Whether what leaves on one side enters on the other, by axis.
+    periodic: [bool; 3],
+    /// Whether positions have no extent along an axis.
+    flat: [bool; 3],
+    /// Whether the lower and the upper side are walls, by axis.
+    walls: [[bool; 2]; 3],
+    /// Whether nothing changes the total momentum along an axis in the last stage.
+    conserved: [bool; 3],
+    /// Velocity gradient of a sheared box `[1 / time]`.
+    shear_rate: Option<f64>,
+    /// Planes across an axis through which the scene counts particles.
+    flows: Vec<FlowHead>,
+    /// Lower and upper corner of what the camera shows `[length]`.
+    view: [[f64; 3]; 2],
+    /// Index of the axis that points up in the picture.
+    up: usize,
+    /// Whether it points down instead.
+    is_upside_down: bool,
+    /// Bonded pairs of particles.
+    bonds: Vec<[u32; 2]>,
+    /// Names of the stages, in their order.
+    stages: Vec<String>,
+    /// What the scene plans for its page.
+    live: LivePlan,
+    /// Simulated time of the last stage, if that limits it `[time]`.
+    until_time: Option<f64>,
+    /// Number of events of the last stage, if that limits it.
+    until_events: Option<u64>,
+    /// Meaning of the bytes of the surfaces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    surfaces: Option<SurfaceHead>,
+    /// These bytes, in base64.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    surface_data: String,
+}
+
+/// A plane of a page.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct FlowHead {
+    /// Name of the flow through it.
+    name: String,
+    /// Index of the axis that is normal to it.
+    axis: usize,
+    /// Coordinate along that `[length]`.
+    at: f64,
+}
+
+/// A species of a page.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct SpeciesHead {
+    /// Its name.
+    name: String,
+    /// Its diameter at the start `[length]`.
+    diameter: f64,
+    /// Its mass `[mass]`; `None` of one that never moves.
+    mass: Option<f64>,
+    /// Its acceleration `[length / time^2]`.
+    acceleration: [f64; 3],
+    /// Whether its particles never move.
+    is_static: bool,
+}
+
+impl Head {
+    fn of(simulation: &Simulation, surfaces: &Surfaces) -> Self {
+        let scene = simulation.scene();
+        let (space, plan) = (scene.space(), scene.run());
+        let species = scene.species().iter().map(|species| SpeciesHead {
+            name: species.name.clone(),
+            diameter: species.diameter,
+            mass: (!species.is_static()).then_some(species.mass),
+            acceleration: species.acceleration.into(),
+            is_static: species.is_static(),
+        });
+        let is = |kind: Boundary| space.boundary.map(|boundary| boundary == kind);
+        let flat = is(Boundary::Flat);
+        let (up, is_upside_down) = upwards(flat, Some(scene));
+        let data = SurfaceData::of(surfaces).filter(|data| data.head.triangles <= MOST_TRIANGLES);
+        let mut surface_data = String::new();
+        if let Some(data) = &data {
+            base64::encode(&data.bytes, &mut surface_data);
+        }
+        Self {
+            name: scene.name().to_owned(),
+            seed: scene.seed(),
+            time: simulation.time(),
+            species: species.collect(),
+            particles: scene.particles().iter().map(|particle| particle.species.0).collect(),
+            lower: space.lower.into(),
+            size: space.size.into(),
+            periodic: is(Boundary::Periodic),
+            flat,
+            walls: space.boundary.map(walls),
+            conserved: scene.conserved_axes(),
+            shear_rate: scene.shear_rate(),
+            flows: flows(scene),
+            view: view(scene, surfaces).map(Into::into),
+            up,
+            is_upside_down,
+            bonds: scene.bonds().iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
+            stages: Stage::simulated(plan).map(|stage| stage.name(plan).into_owned()).collect(),
+            live: scene.live().clone(),
+            until_time: plan.limit.time,
+            until_events: plan.limit.events,
+            surfaces: data.map(|data| data.head),
+            surface_data,
+        }
+    }
+}
+
+/// Whether the sides along an axis are walls.
+fn walls(boundary: Boundary) -> [bool; 2] {
+    match boundary {
+        Boundary::Bounded { lower, upper } => [lower, upper].map(|face| face != Face::Open),
+        Boundary::Periodic | Boundary::Flat => [false; 2],
+    }
+}
+
+/// Planes of the flows that are across an axis.
+fn flows(scene: &Scene) -> Vec<FlowHead> {
+    let of_axis = |name: &str| ["x", "y", "z"].iter().position(|axis| *axis == name);
+    let planes = scene.measure().flows.iter().filter_map(|flow| {
+        let axis = of_axis(flow.axis.as_deref()?)?;
+        Some(FlowHead { name: flow.name.clone(), axis, at: flow.at })
+    });
+    planes.collect()
+}
+
+/// The most triangles of all surfaces of a page together.
+const MOST_TRIANGLES: usize = 50_000;
+
+/// Surfaces of a scene in its order, also those of which nothing is in sight.
+fn surfaces(scene: &Scene) -> Surfaces {
+    let skins = scene.surfaces().iter().zip(shown(scene)).enumerate().map(|(number, (surface, (_, mesh)))| Skin {
+        number: Some(number),
+        timeline: surface.moves().then(|| Timeline::of(&surface.motions)),
+        ..Skin::of(&mesh)
+    });
+    Surfaces { skins: skins.filter(|skin| !skin.triangles.is_empty()).collect() }
+}
+
+/// The box, or what holds the particles where it has no extent, and surfaces that are not much larger.
+fn view(scene: &Scene, surfaces: &Surfaces) -> [Vector; 2] {
+    let space = scene.space();
+    let mut view = [space.lower, space.upper()];
+    if space.size.iter().all(|edge| *edge == 0.0) {
+        let positions = scene.particles().iter().map(|particle| [particle.position; 2]);
+        view = positions.reduce(|[a, b], [c, d]| [a.inf(&c), b.sup(&d)]).unwrap_or(view);
+    }
+    surfaces.framed(view).iter().fold(view, |[lower, upper], corner| [lower.inf(corner), upper.sup(corner)])
+}

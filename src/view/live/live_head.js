@@ -1,0 +1,51 @@
+// A head of the engine in the words of the renderer and of the camera.
+
+const liveElement = (id) => document.getElementById(`live-${id}`);
+
+/** Radius of a bond relative to the smaller of its two ends, as in the player of reports. */
+const BOND_RADIUS = 0.36;
+
+/** What the renderer has to know of the particles of a scene. */
+function liveParticles(head) {
+  const { moving, fixed, fixedPositions, species, particles, bonds, flat, periodic, surfaces } = head;
+  const ids = [...moving, ...fixed];
+  const place = new Map(ids.map((id, index) => [id, index]));
+  const radii = Float32Array.from(ids, (id) => species[particles[id]].diameter / 2);
+  const bondEnds = Uint32Array.from(bonds.flat(), (id) => place.get(id) ?? 0);
+  return {
+    moving: moving.length,
+    fixed: fixed.length,
+    bonds: bonds.length,
+    flat,
+    periodic,
+    radii,
+    species: Uint8Array.from(ids, (id) => Math.min(particles[id], 255)),
+    fixedPositions,
+    bondEnds,
+    bondRadii: Float32Array.from(bonds.keys(), (bond) => BOND_RADIUS * Math.min(radii[bondEnds[2 * bond]], radii[bondEnds[2 * bond + 1]])),
+    surfaces: surfaces && { ...surfaces, bytes: decoded(head.surfaceData) },
+  };
+}
+
+/** The speeds that one can choose, simulated time per second: 1, 2 and 5 times powers of ten. */
+const liveSpeeds = [...Array(10).keys()].flatMap((k) => [1, 2, 5].map((digit) => digit * 10 ** (k - 5)));
+
+/** A speed that looks natural: a gas in which particles go some diameters in a second, or a fall through the box in some seconds. */
+function liveNaturalSpeed(head, { velocities }) {
+  const { moving, species, particles, gravity, size } = head;
+  let squares = 0;
+  for (let k = 0; k < velocities.length; k += 1) {
+    squares += velocities[k] * velocities[k];
+  }
+  const typical = Math.sqrt(squares / Math.max(moving.length, 1));
+  const diameter = Array.from(moving, (id) => species[particles[id]].diameter).reduce((sum, own) => sum + own, 0) / Math.max(moving.length, 1);
+  const extent = Math.max(...size.map((length, axis) => (gravity[axis] !== 0 ? length : 0)));
+  const falling = Math.sqrt(norm(gravity) * extent);
+  const wanted = falling > 2 * typical ? extent / (3 * falling) : (1.5 * diameter + 0.01 * Math.max(...size)) / typical;
+  return liveNearestSpeed(wanted > 0 && wanted < Infinity ? wanted : 1);
+}
+
+function liveNearestSpeed(wanted) {
+  const distance = (speed) => Math.abs(Math.log(speed / wanted));
+  return liveSpeeds.reduce((best, speed) => (distance(speed) < distance(best) ? speed : best));
+}

@@ -1,0 +1,191 @@
+/** How long a flash takes to fade to a third `[ms]`. */
+const FADE = 110;
+
+/** The picture: particles, trails, arrows and flashes, seen by a camera. */
+class Picture {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.dark = window.matchMedia("(prefers-color-scheme: dark)");
+    this.chosen = -1;
+    this.trailCount = 0;
+    this.choices = { hasBox: true, hasSurfaces: true, fixed: "veil", hasArrows: false, hasFlashes: true };
+  }
+
+  get scheme() {
+    return this.dark.matches ? SCHEMES.dark : SCHEMES.light;
+  }
+
+  /** Takes over the particles of a scene; the camera stays where it is if only the scene's numbers have changed. */
+  begin(head, isSame) {
+    this.head = head;
+    this.particles = liveParticles(head);
+    if (this.renderer) {
+      this.renderer.show(this.particles);
+    } else {
+      this.renderer = new Renderer(this.canvas, this.particles);
+      this.lines = new Lines(this.renderer);
+    }
+    this.glow = new Float32Array(head.moving.length);
+    this.flashes = new Uint8Array(head.moving.length);
+    this.share = 0;
+    this.paint();
+    this.frame = undefined;
+    this.isSameView = isSame && this.camera !== undefined;
+    this.chosen = this.isSameView ? this.chosen : -1;
+    this.trails = new Trails(head);
+    this.trails.follow(this.trailCount, this.chosen);
+  }
+
+  paint() {
+    this.renderer.setColours(speciesColours(this.head.species, this.scheme.fixed), scaleColours());
+  }
+
+  /** Makes the camera of a scene when its first positions are there. */
+  aim(frame) {
+    if (!this.isSameView) {
+      // The object stays, because pointers steer it; another box of the same scene is seen from the same side.
+      const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(new Camera(this.head).up) ? this.camera : {};
+      this.camera = Object.assign(this.camera ?? new Camera(this.head), new Camera(this.head));
+      this.camera.margin = this.renderer.largest;
+      this.camera.reset(this.renderer.resize());
+      if (isMoved) {
+        Object.assign(this.camera, { isMoved, azimuth, elevation });
+        this.camera.fit(this.renderer.resize());
+      }
+      this.isSameView = true;
+    }
+    let reach = this.camera.extent;
+    for (const places of [frame.positions, this.head.fixedPositions]) {
+      for (let at = 0; at + 2 < places.length; at += 3) {
+        const [x, y, z] = [places[at] - this.camera.centre[0], places[at + 1] - this.camera.centre[1], places[at + 2] - this.camera.centre[2]];
+        reach = Math.max(reach, Math.hypot(x, y, z));
+      }
+    }
+    this.camera.reach = 1.2 * reach + 2 * this.camera.margin;
+  }
+
+  /** Takes a picture of the worker; the last one is given back. */
+  take(frame, now) {
+    const last = this.frame;
+    this.frame = frame;
+    if (!last || frame.time < last.time) {
+      this.aim(frame);
+      this.trails.clear();
+    }
+    this.trails.note(frame);
+    this.fade(frame, now);
+    this.load();
+    return last;
+  }
+
+  /** Flashes fade, and contacts light them; where much flashes all the time, flashes are weaker or absent. */
+  fade({ hits, time }, now) {
+    const { glow, flashes } = this;
+    const isNew = time !== this.fadedTime;
+    const factor = isNew ? Math.exp(-Math.min(now - (this.fadedAt ?? now), 100) / FADE) : 1;
+    this.fadedAt = now;
+    this.fadedTime = time;
+    let sum = 0;
+    for (let k = 0; k < glow.length; k += 1) {
+      glow[k] = hits[k] ? 1 : glow[k] * factor;
+      sum += glow[k];
+    }
+    const share = sum / Math.max(glow.length, 1);
+    this.share += (isNew ? 0.05 : 0) * (share - this.share);
+    const scale = this.choices.hasFlashes ? 255 * Math.min(Math.max((0.45 - this.share) / 0.3, 0), 1) : 0;
+    for (let k = 0; k < glow.length; k += 1) {
+      flashes[k] = scale * glow[k] * glow[k];
+    }
+  }
+
+  load() {
+    const { frame, head, flashes } = this;
+    const { positions, tones, poses, displacement, growth } = frame;
+    this.renderer.load({ positions, tones, flashes, range: [0, 1], scale: [0, 1], box: head, displacement, growth, poses });
+  }
+
+  /** Puts the particle that was chosen by hand among those with trails. */
+  choose(index) {
+    this.chosen = index;
+    this.follow(this.trailCount);
+  }
+
+  follow(count) {
+    this.trailCount = count;
+    this.trails?.follow(count, this.chosen);
+  }
+
+  draw() {
+    const { renderer, camera, scheme, choices, lines, frame } = this;
+    const aspect = renderer.resize();
+    const look = camera.look(aspect);
+    renderer.draw(look, scheme, choices);
+    const { gl } = renderer;
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(false);
+    const sharp = Math.max(1, this.canvas.width / Math.max(this.canvas.clientWidth, 1));
+    lines.clear();
+    this.trails.write(lines, this.trailColours(), 2.4 * sharp);
+    lines.draw(look, scheme, 0);
+    if (choices.hasArrows) {
+      const pixel = ((2 * SLOPE * camera.distance) / this.canvas.height) * sharp;
+      const length = Math.max(2.2 * this.meanRadius(), 14 * pixel);
+      const ink = scheme.ink.slice(0, 3).map((part) => 255 * part);
+      lines.clear();
+      writeArrows(lines, frame, { length, pixel, ink, limit: 5 * length });
+      lines.draw(look, scheme, 1.1 * renderer.largest);
+    }
+  }
+
+  meanRadius() {
+    const { radii, moving } = this.particles;
+    return radii.subarray(0, moving).reduce((sum, radius) => sum + radius, 0) / Math.max(moving, 1);
+  }
+
+  trailColours() {
+    return this.trails.indices.length === 1 ? [PALETTE[3]] : [PALETTE[3], PALETTE[4], PALETTE[2], PALETTE[5], PALETTE[1], PALETTE[0]];
+  }
+
+  /** Height of the picture at a distance of 1, in pixels of the page, and the axes of the camera. */
+  sight() {
+    const { right, above, back } = this.camera.axes();
+    const eye = add(this.camera.target, scaled(back, this.camera.distance));
+    return { right, above, back, eye, focus: this.canvas.clientHeight / (2 * SLOPE) };
+  }
+
+  /** Where a point is seen, from the upper left of the picture, and how long a unit of length is there `[pixels]`. */
+  project(point, { right, above, back, eye, focus } = this.sight()) {
+    const way = subtract(point, eye);
+    const depth = -dot(way, back);
+    const unit = focus / depth;
+    return { x: this.canvas.clientWidth / 2 + dot(way, right) * unit, y: this.canvas.clientHeight / 2 - dot(way, above) * unit, unit, depth };
+  }
+
+  position(index) {
+    return [...this.frame.positions.subarray(3 * index, 3 * index + 3)];
+  }
+
+  /** The nearest particle under a place of the picture, by its index among those that move; -1 if there is none. */
+  pick(x, y) {
+    const sight = this.sight();
+    let [found, nearest] = [-1, Infinity];
+    for (let index = 0; this.frame && index < this.head.moving.length; index += 1) {
+      const seen = this.project(this.frame.positions.subarray(3 * index, 3 * index + 3), sight);
+      const radius = Math.max(this.particles.radii[index] * seen.unit, 6);
+      if (seen.depth > 0 && seen.depth < nearest && Math.hypot(seen.x - x, seen.y - y) < radius) {
+        [found, nearest] = [index, seen.depth];
+      }
+    }
+    return found;
+  }
+
+  /** The point in the plane of the screen through another point that is seen at a place of the picture. */
+  unproject(x, y, through) {
+    const { right, above, back, eye, focus } = this.sight();
+    const depth = -dot(subtract(through, eye), back);
+    const across = ((x - this.canvas.clientWidth / 2) / focus) * depth;
+    const high = ((this.canvas.clientHeight / 2 - y) / focus) * depth;
+    return add(eye, add(scaled(back, -depth), add(scaled(right, across), scaled(above, high))));
+  }
+}

@@ -1,0 +1,56 @@
+/** Wall time without an answer after which the page offers to start again `[ms]`. */
+const PATIENCE = 3000;
+
+/** The worker with the engine, seen from the page: messages by their kind, answers to questions, and a new worker when one does not answer. */
+class LiveWorker {
+  constructor(hear) {
+    this.hear = hear;
+    this.source = URL.createObjectURL(new Blob([document.getElementById("worker-source").textContent], { type: "text/javascript" }));
+    this.questions = new Map();
+    this.number = 0;
+    this.begin();
+  }
+
+  begin() {
+    this.worker?.terminate();
+    for (const answer of this.questions.values()) {
+      answer({ error: "the engine was started again" });
+    }
+    this.questions.clear();
+    this.worker = new Worker(this.source);
+    this.askedAt = undefined;
+    this.worker.onmessage = ({ data }) => {
+      this.askedAt = undefined;
+      const answer = this.questions.get(data.number);
+      if (answer && data.number !== undefined) {
+        this.questions.delete(data.number);
+        answer(data);
+      }
+      this.hear(data);
+    };
+    this.worker.onerror = (event) => this.hear({ kind: "error", error: `the worker has failed: ${event.message}`, isTrap: true });
+    this.send({ kind: "module", text: document.getElementById("module").textContent.trim() });
+  }
+
+  send(message, buffers = []) {
+    if (message.kind !== "module" && message.kind !== "run" && message.kind !== "pause") {
+      this.askedAt ??= performance.now();
+    }
+    this.worker.postMessage(message, buffers);
+  }
+
+  ask(message) {
+    this.number += 1;
+    const { number } = this;
+    return new Promise((answer) => {
+      this.questions.set(number, answer);
+      this.send({ ...message, number });
+    });
+  }
+
+  /** Whether an answer is long due `[ms]`; 0 if none is. */
+  silence() {
+    const silence = this.askedAt === undefined ? 0 : performance.now() - this.askedAt;
+    return silence > PATIENCE ? silence : 0;
+  }
+}

@@ -1,0 +1,216 @@
+/** Observables of a simulation that runs, from states that it is shown one after the other. */
+class Observables {
+  constructor(head) {
+    this.head = head;
+    this.system = new ObservedSystem(head);
+    Object.assign(this, this.system.offer());
+    this.wanted = undefined;
+    this.begin();
+  }
+
+  /** Forgets all samples. */
+  begin() {
+    const { system, offered } = this;
+    const has = (name) => offered.includes(name);
+    this.time = undefined;
+    this.stage = undefined;
+    this.marks = [];
+    this.speeds = new Speeds(system);
+    this.radial = has("radial") ? new RadialDistribution(system) : undefined;
+    this.pressure = has("pressure") ? new Pressure(system) : undefined;
+    this.displacement = has("displacement") ? new Displacement(system) : undefined;
+    this.energy = new TimeSeries(2);
+    this.planes = has("outflow") ? planesOf(system) : [];
+    this.outflow = new TimeSeries(this.planes.length);
+    this.kinds = undefined;
+    this.counts = undefined;
+    this.paths = has("positions") ? new Paths(system) : undefined;
+  }
+
+  /** The observables that results are asked for; all of them if none are named. */
+  want(names) {
+    this.wanted = names;
+  }
+
+  /** Takes a state: time, positions, velocities and images of all particles by id, kinetic and potential energy, virial, counts of events, stage. */
+  sample(state) {
+    const { time } = state;
+    if (this.time !== undefined && time < this.time) {
+      this.begin();
+    }
+    if (this.time !== undefined && time === this.time) {
+      return;
+    }
+    if (this.stage !== undefined && state.stage !== this.stage) {
+      this.marks.push({ time, name: String(this.head.stages?.[state.stage] ?? state.stage ?? "") });
+    }
+    this.time = time;
+    this.stage = state.stage;
+    this.learn(state);
+    this.speeds.sample(time, state.velocities);
+    this.radial?.sample(time, state.positions);
+    if (this.pressure && Number.isFinite(state.virial)) {
+      this.pressure.sample(time, state.virial, this.speeds.temperature);
+    }
+    if (state.images || !this.system.periodic.some(Boolean)) {
+      this.displacement?.sample(time, state);
+      this.paths?.sample(time, state);
+    }
+    this.energy.add(time, [state.kinetic, state.potential ?? 0]);
+    this.countBelow(time, state.positions);
+    this.countEvents(time, state);
+  }
+
+  /** Notices what the head does not say: a box that is sheared or open, and particles that grow. */
+  learn({ displacement, scale = 1, positions }) {
+    const { system } = this;
+    const isSheared = Boolean(displacement) && !system.isSheared;
+    const isOpen = system.isUniform && !system.isPeriodic && system.hasEscaped(positions);
+    if (isSheared || isOpen) {
+      system.limit(isSheared, isOpen);
+      const { offered, shown } = system.offer();
+      Object.assign(this, { offered, shown });
+      for (const name of ["radial", "pressure", "displacement"]) {
+        this[name] = offered.includes(name) ? this[name] : undefined;
+      }
+    }
+    // What is among smaller particles is no part of the average.
+    if (this.radial && Math.abs(scale / this.radial.scale - 1) > 0.01) {
+      this.radial = new RadialDistribution(system, { scale });
+    }
+  }
+
+  countBelow(time, positions) {
+    const { planes, system } = this;
+    if (planes.length === 0) {
+      return;
+    }
+    const below = planes.map(() => 0);
+    for (let n = 0; n < system.moving.length; n += 1) {
+      for (let k = 0; k < planes.length; k += 1) {
+        const { axis, at, sign } = planes[k];
+        below[k] += sign * (positions[3 * system.moving[n] + axis] - at) > 0 ? 1 : 0;
+      }
+    }
+    this.outflow.add(time, below);
+  }
+
+  countEvents(time, { counts, events }) {
+    const now = counts ?? { all: events ?? 0 };
+    this.latest = now;
+    if (!this.kinds) {
+      this.kinds = Object.keys(now).filter((kind) => Number.isFinite(now[kind]));
+      this.counts = new TimeSeries(this.kinds.length);
+    }
+    this.counts.add(
+      time,
+      this.kinds.map((kind) => now[kind]),
+    );
+  }
+
+  /** What is wanted and has been seen, in arrays of its own; always what is offered, what to show first, the time and the marks. */
+  results() {
+    const { offered, shown, time, marks, system } = this;
+    const results = { offered, shown, time, marks: [...marks], count: system.count };
+    if (time === undefined) {
+      return results;
+    }
+    const make = {
+      speeds: () => this.speeds.results(),
+      radial: () => this.radial.results(),
+      energy: () => this.energyResults(),
+      pressure: () => this.pressure.results(this.pressure.expected(this.latest, this.radial)),
+      displacement: () => this.displacement.results(),
+      autocorrelation: () => this.displacement.results(),
+      outflow: () => {
+        const [t, ...below] = this.outflow.read();
+        return { t, below, names: this.planes.map(({ name }) => name) };
+      },
+      events: () => this.eventResults(),
+      positions: () => this.paths.results(),
+      portrait: () => this.paths.results(),
+    };
+    const is = (name) => (this.wanted ?? offered).includes(name);
+    offered.filter(is).forEach((name) => (results[name] = make[name]()));
+    return results;
+  }
+
+  energyResults() {
+    const [t, kinetic, potential] = this.energy.read();
+    // Hard particles without weight have no other energy than that of motion. That of weight has any zero: it is at the start.
+    const hasPotential = potential.some((value) => value !== 0);
+    const zero = this.system.isHeavy ? potential[0] : 0;
+    const relative = potential.map((value) => value - zero);
+    const total = relative.map((value, k) => value + kinetic[k]);
+    return hasPotential ? { t, kinetic, potential: relative, total, isRelative: this.system.isHeavy } : { t, kinetic };
+  }
+
+  /** Numbers of events by kind, or their rates, where there are many particles. */
+  eventResults() {
+    const [t, ...counts] = this.counts.read();
+    const last = t.length - 1;
+    const seen = this.kinds.map((name, k) => ({ name, values: counts[k] })).filter(({ values }) => values[last] > 0);
+    const names = seen.map(({ name }) => name);
+    if (this.system.count <= FEW || last < 1) {
+      return { t, names, values: seen.map(({ values }) => values.map((value) => value - values[0])), from: t[0], isRate: false };
+    }
+    const ends = intervalsOf(t);
+    const middles = Float64Array.from(ends.slice(1), (end, k) => 0.5 * (t[ends[k]] + t[end]));
+    const rates = seen.map(({ values }) =>
+      Float64Array.from(ends.slice(1), (end, k) => (values[end] - values[ends[k]]) / (t[end] - t[ends[k]])),
+    );
+    return { t: middles, names, values: rates, from: t[0], isRate: true };
+  }
+}
+
+/** The planes below which particles are counted: those of the scene that are across gravity, or one above the lowest tenth of the box. */
+function planesOf(system) {
+  const { fall, gravity, lower, size, head } = system;
+  const sign = Math.sign(gravity[fall]);
+  const flows = (head.flows ?? []).filter(({ axis }) => axis === fall || axis === "xyz"[fall]);
+  const planes = flows.slice(0, 4).map(({ name, at }) => ({ name, axis: fall, at, sign }));
+  const at = sign < 0 ? lower[fall] + 0.1 * size[fall] : lower[fall] + 0.9 * size[fall];
+  return planes.length > 0 ? planes : [{ name: "in the lowest tenth", axis: fall, at, sign }];
+}
+
+/** Coordinates and velocities of a few particles over the last time. */
+class Paths {
+  constructor(system) {
+    this.system = system;
+    this.series = new RecentSeries(6 * system.count);
+    this.axis = system.axes[0] ?? 0;
+  }
+
+  sample(time, { positions, velocities, images }) {
+    const { moving, size } = this.system;
+    const values = [];
+    for (const id of moving) {
+      for (let k = 0; k < 3; k += 1) {
+        values.push(positions[3 * id + k] + (images ? images[3 * id + k] * size[k] : 0), velocities[3 * id + k]);
+      }
+    }
+    this.series.add(time, values);
+  }
+
+  /** Those along the axis on which they move most; another one has to be half as much again before it is taken. */
+  results() {
+    const { system } = this;
+    const [t, ...columns] = this.series.read();
+    const reach = (k) => Math.max(...Array.from(system.moving, (_, n) => spread(columns[6 * n + 2 * k])));
+    for (const k of system.axes) {
+      this.axis = reach(k) > 1.5 * reach(this.axis) ? k : this.axis;
+    }
+    const take = (offset) => Array.from(system.moving, (_, n) => columns[6 * n + 2 * this.axis + offset]);
+    const names = Array.from(system.moving, (id) => `${system.head.species[system.head.particles[id]].name} ${id}`);
+    return { t, axis: "xyz"[this.axis], x: take(0), v: take(1), names };
+  }
+}
+
+function spread(values) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) {
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+  }
+  return high - low;
+}

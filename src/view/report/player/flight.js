@@ -1,0 +1,123 @@
+// Particles between two frames.
+
+/** A cubic curve through two ends, as far along it as `s`: how far it has come of a way, which it begins and ends with some slopes. */
+const cubic = (way, first, last, s) => s * (first + s * (3 * way - 2 * first - last + s * (first + last - 2 * way)));
+
+/** A slope with which a cubic curve stays between its ends. */
+const bounded = (slope, way) => (way > 0 ? Math.min(Math.max(slope, 0), 3 * way) : Math.max(Math.min(slope, 0), 3 * way));
+
+/**
+ * Finds states between the frames of a recording. What flew freely is on its line or parabola. Of the rest only the places in the frames are known: it goes
+ * from one to the other on a smooth curve, which does not lead beyond them.
+ */
+class Between {
+  constructor(recording) {
+    this.recording = recording;
+    this.intervals = new Map();
+    this.curves = { index: -1 };
+  }
+
+  /** The ways of all particles from a frame to the next, by nearest images; undefined where there is no next one. */
+  interval(index) {
+    const { recording, intervals } = this;
+    if (index < 0 || index + 1 >= recording.length) {
+      return undefined;
+    }
+    let found = intervals.get(index);
+    if (!found) {
+      const [frame, next] = [recording.frame(index), recording.frame(index + 1)];
+      const from = recording.positions(frame);
+      const ways = this.ways(from, recording.positions(next), next.head);
+      found = { from, ways, flights: frame.flights, fall: recording.head.falls[frame.head.fall], time: next.head.time - frame.head.time };
+      intervals.set(index, found);
+      // The one before, this one and the one after are needed at a time.
+      if (intervals.size > 4) {
+        intervals.delete(intervals.keys().next().value);
+      }
+    }
+    return found;
+  }
+
+  ways(from, to, { size, displacement }) {
+    const { periodic } = this.recording;
+    const ways = new Float32Array(from.length);
+    for (let k = 0; k < from.length; k += 3) {
+      const up = periodic[1] ? -Math.round((to[k + 1] - from[k + 1]) / size[1]) : 0;
+      for (let axis = 0; axis < 3; axis += 1) {
+        const way = to[k + axis] - from[k + axis] + (axis === 0 ? up * displacement : 0);
+        ways[k + axis] = periodic[axis] ? way - size[axis] * Math.round(way / size[axis]) : way;
+      }
+    }
+    return ways;
+  }
+
+  /** How many particles fly freely from a frame to the next. */
+  count(index) {
+    const interval = this.interval(index);
+    return interval ? interval.flights.reduce((sum, isFlight) => sum + isFlight, 0) : 0;
+  }
+
+  /** How far a particle would go in the time of an interval with its speed at the end of the one before or the start of the one after: -1 or 1. */
+  speed(interval, neighbour, k, side) {
+    if (!neighbour || neighbour.time <= 0 || neighbour.ways[k] !== neighbour.ways[k]) {
+      return interval.ways[k];
+    }
+    if (neighbour.flights[Math.floor(k / 3)]) {
+      const half = (neighbour.fall[this.recording.species[Math.floor(k / 3)]]?.[k % 3] ?? 0) * neighbour.time * 0.5;
+      return (neighbour.ways[k] / neighbour.time - side * half) * interval.time;
+    }
+    return ((interval.ways[k] + neighbour.ways[k]) / (interval.time + neighbour.time)) * interval.time;
+  }
+
+  /** Slopes of all paths at both ends of an interval, in ways per interval. */
+  slopes(index) {
+    if (this.curves.index !== index) {
+      const [before, interval, after] = [this.interval(index - 1), this.interval(index), this.interval(index + 1)];
+      const { ways, flights, fall, time } = interval;
+      const [first, last] = [new Float32Array(ways.length), new Float32Array(ways.length)];
+      for (let k = 0; k < ways.length; k += 1) {
+        if (flights[Math.floor(k / 3)]) {
+          const half = 0.5 * (fall[this.recording.species[Math.floor(k / 3)]]?.[k % 3] ?? 0) * time * time;
+          first[k] = ways[k] - half;
+          last[k] = ways[k] + half;
+        } else {
+          first[k] = bounded(this.speed(interval, before, k, -1), ways[k]);
+          last[k] = bounded(this.speed(interval, after, k, 1), ways[k]);
+        }
+      }
+      this.curves = { index, first, last };
+    }
+    return this.curves;
+  }
+
+  /** The state at a part `s` of the time from a frame to the next, coloured as in the frame. */
+  state(index, s, channel) {
+    const { recording } = this;
+    const [frame, next] = [recording.head.frames[index], recording.head.frames[index + 1]];
+    const { first, last } = this.slopes(index);
+    const { from, ways, time } = this.interval(index);
+    const displacement = frame.displacement + recording.head.slide * s * time;
+    const positions = new Float32Array(from.length);
+    for (let k = 0; k < from.length; k += 1) {
+      // What flies away until the next frame is beyond the picture there, and waits for it here.
+      const way = cubic(ways[k], first[k], last[k], s);
+      positions[k] = from[k] + (way === way ? way : 0);
+    }
+    wrap(positions, frame, recording.periodic, displacement);
+    const poses = posesBetween(frame.poses ?? [], next.poses ?? [], s);
+    return { ...recording.state(recording.frame(index), channel), positions, displacement, poses };
+  }
+}
+
+/** Puts positions into a box that is periodic. */
+function wrap(positions, { lower, size }, periodic, displacement) {
+  for (let k = 0; k < positions.length; k += 3) {
+    for (const axis of [1, 0, 2]) {
+      if (periodic[axis]) {
+        const periods = Math.floor((positions[k + axis] - lower[axis]) / size[axis]);
+        positions[k + axis] -= periods * size[axis];
+        positions[k] -= axis === 1 ? periods * displacement : 0;
+      }
+    }
+  }
+}

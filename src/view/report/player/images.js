@@ -1,0 +1,87 @@
+// Images of what a periodic side cuts.
+
+/** By how many periods a particle is drawn once more along an axis: it sticks out at the other side. */
+function sticksOut(place, radius, lower, size) {
+  const shifts = [0];
+  if (place - lower < radius) {
+    shifts.push(1);
+  }
+  if (lower + size - place < radius) {
+    shifts.push(-1);
+  }
+  return shifts;
+}
+
+const NO_SHIFT = [0];
+
+/**
+ * Images of particles that stick out of a periodic box, each of them once, at edges three times and at corners seven times: whose they are, and where. The
+ * image one period up along y is displaced along x.
+ */
+function imagesOf({ positions, count, radii }, { lower, size }, periodic, displacement) {
+  const [owners, places] = [[], []];
+  const axes = [0, 1, 2].map((k) => periodic[k] && size[k] > 0);
+  const shifts = (k, place, radius) => (axes[k] ? sticksOut(place, radius, lower[k], size[k]) : NO_SHIFT);
+  for (let index = 0; index < count; index += 1) {
+    const [x, y, z] = positions.subarray(3 * index, 3 * index + 3);
+    const radius = radii[index];
+    const isInside = [x, y, z].every((place, k) => !axes[k] || (place - lower[k] >= radius && lower[k] + size[k] - place >= radius));
+    if (isInside || x !== x) {
+      continue;
+    }
+    for (const up of shifts(1, y, radius)) {
+      let along = x + up * displacement;
+      if (axes[0] && up !== 0) {
+        along -= size[0] * Math.floor((along - lower[0]) / size[0]);
+      }
+      for (const right of shifts(0, along, radius)) {
+        for (const front of shifts(2, z, radius)) {
+          if (up !== 0 || right !== 0 || front !== 0) {
+            owners.push(index);
+            places.push(along + right * size[0], y + up * size[1], z + front * size[2]);
+          }
+        }
+      }
+    }
+  }
+  return { owners, places };
+}
+
+/** Draws the images of the particles of a renderer that move. */
+class Images {
+  constructor(renderer) {
+    this.renderer = renderer;
+    this.table = renderer.spheres(0);
+  }
+
+  /** Takes over a state, after the renderer has its table of it. */
+  load({ positions, box, displacement = 0 }) {
+    const { renderer, renderer: { moving, particles: { radii, periodic } } } = this;
+    const { owners, places } = imagesOf({ positions, radii, count: moving.count }, box, periodic, displacement);
+    if (owners.length > this.table.rows * ROW) {
+      this.free();
+      this.table = renderer.spheres(Math.ceil(1.5 * owners.length));
+    }
+    const { table } = this;
+    table.count = owners.length;
+    owners.forEach((owner, index) => {
+      table.numbers.set(places.slice(3 * index, 3 * index + 3), 4 * index);
+      table.numbers[4 * index + 3] = moving.numbers[4 * owner + 3];
+      table.letters[2 * index] = moving.letters[2 * owner];
+      table.letters[2 * index + 1] = moving.letters[2 * owner + 1];
+    });
+    renderer.upload(table);
+  }
+
+  free() {
+    const { renderer: { gl }, table } = this;
+    gl.deleteTexture(table.places);
+    gl.deleteTexture(table.tones);
+  }
+
+  draw(uniforms) {
+    if (this.table.count > 0) {
+      this.renderer.drawGroup(uniforms, this.table, 1);
+    }
+  }
+}

@@ -1,0 +1,52 @@
+// Surfaces between two frames.
+
+/** A vector turned by the columns of a rotation. */
+const turned = (columns, [x, y, z]) => [0, 1, 2].map((k) => columns[k] * x + columns[3 + k] * y + columns[6 + k] * z);
+
+/** Columns of the rotation by an angle about an axis of length 1. */
+function rotation(axis, angle) {
+  const [cosine, sine] = [Math.cos(angle), Math.sin(angle)];
+  return [0, 1, 2].flatMap((k) => {
+    const unit = unitVector(k, 1);
+    return add(add(scaled(unit, cosine), scaled(cross(axis, unit), sine)), scaled(axis, (1 - cosine) * axis[k]));
+  });
+}
+
+/** Columns of the rotation that leads from one pose to another. */
+function rotationBetween(from, to) {
+  const row = (pose, k) => [pose[k], pose[3 + k], pose[6 + k]];
+  return [0, 1, 2].flatMap((column) => [0, 1, 2].map((k) => dot(row(to, k), row(from, column))));
+}
+
+/** The pose at a part `s` of the way from one to another: the screw that leads there, which is the motion itself where that is uniform. */
+function poseBetween(from, to, s) {
+  const relative = rotationBetween(from, to);
+  const shift = subtract(to.slice(9), turned(relative, from.slice(9)));
+  const twist = [relative[5] - relative[7], relative[6] - relative[2], relative[1] - relative[3]];
+  const angle = Math.atan2(norm(twist), relative[0] + relative[4] + relative[8] - 1);
+  if (angle < 1e-6 || norm(twist) < 1e-6) {
+    return [...from.slice(0, 9), ...add(from.slice(9), scaled(subtract(to.slice(9), from.slice(9)), s))];
+  }
+  const axis = scaled(twist, 1 / norm(twist));
+  const along = scaled(axis, dot(axis, shift));
+  const across = subtract(shift, along);
+  // The axis goes through this point.
+  const centre = scaled(add(across, scaled(cross(axis, across), 1 / Math.tan(angle / 2))), 0.5);
+  const turn = rotation(axis, s * angle);
+  const columns = [0, 3, 6].flatMap((k) => turned(turn, from.slice(k, k + 3)));
+  const place = add(add(turned(turn, subtract(from.slice(9), centre)), centre), scaled(along, s));
+  return [...columns, ...place];
+}
+
+/** The poses of all surfaces; none are those at rest, and one that comes or goes stays where it is in the frame before. */
+function posesBetween(from, to, s) {
+  if (from.length === 0 && to.length === 0) {
+    return from;
+  }
+  const number = Math.max(from.length, to.length);
+  const of = (poses, k) => (poses.length === 0 ? AT_REST : poses[k]);
+  return [...Array(number).keys()].map((k) => {
+    const [a, b] = [of(from, k), of(to, k)];
+    return a && b ? poseBetween(a, b, s) : a;
+  });
+}

@@ -1,0 +1,144 @@
+//! Free flight between two frames: which particles met nothing on the way.
+//!
+//! A particle that flew freely from one frame to the next is where its velocity, and the acceleration that acted, take it, and has
+//! the velocity that goes with that. Then its path between is known: the player finds it from the two positions alone, of which the
+//! nearest images are meant along periodic axes. Of all other particles only the ends of the path are known.
+
+use super::frame::wrapped;
+use crate::Vector;
+use crate::base::numbers::trunc_to_u8;
+use crate::model::Scene;
+use crate::trajectory::Frame;
+
+/// Relative deviation of a free flight: each time a particle is streamed, its state is rounded by `2^-53`, which leaves room for millions of times; and a
+/// contact that changes less cannot be seen.
+const ROUNDING: f64 = 1e-9;
+
+/// The farthest flight of which the two ends give the way: nearly half a period, in these parts of one.
+const FARTHEST: f64 = 240.0;
+const PERIOD: f64 = 500.0;
+
+/// The moving particles of a frame.
+#[derive(Debug, Clone, PartialEq)]
+struct Moment {
+    time: f64,
+    /// Position inside the box, velocity, index of the species.
+    states: Vec<(Vector, Vector, usize)>,
+}
+
+impl Moment {
+    fn of(frame: &Frame) -> Self {
+        let moving = frame.particles.iter().filter(|particle| !frame.is_static(particle));
+        let state = moving.map(|one| (wrapped(frame, &one.position), one.velocity, one.species.0 as usize));
+        Self { time: frame.time, states: state.collect() }
+    }
+}
+
+/// Flights of all moving particles between two frames.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Flights {
+    /// Index into the accelerations that acted.
+    pub fall: usize,
+    /// Per particle 0 if it met something or went too far, else more than its way along any periodic axis, in parts of a period.
+    ways: Vec<u8>,
+}
+
+impl Flights {
+    /// Flights over an interval and the next one.
+    pub fn then(mut self, next: &Self) -> Self {
+        let joined = |(first, second): (&mut u8, &u8)| {
+            let is_flight = *first > 0 && *second > 0 && self.fall == next.fall;
+            let way = first.saturating_add(*second);
+            *first = if is_flight && f64::from(way) <= FARTHEST { way } else { 0 };
+        };
+        self.ways.iter_mut().zip(&next.ways).for_each(joined);
+        self
+    }
+
+    /// How many particles flew freely.
+    pub fn count(&self) -> usize {
+        self.ways.iter().filter(|way| **way > 0).count()
+    }
+
+    /// A bit per particle, the lowest first.
+    pub fn bits(&self) -> impl Iterator<Item = u8> + '_ {
+        self.ways.chunks(8).map(|ways| (0..).zip(ways).fold(0, |bits, (place, way)| bits | (u8::from(*way > 0) << place)))
+    }
+}
+
+/// Finds the flights between frames that are read one after the other.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FlightFinder {
+    /// Accelerations by species: those of the scene, then those of its stages.
+    pub falls: Vec<Vec<Vector>>,
+    /// How much faster along x the image of a particle one period further up along y is.
+    pub slide: f64,
+    last: Option<Moment>,
+}
+
+impl FlightFinder {
+    pub fn of(frame: &Frame, scene: Option<&Scene>) -> Self {
+        let own = |scene: &Scene| scene.species.iter().map(|species| species.acceleration).collect();
+        let mut falls = vec![scene.map_or_else(Vec::new, own)];
+        for gravity in scene.iter().flat_map(|scene| scene.run.gravities()) {
+            let fall = vec![gravity; frame.species.len()];
+            if !falls.contains(&fall) {
+                falls.push(fall);
+            }
+        }
+        falls.iter_mut().for_each(|fall| fall.resize(frame.species.len(), Vector::zeros()));
+        let rate = scene.and_then(|scene| scene.shear_rate).unwrap_or(0.0);
+        Self { falls, slide: rate * frame.size.y, last: None }
+    }
+
+    /// Flights from the frame before to this one; `None` for the first frame.
+    pub fn next(&mut self, frame: &Frame) -> Option<Flights> {
+        let now = Moment::of(frame);
+        let last = self.last.replace(now)?;
+        let now = self.last.as_ref()?;
+        let all = (0..self.falls.len()).map(|fall| self.flights(frame, [&last, now], fall));
+        // Of several accelerations it is that which acted with which most fly.
+        all.reduce(|best, other| if other.count() > best.count() { other } else { best })
+    }
+
+    fn flights(&self, frame: &Frame, [last, now]: [&Moment; 2], fall: usize) -> Flights {
+        let time = now.time - last.time;
+        let ways = last.states.iter().zip(&now.states).map(|((from, start, species), (to, end, _))| {
+            let acceleration = self.falls[fall].get(*species).copied().unwrap_or_else(Vector::zeros);
+            let gained = acceleration * time;
+            let flown = (start + gained * 0.5) * time;
+            let (way, up) = nearest_way(frame, to - from);
+            let expected = start + gained - Vector::new(up * self.slide, 0.0, 0.0);
+            let scale = from.amax().max(to.amax()).max(flown.amax()).max(frame.size.amax());
+            let speed = start.amax().max(end.amax()).max(gained.amax()).max(self.slide.abs());
+            let is_flight = time > 0.0
+                && (way - flown).amax() <= ROUNDING * scale
+                && (end - expected).amax() <= ROUNDING * speed;
+            if is_flight { parts_of_period(frame, &flown) } else { 0 }
+        });
+        Flights { fall, ways: ways.collect() }
+    }
+}
+
+/// The shortest of the ways between images of two points of the box, at the displacement of the later one; and how many periods along y it leads up.
+fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
+    let mut way = way;
+    let up = if frame.periodic[1] { -(way.y / frame.size.y).round() } else { 0.0 };
+    way.x += up * frame.displacement;
+    for axis in 0..3 {
+        if frame.periodic[axis] {
+            way[axis] -= frame.size[axis] * (way[axis] / frame.size[axis]).round();
+        }
+    }
+    (way, up)
+}
+
+/// Upper bound of a way along any periodic axis, in parts of a period; 0 if it is too far.
+fn parts_of_period(frame: &Frame, way: &Vector) -> u8 {
+    let parts = (0..3).filter(|axis| frame.periodic[*axis]).map(|axis| way[axis].abs() / frame.size[axis] * PERIOD);
+    let most = parts.fold(0.0, f64::max).ceil() + 1.0;
+    if most <= FARTHEST { trunc_to_u8(most) } else { 0 }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,238 @@
+"""Looks at live pages, as a reader would: live.py PAGE.html... [--pictures FOLDER] [--seconds N]
+
+Each page runs on its own. Measured: the time to the first frame that moves, frames per second of the page, the longest gap between two of its animation
+frames while it runs, events per second, and the memory before and after.
+"""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from devtools import Browser, Failure, find
+
+# Counts animation frames and their longest gap, from the first one on; remembers when the picture moved for the first time.
+WATCH = """
+window.watched = { frames: 0, longest: 0, moved: undefined, shown: undefined };
+(() => {
+  let last;
+  const look = (now) => {
+    const { watched } = window;
+    if (last !== undefined) {
+      watched.frames += 1;
+      watched.longest = Math.max(watched.longest, now - last);
+    }
+    last = now;
+    const time = document.getElementById('live-time')?.textContent;
+    if (time && watched.shown === undefined) {
+      watched.shown = time;
+    }
+    if (time && watched.moved === undefined && time !== watched.shown) {
+      watched.moved = performance.now();
+    }
+    requestAnimationFrame(look);
+  };
+  requestAnimationFrame(look);
+})();
+"""
+
+# A number that changes with any pixel of the picture.
+PIXELS = """(() => {
+  const canvas = document.getElementById('live-view');
+  const gl = canvas.getContext('webgl2');
+  const bytes = new Uint8Array(4 * canvas.width * canvas.height);
+  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+  let hash = 0;
+  const colours = new Set();
+  for (let k = 0; k < bytes.length; k += 4) {
+    const colour = bytes[k] << 16 | bytes[k + 1] << 8 | bytes[k + 2];
+    colours.add(colour);
+    hash = (Math.imul(hash, 31) + colour) | 0;
+  }
+  return [hash, colours.size];
+})()"""
+
+# Two frames after all that was asked for.
+SETTLED = """new Promise((done) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)), 400))"""
+
+
+def expect(is_so, what):
+    if not is_so:
+        raise Failure(what)
+    print(f"  {what}")
+
+
+class Page:
+    """A live page."""
+
+    def __init__(self, browser, path):
+        self.browser = browser
+        self.path = path
+
+    def open(self, scheme="light", width=1280, height=900):
+        self.browser.resize(width, height)
+        self.browser.scheme(scheme)
+        self.browser.open(self.path.absolute().as_uri())
+        self.browser.until("document.getElementById('live').dataset.state === 'ready'", 60)
+
+    def text(self, control):
+        return self.browser.evaluate(f"document.getElementById('live-{control}').textContent")
+
+    def click(self, control):
+        self.browser.evaluate(f"document.getElementById('live-{control}').click()")
+        self.browser.evaluate(SETTLED)
+
+    def key(self, key):
+        self.browser.key(key, text=key if len(key) == 1 else None)
+        self.browser.evaluate(SETTLED)
+
+    def choose(self, control, value):
+        self.browser.evaluate(
+            f"(() => {{ const control = document.getElementById('live-{control}'); control.value = '{value}';"
+            " control.dispatchEvent(new Event('change')); })()")
+        self.browser.evaluate(SETTLED)
+
+    def time(self):
+        return float(self.text("time").removeprefix("t = "))
+
+    def events(self):
+        return int("".join(c for c in self.text("rate").split(" event")[0].split("·")[-1] if c.isdigit()))
+
+    def is_playing(self):
+        return self.browser.evaluate("document.getElementById('live-play').getAttribute('aria-label')") == "Pause"
+
+    def pixels(self):
+        self.browser.evaluate(SETTLED)
+        return self.browser.evaluate(PIXELS)
+
+    def memory(self):
+        self.browser.call("HeapProfiler.collectGarbage")
+        return self.browser.call("Runtime.getHeapUsage")["usedSize"]
+
+
+def opens(page):
+    """The first frame that moves."""
+    script = page.browser.call("Page.addScriptToEvaluateOnNewDocument", source=WATCH)
+    page.open()
+    page.browser.until("window.watched.moved !== undefined", 60)
+    moved = page.browser.evaluate("window.watched.moved")
+    page.browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script["identifier"])
+    expect(page.is_playing() and page.text("message") is not None, f"moves {moved:.0f} ms after it was opened")
+    expect(page.pixels()[1] > 60, "the picture has particles")
+    return moved
+
+
+def runs(page, seconds):
+    """Without gaps, and with flat memory."""
+    page.browser.evaluate("Object.assign(window.watched, { frames: 0, longest: 0 })")
+    memory, events, began = page.memory(), page.events(), time.monotonic()
+    time.sleep(seconds)
+    spent = time.monotonic() - began
+    frames, longest = page.browser.evaluate("[window.watched.frames, window.watched.longest]")
+    grown = (page.memory() - memory) / 1e6
+    print(f"  {frames / spent:.0f} frames/s, longest gap {longest:.0f} ms, {page.text('rate')}, heap {grown:+.2f} MB in {spent:.0f} s")
+    expect(page.events() > events or not page.is_playing(), "events happen")
+    expect(grown < 8, "the memory of the page stays")
+    return longest
+
+
+def controls(page):
+    """Play, pause, step, speeds, reset and seed, by buttons and by keys."""
+    if not page.is_playing():
+        page.click("reset")
+        page.click("play")
+    page.key(" ")
+    expect(not page.is_playing(), "space pauses")
+    at = page.time()
+    time.sleep(0.4)
+    expect(page.time() == at, "and time stands still")
+    before = page.events()
+    page.click("step")
+    expect(page.events() == before + 1, "a step is one event")
+    page.key("ArrowRight")
+    expect(page.events() == before + 2, "so is an arrow")
+    speed = page.text("speed")
+    page.click("faster")
+    faster = page.text("speed")
+    page.key(",")
+    expect(faster != speed and page.text("speed") == speed, f"{speed}, then {faster}, and back by a key")
+    page.click("play")
+    expect(page.is_playing() or page.text("words"), "plays")
+    page.key(" ")
+    page.click("reset")
+    expect(page.time() == 0 or page.events() == 0, "goes back to the start")
+    first = page.pixels()
+    page.click("step")
+    page.key("0")
+    expect(page.pixels() == first, "which looks as it did")
+    page.choose("seed", "12345")
+    expect(page.browser.evaluate("document.getElementById('live-seed').value") == "12345" and page.events() == 0, "takes another seed")
+    page.choose("seed", "1")
+
+
+def sights(page):
+    """What is drawn on demand."""
+    page.click("reset")
+    seen = {page.pixels()[0]}
+    for control in ("arrows", "box"):
+        page.click(control)
+        pixels = page.pixels()[0]
+        expect(pixels not in seen or control == "arrows", f"{control} can be switched")
+        seen.add(pixels)
+        page.click(control)
+    for colour in ("speed", "neighbours", "start"):
+        page.choose("colour", colour)
+        expect(page.text("scale").strip() != "" and "species" not in page.text("scale"), f"colours by {colour}: {page.text('scale')}")
+    page.choose("colour", "species")
+    page.key("m")
+    expect(page.browser.evaluate("document.getElementById('live-slow').getAttribute('aria-pressed')") == "true", "slow motion")
+    page.key(" ")
+    time.sleep(1)
+    words = page.text("upcoming")
+    expect(words == "" or " in " in words or "now" in words, f"announces `{words}`")
+    page.key("m")
+    page.key(" ")
+
+
+def fits(page, pictures):
+    for scheme, width, height in (("light", 1280, 900), ("dark", 400, 800), ("dark", 2560, 1300)):
+        page.open(scheme, width, height)
+        time.sleep(1.5)
+        wide = page.browser.evaluate("document.documentElement.scrollWidth")
+        bottom = page.browser.evaluate("document.getElementById('live-player').getBoundingClientRect().bottom")
+        expect(wide <= width and bottom <= height, f"fits {width} x {height}, {scheme}: the picture ends at {bottom:.0f}")
+        if pictures:
+            page.browser.screenshot(pictures / f"{page.path.stem}_{scheme}_{width}.png")
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("pages", nargs="+", type=Path)
+    parser.add_argument("--pictures", type=Path)
+    parser.add_argument("--seconds", type=float, default=5)
+    parser.add_argument("--longest-gap", type=float, default=2000, help="most milliseconds between two frames; software graphics need time")
+    given = parser.parse_args()
+    browser = Browser(find())
+    try:
+        for path in given.pages:
+            print(path.name)
+            page = Page(browser, path)
+            opens(page)
+            longest = runs(page, given.seconds)
+            expect(longest < given.longest_gap, "does not freeze")
+            controls(page)
+            sights(page)
+            fits(page, given.pictures)
+            expect(not browser.errors, f"no errors: {browser.errors}")
+        foreign = [url for url in browser.requests if not url.startswith(("file://", "blob:"))]
+        expect(not foreign, f"nothing is loaded from elsewhere: {foreign}")
+    except Failure as failure:
+        print(f"FAILED: {failure}\nerrors of the page: {browser.errors}", file=sys.stderr)
+        return 1
+    finally:
+        browser.close()
+    print("all as expected")
+    return 0
+
+
+sys.exit(main())
