@@ -13,9 +13,9 @@ mod values;
 use std::fmt::Write;
 
 pub(super) use axis::Axis;
-pub(super) use curve::{COLOURS, Curves, Level, Line, LineStyle, Point, extent};
+pub(super) use curve::{Curves, Level, Line, LineStyle, Point, extent};
 pub(super) use deviations::deviations;
-pub(super) use key::{Key, TONES};
+pub(super) use key::Key;
 pub(super) use map::{MOST_CELLS, Map};
 pub(super) use mark::mark;
 

@@ -210,7 +210,7 @@ fn has_bars(line: &Line) -> bool {
 }
 
 /// Colours of the style sheet.
-pub(in crate::view::report) const COLOURS: usize = 8;
+pub(super) const COLOURS: usize = 8;
 
 /// The least and the largest of the values that are finite.
 pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::{Axis, BOTTOM, TOP, WIDTH, name, px};
 
 /// Colours of a family in the style sheet, from dark to light.
-pub(in crate::view::report) const TONES: usize = 16;
+const TONES: usize = 16;
 
 /// Where the field of a plot with a key ends, and where the key is `[pixels]`.
 pub(super) const RIGHT: f64 = WIDTH - 108.0;

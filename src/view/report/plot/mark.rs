@@ -39,8 +39,8 @@ mod tests {
 
     #[test]
     fn neighbouring_lines_have_different_marks() {
-        let marks: BTreeSet<String> = (0..super::super::COLOURS).map(|line| mark(line, [10.0, 20.0])).collect();
-        assert_eq!(marks.len(), super::super::COLOURS);
-        assert_eq!(mark(0, [1.0, 2.0]), mark(super::super::COLOURS, [1.0, 2.0]));
+        let marks: BTreeSet<String> = (0..super::super::curve::COLOURS).map(|line| mark(line, [10.0, 20.0])).collect();
+        assert_eq!(marks.len(), super::super::curve::COLOURS);
+        assert_eq!(mark(0, [1.0, 2.0]), mark(super::super::curve::COLOURS, [1.0, 2.0]));
     }
 }

@@ -62,7 +62,9 @@ impl Flights {
 
     /// A bit per particle, the lowest first.
     pub fn bits(&self) -> impl Iterator<Item = u8> + '_ {
-        self.ways.chunks(8).map(|ways| (0..).zip(ways).fold(0, |bits, (place, way)| bits | (u8::from(*way > 0) << place)))
+        self.ways
+            .chunks(8)
+            .map(|ways| (0..).zip(ways).fold(0, |bits, (place, way)| bits | (u8::from(*way > 0) << place)))
     }
 }
 
@@ -111,9 +113,8 @@ impl FlightFinder {
             let expected = start + gained - Vector::new(up * self.slide, 0.0, 0.0);
             let scale = from.amax().max(to.amax()).max(flown.amax()).max(frame.size.amax());
             let speed = start.amax().max(end.amax()).max(gained.amax()).max(self.slide.abs());
-            let is_flight = time > 0.0
-                && (way - flown).amax() <= ROUNDING * scale
-                && (end - expected).amax() <= ROUNDING * speed;
+            let is_flight =
+                time > 0.0 && (way - flown).amax() <= ROUNDING * scale && (end - expected).amax() <= ROUNDING * speed;
             if is_flight { parts_of_period(frame, &flown) } else { 0 }
         });
         Flights { fall, ways: ways.collect() }

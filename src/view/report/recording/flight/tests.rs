@@ -107,9 +107,11 @@ fn gravity_of_a_stage_bends_flights() {
     parts.run.gravity = Some(Vector::new(0.0, 0.5, 0.0));
     let scene = Scene::of_parts(parts);
     let mut frames = vec![Frame::start_of(&scene); 3];
-    for (frame, (time, y, z, v)) in
-        frames.iter_mut().zip([(0.0, 5.0, 5.0, [0.0, 0.0]), (1.0, 5.0, 4.5, [0.0, -1.0]), (2.0, 5.25, 3.5, [0.5, -1.0])])
-    {
+    for (frame, (time, y, z, v)) in frames.iter_mut().zip([
+        (0.0, 5.0, 5.0, [0.0, 0.0]),
+        (1.0, 5.0, 4.5, [0.0, -1.0]),
+        (2.0, 5.25, 3.5, [0.5, -1.0]),
+    ]) {
         frame.time = time;
         frame.particles[0].position = Vector::new(5.0, y, z);
         frame.particles[0].velocity = Vector::new(0.0, v[0], v[1]);
@@ -128,7 +130,11 @@ fn flights_go_on_through_periodic_sides_but_not_farther_than_half_a_period() {
         .build()
         .unwrap();
     let recording = recorded(&frames(&scene, &[0.0, 0.9, 1.9]), &scene);
-    assert_eq!(flights(&recording), [[true, true], [true, false]], "0.9 * 4.9 are less than half of 10, 4.9 are nearly that");
+    assert_eq!(
+        flights(&recording),
+        [[true, true], [true, false]],
+        "0.9 * 4.9 are less than half of 10, 4.9 are nearly that"
+    );
 }
 
 #[test]
@@ -171,7 +177,13 @@ fn a_collision_in_a_frame_that_is_left_out_is_kept_in_mind() {
     });
     let recording = recorded(&frames.collect::<Vec<_>>(), &scene);
     let flights = flights(&recording);
-    let wrong: Vec<f64> =
-        recording.head.frames.iter().zip(&flights).filter(|(_, flight)| !flight[0]).map(|(head, _)| head.time).collect();
+    let wrong: Vec<f64> = recording
+        .head
+        .frames
+        .iter()
+        .zip(&flights)
+        .filter(|(_, flight)| !flight[0])
+        .map(|(head, _)| head.time)
+        .collect();
     assert_eq!(wrong, [1_500.0], "from 1500 to 1504 it is unknown");
 }
