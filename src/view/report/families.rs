@@ -9,7 +9,7 @@ use crate::base::text::digits;
 /// Curves that can be told apart by their colours; of more, some are left out evenly.
 const MOST_CURVES: usize = 24;
 
-/// What varies from curve to curve.
+/// Parameter of a family: the quantity that varies from curve to curve.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Parameter {
     /// Its name with its unit.
