@@ -32,7 +32,7 @@ mod vtk;
 pub use atomic::Existing;
 pub use error::OutputError;
 pub use folder::{Completed, Conversions, Folder};
-pub(crate) use folder::{Frames, remove};
+pub(crate) use folder::{Frames, SMALL_PAGE, remove};
 pub use inputs::{refuse_input, refuse_link};
 pub use measurements::{Measurements, StageMeasured};
 pub use occupied::FolderState;

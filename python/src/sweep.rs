@@ -158,6 +158,8 @@ impl Sweep {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
             let results = Results::read(&opened, &self.0);
             opened.write_tables(&self.0, &results).map_err(|error| error::sweep(&error))?;
+            // A run without its page is one all the same.
+            let _ = report::write_run_pages(&opened, &self.0, &results);
             let page = report::sweep_page(&opened, &self.0, &results);
             let written = report::write(&page, &report::sweep_page_in(&folder), Existing::Replace);
             written.map_err(|error| error::report(&error))

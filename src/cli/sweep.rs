@@ -24,7 +24,8 @@ use display::Display;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Each combination is a run in a folder of its own, with all files of a run. sweep.csv has a row for each run, sweep-mean.csv one for each
-state point, with means over its seeds (measured stages have rows of their own in both), and sweep.html plots every quantity against the value that varies. What is there is not run
+state point, with means over its seeds (measured stages have rows of their own in both), and sweep.html plots every quantity against the value that varies,
+with links to a page of each run, run.html. What is there is not run
 again: the same command goes on where it stopped, to the same bits, and takes further values and seeds.
 
 VALUES are a list, 0.1,0.2; whole numbers, 1..5; a range with a number of values, 0.05..0.49/12; or one with even ratios, 0.01..10/7/log.
@@ -149,6 +150,10 @@ impl SweepCommand {
         folder.write_tables(sweep, &results)?;
         let page = report::sweep_page_in(folder.path());
         refuse_link(&page)?;
+        let hindered = report::write_run_pages(folder, sweep, &results);
+        if let Some(first) = hindered.first() {
+            super::warn(&format!("{} runs have no page: {}", hindered.len(), with_causes(first)));
+        }
         report::write(&report::sweep_page(folder, sweep, &results), &page, Existing::Replace)?;
         super::print(&format!(
             "{}\nThe files are in {}: sweep.csv, sweep-mean.csv, sweep.html\n",

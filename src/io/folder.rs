@@ -51,6 +51,8 @@ pub(super) const CONTACTS: &str = "contacts.csv";
 pub(super) const REPORT: &str = "report.txt";
 /// The page about a run, which is no longer true when the run has gone on.
 pub(super) const PAGE: &str = "report.html";
+/// The page of a run that the page of its sweep links to.
+pub(crate) const SMALL_PAGE: &str = "run.html";
 pub(super) const PICTURE: &str = "picture.png";
 
 /// How often a table that is being written can be looked at.

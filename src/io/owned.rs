@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 
 use super::convert;
 use super::error::OutputError;
-use super::folder::{CONTACTS, PAGE, PICTURE, REPORT, SCENE, SUMMARY, THERMO, TRAJECTORY, remove};
+use super::folder::{CONTACTS, PAGE, PICTURE, REPORT, SCENE, SMALL_PAGE, SUMMARY, THERMO, TRAJECTORY, remove};
 use super::partial::partial_of;
 use super::{checkpoints, measurements, plain, replacement};
 use crate::model::Format;
@@ -208,7 +208,7 @@ impl Owned {
 }
 
 /// Files that commands write beside those of a run unless another path is given.
-const ABOUT: [&str; 2] = [PAGE, PICTURE];
+const ABOUT: [&str; 3] = [PAGE, SMALL_PAGE, PICTURE];
 
 /// Notes that Carom has written a page or an image in the folder of a run, or has converted its trajectory, under the default
 /// name: a run that replaces this one removes it.

@@ -97,9 +97,8 @@ mod tests {
 
         [[interaction]]
         name = "link"
-        potential = "bond"
-        inner = 1.0
-        outer = 1.3
+        potential = "square-well"
+        XX
 
         [[chain]]
         species = "A"

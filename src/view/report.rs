@@ -17,6 +17,7 @@
 mod audit;
 pub(super) mod base64;
 mod exchange;
+mod families;
 mod figures;
 pub(super) mod html;
 mod inputs;
@@ -39,13 +40,19 @@ use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
 
 pub use exchange::{exchange_page, exchange_page_in};
-pub use sweep::{sweep_page, sweep_page_in};
+pub use sweep::{run_page_in, sweep_page, sweep_page_in, write_run_pages};
 
 use html::escape;
 use inputs::Inputs;
 
 /// How the page looks.
 pub(super) const STYLE: &str = include_str!("report/page.css");
+
+/// The script of the figures: values under the pointer, files of plots, and what paper has no room to fold away.
+const FIGURES: &str = include_str!("report/figures.js");
+
+/// Trajectory that a small page plays `[bytes]`: the player makes about a third of it.
+const MOST_OF_SMALL: u64 = 3_000_000;
 
 /// HTML report of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,7 +70,19 @@ pub struct Page {
 /// [`ViewError::NotFolder`] if there is no such folder, [`ViewError::Unreadable`] or [`ViewError::Summary`] if its
 /// `summary.json` is missing or damaged.
 pub fn page(run: &Path) -> Result<Page, ViewError> {
-    let inputs = inputs::read(run)?;
+    page_within(run, u64::MAX)
+}
+
+/// Makes a small page of a run, one of many: without the player where the trajectory has more than some megabytes.
+///
+/// # Errors
+/// Those of [`page`].
+pub fn small_page(run: &Path) -> Result<Page, ViewError> {
+    page_within(run, MOST_OF_SMALL)
+}
+
+fn page_within(run: &Path, most_bytes: u64) -> Result<Page, ViewError> {
+    let inputs = inputs::read(run, most_bytes)?;
     Ok(Page { html: document(&inputs), notes: inputs.notes })
 }
 
@@ -122,7 +141,8 @@ fn shell(title: &str, heading: &str, notes: &str, sections: &[(&str, &str, Strin
          script-src 'unsafe-inline'; img-src data:\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{} - Carom</title>\n<style>\n{STYLE}</style>\n</head>\n\
          <body>\n<header>\n<p class=\"kind\">Event-driven particle dynamics</p>\n{heading}<nav aria-label=\"Sections\">\n{links}</nav>\n\
-         </header>\n<main>\n{notes}{body}</main>\n</body>\n</html>\n",
+         </header>\n<main>\n{notes}{body}</main>\n\
+         <script>\n\"use strict\";\n(() => {{\n{FIGURES}}})();\n</script>\n</body>\n</html>\n",
         escape(title),
     )
 }

@@ -1,5 +1,7 @@
 """Looks at the pages of some runs, as a reader would: check.py RUNS PICTURES, or check.py --find."""
 
+import json
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -356,6 +358,117 @@ def check_piston(browser, path, pictures):
     expect(abs(row(0) - start) < 1, "and back")
 
 
+# What does not fit on A4 with its margins, as it is printed: 182 mm are 688 pixels.
+CUT = """[...document.querySelectorAll('table, pre, svg.plot, .wide')].filter((element) =>
+  element.getBoundingClientRect().right > 689 || element.scrollWidth > element.clientWidth + 1).map((element) => element.className)"""
+
+# Where the point of a plot is on the screen: that of the line with this number, half-way along it.
+POINT = """((figure, number) => {
+  const plot = figure.querySelector('svg.plot');
+  plot.scrollIntoView({ block: 'center', behavior: 'instant' });
+  const values = JSON.parse(figure.querySelector('script.values').textContent);
+  const line = values.lines[number];
+  const at = Math.floor(line.x.length / 2);
+  const [x, y] = [line.x[at], line.y[at]].map((value, k) => {
+    const { isLogarithmic, ends: [low, high, from, to] } = values.axes[k];
+    return from + ((isLogarithmic ? Math.log10(value) : value) - low) / (high - low) * (to - from);
+  });
+  const box = plot.getBoundingClientRect();
+  const scale = box.width / plot.viewBox.baseVal.width;
+  return [box.left + x * scale, box.top + y * scale];
+})"""
+
+
+def figure(title):
+    return f"[...document.querySelectorAll('figure')].find((it) => it.querySelector('h4').textContent === '{title}')"
+
+
+def note(browser, title):
+    return browser.evaluate(f"(({{ hidden, textContent }}) => hidden ? '' : textContent)({figure(title)}.querySelector('.value'))")
+
+
+def saves(browser, title, folder):
+    """Saves a plot, and looks at the file as a page of its own."""
+    browser.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
+    before = set(folder.glob("*.svg"))
+    colour = browser.evaluate("getComputedStyle(document.documentElement).backgroundColor")
+    browser.evaluate(f"{figure(title)}.querySelector('.save').click()")
+    end = time.monotonic() + 20
+    while not (files := set(folder.glob("*.svg")) - before) and time.monotonic() < end:
+        time.sleep(0.1)
+    expect(len(files) == 1, f"`{title}` is saved as {[file.name for file in files]}")
+    file = files.pop()
+    text = file.read_text(encoding="utf-8")
+    expect(colour in text and " class=" not in text and "var(" not in text, f"with the colours of the page, {colour}, and none of its styles")
+    broken = browser.evaluate(
+        f"new DOMParser().parseFromString({json.dumps(text)}, 'image/svg+xml').querySelectorAll('parsererror').length")
+    expect(broken == 0 and title in text, "a sound file with its title")
+    return file
+
+
+def check_sweep(browser, path, pictures):
+    browser.resize(1280, 900)
+    browser.scheme("light")
+    browser.open(path.as_uri())
+    plots, buttons = browser.evaluate("['svg.plot', '.save'].map((it) => document.querySelectorAll(it).length)")
+    expect(plots == buttons and plots >= 10, f"{plots} plots can be saved")
+    family = "Radial distribution function"
+    for title, line, words in (("Pressure", 0, ("±", "Δ / σ", "packing fraction")), (family, 1, ("packing fraction 0.3", "g(r)"))):
+        x, y = browser.evaluate(f"{POINT}({figure(title)}, {line})")
+        browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+        shown = note(browser, title)
+        expect(all(word in shown for word in words), f"under the pointer: {shown.splitlines()}")
+    browser.screenshot(pictures / "sweep_value.png")
+    browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=2, y=2)
+    expect(note(browser, family) == "", "and nothing away from the plot")
+    browser.evaluate(f"{figure('Pressure')}.querySelector('svg.plot').focus()")
+    browser.key("ArrowRight")
+    first = note(browser, "Pressure")
+    browser.key("ArrowRight")
+    expect(first and note(browser, "Pressure") not in ("", first), f"arrows lead along it: {note(browser, 'Pressure').splitlines()}")
+    browser.key("ArrowDown")
+    expect("measured" not in note(browser, "Pressure"), f"and to the other line: {note(browser, 'Pressure').splitlines()}")
+    browser.key("Escape")
+    expect(note(browser, "Pressure") == "", "Escape hides it")
+    labels = browser.evaluate("[...document.querySelectorAll('svg.plot')].map((it) => it.querySelectorAll(':scope > text:not(.name)').length)")
+    expect(min(labels) >= 6, f"all axes have three labels: {min(labels)} in a plot at least")
+    tones = browser.evaluate(
+        f"new Set([...{figure(family)}.querySelectorAll('svg svg > g > path')].map((it) => getComputedStyle(it).color)).size")
+    expect(tones == 2, f"{tones} curves of a family have different colours")
+    for scheme in ("light", "dark"):
+        browser.scheme(scheme)
+        folder = pictures / f"saved_{scheme}"
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        saves(browser, "Pressure", folder)
+        file = saves(browser, family, folder)
+        browser.open(file.as_uri())
+        browser.screenshot(pictures / f"saved_{scheme}.png")
+        browser.open(path.as_uri())
+    prints(browser, path)
+    links = browser.evaluate("[...document.querySelectorAll('#runs tbody a')].map((it) => it.href)")
+    expect(len(links) == 4 and all(link.endswith("/run.html") for link in links), f"{len(links)} links to pages of runs")
+    browser.open(links[0])
+    expect(browser.evaluate("document.querySelectorAll('svg.plot').length") > 3, "which open")
+
+
+def prints(browser, path):
+    """Nothing is cut on A4."""
+    browser.call("Emulation.setDeviceMetricsOverride", width=688, height=1000, deviceScaleFactor=1, mobile=False)
+    browser.call("Emulation.setEmulatedMedia", media="print", features=[])
+    browser.open(path.as_uri())
+    browser.evaluate("dispatchEvent(new Event('beforeprint'))")
+    cut = browser.evaluate(CUT)
+    expect(not cut, f"on paper nothing is cut: {cut}")
+    expect(browser.evaluate("document.querySelectorAll('details:not([open])').length") == 0, "and nothing is folded")
+    browser.evaluate("dispatchEvent(new Event('afterprint'))")
+    browser.call("Emulation.setEmulatedMedia", media="", features=[])
+    browser.resize(1280, 900)
+    browser.open(path.as_uri())
+    pages = browser.call("Page.printToPDF", 120, paperWidth=8.27, paperHeight=11.69)["data"]
+    expect(len(pages) > 10000, f"{len(pages)} bytes of PDF")
+
+
 def check_without_webgl(browser, path):
     script = browser.call("Page.addScriptToEvaluateOnNewDocument", source="HTMLCanvasElement.prototype.getContext = () => null")
     browser.open(path.as_uri())
@@ -374,9 +487,15 @@ def main():
                             ("piston", check_piston)):
             print(name)
             check(browser, runs / name / "report.html", pictures)
+        prints(browser, runs / "fluid/report.html")
+        print("sweep")
+        check_sweep(browser, runs / "sweep/sweep.html", pictures)
         check_without_webgl(browser, runs / "fluid/report.html")
         expect(not browser.errors, f"no errors: {browser.errors}")
-        foreign = [url for url in browser.requests if not url.startswith("file://") or not url.endswith("/report.html")]
+        own = ("/report.html", "/sweep.html", "/run.html", ".svg")
+        saved = ("blob:null/", "blob:file:///")
+        foreign = [url for url in browser.requests
+                   if not url.startswith(saved) and not (url.startswith("file://") and url.endswith(own))]
         expect(not foreign, f"nothing is loaded from elsewhere: {foreign}")
     except Failure as failure:
         print(f"FAILED: {failure}\nerrors of the page: {browser.errors}", file=sys.stderr)

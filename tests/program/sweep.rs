@@ -73,9 +73,20 @@ fn every_combination_is_a_run_and_a_row() {
         assert_eq!((row["runs"].as_str(), row.contains_key("pressure_scatter")), ("3", true));
     }
     let page = place.read("runs/scene-sweep/sweep.html");
-    for word in ["<svg", "mKLM", "χ² per point", "packing fraction", "6 runs"] {
+    for word in ["<svg", "mKLM", "χ² per point", "packing fraction", "6 runs", "Δ / σ"] {
         assert!(page.contains(word), "{word}");
     }
+    for row in &runs {
+        let link = format!("{}/run.html", row["folder"]);
+        assert!(page.contains(&format!("href=\"{link}\"")), "{link}");
+        assert!(place.read(&format!("runs/scene-sweep/{link}")).contains("Can it be trusted?"));
+    }
+    // What is there is not made again.
+    let first = place.path().join("runs/scene-sweep").join(&runs[0]["folder"]).join("run.html");
+    let changed = || fs::metadata(&first).unwrap().modified().unwrap();
+    let before = changed();
+    assert_eq!(code(&place.carom(&sweep(&[]))), 0);
+    assert_eq!(changed(), before);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::conversions::Conversions;
-use super::{CONTACTS, Folder, PAGE, REPORT, SCENE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY};
+use super::{CONTACTS, Folder, PAGE, REPORT, SCENE, SMALL_PAGE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY};
 use crate::io::atomic::sync_folder;
 use crate::io::contacts;
 use crate::io::convert::ConvertError;
@@ -90,7 +90,8 @@ fn summary(folder: &Path, summary: &Summary) -> Result<PartialFile, OutputError>
 /// Removes what is not true any more when a run has gone on.
 fn remove_stale(owned: &mut Owned, new: &[String]) -> Result<(), OutputError> {
     let is_stale = |name: &&String| {
-        [PAGE, SUMMARY_BEFORE].contains(&name.as_str()) || measurements::is_table(name) && !new.contains(name)
+        [PAGE, SMALL_PAGE, SUMMARY_BEFORE].contains(&name.as_str())
+            || measurements::is_table(name) && !new.contains(name)
     };
     let stale: Vec<String> = owned.names().iter().filter(is_stale).cloned().collect();
     owned.remove(&stale)

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::figures::{capitalised, curves_figure};
-use super::html::{self, brackets, cell, escape, symbols};
-use super::plot::{self, Curves, Line, LineStyle, Point as Dot};
+use super::html::{self, cell, escape, quantity};
+use super::plot::{Curves, Key, Line, LineStyle, Point as Dot, extent};
 use super::results::value;
 use super::{Page, scene_text, shell, verdict};
 use crate::analysis::observables::OBSERVABLES;
@@ -19,8 +19,8 @@ const ROUND_TRIPS: u64 = 4;
 /// Replicas whose paths can still be told apart.
 const MOST_PATHS: usize = 3;
 
-/// Curves in a plot: as many as there are colours.
-const MOST_CURVES: usize = plot::COLOURS;
+/// Curves in a plot of a family.
+const MOST_CURVES: usize = 24;
 
 /// Temperatures that span a larger ratio have a logarithmic axis.
 const LONG: f64 = 10.0;
@@ -95,11 +95,11 @@ fn words(name: &str) -> String {
 /// A table whose first cells are heads of their rows. On a narrow page, each of the others names its column.
 fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
     let classes = std::iter::once("").chain(std::iter::repeat("n"));
-    let cell = |(head, content): (&String, &String)| cell("td", "n", head, content);
     let row = |cells: &Vec<String>| {
-        let first = cells.first().map(String::as_str).unwrap_or_default();
-        let others: String = heads.iter().zip(cells).skip(1).map(cell).collect();
-        format!("<tr><th scope=\"row\">{first}</th>{others}</tr>\n")
+        let head = heads.first().map(String::as_str).unwrap_or_default();
+        let first = cell("th", "", head, cells.first().map(String::as_str).unwrap_or_default());
+        let others: String = heads.iter().zip(cells).skip(1).map(|(head, it)| cell("td", "n", head, it)).collect();
+        format!("<tr>{first}{others}</tr>\n")
     };
     let rows: String = rows.iter().map(row).collect();
     html::table("exchange", caption, classes.zip(heads.iter().map(|head| escape(head))), &rows)
@@ -119,8 +119,8 @@ fn temperatures(summary: &ExchangeSummary) -> String {
     let (results, quantities) = (&summary.results, quantities(summary));
     let fixed = ["temperature [energy]", "swaps with the next"].map(str::to_owned);
     let names = quantities.iter().map(|(name, unit)| match *name {
-        "temperature" => format!("kinetic temperature{}", brackets(unit)),
-        name => format!("{}{}", words(name), brackets(unit)),
+        "temperature" => quantity("kinetic temperature", unit),
+        name => quantity(&words(name), unit),
     });
     let heads: Vec<String> = fixed.into_iter().chain(names).collect();
     let row = |(place, at): (usize, &TemperatureResult)| {
@@ -177,15 +177,15 @@ fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_log
     }
     let temperatures = summary.results.temperatures.iter().map(|at| at.temperature);
     let points = temperatures.zip(means()).map(|(x, it)| dot(x, it?)).collect();
-    let titles = ["temperature [energy]".to_owned(), format!("{}{}", symbols(&words(name)), brackets(unit))];
+    let titles = ["temperature [energy]".to_owned(), quantity(&words(name), unit)];
     let curves = measured_curve(&capitalised(&words(name)), titles, is_logarithmic, points);
     curves_figure(&curves.label, &curves, "Error bars: standard errors.")
 }
 
 /// A curve against temperature.
 fn measured_curve(label: &str, titles: [String; 2], is_logarithmic: bool, points: Vec<Option<Dot>>) -> Curves {
-    let lines = vec![Line { style: LineStyle::Measured, label: String::new(), points }];
-    Curves { label: label.to_owned(), titles, is_logarithmic: [is_logarithmic, false], lines, level: None }
+    let lines = vec![Line { points, ..Line::default() }];
+    Curves { label: label.to_owned(), titles, is_logarithmic: [is_logarithmic, false], lines, ..Curves::default() }
 }
 
 fn acceptance(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String> {
@@ -199,23 +199,26 @@ fn acceptance(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String>
 
 fn populations(summary: &ExchangeSummary) -> Option<String> {
     let temperatures = &summary.results.temperatures;
-    // As even as there are colours for.
     let step = temperatures.len().div_ceil(MOST_CURVES);
     if temperatures.iter().all(|at| at.populations.len() < 2) {
         return None;
     }
+    let ends = extent(temperatures.iter().map(|at| at.temperature))?;
+    let key = Key { title: "temperature [energy]".to_owned(), ends, is_logarithmic: ends[1] > LONG * ends[0] };
     let line = |at: &TemperatureResult| Line {
-        style: LineStyle::Measured,
         label: format!("T = {}", digits(at.temperature)),
         points: at.populations.iter().map(|it| dot(it.energy, it.population)).collect(),
+        tone: Some(key.tone(at.temperature)),
+        ..Line::default()
     };
     let is_binned = temperatures.iter().flat_map(|at| &at.populations).any(|it| it.width > 0.0);
     let what =
         if is_binned { "Of bins of the potential energy" } else { "Of the exact levels of the potential energy" };
     let text = format!("{what}, all particles together. Error bars: standard errors. From <code>energies.csv</code>.");
-    let titles = ["potential energy [energy]".to_owned(), "population".to_owned()];
+    let titles = ["potential energy".to_owned(), "population".to_owned()];
     let lines = temperatures.iter().step_by(step).map(line).collect();
-    curves_figure("Populations", &Curves { label: "Populations".to_owned(), titles, lines, ..Curves::default() }, &text)
+    let (label, key) = ("Populations, by temperature".to_owned(), Some(key));
+    curves_figure("Populations", &Curves { label, titles, lines, key, ..Curves::default() }, &text)
 }
 
 fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic: bool) -> Option<String> {
@@ -231,6 +234,7 @@ fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic
                 Some(Dot { x: *time, y: temperatures.get(place)?.temperature, error: 0.0 })
             })
             .collect(),
+        ..Line::default()
     };
     let titles = ["time".to_owned(), "temperature [energy]".to_owned()];
     let [every, rows] = drawn(summary);
@@ -242,6 +246,6 @@ fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic
     };
     let text = format!("Where replicas are, from {which} of <code>exchange.csv</code>.");
     let (label, lines) = ("Replica paths".to_owned(), shown.iter().map(line).collect());
-    let curves = Curves { label, titles, is_logarithmic: [false, is_logarithmic], lines, level: None };
+    let curves = Curves { label, titles, is_logarithmic: [false, is_logarithmic], lines, ..Curves::default() };
     curves_figure("Replica paths", &curves, &text)
 }

@@ -1,8 +1,8 @@
 //! The plots of a page with their captions.
 
-use super::html::{brackets, escape, symbols, unit};
+use super::html::{brackets, escape, escape_json, quantity, symbols, unit};
 use super::inputs::Results;
-use super::plot::{self, Curves, Level, Line, LineStyle, Map, Point, extent};
+use super::plot::{self, Curves, Level, Line, LineStyle, Map, Point, deviations, extent, mark};
 use super::table::Trace;
 use crate::analysis::instruments::{Curve, Series};
 
@@ -36,19 +36,39 @@ pub(super) fn figure(title: &str, svg: &str, text: &str) -> String {
     format!("<figure>\n<h4>{}</h4>\n{svg}\n<figcaption>{text}</figcaption>\n</figure>\n", escape(title))
 }
 
+/// A plot with its numbers for the script of the page.
+fn with_values(svg: &str, values: &str) -> String {
+    format!("{svg}\n<script type=\"application/json\" class=\"values\">{}</script>", escape_json(values))
+}
+
 /// A figure of curves with their legend; `None` if there is no point to draw.
 pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<String> {
-    let entry = |(class, words): &(String, &str)| {
-        let sample = format!("<g class=\"{class}\"><path d=\"M1 5H25\"/></g>");
+    let entry = |(number, class, line): &(usize, String, &Line)| {
+        let mark = if line.style == LineStyle::Published { String::new() } else { mark(*number, [13.0, 5.0]) };
+        let sample = format!("<g class=\"{class}\"><path d=\"M1 5H25\"/>{mark}</g>");
         let sample = format!("<svg class=\"sample\" viewBox=\"0 0 26 10\" aria-hidden=\"true\">{sample}</svg>");
-        format!("<li>{sample}{}</li>", escape(words))
+        format!("<li>{sample}{}</li>", escape(&line.label))
     };
-    let (mut plot, legend) = (curves.svg()?, curves.legend());
-    if legend.len() > 1 {
+    let ([svg, values], legend) = (curves.drawing()?, curves.legend());
+    let mut plot = with_values(&svg, &values);
+    if legend.len() > 1 && curves.key.is_none() {
         let entries: String = legend.iter().map(entry).collect();
         plot.push_str(&format!("\n<ul class=\"legend\">{entries}</ul>"));
     }
-    Some(figure(title, &plot, text))
+    Some(figure(title, &plot, &format!("{}{text}", strip(curves))))
+}
+
+/// Text about the strip below a comparison; empty without one.
+fn strip(curves: &Curves) -> String {
+    let compared = curves.lines.iter().filter(|line| line.deviations.iter().any(Option::is_some)).count();
+    let published: Vec<&Line> = curves.lines.iter().filter(|line| line.style == LineStyle::Published).collect();
+    let which = match (compared, published.as_slice()) {
+        (0, _) => return String::new(),
+        (1, [first, _, ..]) => format!(" ({})", escape(&first.label)),
+        (_, [_, _, ..]) => " of the same series".to_owned(),
+        _ => String::new(),
+    };
+    format!("Below: Δ / σ, the measured less the published value{which} over its standard error; shaded: ±2. ")
 }
 
 /// The figures of a measured curve: one for all series of a unit, or a map for each.
@@ -105,25 +125,31 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
             y.map(|y| Point { x: *x, y, error })
         };
         let label = symbols(&series.name);
-        lines.push(Line { style: LineStyle::Measured, label, points: points.map(point).collect() });
+        lines.push(Line { label, points: points.map(point).collect(), ..Line::default() });
     }
+    let measured = lines.len();
     let mut sources = String::new();
     for published in &curve.published {
         let points = published.x.iter().zip(&published.y).map(|(x, y)| Some(Point { x: *x, y: *y, error: 0.0 }));
-        lines.push(Line { style: LineStyle::Published, label: published.label.clone(), points: points.collect() });
-        sources.push_str(&format!("Dashed: {}. {} ", escape(&published.label), escape(&published.source)));
+        let (style, label) = (LineStyle::Published, published.label.clone());
+        lines.push(Line { style, label, points: points.collect(), ..Line::default() });
+        sources.push_str(&format!("{}: {} ", escape(&published.label), escape(&published.source)));
     }
+    // Each series has its own published curve, or all have the same.
+    let (lines, published) = lines.split_at_mut(measured);
+    for (number, line) in lines.iter_mut().enumerate() {
+        let own = published.get(if published.len() == measured { number } else { 0 });
+        line.deviations = own.map_or_else(Vec::new, |own| deviations(&line.points, &own.points));
+    }
+    let lines = [lines, published].concat();
     let unit = curve.series.first().map_or("1", |series| series.unit.as_str());
     let name = match curve.series.as_slice() {
         [one] => &one.name,
         _ => &curve.title,
     };
-    let titles = [
-        format!("{}{}", symbols(&variable.name), brackets(&variable.unit)),
-        format!("{}{}", symbols(name), brackets(unit)),
-    ];
+    let titles = [quantity(&variable.name, &variable.unit), quantity(name, unit)];
     let is_logarithmic = curve.is_logarithmic;
-    let curves = Curves { label: curve.title.clone(), titles, is_logarithmic, lines, level: None };
+    let curves = Curves { label: curve.title.clone(), titles, is_logarithmic, lines, ..Curves::default() };
     curves_figure(&curve.title, &curves, &format!("{about} {sources}"))
 }
 
@@ -135,18 +161,20 @@ fn map_figure(curve: &Curve, series: &Series, about: &str) -> String {
         }
         _ => Vec::new(),
     };
-    let mut titles: Vec<String> = curve.variables.iter().map(|v| format!("{}{}", v.name, brackets(&v.unit))).collect();
-    titles.push(format!("{}{}", series.name, brackets(&series.unit)));
-    let map =
-        |titles: [String; 3]| Map { label: title.clone(), titles, is_logarithmic: curve.is_logarithmic[1], cells };
-    let svg = <[String; 3]>::try_from(titles).ok().and_then(|titles| map(titles).svg());
+    let mut titles: Vec<String> = curve.variables.iter().map(|v| quantity(&v.name, &v.unit)).collect();
+    titles.push(quantity(&series.name, &series.unit));
+    let map = |titles: [String; 3]| {
+        let (is_logarithmic, errors) = (curve.is_logarithmic[1], series.standard_errors.clone());
+        Map { label: title.clone(), titles, is_logarithmic, cells, errors }
+    };
+    let drawing = <[String; 3]>::try_from(titles).ok().and_then(|titles| map(titles).drawing());
     let error = series.standard_errors.iter().flatten().copied().filter(|error| error.is_finite()).reduce(f64::max);
     let error = error.map_or_else(String::new, |error| {
         let number = super::html::number(&crate::base::text::digits(error));
         format!("The largest standard error of a cell is {number}{}. ", escape(&brackets(&series.unit)))
     });
-    match svg {
-        Some(svg) => figure(&title, &svg, &format!("{error}{about}")),
+    match drawing {
+        Some([svg, values]) => figure(&title, &with_values(&svg, &values), &format!("{error}{about}")),
         None => figure(&title, "", &format!("<em>Insufficient data.</em> {about}")),
     }
 }
@@ -193,15 +221,16 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
         style: LineStyle::TimeSeries,
         label: words(&trace.name),
         points: trace.points().into_iter().map(|point| point.map(|[x, y]| Point { x, y, error: 0.0 })).collect(),
+        ..Line::default()
     };
     let first = traces.first()?;
     let name = if let [one] = traces { words(&one.name) } else { title.to_owned() };
     let curves = Curves {
         label: format!("{title} against time"),
-        titles: ["time [time]".to_owned(), format!("{name}{}", brackets(&first.unit))],
-        is_logarithmic: [false, false],
+        titles: ["time".to_owned(), quantity(&name, &first.unit)],
         lines: traces.iter().map(line).collect(),
         level,
+        ..Curves::default()
     };
     let mut text = String::new();
     if level.is_some() {
@@ -223,7 +252,40 @@ pub(super) fn capitalised(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::instruments::Variable;
+    use crate::analysis::instruments::{Published, Variable};
+
+    #[test]
+    fn each_series_is_compared_with_its_own_published_curve() {
+        let series = |name: &str, value: f64| Series {
+            name: name.to_owned(),
+            unit: "1".to_owned(),
+            values: vec![Some(value)],
+            standard_errors: vec![Some(0.5)],
+            normalisation: None,
+        };
+        let published = |label: &str, value: f64| Published {
+            label: label.to_owned(),
+            source: String::new(),
+            x: vec![1.0],
+            y: vec![value],
+        };
+        let curve = Curve::new("paths", "Free paths", "").variable("x", "length", vec![1.0]);
+        let curve = Curve {
+            series: vec![series("a", 3.0), series("b", 5.0)],
+            published: vec![published("for a", 2.0), published("for b", 6.0)],
+            ..curve
+        };
+        let figures = of_curve(&curve, None);
+        assert!(
+            figures[0].contains("\"deviations\":[2.0]") && figures[0].contains("\"deviations\":[-2.0]"),
+            "{figures:?}"
+        );
+        assert!(figures[0].contains("of the same series"));
+        let one = Curve { published: vec![published("for both", 2.0)], ..curve };
+        assert!(of_curve(&one, None)[0].contains("\"deviations\":[6.0]"));
+        let none = Curve { published: Vec::new(), ..one };
+        assert!(!of_curve(&none, None)[0].contains("deviations"));
+    }
 
     #[test]
     fn what_has_another_unit_has_another_figure() {

@@ -30,6 +30,9 @@ pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> Str
     format!("<{element}{scope}{class}{head}>{content}</{element}>")
 }
 
+/// Columns that have room beside each other on paper; rows of more are printed as lists.
+const MOST_PRINTED: usize = 6;
+
 /// A table that can be wider than the page, of the classes and names of its columns, and rows that are safe.
 pub(super) fn table<'c, N: Display>(
     class: &str,
@@ -41,9 +44,11 @@ pub(super) fn table<'c, N: Display>(
         "" => format!("<th scope=\"col\">{name}</th>"),
         _ => format!("<th scope=\"col\" class=\"{class}\">{name}</th>"),
     };
-    let heads: String = heads.into_iter().map(head).collect();
+    let heads: Vec<String> = heads.into_iter().map(head).collect();
+    let many = if heads.len() > MOST_PRINTED { " many" } else { "" };
+    let heads = heads.concat();
     format!(
-        "<div class=\"wide\"><table class=\"{class}\">\n<caption>{}</caption>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n\
+        "<div class=\"wide\" role=\"region\" tabindex=\"0\" aria-label=\"{0}\"><table class=\"{class}{many}\">\n<caption>{0}</caption>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n\
          </table></div>\n",
         escape(caption)
     )
@@ -51,7 +56,7 @@ pub(super) fn table<'c, N: Display>(
 
 /// JSON that can stand in a script element: nothing in it ends the element.
 pub(in crate::view) fn escape_json(json: &str) -> String {
-    json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
+    json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026").replace('\'', "\\u0027")
 }
 
 /// A unit with raised exponents: `energy / length^3` becomes `energy / length³`. Not yet escaped.
@@ -115,6 +120,12 @@ pub(super) fn brackets(of: &str) -> String {
     if of.is_empty() || of == "1" { String::new() } else { format!(" [{}]", unit(of)) }
 }
 
+/// A quantity with its unit in brackets, which is told once: not where the name of the quantity is that of the unit, as in `time`. Not yet escaped.
+pub(super) fn quantity(name: &str, unit: &str) -> String {
+    let is_told = name.split(|c: char| !c.is_alphanumeric()).any(|word| word.eq_ignore_ascii_case(unit));
+    if is_told { symbols(name) } else { format!("{}{}", symbols(name), brackets(unit)) }
+}
+
 fn raised(c: char) -> Option<char> {
     Some(match c {
         '0' => '⁰',
@@ -171,7 +182,7 @@ mod tests {
             escape("</script><b a='1'>&\"\u{0}\r\n"),
             "&lt;/script&gt;&lt;b a=&#39;1&#39;&gt;&amp;&quot;\u{fffd}\n"
         );
-        assert_eq!(escape_json("\"</script>&\""), "\"\\u003c/script\\u003e\\u0026\"");
+        assert_eq!(escape_json("\"</script>&'\""), "\"\\u003c/script\\u003e\\u0026\\u0027\"");
     }
 
     #[test]
@@ -186,6 +197,11 @@ mod tests {
         assert_eq!(unit("energy / length^D"), "energy / lengthᴰ");
         assert_eq!(unit("length^-2 * Density2"), "length⁻² * Density2");
         assert_eq!(brackets("1"), "");
+        assert_eq!(quantity("time", "time"), "time");
+        assert_eq!(quantity("Potential energy per particle", "energy"), "Potential energy per particle");
+        assert_eq!(quantity("temperature", "energy"), "temperature [energy]");
+        assert_eq!(quantity("rho", "1 / length^3"), "ρ [1 / length³]");
+        assert_eq!(quantity("acceptance", "1"), "acceptance");
         assert_eq!(brackets("length^2 / time"), " [length² / time]");
         assert_eq!(number("-1.2e-5"), "−1.2×10⁻⁵");
         assert_eq!(number("-12"), "−12");

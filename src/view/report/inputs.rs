@@ -10,6 +10,7 @@ use super::table::{self, Trace};
 use crate::analysis::instruments::{Curve, Measured};
 use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::PublishedValue;
+use crate::base::text;
 use crate::io::rates::Rate;
 use crate::io::summary::{Column, Observable};
 use crate::io::{Folder, Measurements, Summary, read_scene_text, surface_files};
@@ -89,8 +90,8 @@ impl Inputs {
     }
 }
 
-/// Reads the folder of a run.
-pub(super) fn read(run: &Path) -> Result<Inputs, ViewError> {
+/// Reads the folder of a run; a trajectory of more bytes stays out of the page.
+pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     if !run.is_dir() {
         return Err(ViewError::NotFolder(run.to_owned()));
     }
@@ -119,8 +120,15 @@ pub(super) fn read(run: &Path) -> Result<Inputs, ViewError> {
     let stages = stages.collect();
     let measured = measurements.last;
     let mut recording = noted("trajectory.xyz", &mut notes, || {
-        let file = open(&run.join("trajectory.xyz"))?;
-        recording::read(file, scene.as_ref())
+        let path = run.join("trajectory.xyz");
+        let size = fs::metadata(&path).map_or(0, |file| file.len());
+        if size > most_bytes {
+            return Err(format!(
+                "{} are too many for a small page; carom report makes one with the player",
+                text::size(size as f64)
+            ));
+        }
+        recording::read(open(&path)?, scene.as_ref())
     });
     if let Some(recording) = &mut recording {
         recording.add_surfaces(&surfaces(run, &mut notes));

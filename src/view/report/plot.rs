@@ -4,24 +4,34 @@
 
 mod axis;
 mod curve;
+mod deviations;
+mod key;
 mod map;
+mod mark;
+mod values;
 
 use std::fmt::Write;
 
 pub(super) use axis::Axis;
-pub(super) use curve::{COLOURS, Curves, Level, Line, LineStyle, Point, extent};
+pub(super) use curve::{Curves, Level, Line, LineStyle, Point, extent};
+pub(super) use deviations::deviations;
+pub(super) use key::Key;
 pub(super) use map::{MOST_CELLS, Map};
+pub(super) use mark::mark;
 
 use super::html::escape;
 
-/// Size of a plot `[pixels]`, as letters are meant to be seen.
+/// Width of a plot `[pixels]`, as letters are meant to be seen.
 const WIDTH: f64 = 480.0;
-const HEIGHT: f64 = 320.0;
 /// Where the axes are `[pixels]`.
 /// Labels of nine letters have room between the axis and its title.
 const LEFT: f64 = 90.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 268.0;
+/// Where the strip of deviations is, below the plot `[pixels]`.
+const STRIP: [f64; 2] = [284.0, 348.0];
+/// Room below for the labels and the title of the horizontal axis `[pixels]`.
+const FOOT: f64 = 52.0;
 
 /// A coordinate: a tenth of a pixel is enough, and keeps pages small.
 fn px(x: f64) -> String {
@@ -29,28 +39,35 @@ fn px(x: f64) -> String {
     text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
 }
 
-/// Begins a plot; `label` is for readers that cannot see it.
-fn open(label: &str) -> String {
+/// Begins a plot whose lowest frame ends at `foot`; `label` is for readers that cannot see it.
+fn open(label: &str, foot: f64) -> String {
     format!(
-        "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\" \
-         xmlns=\"http://www.w3.org/2000/svg\">",
+        "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"{}\" xmlns=\"http://www.w3.org/2000/svg\">",
+        foot + FOOT,
         escape(label)
     )
 }
 
-/// The axes with their grid, ticks and titles, around a field that ends at `right`.
-fn frame(svg: &mut String, x: &Axis, y: &Axis, titles: [&str; 2], right: f64) {
+/// The axes with their grid, ticks and titles, around a field that ends at `right`; the labels of the horizontal one are below `foot`.
+fn frame(svg: &mut String, [x, y]: [&Axis; 2], titles: [&str; 2], right: f64, foot: f64) {
     for (place, is_labelled) in x.marks() {
         let at = px(x.place(place));
         if is_labelled {
             let text = escape(&x.label(place));
             // Writing to a string cannot fail.
             let _ = write!(svg, "<path class=\"grid\" d=\"M{at} {TOP}V{BOTTOM}\"/>");
-            let _ = write!(svg, "<text x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{text}</text>", BOTTOM + 18.0);
+            let _ = write!(svg, "<text x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{text}</text>", foot + 18.0);
         }
         let length = if is_labelled { 5 } else { 3 };
         let _ = write!(svg, "<path class=\"axis\" d=\"M{at} {BOTTOM}v{length}\"/>");
     }
+    ticks_of_upright(svg, y, right);
+    let _ = write!(svg, "<path class=\"axis\" d=\"M{LEFT} {TOP}V{BOTTOM}H{right}\"/>");
+    name(svg, [0.5 * (LEFT + right), foot + 42.0], titles[0], right - LEFT, false);
+    name(svg, [14.0, 0.5 * (TOP + BOTTOM)], titles[1], BOTTOM - TOP, true);
+}
+
+fn ticks_of_upright(svg: &mut String, y: &Axis, right: f64) {
     for (place, is_labelled) in y.marks() {
         let at = px(y.place(place));
         if is_labelled {
@@ -61,9 +78,29 @@ fn frame(svg: &mut String, x: &Axis, y: &Axis, titles: [&str; 2], right: f64) {
         let length = if is_labelled { 5 } else { 3 };
         let _ = write!(svg, "<path class=\"axis\" d=\"M{LEFT} {at}h-{length}\"/>");
     }
-    let _ = write!(svg, "<path class=\"axis\" d=\"M{LEFT} {TOP}V{BOTTOM}H{right}\"/>");
-    name(svg, [0.5 * (LEFT + right), HEIGHT - 10.0], titles[0], right - LEFT, false);
-    name(svg, [14.0, 0.5 * (TOP + BOTTOM)], titles[1], BOTTOM - TOP, true);
+}
+
+/// The axes of the strip of deviations, in standard errors, with labels at zero and at so many of them.
+fn frame_of_strip(svg: &mut String, x: &Axis, y: &Axis, right: f64, labelled: f64) {
+    let [top, bottom] = STRIP;
+    for (place, is_labelled) in x.marks() {
+        let (at, length) = (px(x.place(place)), if is_labelled { 5 } else { 3 });
+        if is_labelled {
+            let _ = write!(svg, "<path class=\"grid\" d=\"M{at} {top}V{bottom}\"/>");
+        }
+        let _ = write!(svg, "<path class=\"axis\" d=\"M{at} {bottom}v{length}\"/>");
+    }
+    for value in [-labelled, 0.0, labelled] {
+        let (at, text) = (px(y.place(value)), super::html::number(&value.to_string()));
+        let class = if value == 0.0 { "axis" } else { "grid" };
+        let _ = write!(
+            svg,
+            "<path class=\"{class}\" d=\"M{LEFT} {at}H{right}\"/><path class=\"axis\" d=\"M{LEFT} {at}h-5\"/>"
+        );
+        let _ = write!(svg, "<text x=\"{}\" y=\"{at}\" dy=\".32em\" text-anchor=\"end\">{text}</text>", LEFT - 8.0);
+    }
+    let _ = write!(svg, "<path class=\"axis\" d=\"M{LEFT} {top}V{bottom}H{right}\"/>");
+    name(svg, [14.0, 0.5 * (top + bottom)], "Δ / σ", bottom - top, true);
 }
 
 /// The title of an axis in the middle of it, squeezed if it is longer than there is room for `[pixels]`; that of an upright axis is turned.

@@ -1,6 +1,8 @@
 //! The measured stages of a run: their means side by side, and a part for each with its numbers and plots.
 
-use super::html::{brackets, cell, escape, table};
+mod plots;
+
+use super::html::{cell, escape, quantity, table};
 use super::inputs::{Inputs, Results};
 use super::{figures, results};
 use crate::analysis::observables::{Answer, OBSERVABLES};
@@ -14,7 +16,7 @@ pub(super) fn section(inputs: &Inputs) -> Option<String> {
     }
     let parts: String = stages.iter().map(part).collect();
     let all: Vec<Results<'_>> = stages.into_iter().chain([inputs.last()]).collect();
-    Some(comparison(&all) + &parts)
+    Some(comparison(&all) + &plots::plots(&all) + &parts)
 }
 
 /// The means of all measurements, a line for each.
@@ -24,8 +26,7 @@ fn comparison(all: &[Results<'_>]) -> String {
     let dimensions = all.iter().find_map(|results| results.dimensions);
     let head = |(name, unit): &(&str, &str)| {
         let unit = dimensions.map_or_else(|| (*unit).to_owned(), |dimensions| text::unit(unit, dimensions));
-        let (name, unit) = (escape(&name.replace('_', " ")), escape(brackets(&unit).trim_start()));
-        ("n", format!("{name}<small>{unit}</small>"))
+        ("n", escape(&quantity(&name.replace('_', " "), &unit)))
     };
     let line = |results: &Results<'_>| {
         let name = results.stage.map_or_else(

@@ -1,15 +1,21 @@
 //! The page of a sweep: every quantity against the value that varies, with what is published beside, and the state of all runs.
 
+mod curves;
+mod pages;
+
 use std::fmt::Write;
 use std::path::Path;
 
 use super::figures::{capitalised, curves_figure};
-use super::html::{self, brackets, cell, escape, symbols};
-use super::plot::{Curves, Line, LineStyle, Point as Dot, extent};
+use super::html::{self, cell, escape, symbols};
+use super::plot::{Curves, Line, LineStyle, Point as Dot, deviations, extent};
 use super::results::value;
 use super::{Page, shell};
 use crate::base::text::digits;
+use crate::io::SMALL_PAGE;
 use crate::sweep::{Group, MeasuredQuantity, Point, Results, StageMeans, Standing, Sweep, SweepFolder};
+
+pub use pages::{run_page_in, write_run_pages};
 
 /// Values that span a larger ratio have a logarithmic axis.
 const LONG: f64 = 50.0;
@@ -31,7 +37,17 @@ struct Horizontal {
     is_logarithmic: bool,
 }
 
+impl Horizontal {
+    /// The other values of a state point, in words. What changes together with the value along the axis tells no series from another.
+    fn others(&self, sweep: &Sweep, settings: &[(String, &str)]) -> Vec<String> {
+        let axes = sweep.state_point_axes();
+        let others = settings.iter().zip(&axes).filter(|(_, axis)| axes.get(self.at) != Some(*axis));
+        others.map(|((name, value), _)| format!("{name} = {value}")).collect()
+    }
+}
+
 /// State points along the horizontal axis that have all other values and the measured stage in common.
+#[derive(Clone)]
 struct Series<'r> {
     /// The stage, if there are several, and the other values, in words.
     label: String,
@@ -59,12 +75,16 @@ pub fn sweep_page(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> Pag
         escape(&sweep.short_names().join(", ")),
         env!("CARGO_PKG_VERSION"),
     );
-    let sections = [
+    let mut sections = vec![
         ("plots", "Plots", plots(sweep, results)),
         ("means", "Means", means(sweep, results)),
-        ("runs", "Runs", runs(sweep, results)),
+        ("runs", "Runs", runs(folder, sweep, results)),
         ("axes", "What varies", axes(sweep)),
     ];
+    let functions = horizontal(sweep, results).map(|along| curves::section(folder, sweep, results, &along));
+    if let Some(functions) = functions.filter(|functions| !functions.is_empty()) {
+        sections.insert(1, ("functions", "Measured functions", functions));
+    }
     Page { html: shell(&name, &heading, "", &sections), notes: Vec::new() }
 }
 
@@ -90,13 +110,10 @@ fn horizontal(sweep: &Sweep, results: &Results) -> Option<Horizontal> {
 
 fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Series<'r>> {
     let mut all: Vec<Series<'r>> = Vec::new();
-    // What changes together with the value along the axis tells no series from another.
-    let axes = sweep.state_point_axes();
     for group in &results.groups {
         let settings = settings(sweep, group);
         let Ok(x) = settings[along.at].1.parse() else { continue };
-        let others = settings.iter().zip(&axes).filter(|(_, axis)| axes.get(along.at) != Some(*axis));
-        let others: Vec<String> = others.map(|((name, value), _)| format!("{name} = {value}")).collect();
+        let others = along.others(sweep, &settings);
         for means in &group.measurements {
             let stage = results.has_stages().then(|| means.stage.clone());
             let label = stage.into_iter().chain(others.iter().cloned()).collect::<Vec<_>>().join(", ");
@@ -155,21 +172,23 @@ fn quantity_figure(
             means.values[at].map(|it| Dot { x: *x, y: it.mean, error: it.error.or(it.scatter).unwrap_or(0.0) })
         };
         let label = if one.label.is_empty() { "measured".to_owned() } else { symbols(&one.label) };
-        lines.push(Line { style: LineStyle::Measured, label, points: one.points.iter().map(dot).collect() });
+        let points: Vec<Option<Dot>> = one.points.iter().map(dot).collect();
+        let known = published(quantity, std::slice::from_ref(one));
+        let deviations = known.first().map_or_else(Vec::new, |(_, _, known)| deviations(&points, known));
+        lines.push(Line { label, points, deviations, ..Line::default() });
     }
     for (label, source, points) in published(quantity, series) {
-        let _ = write!(text, "Dashed: {}. {}. ", escape(&label), escape(&source));
+        let _ = write!(text, "{}: {}. ", escape(&label), escape(&source));
         if let Some((chi, count)) = chi_square(quantity, at, series, &label) {
             let _ = write!(text, "χ² per point {chi:.2} ({count} points). ");
         }
-        lines.push(Line { style: LineStyle::Published, label, points });
+        lines.push(Line { style: LineStyle::Published, label, points, ..Line::default() });
     }
     text.push_str("Error bars: standard errors of the runs, pooled over seeds. From <code>sweep-mean.csv</code>.");
     let title = capitalised(&quantity.title);
-    let titles =
-        [symbols(&along.name.replace('_', " ")), format!("{}{}", symbols(&quantity.title), brackets(&quantity.unit))];
+    let titles = [symbols(&along.name.replace('_', " ")), html::quantity(&quantity.title, &quantity.unit)];
     let is_logarithmic = [along.is_logarithmic, false];
-    curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, level: None }, &text)
+    curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, ..Curves::default() }, &text)
 }
 
 /// Published values of a quantity along the axis, by label: with their source and points, once where several series have the same.
@@ -226,26 +245,31 @@ fn chi_square(quantity: &MeasuredQuantity, at: usize, series: &[Series<'_>], lab
     (squares.len() >= FEWEST).then(|| (squares.iter().sum::<f64>() / squares.len() as f64, squares.len()))
 }
 
-fn table(caption: &str, heads: &[String], rows: &[String]) -> String {
+/// Head of a column: its class and its words.
+type Head = (&'static str, String);
+
+fn table(caption: &str, heads: &[Head], rows: &[String]) -> String {
     let more = match rows.len().saturating_sub(MOST_ROWS) {
         0 => String::new(),
         more => format!("<p class=\"aside\">And {more} more in the files.</p>\n"),
     };
     let rows: String = rows.iter().take(MOST_ROWS).map(String::as_str).collect();
-    html::table("results", caption, heads.iter().map(|head| ("", escape(head))), &rows) + &more
+    html::table("results", caption, heads.iter().map(|(class, head)| (*class, escape(head))), &rows) + &more
 }
 
 fn means(sweep: &Sweep, results: &Results) -> String {
     let Some(first) = results.groups.first() else { return String::new() };
     let keys = settings(sweep, first).into_iter().map(|(name, _)| name.replace('_', " "));
     let keys = keys.chain(results.has_stages().then(|| "stage".to_owned()));
-    let of = |it: &MeasuredQuantity| format!("{}{}", symbols(&it.title), brackets(&it.unit));
-    let heads: Vec<String> = keys.chain(["runs".to_owned()]).chain(results.quantities.iter().map(of)).collect();
+    let of = |it: &MeasuredQuantity| html::quantity(&it.title, &it.unit);
+    let values = std::iter::once("runs".to_owned()).chain(results.quantities.iter().map(of));
+    let heads: Vec<Head> = keys.map(|key| ("", key)).chain(values.map(|value| ("n", value))).collect();
     let row = |group: &Group, means: &StageMeans| {
         let settings = settings(sweep, group);
         let stage = results.has_stages().then_some(means.stage.as_str());
         let of_row = settings.iter().map(|(_, value)| *value).chain(stage);
-        let keys: String = heads.iter().zip(of_row).map(|(head, value)| cell("th", "", head, &escape(value))).collect();
+        let keys: String =
+            heads.iter().zip(of_row).map(|((_, head), value)| cell("th", "", head, &escape(value))).collect();
         let shown = |it: &Option<crate::sweep::Pooled>| match it {
             None => String::new(),
             Some(it) => {
@@ -258,7 +282,8 @@ fn means(sweep: &Sweep, results: &Results) -> String {
         };
         let cells = std::iter::once(means.runs.to_string()).chain(means.values.iter().map(shown));
         let first = heads.len() - 1 - means.values.len();
-        let values: String = heads[first..].iter().zip(cells).map(|(head, it)| cell("td", "n", head, &it)).collect();
+        let values: String =
+            heads[first..].iter().zip(cells).map(|((_, head), it)| cell("td", "n", head, &it)).collect();
         format!("<tr>{keys}{values}</tr>\n")
     };
     let rows: Vec<String> = results.means().map(|(group, means)| row(group, means)).collect();
@@ -267,10 +292,10 @@ fn means(sweep: &Sweep, results: &Results) -> String {
            The same numbers are in <code>sweep-mean.csv</code>, those of each run in <code>sweep.csv</code>.</p>\n"
 }
 
-fn runs(sweep: &Sweep, results: &Results) -> String {
+fn runs(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> String {
     let keys = sweep.short_names().into_iter().map(|name| name.replace('_', " "));
-    let heads: Vec<String> =
-        ["run".to_owned()].into_iter().chain(keys).chain(["state", "events"].map(str::to_owned)).collect();
+    let last = [("", "state".to_owned()), ("n", "events".to_owned())];
+    let heads: Vec<Head> = [("", "run".to_owned())].into_iter().chain(keys.map(|key| ("n", key))).chain(last).collect();
     let rows: Vec<String> = sweep
         .points()
         .iter()
@@ -282,13 +307,15 @@ fn runs(sweep: &Sweep, results: &Results) -> String {
                 Standing::Missing => "not begun".to_owned(),
                 Standing::Failed(why) => format!("<span class=\"verdict failed\">failed</span> {}", escape(why)),
             };
+            // What has no page is a folder all the same.
+            let page = if run_page_in(&folder.of(point)).is_file() { SMALL_PAGE } else { "" };
             let folder = escape(point.folder());
             let keys = heads.iter().skip(1).zip(point.settings());
-            let keys: String = keys.map(|(head, (_, value))| cell("td", "n", head, &escape(value))).collect();
+            let keys: String = keys.map(|((_, head), (_, value))| cell("td", "n", head, &escape(value))).collect();
             let events: u64 = result.measurements.iter().map(|measurement| measurement.events).sum();
             let events = if result.measurements.is_empty() { String::new() } else { events.to_string() };
             format!(
-                "<tr><th scope=\"row\"><a href=\"{folder}/\">{folder}</a></th>{keys}{}{}</tr>\n",
+                "<tr><th scope=\"row\"><a href=\"{folder}/{page}\">{folder}</a></th>{keys}{}{}</tr>\n",
                 cell("td", "", "state", &state),
                 cell("td", "n", "events", &events)
             )

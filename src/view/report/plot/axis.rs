@@ -6,6 +6,13 @@ use crate::view::report::html;
 /// An axis smaller than this part of its values could not be labelled.
 const SMALLEST_SPAN: f64 = 1e-5;
 
+/// Labels that a linear axis should have, and those that every axis has.
+const ENOUGH: usize = 4;
+const FEWEST: usize = 3;
+
+/// Width of a letter of a label `[pixels]`.
+const LETTER: f64 = 7.0;
+
 /// A linear or logarithmic axis between two places `[pixels]`.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Axis {
@@ -63,53 +70,74 @@ impl Axis {
         self.from + self.fraction(value) * (self.to - self.from)
     }
 
-    /// The values with ticks, and whether each has a label.
+    /// The values with ticks, and whether each has a label: at least three have one.
     pub fn marks(&self) -> Vec<(f64, bool)> {
-        if self.is_logarithmic { self.decades() } else { self.steps().into_iter().map(|value| (value, true)).collect() }
+        let decades = if self.is_logarithmic { self.decades() } else { None };
+        decades.unwrap_or_else(|| self.evenly().steps().into_iter().map(|value| (value, true)).collect())
+    }
+
+    /// Linear axis of the same ends, for the ticks of one that spans less than a factor of two or so.
+    fn evenly(&self) -> Self {
+        match self.is_logarithmic {
+            true => Self::new([self.low, self.high].map(|end| 10_f64.powf(end)), false).between(self.from, self.to),
+            false => self.clone(),
+        }
+    }
+
+    /// Ends, as logarithms on a logarithmic axis, and where they are `[pixels]`.
+    pub fn scale(&self) -> [f64; 4] {
+        [self.low, self.high, self.from, self.to]
+    }
+
+    /// Whether equal ratios have equal lengths.
+    pub fn is_logarithmic(&self) -> bool {
+        self.is_logarithmic
     }
 
     fn steps(&self) -> Vec<f64> {
-        let step = self.step();
-        let first = (self.low / step - 1e-9).ceil();
-        // A span is at most ten steps.
-        let values = (0..=10).map(|k| (first + f64::from(k)) * step);
-        values.filter(|value| *value <= self.high + 1e-9 * step).collect()
+        multiples(self.step(), [self.low, self.high])
     }
 
-    /// 1, 2 or 5 times a power of ten, some five to the span.
+    /// 1, 2 or 5 times a power of ten: the largest step with enough ticks, or with few where the labels of a horizontal axis would touch.
     fn step(&self) -> f64 {
-        let raw = (self.high - self.low) / 5.0;
-        let power = 10_f64.powf(raw.log10().floor());
-        let factors = [1.0, 2.0, 5.0, 10.0];
-        power * factors.into_iter().find(|factor| factor * power >= raw * (1.0 - 1e-9)).unwrap_or(10.0)
+        let power = 10_f64.powf((self.high - self.low).log10().floor());
+        let ticks = |step: f64| multiples(step, [self.low, self.high]);
+        let with = |count: usize| {
+            [2.0, 1.0, 0.5, 0.2].map(|factor| factor * power).into_iter().find(|step| ticks(*step).len() >= count)
+        };
+        let step = with(ENOUGH).unwrap_or(0.1 * power);
+        let letters: usize = ticks(step).iter().map(|value| self.linear_label(*value, step).chars().count() + 2).sum();
+        let room = self.to - self.from;
+        if room > 1.0 && LETTER * letters as f64 > room { with(FEWEST).unwrap_or(step) } else { step }
     }
 
-    /// Powers of ten, with two to nine times them where they are few; 1, 2 and 5 are labelled where there is hardly one.
-    fn decades(&self) -> Vec<(f64, bool)> {
+    /// Powers of ten with two to nine times them between. Labelled are powers; where those are fewer than three also twice and five
+    /// times them, then all; `None` where even those are too few.
+    fn decades(&self) -> Option<Vec<(f64, bool)>> {
         let (low, high) = (trunc_to_i32(self.low.floor()), trunc_to_i32(self.high.ceil()));
         let number = self.high - self.low;
         let stride = trunc_to_i32((number / 6.0).ceil().max(1.0));
-        let mut marks = Vec::new();
-        for decade in low..=high {
-            for digit in 1..=9 {
-                let value = format!("{digit}e{decade}").parse().unwrap_or(1.0);
-                let is_labelled = match digit {
-                    1 => decade.rem_euclid(stride) == 0,
-                    2 | 5 => number < 1.6,
-                    _ => false,
-                };
-                let is_shown = is_labelled || number < 7.0 || (digit == 1 && number < 40.0);
-                if is_shown && (-1e-9..=1.0 + 1e-9).contains(&self.fraction(value)) {
-                    marks.push((value, is_labelled));
-                }
-            }
-        }
-        marks
+        let all = (low..=high).flat_map(|decade| (1..=9).map(move |digit| (decade, digit)));
+        let all: Vec<(i32, i32, f64)> = all
+            .map(|(decade, digit)| (decade, digit, format!("{digit}e{decade}").parse().unwrap_or(1.0)))
+            .filter(|(.., value)| (-1e-9..=1.0 + 1e-9).contains(&self.fraction(*value)))
+            .collect();
+        let is_labelled: [fn(i32, i32, i32) -> bool; 3] = [
+            |decade, digit, stride| digit == 1 && decade.rem_euclid(stride) == 0,
+            |_, digit, _| matches!(digit, 1 | 2 | 5),
+            |_, _, _| true,
+        ];
+        let marks = is_labelled.into_iter().map(|is_labelled| {
+            let is_shown = |digit: i32, is: bool| is || number < 7.0 || (digit == 1 && number < 40.0);
+            let marks = all.iter().map(|(decade, digit, value)| (*digit, *value, is_labelled(*decade, *digit, stride)));
+            marks.filter(|(digit, _, is)| is_shown(*digit, *is)).map(|(_, value, is)| (value, is)).collect::<Vec<_>>()
+        });
+        marks.into_iter().find(|marks| marks.iter().filter(|mark| mark.1).count() >= FEWEST)
     }
 
     /// Label beside the tick of a value.
     pub fn label(&self, value: f64) -> String {
-        if self.is_logarithmic {
+        if self.is_logarithmic && self.decades().is_some() {
             let text = format!("{value:e}");
             return match text.split_once('e') {
                 Some(_) if (0.01..1000.0).contains(&value) => format!("{value}"),
@@ -117,7 +145,11 @@ impl Axis {
                 _ => html::number(&text),
             };
         }
-        let step = self.step();
+        let evenly = self.evenly();
+        evenly.linear_label(value, evenly.step())
+    }
+
+    fn linear_label(&self, value: f64, step: f64) -> String {
         if value.abs() < 1e-9 * step {
             return "0".to_owned();
         }
@@ -133,6 +165,14 @@ impl Axis {
     }
 }
 
+/// The multiples of a step between two ends.
+fn multiples(step: f64, [low, high]: [f64; 2]) -> Vec<f64> {
+    let first = (low / step - 1e-9).ceil();
+    // A span is at most a hundred steps.
+    let values = (0..=100).map(|k| (first + f64::from(k)) * step);
+    values.take_while(|value| *value <= high + 1e-9 * step).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,12 +185,41 @@ mod tests {
     #[test]
     fn ticks_are_at_round_numbers() {
         assert_eq!(labels([0.0, 1.0], false), ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
-        assert_eq!(labels([-3.0, 13.0], false), ["0", "5", "10"]);
+        assert_eq!(labels([-3.0, 13.0], false), ["−2", "0", "2", "4", "6", "8", "10", "12"]);
         assert_eq!(labels([-1.0, 1.0], false), ["−1.0", "−0.5", "0", "0.5", "1.0"]);
         assert_eq!(labels([0.0, 4e-7], false), ["0", "1×10⁻⁷", "2×10⁻⁷", "3×10⁻⁷", "4×10⁻⁷"]);
         assert_eq!(labels([1.0, 1e4], true), ["1", "10", "100", "10³", "10⁴"]);
         assert_eq!(labels([0.5, 6.0], true), ["0.5", "1", "2", "5"]);
         assert_eq!(labels([1e-30, 1.0], true).len(), 7);
+    }
+
+    #[test]
+    fn every_axis_has_three_labels_at_least() {
+        // Places and lengths that do not repeat the same digits.
+        for k in 0..500 {
+            let (start, length) = (
+                (f64::from(k) * 0.618_034).fract() * 20.0 - 10.0,
+                10_f64.powf((f64::from(k) * 0.414_214).fract() * 8.0 - 4.0),
+            );
+            for axis in [
+                Axis::new([start, start + length], false),
+                Axis::new([10_f64.powf(start), 10_f64.powf(start + length.min(30.0))], true),
+            ] {
+                for axis in [axis.clone().between(90.0, 466.0), axis.between(268.0, 12.0)] {
+                    let labels =
+                        axis.marks().iter().filter(|mark| mark.1).map(|mark| axis.label(mark.0)).collect::<Vec<_>>();
+                    assert!((FEWEST..=10).contains(&labels.len()), "{axis:?}: {labels:?}");
+                    assert!(labels.windows(2).all(|two| two[0] != two[1]), "{axis:?}: {labels:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn logarithmic_axes_have_ticks_between_powers() {
+        let marks = Axis::new([1.0, 1000.0], true).marks();
+        assert_eq!(marks.iter().filter(|mark| mark.1).count(), 4);
+        assert_eq!(marks.len(), 28);
     }
 
     #[test]

@@ -2,13 +2,22 @@
 
 use std::fmt::Write;
 
-use super::{Axis, BOTTOM, LEFT, TOP, WIDTH, frame, open, px};
+use super::{Axis, BOTTOM, Key, LEFT, STRIP, TOP, WIDTH, deviations, frame, key, mark, open, px, values};
 
 /// Where the field ends `[pixels]`.
 const RIGHT: f64 = WIDTH - 14.0;
 
 /// Curves with more points show their errors as a band.
 const MOST_BARS: usize = 60;
+
+/// Marks along a curve that has none at its points, where there are other curves.
+const SPARSE: usize = 9;
+
+/// Values that span a larger ratio have a logarithmic axis: two and a half decades.
+pub(super) const LARGEST_RATIO: f64 = 316.3;
+
+/// Errors that a band of them shows, relative to the extent of the values; bars are shown whole.
+const WIDEST_BAND: f64 = 2.0;
 
 /// A measured value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,9 +29,10 @@ pub(in crate::view::report) struct Point {
 }
 
 /// How a line is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(in crate::view::report) enum LineStyle {
     /// Measured values: points with bars, or a line with a band.
+    #[default]
     Measured,
     /// A time series: a line.
     TimeSeries,
@@ -30,14 +40,18 @@ pub(in crate::view::report) enum LineStyle {
     Published,
 }
 
-/// A line of a plot. Its index in the plot decides its colour, except that published lines count for themselves.
-#[derive(Debug, Clone, PartialEq)]
+/// A line of a plot. Its index in the plot decides its colour and its mark, except that published lines count for themselves.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view::report) struct Line {
     pub style: LineStyle,
     /// Words in the legend.
     pub label: String,
     /// `None` where there is a gap.
     pub points: Vec<Option<Point>>,
+    /// Deviations from what is published, for each of the first points.
+    pub deviations: Vec<Option<Point>>,
+    /// Colour of a line of a family, see [`Key::tone`].
+    pub tone: Option<usize>,
 }
 
 /// A mean with its error, as a band across the plot.
@@ -57,17 +71,28 @@ pub(in crate::view::report) struct Curves {
     pub is_logarithmic: [bool; 2],
     pub lines: Vec<Line>,
     pub level: Option<Level>,
+    /// Key of the colours of a family.
+    pub key: Option<Key>,
 }
 
 impl Curves {
-    /// The plot; `None` if there is no point to draw.
-    pub fn svg(&self) -> Option<String> {
-        let x = Axis::new(self.horizontal()?, self.is_logarithmic[0]).widened(0.02).between(LEFT, RIGHT);
-        let y = Axis::new(self.vertical()?, self.is_logarithmic[1]).widened(0.06).between(BOTTOM, TOP);
-        let mut svg = open(&self.label);
-        frame(&mut svg, &x, &y, [&self.titles[0], &self.titles[1]], RIGHT);
+    /// The plot and its numbers as JSON; `None` if there is no point to draw.
+    pub fn drawing(&self) -> Option<[String; 2]> {
+        let mut scaled = self.clone();
+        scaled.is_logarithmic = [0, 1].map(|k| self.is_logarithmic[k] || self.asks_for_logarithms(k));
+        let right = if self.key.is_some() { key::RIGHT } else { RIGHT };
+        let x = Axis::new(scaled.horizontal()?, scaled.is_logarithmic[0]).widened(0.02).between(LEFT, right);
+        let y = Axis::new(scaled.vertical()?, scaled.is_logarithmic[1]).widened(0.06).between(BOTTOM, TOP);
+        Some([scaled.svg(&x, &y, right), values::json(&scaled, [&x, &y])])
+    }
+
+    fn svg(&self, x: &Axis, y: &Axis, right: f64) -> String {
+        let has_strip = self.lines.iter().any(|line| line.deviations.iter().any(Option::is_some));
+        let foot = if has_strip { STRIP[1] } else { BOTTOM };
+        let mut svg = open(&self.label, foot);
+        frame(&mut svg, [x, y], [&self.titles[0], &self.titles[1]], right, foot);
         // What is outside of the field is cut off by an inner image.
-        let (width, height) = (RIGHT - LEFT, BOTTOM - TOP);
+        let (width, height) = (right - LEFT, BOTTOM - TOP);
         let view = format!("{LEFT} {TOP} {width} {height}");
         let _ = write!(svg, "<svg x=\"{LEFT}\" y=\"{TOP}\" width=\"{width}\" height=\"{height}\" viewBox=\"{view}\">");
         if let Some(level) = self.level.filter(|level| y.has_place(level.mean)) {
@@ -78,32 +103,67 @@ impl Curves {
                 "<rect class=\"level\" x=\"{LEFT}\" y=\"{}\" width=\"{width}\" height=\"{height}\"/>",
                 px(ends[0])
             );
-            let _ = write!(svg, "<path class=\"level\" d=\"M{LEFT} {}H{RIGHT}\"/>", px(y.place(level.mean)));
+            let _ = write!(svg, "<path class=\"level\" d=\"M{LEFT} {}H{right}\"/>", px(y.place(level.mean)));
         }
-        for (class, line) in self.classes().into_iter().zip(&self.lines) {
-            draw(&mut svg, line, &class, &x, &y);
+        let is_alone = self.lines.len() < 2 || self.key.is_some();
+        for (number, (class, line)) in self.classes().into_iter().zip(&self.lines).enumerate() {
+            let _ = write!(svg, "<g class=\"{class}\">");
+            draw(&mut svg, line, (!is_alone).then_some(number), x, y);
+            svg.push_str("</g>");
         }
-        svg.push_str("</svg></svg>");
-        Some(svg)
+        svg.push_str("</svg>");
+        if has_strip {
+            deviations::draw(&mut svg, self, x, right);
+        }
+        if let Some(key) = &self.key {
+            key.draw(&mut svg);
+        }
+        svg.push_str("</svg>");
+        svg
     }
 
-    /// The legend: class in the style sheet and words of each line.
-    pub fn legend(&self) -> Vec<(String, &str)> {
-        self.classes().into_iter().zip(self.lines.iter().map(|line| line.label.as_str())).collect()
+    /// The legend: number, class in the style sheet and words of each line.
+    pub fn legend(&self) -> Vec<(usize, String, &Line)> {
+        let lines = self.classes().into_iter().zip(&self.lines).enumerate();
+        lines.map(|(number, (class, line))| (number, class, line)).collect()
     }
 
     /// Class of each line in the style sheet, which has its colour.
-    fn classes(&self) -> Vec<String> {
+    pub(super) fn classes(&self) -> Vec<String> {
         let (mut measured, mut published) = (0, 0);
         let class = |line: &Line| {
-            let (class, number) = match line.style {
-                LineStyle::Published => ("published p", &mut published),
-                LineStyle::Measured | LineStyle::TimeSeries => ("s", &mut measured),
+            let (class, number) = match (line.style, line.tone) {
+                (LineStyle::Published, _) => ("published p", &mut published),
+                (_, Some(tone)) => return format!("f{tone}"),
+                (LineStyle::Measured | LineStyle::TimeSeries, None) => ("s", &mut measured),
             };
             *number += 1;
             format!("{class}{}", (*number - 1) % COLOURS)
         };
         self.lines.iter().map(class).collect()
+    }
+
+    /// Whether measured values on an axis, all positive, span so much that even ratios show more than even steps do: those of the horizontal axis must be
+    /// many for each decade, too, and the others larger than their errors.
+    fn asks_for_logarithms(&self, k: usize) -> bool {
+        let lines = || self.lines.iter().filter(|line| line.style != LineStyle::Published);
+        let points = || lines().flat_map(|line| line.points.iter().flatten());
+        let mut values: Vec<f64> = points().map(|point| if k == 0 { point.x } else { point.y }).collect();
+        values.retain(|value| value.is_finite());
+        values.sort_by(f64::total_cmp);
+        let (Some(least), Some(most), Some(middle)) = (values.first(), values.last(), values.get(values.len() / 2))
+        else {
+            return false;
+        };
+        let is_wide = *least > 0.0 && most / least > LARGEST_RATIO;
+        match k {
+            0 => is_wide && *middle < 0.1 * most && lines().all(|line| line.style != LineStyle::TimeSeries),
+            _ => {
+                is_wide
+                    && points().all(|point| point.y > point.error)
+                    && self.level.is_none_or(|level| level.mean > level.error)
+            }
+        }
     }
 
     fn drawn(&self, is_drawn: impl Fn(LineStyle) -> bool) -> impl Iterator<Item = &Point> {
@@ -116,28 +176,41 @@ impl Curves {
         extent(self.drawn(|style| style != LineStyle::Published).map(|point| point.x))
     }
 
-    /// Extent of the measured values with their errors and, as far as these do not dwarf them, of the published ones.
+    /// Extent of the measured values with their errors and, as far as these do not dwarf them, of the published ones. Bars are within as a whole.
     fn vertical(&self) -> Option<[f64; 2]> {
         let measured = || self.drawn(|style| style != LineStyle::Published);
-        let [low, high] = extent(measured().map(|point| point.y).chain(self.level.map(|level| level.mean)))?;
-        let ends = measured().flat_map(|point| [point.y - point.error, point.y + point.error]);
+        let level =
+            self.level.iter().flat_map(|level| [level.mean - level.error, level.mean, level.mean + level.error]);
+        let can = |y: &f64| !self.is_logarithmic[1] || *y > 0.0;
+        let [low, high] = extent(measured().map(|point| point.y).chain(level).filter(can))?;
         let [left, right] = self.horizontal()?;
         let published =
             self.drawn(|style| style == LineStyle::Published).filter(|point| (left..=right).contains(&point.x));
-        let more = ends.chain(published.map(|point| point.y)).filter(|y| !self.is_logarithmic[1] || *y > 0.0);
-        let (least, most) = if self.is_logarithmic[1] {
-            (low / 10.0, high * 10.0)
-        } else if high > low {
-            (low - (high - low), high + (high - low))
-        } else {
-            (f64::NEG_INFINITY, f64::INFINITY)
+        let within = |room: f64| match (self.is_logarithmic[1], high > low) {
+            (true, _) => [low / 10_f64.powf(room), high * 10_f64.powf(room)],
+            (false, true) => [low - room * (high - low), high + room * (high - low)],
+            (false, false) => [f64::NEG_INFINITY, f64::INFINITY],
         };
-        extent(more.map(|y| y.clamp(least, most)).chain([low, high]))
+        let ends = self.lines.iter().filter(|line| line.style == LineStyle::Measured).flat_map(|line| {
+            let [least, most] = if has_bars(line) { [f64::NEG_INFINITY, f64::INFINITY] } else { within(WIDEST_BAND) };
+            let points = line.points.iter().flatten();
+            points.flat_map(|point| [point.y - point.error, point.y + point.error]).map(move |y| y.clamp(least, most))
+        });
+        let [least, most] = within(1.0);
+        // On a logarithmic axis a bar that goes down to nothing has no lower end.
+        let lowest = if self.is_logarithmic[1] { low / 100.0 } else { f64::NEG_INFINITY };
+        let ends = ends.filter(can).map(|y| y.max(lowest));
+        extent(ends.chain(published.map(|point| point.y.clamp(least, most))).chain([low, high]))
     }
 }
 
+/// Whether a line is drawn as points with bars.
+fn has_bars(line: &Line) -> bool {
+    line.style == LineStyle::Measured && line.points.iter().flatten().count() <= MOST_BARS
+}
+
 /// Colours of the style sheet.
-pub(in crate::view::report) const COLOURS: usize = 8;
+pub(super) const COLOURS: usize = 8;
 
 /// The least and the largest of the values that are finite.
 pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
@@ -147,14 +220,13 @@ pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Opti
     })
 }
 
-fn draw(svg: &mut String, line: &Line, class: &str, x: &Axis, y: &Axis) {
+/// Draws a line, with a mark of this number where it has company.
+fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis) {
     let runs = runs(line, x, y);
-    let number = runs.iter().map(Vec::len).sum::<usize>();
-    let has_bars = line.style == LineStyle::Measured && number <= MOST_BARS;
-    let _ = write!(svg, "<g class=\"{class}\">");
+    let has_bars = has_bars(line);
     let at = |point: &Point| format!("{} {}", px(x.place(point.x)), px(y.place(point.y)));
     if line.style == LineStyle::Measured && !has_bars {
-        for run in &runs {
+        for run in runs.iter().filter(|run| run.iter().any(|point| point.error > 0.0)) {
             let side = |sign: f64| run.iter().map(move |p| Point { y: p.y + sign * p.error, ..*p });
             let lowest = |mut p: Point| {
                 p.y = if y.has_place(p.y) { p.y } else { f64::MIN_POSITIVE };
@@ -169,21 +241,31 @@ fn draw(svg: &mut String, line: &Line, class: &str, x: &Axis, y: &Axis) {
         let thin = if has_bars { " class=\"thin\"" } else { "" };
         let _ = write!(svg, "<path{thin} d=\"M{}\"/>", places.join("L"));
     }
+    let place = |point: &Point| [x.place(point.x), y.place(point.y)];
     for point in runs.iter().filter(|run| has_bars || run.len() == 1).flatten() {
         bar(svg, point, x, y);
+        svg.push_str(&mark(number.unwrap_or(0), place(point)));
     }
-    svg.push_str("</g>");
+    if let Some(number) = number.filter(|_| !has_bars && line.style != LineStyle::Published) {
+        let points: Vec<&Point> = runs.iter().flatten().collect();
+        let stride = points.len().div_ceil(SPARSE).max(1);
+        // Marks of curves that nearly coincide are beside each other.
+        for point in points.iter().skip((number * stride / 4) % stride).step_by(stride) {
+            svg.push_str(&mark(number, place(point)));
+        }
+    }
 }
 
-/// A point with its error bar.
+/// Error bar of a point. One that goes beyond a logarithmic axis has no lower end.
 fn bar(svg: &mut String, point: &Point, x: &Axis, y: &Axis) {
-    let (left, height) = (px(x.place(point.x)), px(y.place(point.y)));
     if point.error > 0.0 {
-        let ends = [point.y - point.error, point.y + point.error];
-        let [low, high] = ends.map(|end| px(y.place(if y.has_place(end) { end } else { f64::MIN_POSITIVE })));
-        let _ = write!(svg, "<path d=\"M{left} {low}V{high}m-3 0h6M{left} {low}m-3 0h6\"/>");
+        let [low, high] = [point.y - point.error, point.y + point.error];
+        let (left, top) = (px(x.place(point.x)), px(y.place(high)));
+        let _ = match y.has_place(low) && y.fraction(low) >= 0.0 {
+            true => write!(svg, "<path d=\"M{left} {0}V{top}m-3 0h6M{left} {0}m-3 0h6\"/>", px(y.place(low))),
+            false => write!(svg, "<path d=\"M{left} {BOTTOM}V{top}m-3 0h6\"/>"),
+        };
     }
-    let _ = write!(svg, "<circle cx=\"{left}\" cy=\"{height}\" r=\"2.6\"/>");
 }
 
 /// The points without a gap between them.
@@ -197,4 +279,70 @@ fn runs(line: &Line, x: &Axis, y: &Axis) -> Vec<Vec<Point>> {
     }
     runs.retain(|run| !run.is_empty());
     runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(points: &[(f64, f64, f64)]) -> Line {
+        Line { points: points.iter().map(|&(x, y, error)| Some(Point { x, y, error })).collect(), ..Line::default() }
+    }
+
+    fn curves(points: &[(f64, f64, f64)]) -> Curves {
+        Curves { lines: vec![line(points)], ..Curves::default() }
+    }
+
+    /// Ends of the vertical axis.
+    fn ends(curves: &Curves) -> serde_json::Value {
+        let [_, values] = curves.drawing().unwrap();
+        serde_json::from_str::<serde_json::Value>(&values).unwrap()["axes"].clone()
+    }
+
+    #[test]
+    fn bars_are_within_the_frame() {
+        let axes = ends(&curves(&[(0.0, 1.0, 0.1), (1.0, 2.0, 30.0), (2.0, 1.5, 0.1)]));
+        let ends: Vec<f64> = axes[1]["ends"].as_array().unwrap().iter().map(|it| it.as_f64().unwrap()).collect();
+        assert!(ends[0] < -28.0 && ends[1] > 32.0, "{ends:?}");
+        // A band may be cut, so that the curve is seen.
+        let many: Vec<(f64, f64, f64)> = (0..100).map(|k| (f64::from(k), f64::from(k), 1e4)).collect();
+        let axes = self::ends(&curves(&many));
+        assert!(axes[1]["ends"][1].as_f64().unwrap() < 400.0, "{axes}");
+    }
+
+    #[test]
+    fn values_over_decades_have_logarithmic_axes() {
+        let is_logarithmic =
+            |points: &[(f64, f64, f64)]| [0, 1].map(|k| ends(&curves(points))[k]["isLogarithmic"] == true);
+        let decades: Vec<(f64, f64, f64)> = (-4..3).map(|k| (10_f64.powi(k), 10_f64.powi(2 * k), 0.0)).collect();
+        assert_eq!(is_logarithmic(&decades), [true, true]);
+        // Even steps ask for none, however many there are, nor does zero.
+        let even: Vec<(f64, f64, f64)> = (1..2000).map(|k| (f64::from(k), 1.0 + f64::from(k) / 100.0, 0.0)).collect();
+        assert_eq!(is_logarithmic(&even), [false, false]);
+        assert_eq!(is_logarithmic(&[(1.0, 0.0, 0.0), (2.0, 1.0, 0.0), (3.0, 1e4, 0.0)]), [false, false]);
+        // What is zero to within its error is no power of ten.
+        assert_eq!(is_logarithmic(&[(1.0, 1e-4, 0.1), (2.0, 1.0, 0.1), (3.0, 2.0, 0.1)]), [false, false]);
+    }
+
+    #[test]
+    fn lines_in_company_have_marks_of_their_own() {
+        let points: Vec<(f64, f64, f64)> = (0..100).map(|k| (f64::from(k), f64::from(k), 0.0)).collect();
+        let two = Curves { lines: vec![line(&points), line(&points)], ..Curves::default() };
+        let [svg, _] = two.drawing().unwrap();
+        assert!(svg.contains("<circle") && svg.contains("class=\"mark\""), "{svg}");
+        let [svg, _] = curves(&points).drawing().unwrap();
+        assert!(!svg.contains("<circle") && !svg.contains("class=\"mark\""), "{svg}");
+    }
+
+    #[test]
+    fn a_family_has_a_key_of_colours() {
+        let key = Key { title: "density".to_owned(), ends: [0.1, 0.5], is_logarithmic: false };
+        let lines = [0.1, 0.5]
+            .map(|density| Line { tone: Some(key.tone(density)), ..line(&[(0.0, density, 0.0), (1.0, 2.0, 0.0)]) });
+        let [svg, _] = Curves { lines: lines.to_vec(), key: Some(key), ..Curves::default() }.drawing().unwrap();
+        assert!(
+            svg.contains("<g class=\"f0\">") && svg.contains("<g class=\"f15\">") && svg.contains(">density</text>"),
+            "{svg}"
+        );
+    }
 }

@@ -5,7 +5,8 @@ use std::fmt::Write;
 
 use ordered_float::OrderedFloat;
 
-use super::{Axis, BOTTOM, LEFT, TOP, WIDTH, frame, open, px};
+use super::curve::{LARGEST_RATIO, extent};
+use super::{Axis, BOTTOM, LEFT, TOP, WIDTH, frame, open, px, values};
 use crate::base::numbers::trunc_to_usize;
 
 /// Where the field ends, and where the scale of colours is `[pixels]`.
@@ -18,6 +19,9 @@ pub(in crate::view::report) const LEVELS: usize = 32;
 /// More cells than this are better read as a table.
 pub(in crate::view::report) const MOST_CELLS: usize = 40_000;
 
+/// Cells whose values the pointer shows: those of more would make the page large.
+const MOST_SHOWN: usize = 5_000;
+
 /// A quantity on a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Map {
@@ -28,14 +32,17 @@ pub(in crate::view::report) struct Map {
     pub is_logarithmic: bool,
     /// `x`, `y` and the value; `None` where there is none.
     pub cells: Vec<(f64, f64, Option<f64>)>,
+    /// Standard error of each cell, as far as they are known.
+    pub errors: Vec<Option<f64>>,
 }
 
 impl Map {
-    /// The plot; `None` if there is nothing to draw.
-    pub fn svg(&self) -> Option<String> {
+    /// The plot and its numbers as JSON, as long as they are few; `None` if there is nothing to draw.
+    pub fn drawing(&self) -> Option<[String; 2]> {
         let columns = edges(self.cells.iter().map(|cell| cell.0))?;
         let rows = edges(self.cells.iter().map(|cell| cell.1))?;
-        let can = |value: &f64| value.is_finite() && (!self.is_logarithmic || *value > 0.0);
+        let is_logarithmic = self.is_logarithmic || self.asks_for_logarithms();
+        let can = |value: &f64| value.is_finite() && (!is_logarithmic || *value > 0.0);
         let values = || self.cells.iter().filter_map(|cell| cell.2).filter(can);
         let (low, high) = (values().reduce(f64::min)?, values().reduce(f64::max)?);
         let ends = |edges: &BTreeMap<OrderedFloat<f64>, [f64; 2]>| {
@@ -44,7 +51,7 @@ impl Map {
         };
         let x = Axis::new(ends(&columns), false).between(LEFT, RIGHT);
         let y = Axis::new(ends(&rows), false).between(BOTTOM, TOP);
-        let scale = Axis::new([low, high], self.is_logarithmic).between(BOTTOM, TOP);
+        let scale = Axis::new([low, high], is_logarithmic).between(BOTTOM, TOP);
         let mut paths = vec![String::new(); LEVELS];
         for (column, row, value) in &self.cells {
             let (Some(value), Some(across), Some(up)) =
@@ -58,14 +65,25 @@ impl Map {
             let (width, height) = (px(right - left), px(lower - upper));
             let _ = write!(paths[level], "M{} {}h{width}v{height}h-{width}z", px(left), px(upper));
         }
-        let mut svg = open(&self.label);
-        frame(&mut svg, &x, &y, [&self.titles[0], &self.titles[1]], RIGHT);
+        let mut svg = open(&self.label, BOTTOM);
+        frame(&mut svg, [&x, &y], [&self.titles[0], &self.titles[1]], RIGHT, BOTTOM);
         for (level, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
             let _ = write!(svg, "<path class=\"m{level}\" d=\"{path}\"/>");
         }
         self.draw_scale(&mut svg, &scale);
         svg.push_str("</svg>");
-        Some(svg)
+        let errors = self.errors.iter().copied().chain(std::iter::repeat(None));
+        let known = self.cells.iter().zip(errors).filter_map(|((x, y, value), error)| {
+            let error = error.filter(|error| error.is_finite()).unwrap_or(0.0);
+            (x.is_finite() && y.is_finite()).then_some([*x, *y, value.filter(can)?, error])
+        });
+        let known: Vec<[f64; 4]> = if self.cells.len() > MOST_SHOWN { Vec::new() } else { known.collect() };
+        Some([svg, values::json_of_map(&self.titles, &[&x, &y, &scale], &known)])
+    }
+
+    fn asks_for_logarithms(&self) -> bool {
+        let extent = extent(self.cells.iter().filter_map(|cell| cell.2));
+        extent.is_some_and(|[least, most]| least > 0.0 && most > LARGEST_RATIO * least)
     }
 
     fn draw_scale(&self, svg: &mut String, scale: &Axis) {
@@ -116,8 +134,9 @@ mod tests {
     fn the_highest_cell_has_the_last_colour_and_an_unknown_one_has_none() {
         let cells = vec![(0.0, 0.0, Some(1.0)), (1.0, 0.0, Some(2.0)), (0.0, 1.0, None), (1.0, 1.0, Some(f64::NAN))];
         let titles = ["x", "y", "value"].map(str::to_owned);
-        let map = Map { label: "m".to_owned(), titles, is_logarithmic: false, cells };
-        let svg = map.svg().unwrap();
+        let map = Map { label: "m".to_owned(), titles, is_logarithmic: false, cells, errors: vec![Some(0.5)] };
+        let [svg, values] = map.drawing().unwrap();
+        assert!(values.contains("\"cells\":[1.0,2.0],\"errors\":[0.5,0.0]"), "{values}");
         assert!(svg.contains("<path class=\"m0\"") && svg.contains("<path class=\"m31\""), "{svg}");
         assert_eq!(svg.matches("<path class=\"m").count(), 2);
         assert!(!svg.contains("NaN"));

@@ -1,0 +1,96 @@
+//! Results of the measured stages against their temperatures.
+
+use crate::analysis::observables::OBSERVABLES;
+use crate::base::text;
+use crate::view::report::families::{self, Member, Parameter};
+use crate::view::report::figures::{capitalised, curves_figure};
+use crate::view::report::html::quantity;
+use crate::view::report::inputs::Results;
+use crate::view::report::plot::{Curves, Line, Point, extent};
+
+/// Name of the observable along the horizontal axis.
+const TEMPERATURE: &str = "temperature";
+
+/// Temperatures of a smaller ratio are those of a run at one temperature.
+const LEAST_RATIO: f64 = 1.02;
+
+/// Temperatures that span a larger ratio have a logarithmic axis.
+const LONG: f64 = 10.0;
+
+/// Largest relative difference of a quantity that is the same in all stages.
+const SAME: f64 = 1e-9;
+
+/// Figures of all observables and measured numbers against the temperature of the stage, and of measured functions, coloured along it; empty where all
+/// stages have one temperature.
+pub(super) fn plots(all: &[Results<'_>]) -> String {
+    let temperature =
+        |results: &Results<'_>| results.observables.get(TEMPERATURE).map(|it| it.mean).filter(|it| it.is_finite());
+    let stages: Vec<(f64, &Results<'_>)> =
+        all.iter().filter_map(|results| Some((temperature(results)?, results))).collect();
+    let Some([least, most]) = extent(stages.iter().map(|(temperature, _)| *temperature)) else { return String::new() };
+    if least <= 0.0 || most < LEAST_RATIO * least {
+        return String::new();
+    }
+    let is_logarithmic = most > LONG * least;
+    let mut figures: Vec<String> =
+        quantities(all).iter().filter_map(|known| against_temperature(known, &stages, is_logarithmic)).collect();
+    let members = stages.iter().map(|(temperature, results)| Member {
+        value: *temperature,
+        name: results.stage.unwrap_or("measurement").to_owned(),
+        curves: results.measured.curves.clone(),
+    });
+    let parameter = Parameter { title: quantity(TEMPERATURE, "energy"), is_logarithmic };
+    figures.extend(families::figures(&parameter, &members.collect::<Vec<_>>(), "in the folder of each stage"));
+    format!("<div class=\"plots\">\n{}</div>\n", figures.concat())
+}
+
+/// Quantity of the stages: its name, title and unit.
+struct Known {
+    name: String,
+    title: String,
+    unit: String,
+}
+
+fn quantities(all: &[Results<'_>]) -> Vec<Known> {
+    let dimensions = all.iter().find_map(|results| results.dimensions);
+    let of_scene = |unit: &str| dimensions.map_or_else(|| unit.to_owned(), |dimensions| text::unit(unit, dimensions));
+    let is_there = |name: &str| all.iter().any(|results| results.observables.contains_key(name));
+    let observables = OBSERVABLES.iter().filter(|(name, _)| *name != TEMPERATURE && is_there(name));
+    let mut known: Vec<Known> = observables
+        .map(|(name, unit)| Known { name: (*name).to_owned(), title: name.replace('_', " "), unit: of_scene(unit) })
+        .collect();
+    for number in all.iter().flat_map(|results| &results.measured.numbers) {
+        if number.name != TEMPERATURE && known.iter().all(|it| it.name != number.name) {
+            known.push(Known { name: number.name.clone(), title: number.title.clone(), unit: of_scene(&number.unit) });
+        }
+    }
+    known
+}
+
+fn against_temperature(known: &Known, stages: &[(f64, &Results<'_>)], is_logarithmic: bool) -> Option<String> {
+    let mut points: Vec<Point> = stages
+        .iter()
+        .filter_map(|(x, results)| {
+            let observable = results.observables.get(&known.name).map(|it| (it.mean, it.standard_error));
+            let number = || results.measured.number(&known.name).and_then(|it| Some((it.mean?, it.standard_error)));
+            let (y, error) = observable.or_else(number)?;
+            let error = error.filter(|error| error.is_finite()).unwrap_or(0.0);
+            y.is_finite().then_some(Point { x: *x, y, error })
+        })
+        .collect();
+    points.sort_by(|a, b| a.x.total_cmp(&b.x));
+    let [low, high] = extent(points.iter().map(|point| point.y))?;
+    // What is the same in all stages is in the table.
+    if points.len() < 2 || high - low <= SAME * low.abs().max(high.abs()) {
+        return None;
+    }
+    let title = capitalised(&known.title);
+    let curves = Curves {
+        label: format!("{title} of each stage against its temperature"),
+        titles: [quantity(TEMPERATURE, "energy"), quantity(&known.title, &known.unit)],
+        is_logarithmic: [is_logarithmic, false],
+        lines: vec![Line { points: points.into_iter().map(Some).collect(), ..Line::default() }],
+        ..Curves::default()
+    };
+    curves_figure(&title, &curves, "Of each measured stage against its mean temperature. Bars: standard errors.")
+}
