@@ -46,7 +46,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use super::render::{self, BYTES_PER_PIXEL, Image, MAP_BYTES, Shot, Style, Team};
+use super::render::{self, BYTES_PER_PIXEL, Image, Shot, Style, Team};
 use super::{Surfaces, ViewError};
 use crate::base::memory;
 use crate::base::numbers::index as count_of;
@@ -60,8 +60,8 @@ use track::{Codec, Track};
 /// The most memory that images take while they are drawn at the same time `[bytes]`, unless one takes more.
 const MOST_MEMORY: u64 = 2 << 30;
 
-/// Memory of a particle while its frame is drawn `[bytes]`: its line in the frame, its place and its rectangle in the image.
-const BYTES_PER_PARTICLE: u64 = 240;
+/// Memory of a particle while its frame is drawn `[bytes]`: its line in the frame, its place and its rectangle in the image, and where it shades others.
+const BYTES_PER_PARTICLE: u64 = 2000;
 
 /// The most images per second that a movie can have.
 const MOST_PER_SECOND: u32 = 120;
@@ -174,6 +174,7 @@ pub fn write(
     let ffmpeg = (format == MovieFormat::Mp4).then(ffmpeg::Ffmpeg::find).transpose()?;
     refuse_existing(path, existing)?;
     let selection = Selection { first: movie.first, last: movie.last, every: movie.every };
+    let movie = &Movie { style: movie.style.beside(trajectory), ..movie.clone() };
     let index = Index::of(trajectory, selection, &movie.style, watch)?;
     let surfaces = Surfaces::beside(trajectory)?;
     let shot = index.shot(&surfaces, &movie.style, movie.turn)?;
@@ -291,7 +292,7 @@ impl Reel<'_> {
     fn at_once(&self) -> usize {
         let style = &self.movie.style;
         let pixels = u64::from(style.width) * u64::from(style.height);
-        let bytes = MAP_BYTES + BYTES_PER_PIXEL * pixels + BYTES_PER_PARTICLE * self.index.most_particles;
+        let bytes = BYTES_PER_PIXEL * pixels + BYTES_PER_PARTICLE * self.index.most_particles;
         let bytes = bytes + self.surfaces.image_bytes();
         let fitting = count_of(MOST_MEMORY.min(memory::total() / 4) / bytes);
         render::cores().min(fitting).min(self.index.places.len()).max(1)

@@ -31,7 +31,7 @@ pub(super) fn write(pixels: &mut [Colour], width: usize, text: &str, place: [f32
                 .collect();
             for ends in points.windows(2) {
                 let stroke = Stroke { ends: [ends[0], ends[1]], width: 0.11 * size, colour: ink, opacity: 1.0 };
-                stroke.draw(pixels, width, |_, _, _| 1.0);
+                stroke.draw(pixels, width);
             }
         }
     }

@@ -2,11 +2,9 @@
 
 use super::camera::{Camera, Extent};
 use super::caption::Caption;
-use super::colour;
 use super::legend;
-use super::light::Fineness;
 use super::parallel::Team;
-use super::{ColourBy, Image, Style, paint, refuse_numbers, refuse_style, with_surfaces};
+use super::{ColourBy, Image, Style, image, paint, refuse_numbers, refuse_style, with_surfaces};
 use crate::trajectory::Frame;
 use crate::view::{Surfaces, ViewError};
 
@@ -81,13 +79,12 @@ impl Shot {
         refuse_numbers(frame)?;
         let style = Style { azimuth, ..self.style.clone() };
         let camera = self.camera.turned(&self.stage, &style);
-        let fineness = Fineness::of_movie(&camera);
-        let mut pixels = paint((frame, &self.surfaces), &style, &camera, self.scale.fastest, fineness, team);
+        let mut pixels = paint((frame, &self.surfaces), &style, &camera, self.scale.fastest, team);
         let width = camera.width as usize;
         if style.colour_by == ColourBy::Speed {
             legend::draw(&mut pixels, width, self.caption.row, self.scale.fastest, self.scale.is_exceeded());
         }
         self.caption.draw(&mut pixels, width, time);
-        Ok(Image::new(camera.width, camera.height, pixels.iter().map(colour::encode).collect()))
+        Ok(image(&camera, &pixels, team))
     }
 }
