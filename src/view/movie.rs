@@ -30,6 +30,7 @@ mod apng;
 mod changes;
 mod clock;
 mod ffmpeg;
+mod follow;
 mod gif;
 mod index;
 mod palette;
@@ -53,6 +54,7 @@ use crate::base::numbers::index as count_of;
 use crate::io::Existing;
 use crate::io::draft::UnnamedFile;
 use clock::Clock;
+pub use follow::Follow;
 use index::{Index, Selection};
 use pipeline::Pipeline;
 use track::{Codec, Track};
@@ -112,12 +114,14 @@ pub struct Movie {
     /// Degrees by which the camera walks around the scene to the right from the first image to the last. Flat and straight scenes
     /// are seen from the front all the time.
     pub turn: f64,
+    /// What stays in the middle of all images, if anything: particles are wrapped around it along periodic axes, and the camera moves along the others.
+    pub follow: Option<Follow>,
 }
 
 impl Default for Movie {
     fn default() -> Self {
         let style = Style { width: 1280, height: 960, ..Style::default() };
-        Self { style, frames_per_second: 25, first: 0, last: None, every: 1, turn: 30.0 }
+        Self { style, frames_per_second: 25, first: 0, last: None, every: 1, turn: 30.0, follow: None }
     }
 }
 
@@ -300,12 +304,17 @@ impl Reel<'_> {
 
     /// Reads a frame and draws it.
     fn draw(&self, place: usize, shot: &Shot, team: &Team) -> Result<Image, ViewError> {
+        let fault = |source| self.index.fault(self.trajectory, place, source);
         let frame = self.index.read(self.trajectory, place)?;
+        let (frame, focus) = match self.movie.follow {
+            Some(follow) => follow.centred(frame).map_err(fault)?,
+            None => (frame, [None; 3]),
+        };
         let last = self.index.places.len() - 1;
         let part = if last == 0 { 0.0 } else { place as f64 / last as f64 };
         let azimuth = self.movie.style.azimuth + part * self.movie.turn;
         let time = self.clock.text(frame.time);
-        shot.draw(&frame, azimuth, &time, team).map_err(|source| self.index.fault(self.trajectory, place, source))
+        shot.draw(&frame, (azimuth, focus), &time, team).map_err(fault)
     }
 
     /// The colours of a GIF, from some of its images, drawn small.

@@ -34,7 +34,7 @@ mod shot;
 mod stroke;
 mod style;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use std::path::Path;
 

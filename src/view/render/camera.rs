@@ -101,9 +101,12 @@ impl Camera {
         self
     }
 
-    /// The same view of what is displaced.
-    pub fn displaced(&self, by: &Vector) -> Self {
-        Self { centre: self.centre + by, ..self.clone() }
+    /// The same view with other coordinates in the middle.
+    pub fn looking_at(mut self, focus: [Option<f64>; 3]) -> Self {
+        for (own, focus) in self.centre.iter_mut().zip(focus) {
+            *own = focus.filter(|focus| focus.is_finite()).unwrap_or(*own);
+        }
+        self
     }
 
     /// Camera seen from the direction of another style.
