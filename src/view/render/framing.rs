@@ -66,14 +66,16 @@ pub(in crate::view) fn fitted(
     let (mut first, mut last) = (lower, lower + size);
     for axis in (0..3).filter(|&axis| !periodic[axis] && size[axis] > 0.0) {
         let [low, high] = [from[axis].max(lower[axis]), to[axis].min(lower[axis] + size[axis])];
-        if high - low >= FILLED * size[axis] {
-            (first[axis], last[axis]) = (low, high);
+        let down = style.gravity.map_or(0.0, |gravity| gravity[axis]);
+        if high - low < FILLED * size[axis] {
+            continue;
         }
-        // What lies on the floor is seen with it.
-        match style.gravity.map_or(0.0, |gravity| gravity[axis]) {
-            down if down < 0.0 => first[axis] = lower[axis],
-            down if down > 0.0 => last[axis] = lower[axis] + size[axis],
-            _ => {}
+        // What lies on the floor is seen with it, and a box that is drawn with its sides; above, it may be open.
+        if down > 0.0 || down == 0.0 && !style.has_box {
+            first[axis] = low;
+        }
+        if down < 0.0 || down == 0.0 && !style.has_box {
+            last[axis] = high;
         }
     }
     (first, last - first)

@@ -10,14 +10,14 @@ use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
 /// Shares of the light of the sun and of the sky on the ground: what is left of the background in a full shadow is what they leave of 1.
-const SUN: f32 = 0.34;
+const SUN: f32 = 0.4;
 const SKY: f32 = 0.3;
 
 /// Opacity of translucent spheres to the light on the ground, relative to that to the eye.
 const VEIL: f32 = 1.2;
 
 /// Height above the ground where spheres throw half of a shadow, and where they throw none: those far above would darken all of it.
-const HALF_HEIGHT: f32 = 0.2;
+const HALF_HEIGHT: f32 = 0.28;
 const MOST_HEIGHT: f32 = 0.7;
 
 /// A plane with shadows.

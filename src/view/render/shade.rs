@@ -133,7 +133,7 @@ impl Scenery<'_> {
     fn shade(&self, surface: &SurfacePoint, view: &Point, own: &Colour, received: Received) -> Colour {
         let Received { sky, openness, sun } = received;
         // Light that a crevice keeps to itself takes the colour of its walls.
-        let bounced = own.map(|albedo| 1.0 / (1.0 - 0.5 * albedo.min(1.0) * (1.0 - openness)));
+        let bounced = own.map(|albedo| 1.0 / (1.0 - 0.35 * albedo.min(1.0) * (1.0 - openness)));
         let mut colour = own.component_mul(&(bounced * (SKY * sky)).add_scalar(SUN * sun));
         if sun > 0.0 {
             let half = (view + self.lights.sun_direction).normalize();

@@ -25,8 +25,8 @@ pub enum ColourBy {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Framing {
-    /// The box, less what is empty of it: along axes that are not periodic only as far as particles and surfaces reach, if they fill a third of it. With
-    /// gravity, its floor stays.
+    /// The box, less what is empty of it along axes that are not periodic, if particles and surfaces fill a third of it: what is above them where there is
+    /// gravity, and where the box is not drawn, what is beside them.
     #[default]
     Fitted,
     /// The box, and the spheres whose centres are in it.
