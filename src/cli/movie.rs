@@ -73,7 +73,10 @@ fn degrees(text: &str) -> Result<f64, String> {
 fn follow(text: &str) -> Result<Follow, String> {
     match text {
         "com" => Ok(Follow::CentreOfMass),
-        id => id.parse().map(|id| Follow::Particle(ParticleId(id))).map_err(|_| "expected com or the id of a particle".to_owned()),
+        id => id
+            .parse()
+            .map(|id| Follow::Particle(ParticleId(id)))
+            .map_err(|_| "expected com or the id of a particle".to_owned()),
     }
 }
 

@@ -117,7 +117,9 @@ impl Index {
         if self.most_particles == 0 {
             return Err(ViewError::EmptyMovie(path.to_owned()));
         }
-        let (Framing::Box | Framing::Fitted, Some((lower, size))) = (self.framing, self.region) else { return Ok(self) };
+        let (Framing::Box | Framing::Fitted, Some((lower, size))) = (self.framing, self.region) else {
+            return Ok(self);
+        };
         let upper = lower + size;
         let is_inside = |position: &Vector| (0..3).all(|k| (lower[k]..=upper[k]).contains(&position[k]));
         let probes = if self.framing == Framing::Fitted { PROBES } else { 2 };
@@ -239,7 +241,8 @@ impl Survey<'_> {
                 let (particles, images, scalars) = (Vec::new(), Vec::new(), Vec::new());
                 let stage = Frame { particles, images, scalars, bonds: Vec::new(), bond_kinds: Vec::new(), ..frame };
                 let (places, is_truncated, margin, reach) = (vec![place], false, 0.0, None);
-                *none = Some(Index { places, most_particles, is_truncated, stage, framing, region, margin, reach, scale });
+                *none =
+                    Some(Index { places, most_particles, is_truncated, stage, framing, region, margin, reach, scale });
             }
         }
     }

@@ -53,7 +53,9 @@ pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] 
         [particle.position - radius, particle.position + radius]
     });
     let surfaces = surfaces.framed([frame.lower, upper]).into_iter().map(|corner| [corner; 2]);
-    particles.chain(surfaces).fold([Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)], |[a, b], [c, d]| [a.inf(&c), b.sup(&d)])
+    particles
+        .chain(surfaces)
+        .fold([Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)], |[a, b], [c, d]| [a.inf(&c), b.sup(&d)])
 }
 
 /// A box, with its lower corner and its edges, less what is empty of it.
@@ -64,6 +66,10 @@ pub(in crate::view) fn fitted(
     style: &Style,
 ) -> (Vector, Vector) {
     let (mut first, mut last) = (lower, lower + size);
+    if style.has_box && size.iter().any(|edge| *edge == 0.0) {
+        // A rectangle is seen as a whole.
+        return (lower, size);
+    }
     for axis in (0..3).filter(|&axis| !periodic[axis] && size[axis] > 0.0) {
         let [low, high] = [from[axis].max(lower[axis]), to[axis].min(lower[axis] + size[axis])];
         let down = style.gravity.map_or(0.0, |gravity| gravity[axis]);

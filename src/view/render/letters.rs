@@ -110,7 +110,8 @@ fn letters(font: &[u8]) -> Vec<Letter> {
     let Ok(face) = Face::parse(font, 0) else { return Vec::new() };
     let glyph = |letter: char| face.glyph_index(letter);
     // The font has no table that says it.
-    let capital = glyph('H').and_then(|glyph| face.glyph_bounding_box(glyph)).map_or(1.0, |bounds| f32::from(bounds.y_max));
+    let capital =
+        glyph('H').and_then(|glyph| face.glyph_bounding_box(glyph)).map_or(1.0, |bounds| f32::from(bounds.y_max));
     let letter = |code: u32| {
         let mut outline = Outline { scale: capital.recip(), ..Outline::default() };
         let Some(glyph) = char::from_u32(code).and_then(glyph) else { return Letter::default() };

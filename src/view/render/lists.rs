@@ -121,11 +121,18 @@ mod tests {
     #[test]
     fn a_body_is_listed_where_it_reaches() {
         let reach = |x: f32, y: f32, half: f32| [[x - half, x + half], [y - half, y + half]];
-        let bodies = [(0, reach(-0.9, 0.1, 0.2)), (1, reach(0.0, 0.0, 0.05)), (2, reach(5.0, 0.0, 0.1)), (3, reach(f32::NAN, 0.0, 0.1))];
+        let bodies = [
+            (0, reach(-0.9, 0.1, 0.2)),
+            (1, reach(0.0, 0.0, 0.05)),
+            (2, reach(5.0, 0.0, 0.1)),
+            (3, reach(f32::NAN, 0.0, 0.1)),
+        ];
         let lists = Lists::of(&bodies, 0.1);
         assert_eq!(lists.at([-0.95, 0.0]), [0]);
         assert_eq!(lists.at([0.01, -0.01]), [1]);
-        assert!(lists.at([0.5, 0.5]).is_empty() && lists.at([7.0, 0.0]).is_empty() && lists.at([f32::NAN, 0.0]).is_empty());
+        assert!(
+            lists.at([0.5, 0.5]).is_empty() && lists.at([7.0, 0.0]).is_empty() && lists.at([f32::NAN, 0.0]).is_empty()
+        );
     }
 
     #[test]

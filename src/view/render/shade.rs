@@ -230,7 +230,8 @@ impl Band<'_> {
         // Neighbours in one wall overlap: they are one side.
         let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
         let last = scenery.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
-        let film = |layer: &Layer, ball, opacity| Film { depth: layer.depth[place], body: layer.body[place], ball, opacity };
+        let film =
+            |layer: &Layer, ball, opacity| Film { depth: layer.depth[place], body: layer.body[place], ball, opacity };
         match has_two_sides {
             true => [Some(film(far, farthest, last)), Some(film(near, nearest, scenery.opacity))],
             false => [None, Some(film(near, nearest, last))],
@@ -258,7 +259,10 @@ impl Band<'_> {
                 let normal = all.normal(sheet, [ray.0.x + ray.1.x, ray.0.y + ray.1.y], &view);
                 let surface = SurfacePoint { position, normal, body: NOTHING };
                 let received = self.scenery.lights.at(&surface);
-                (self.scenery.shade(&surface, &view, &all.colour, received), covered(all.opacity, density(&normal, &view)))
+                (
+                    self.scenery.shade(&surface, &view, &all.colour, received),
+                    covered(all.opacity, density(&normal, &view)),
+                )
             });
             colour = colour * (1.0 - covered) + shaded * covered;
         }

@@ -108,7 +108,13 @@ impl Edge {
 }
 
 /// Draws edges over some rows of an image, each hidden by what is nearer.
-pub(super) fn draw_edges(pixels: &mut [Colour], solid: &Layer, rows: &Range<usize>, edges: &[Edge], is_perspective: bool) {
+pub(super) fn draw_edges(
+    pixels: &mut [Colour],
+    solid: &Layer,
+    rows: &Range<usize>,
+    edges: &[Edge],
+    is_perspective: bool,
+) {
     for edge in edges {
         edge.cover(solid, rows, is_perspective, |place, opacity| {
             let pixel = &mut pixels[place];
@@ -118,7 +124,13 @@ pub(super) fn draw_edges(pixels: &mut [Colour], solid: &Layer, rows: &Range<usiz
 }
 
 /// Draws edges of one colour over some rows of an image as one line: it is not darker where they meet.
-pub(super) fn draw_outline(pixels: &mut [Colour], solid: &Layer, rows: &Range<usize>, edges: &[Edge], is_perspective: bool) {
+pub(super) fn draw_outline(
+    pixels: &mut [Colour],
+    solid: &Layer,
+    rows: &Range<usize>,
+    edges: &[Edge],
+    is_perspective: bool,
+) {
     let Some(colour) = edges.first().map(|edge| edge.stroke.colour) else { return };
     let mut most = vec![0.0_f32; pixels.len()];
     for edge in edges {

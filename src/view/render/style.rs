@@ -116,7 +116,8 @@ pub(in crate::view) fn refuse_style(style: &Style) -> Result<(), ViewError> {
         return Err(ViewError::NoColour);
     }
     let length = |direction: Option<Vector>| direction.map_or(1.0, |direction| direction.norm());
-    let (up, from, gravity) = (length(style.up), length(style.from), style.gravity.map_or(0.0, |gravity| gravity.norm()));
+    let (up, from, gravity) =
+        (length(style.up), length(style.from), style.gravity.map_or(0.0, |gravity| gravity.norm()));
     let top_speed = style.top_speed.unwrap_or(1.0);
     let checks = [
         ("static_opacity of an image", style.static_opacity, (0.0..=1.0).contains(&style.static_opacity), "0 to 1"),

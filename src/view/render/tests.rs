@@ -249,7 +249,8 @@ fn the_camera_stands_where_it_is_told() {
 
 #[test]
 fn zoom_enlarges_about_the_middle() {
-    let flat = |zoom: f64| draw(&frame([10.0, 10.0, 0.0], &[(0, [5.0, 5.0, 0.0], 1.0)]), &Style { zoom, ..level() }).unwrap();
+    let flat =
+        |zoom: f64| draw(&frame([10.0, 10.0, 0.0], &[(0, [5.0, 5.0, 0.0], 1.0)]), &Style { zoom, ..level() }).unwrap();
     let scale = 240.0 * (1.0 - 2.0 * 0.035) / 10.0;
     assert_disc(area(&flat(1.0)), scale);
     assert_disc(area(&flat(2.5)), 2.5 * scale);
@@ -282,7 +283,12 @@ fn shadows_fall_on_the_ground_where_there_is_gravity() {
 fn a_sphere_shades_what_is_below_it_and_beside_it() {
     let brightness = |balls: &[(u32, [f64; 3], f64)]| {
         let image = draw(&frame([10.0; 3], balls), &level()).unwrap();
-        image.pixels().iter().filter(|pixel| pixel[1] > pixel[0] + 20).map(|pixel| u64::from(pixel[1])).sum::<u64>()
+        image
+            .pixels()
+            .iter()
+            .filter(|pixel| pixel[1].saturating_sub(pixel[0]) > 20)
+            .map(|pixel| u64::from(pixel[1]))
+            .sum::<u64>()
     };
     let lower = (1, [5.0, 5.0, 3.0], 1.0);
     let alone = brightness(&[lower]);
