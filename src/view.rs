@@ -8,6 +8,7 @@ pub mod describe;
 pub mod description;
 mod error;
 pub mod final_table;
+mod gravity;
 pub mod live;
 pub mod movie;
 pub mod render;

@@ -170,6 +170,8 @@ fn notice(crates: &[Crate]) -> String {
         The program `carom` and the Python package are built from these crates, each under its own licence; where several are joined by `OR`, Carom uses the first \
         of MIT, MPL-2.0 and Apache-2.0 that is among them. `priority-queue` is used as published: its source is at the address beside it. \
         The list is that of a build for Linux; elsewhere, a few crates for the operating system take the place of others.\n\n\
+        Letters in pictures and movies are a part of the font Inter, (c) The Inter Project Authors, under the SIL Open Font License 1.1: \
+        `src/view/render/letters/OFL.txt`.\n\n\
         Written by `cargo test --test licences -- --ignored`.\n\n\
         | crate | version | licence | source |\n|---|---|---|---|\n"
         .to_owned();

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use carom::base::text::{plural, printable, size};
 use carom::io::refuse_input;
-use carom::view::movie::{self, Movie as Options};
+use carom::model::ParticleId;
+use carom::view::movie::{self, Follow, Movie as Options};
 use carom::view::render::{ColourBy, Style};
 use clap::Args;
 
+use super::camera::Camera;
 use super::convert::frames;
 use super::failure::Failure;
 use super::progress::Display;
@@ -23,6 +25,7 @@ and opens in players and slides; it is written by the program ffmpeg, which has 
 Examples:
   carom movie runs/hopper --out hopper.mp4
   carom movie runs/hopper --out hopper.gif --size 480x360 --colour speed --turn 0
+  carom movie runs/polymer --out chain.mp4 --follow com --zoom 2 --no-box
   carom movie runs/fluid --out fluid.apng --frames 100..199 --every 2 --fps 10")]
 pub struct Movie {
     /// The folder of a run, or a trajectory in extended XYZ
@@ -49,6 +52,11 @@ pub struct Movie {
     /// How far the camera walks around the scene from the first frame to the last, in degrees; at 0 it stands still, as it does before flat scenes
     #[arg(long, value_name = "DEGREES", default_value = "30", allow_negative_numbers = true, value_parser = degrees)]
     turn: f64,
+    #[command(flatten)]
+    camera: Camera,
+    /// What stays in the middle: com, the centre of mass of all that moves, or the id of a particle
+    #[arg(long, value_name = "com|ID", allow_negative_numbers = true, value_parser = follow)]
+    follow: Option<Follow>,
     /// Replaces a file that is there
     #[arg(long)]
     force: bool,
@@ -62,14 +70,25 @@ fn degrees(text: &str) -> Result<f64, String> {
     degrees.ok_or_else(|| "expected an angle from -3600 to 3600 degrees".to_owned())
 }
 
+fn follow(text: &str) -> Result<Follow, String> {
+    match text {
+        "com" => Ok(Follow::CentreOfMass),
+        id => id
+            .parse()
+            .map(|id| Follow::Particle(ParticleId(id)))
+            .map_err(|_| "expected com or the id of a particle".to_owned()),
+    }
+}
+
 impl Movie {
     pub fn execute(&self) -> Result<(), Failure> {
         let trajectory = super::trajectory_of(&self.run)?;
         refuse_input(&self.out, super::files_beside(&trajectory))?;
         let (first, last) = self.frames.unwrap_or((0, None));
         let (width, height) = self.size;
-        let style = Style { width, height, colour_by: self.colour, ..Style::default() };
-        let movie = Options { style, frames_per_second: self.fps, first, last, every: self.every, turn: self.turn };
+        let style = self.camera.applied_to(Style { width, height, colour_by: self.colour, ..Style::default() });
+        let Self { fps: frames_per_second, every, turn, follow, .. } = *self;
+        let movie = Options { style, frames_per_second, first, last, every, turn, follow };
         signals::watch();
         let mut display = Display::named(printable(&self.out.display().to_string()).into_owned(), self.quiet);
         let result = movie::write(&trajectory, &self.out, &movie, super::existing(self.force), &mut |progress| {
@@ -88,7 +107,14 @@ impl Movie {
 
 #[cfg(test)]
 mod tests {
-    use super::degrees;
+    use super::{Follow, ParticleId, degrees, follow};
+
+    #[test]
+    fn the_centre_of_mass_or_a_particle_is_followed() {
+        assert_eq!(follow("com"), Ok(Follow::CentreOfMass));
+        assert_eq!(follow("17"), Ok(Follow::Particle(ParticleId(17))));
+        assert!(["", "-1", "mass", "1.5", "99999999999"].iter().all(|text| follow(text).is_err()));
+    }
 
     #[test]
     fn angles_are_finite() {

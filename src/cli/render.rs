@@ -6,12 +6,16 @@ use carom::io::{refuse_input, refuse_link};
 use carom::view::render::{self, ColourBy, Style};
 use clap::Args;
 
+use super::camera::Camera;
 use super::failure::Failure;
 use super::{Choice, one_of};
 
 /// Draws a frame of a run as a PNG
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  carom render runs/hopper --time 30 --colour speed --size 1200x900")]
+#[command(after_help = "\
+Examples:
+  carom render runs/hopper --time 30 --colour speed --size 1200x900
+  carom render runs/hopper --view -60,25 --zoom 1.5 --no-box")]
 pub struct Render {
     /// The folder of a run, or a trajectory in extended XYZ
     run: PathBuf,
@@ -24,9 +28,11 @@ pub struct Render {
     /// Quantity that colours show
     #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color", value_parser = one_of(&COLOURS))]
     colour: ColourBy,
-    /// Most pixels across and down
-    #[arg(long, value_name = "WxH", default_value = "1600x1200", value_parser = width_and_height)]
-    size: (u32, u32),
+    /// Pixels across and down; without it as many as the scene takes of 1600x1200
+    #[arg(long, value_name = "WxH", value_parser = width_and_height)]
+    size: Option<(u32, u32)>,
+    #[command(flatten)]
+    camera: Camera,
     /// Replaces a file that is there
     #[arg(long)]
     force: bool,
@@ -57,8 +63,11 @@ impl Render {
             refuse_link(&out)?;
         }
         refuse_input(&out, super::files_beside(&trajectory))?;
-        let (width, height) = self.size;
-        let style = Style { width, height, colour_by: self.colour, ..Style::default() };
+        let sized = match self.size {
+            Some((width, height)) => Style { width, height, is_cut: false, ..Style::default() },
+            None => Style::default(),
+        };
+        let style = self.camera.applied_to(Style { colour_by: self.colour, ..sized });
         let image = render::of_trajectory(&trajectory, self.time, &style)?;
         image.write_png(&out, super::existing(self.force))?;
         super::print(&format!("{}\n", out.display()))

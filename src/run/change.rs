@@ -97,8 +97,9 @@ mod tests {
 
         [[interaction]]
         name = "link"
-        potential = "square-well"
-        XX
+        potential = "bond"
+        shortest = 1.0
+        longest = 1.3
 
         [[chain]]
         species = "A"

@@ -38,6 +38,9 @@ pub enum ViewError {
     /// A particle cannot be placed.
     #[error("particle {} cannot be drawn: expected a finite position and velocity and a positive finite radius", .0.0)]
     Particle(ParticleId),
+    /// The particle that the camera is to follow is not in the frame.
+    #[error("the frame has no particle {} to follow", .0.0)]
+    NoParticle(ParticleId),
     /// The box cannot be placed.
     #[error("the box cannot be drawn: expected a finite corner and finite edges that are not negative")]
     Box,

@@ -30,6 +30,7 @@ mod apng;
 mod changes;
 mod clock;
 mod ffmpeg;
+mod follow;
 mod gif;
 mod index;
 mod palette;
@@ -46,13 +47,14 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use super::render::{self, BYTES_PER_PIXEL, Image, MAP_BYTES, Shot, Style, Team};
+use super::render::{self, BYTES_PER_PIXEL, Image, Shot, Style, Team};
 use super::{Surfaces, ViewError};
 use crate::base::memory;
 use crate::base::numbers::index as count_of;
 use crate::io::Existing;
 use crate::io::draft::UnnamedFile;
 use clock::Clock;
+pub use follow::Follow;
 use index::{Index, Selection};
 use pipeline::Pipeline;
 use track::{Codec, Track};
@@ -60,8 +62,8 @@ use track::{Codec, Track};
 /// The most memory that images take while they are drawn at the same time `[bytes]`, unless one takes more.
 const MOST_MEMORY: u64 = 2 << 30;
 
-/// Memory of a particle while its frame is drawn `[bytes]`: its line in the frame, its place and its rectangle in the image.
-const BYTES_PER_PARTICLE: u64 = 240;
+/// Memory of a particle while its frame is drawn `[bytes]`: its line in the frame, its place and its rectangle in the image, and where it shades others.
+const BYTES_PER_PARTICLE: u64 = 2000;
 
 /// The most images per second that a movie can have.
 const MOST_PER_SECOND: u32 = 120;
@@ -112,12 +114,14 @@ pub struct Movie {
     /// Degrees by which the camera walks around the scene to the right from the first image to the last. Flat and straight scenes
     /// are seen from the front all the time.
     pub turn: f64,
+    /// What stays in the middle of all images, if anything: particles are wrapped around it along periodic axes, and the camera moves along the others.
+    pub follow: Option<Follow>,
 }
 
 impl Default for Movie {
     fn default() -> Self {
         let style = Style { width: 1280, height: 960, ..Style::default() };
-        Self { style, frames_per_second: 25, first: 0, last: None, every: 1, turn: 30.0 }
+        Self { style, frames_per_second: 25, first: 0, last: None, every: 1, turn: 30.0, follow: None }
     }
 }
 
@@ -174,6 +178,7 @@ pub fn write(
     let ffmpeg = (format == MovieFormat::Mp4).then(ffmpeg::Ffmpeg::find).transpose()?;
     refuse_existing(path, existing)?;
     let selection = Selection { first: movie.first, last: movie.last, every: movie.every };
+    let movie = &Movie { style: movie.style.beside(trajectory), ..movie.clone() };
     let index = Index::of(trajectory, selection, &movie.style, watch)?;
     let surfaces = Surfaces::beside(trajectory)?;
     let shot = index.shot(&surfaces, &movie.style, movie.turn)?;
@@ -291,7 +296,7 @@ impl Reel<'_> {
     fn at_once(&self) -> usize {
         let style = &self.movie.style;
         let pixels = u64::from(style.width) * u64::from(style.height);
-        let bytes = MAP_BYTES + BYTES_PER_PIXEL * pixels + BYTES_PER_PARTICLE * self.index.most_particles;
+        let bytes = BYTES_PER_PIXEL * pixels + BYTES_PER_PARTICLE * self.index.most_particles;
         let bytes = bytes + self.surfaces.image_bytes();
         let fitting = count_of(MOST_MEMORY.min(memory::total() / 4) / bytes);
         render::cores().min(fitting).min(self.index.places.len()).max(1)
@@ -299,12 +304,17 @@ impl Reel<'_> {
 
     /// Reads a frame and draws it.
     fn draw(&self, place: usize, shot: &Shot, team: &Team) -> Result<Image, ViewError> {
+        let fault = |source| self.index.fault(self.trajectory, place, source);
         let frame = self.index.read(self.trajectory, place)?;
+        let (frame, focus) = match self.movie.follow {
+            Some(follow) => follow.centred(frame).map_err(fault)?,
+            None => (frame, [None; 3]),
+        };
         let last = self.index.places.len() - 1;
         let part = if last == 0 { 0.0 } else { place as f64 / last as f64 };
         let azimuth = self.movie.style.azimuth + part * self.movie.turn;
         let time = self.clock.text(frame.time);
-        shot.draw(&frame, azimuth, &time, team).map_err(|source| self.index.fault(self.trajectory, place, source))
+        shot.draw(&frame, (azimuth, focus), &time, team).map_err(fault)
     }
 
     /// The colours of a GIF, from some of its images, drawn small.

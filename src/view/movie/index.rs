@@ -8,8 +8,11 @@ use super::{MovieProgress, Watch};
 use crate::Vector;
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
-use crate::view::render::{ColourBy, Extent, Framing, Shot, SpeedScale, Style, corners, refuse_numbers};
+use crate::view::render::{ColourBy, Extent, Framing, Shot, SpeedScale, Style, corners, fitted, reach, refuse_numbers};
 use crate::view::{Surfaces, ViewError};
+
+/// How many frames are looked at for how far particles reach.
+const PROBES: usize = 8;
 
 /// Which frames of a trajectory are in a movie.
 #[derive(Debug, Clone, Copy)]
@@ -57,6 +60,8 @@ pub(super) struct Index {
     region: Option<(Vector, Vector)>,
     /// By how much particles may stick out of it `[length]`.
     margin: f64,
+    /// How far particles reach in some of the frames: lower and upper corner `[length]`.
+    reach: Option<[Vector; 2]>,
     scale: SpeedScale,
 }
 
@@ -107,17 +112,21 @@ impl Index {
         }
     }
 
-    /// Finds out by how much particles stick out of the box, from the first and the last frame: they may grow.
+    /// Finds out how far particles reach in the box and by how much they stick out of it, from some of the frames.
     fn completed(mut self, path: &Path) -> Result<Self, ViewError> {
         if self.most_particles == 0 {
             return Err(ViewError::EmptyMovie(path.to_owned()));
         }
-        let (Framing::Box, Some((lower, size))) = (self.framing, self.region) else { return Ok(self) };
+        let (Framing::Box | Framing::Fitted, Some((lower, size))) = (self.framing, self.region) else {
+            return Ok(self);
+        };
         let upper = lower + size;
         let is_inside = |position: &Vector| (0..3).all(|k| (lower[k]..=upper[k]).contains(&position[k]));
-        let last = self.places.len() - 1;
-        for place in [0, last] {
+        let probes = if self.framing == Framing::Fitted { PROBES } else { 2 };
+        for place in self.spread(probes).collect::<Vec<_>>() {
             let frame = self.read(path, place)?;
+            let own = reach(&frame, &Surfaces::default());
+            self.reach = Some(self.reach.map_or(own, |all| joined_corners(&all, &own)));
             let inside = frame.particles.iter().filter(|particle| is_inside(&particle.position));
             self.margin = inside.map(|particle| particle.radius).fold(self.margin, f64::max);
         }
@@ -127,8 +136,15 @@ impl Index {
     /// The camera and the scale for these frames.
     pub fn shot(&self, surfaces: &Surfaces, style: &Style, turn: f64) -> Result<Shot, ViewError> {
         let (lower, size) = self.region.unwrap_or((self.stage.lower, self.stage.size));
-        let framed = corners(&lower, &size).map(|position| Extent { position, radius: self.margin });
         let surfaces = surfaces.clone().around(self.places.iter().map(|place| place.time));
+        let (lower, size) = match self.reach.filter(|_| self.framing == Framing::Fitted) {
+            Some(particles) => {
+                let all = joined_corners(&particles, &reach(&self.stage, &surfaces));
+                fitted((lower, size), self.stage.periodic, &all, style)
+            }
+            None => (lower, size),
+        };
+        let framed = corners(&lower, &size).map(|position| Extent { position, radius: self.margin });
         Shot::new((self.stage.clone(), surfaces), style, framed.to_vec(), turn, self.scale)
     }
 
@@ -210,7 +226,7 @@ impl Survey<'_> {
     fn add_frame(&mut self, frame: Frame, place: Place, framing: Framing) {
         let scale = SpeedScale::of(&frame, self.style);
         let region = match framing {
-            Framing::Box => Some((frame.lower, frame.size)),
+            Framing::Box | Framing::Fitted => Some((frame.lower, frame.size)),
             Framing::Particles => (!frame.particles.is_empty()).then(|| bounds(&frame.particles)),
         };
         let most_particles = frame.particles.len() as u64;
@@ -224,11 +240,17 @@ impl Survey<'_> {
             none => {
                 let (particles, images, scalars) = (Vec::new(), Vec::new(), Vec::new());
                 let stage = Frame { particles, images, scalars, bonds: Vec::new(), bond_kinds: Vec::new(), ..frame };
-                let (places, is_truncated, margin) = (vec![place], false, 0.0);
-                *none = Some(Index { places, most_particles, is_truncated, stage, framing, region, margin, scale });
+                let (places, is_truncated, margin, reach) = (vec![place], false, 0.0, None);
+                *none =
+                    Some(Index { places, most_particles, is_truncated, stage, framing, region, margin, reach, scale });
             }
         }
     }
+}
+
+/// Corners of what holds two boxes, each with its lower and its upper corner.
+fn joined_corners([a, b]: &[Vector; 2], [c, d]: &[Vector; 2]) -> [Vector; 2] {
+    [a.inf(c), b.sup(d)]
 }
 
 /// The smallest box that holds two boxes, each with its lower corner and its edges.

@@ -27,6 +27,9 @@ const LARGEST_STEP: f64 = 4.0;
 /// Nothing nearer than this is drawn, in half diagonals; what is framed begins well behind it.
 pub(super) const NEAREST: f32 = 0.05;
 
+/// Towards the sun, as the camera of the first image stands, in parts of right, up and level into the image: from above, on the left, behind the viewer.
+const SUN: [f64; 3] = [-0.5, 0.78, -0.52];
+
 /// A sphere that the image has to hold; radius 0 for a corner of the box.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::view) struct Extent {
@@ -39,6 +42,9 @@ pub(in crate::view) struct Extent {
 pub(super) struct Camera {
     /// Rows: right, up, into the image.
     rotation: Matrix3<f64>,
+    /// What is up in the scene, and towards the sun.
+    up: Vector,
+    sun: Vector,
     centre: Vector,
     /// Half diagonal of what is framed `[length]`.
     unit: f64,
@@ -55,14 +61,17 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    /// Places the camera so that what is framed fills the image, and crops the image to it. Keeps
+    /// Places the camera so that what is framed fills the image, and cuts the image down to it if the style says so. Keeps
     /// `footer` rows free at the bottom. `None` if that has no extent or is too large for floating point.
     pub fn facing(frame: &Frame, style: &Style, framed: &[Extent], footer: f32) -> Option<Self> {
         let mut camera = Self::around(frame, style, framed)?;
         let spheres = camera.spheres(framed);
         let window = camera.fit(&spheres, footer);
-        camera.crop(&window, footer);
-        Some(camera)
+        if style.is_cut {
+            camera.crop(&window, footer);
+        }
+        camera.centre_on(&window, footer);
+        Some(camera.zoomed(style.zoom, footer))
     }
 
     /// Places the camera so that what is framed stays in the image while the camera walks around it by `turn` degrees. The image has
@@ -80,7 +89,24 @@ impl Camera {
         }
         let window = camera.fit(&spheres, footer);
         camera.centre_on(&window, footer);
-        Some(camera)
+        Some(camera.zoomed(style.zoom, footer))
+    }
+
+    /// The same view, larger around the middle of the image above the footer.
+    fn zoomed(mut self, zoom: f64, footer: f32) -> Self {
+        let half = [0.5 * self.width as f32, 0.5 * (self.height as f32 - footer)];
+        let middle = self.window(half);
+        self.scale *= single(zoom);
+        self.corner = [middle[0] - half[0] / self.scale, middle[1] + half[1] / self.scale];
+        self
+    }
+
+    /// The same view with other coordinates in the middle.
+    pub fn looking_at(mut self, focus: [Option<f64>; 3]) -> Self {
+        for (own, focus) in self.centre.iter_mut().zip(focus) {
+            *own = focus.filter(|focus| focus.is_finite()).unwrap_or(*own);
+        }
+        self
     }
 
     /// Camera seen from the direction of another style.
@@ -98,8 +124,13 @@ impl Camera {
             return None;
         }
         let (rotation, is_perspective) = orientation(frame, style);
+        let up = if is_perspective { upwards(frame, style) } else { rotation.row(1).transpose() };
+        let right = rotation.row(0).transpose();
+        let sun = (right * SUN[0] + up * SUN[1] + up.cross(&right) * SUN[2]).normalize();
         Some(Self {
             rotation,
+            up,
+            sun,
             centre: 0.5 * lower + 0.5 * upper,
             unit,
             offset: Point::zeros(),
@@ -160,7 +191,6 @@ impl Camera {
         let pixels = |length: f32, most: u32| trunc_to_u32((length * self.scale + 2.0 * rim).ceil()).clamp(16, most);
         self.width = pixels(right - left, self.width);
         self.height = pixels(high - low + footer / self.scale, self.height);
-        self.centre_on(window, footer);
     }
 
     /// Brings a window into the middle of the image above the footer.
@@ -178,6 +208,23 @@ impl Camera {
     /// A direction, seen from the camera.
     pub fn turn(&self, direction: &Vector) -> Point {
         (self.rotation * direction).cast::<f32>()
+    }
+
+    /// Up in the scene, seen from the camera.
+    pub fn up(&self) -> Point {
+        self.turn(&self.up)
+    }
+
+    /// Towards the sun, seen from the camera.
+    pub fn sun(&self) -> Point {
+        self.turn(&self.sun)
+    }
+
+    /// Whether the camera is in front of a plane through a point, seen along a normal of it.
+    pub fn is_before(&self, point: &Vector, normal: &Vector) -> bool {
+        let normal = self.turn(normal);
+        let line = if self.is_perspective { self.place(point) } else { Point::z() };
+        normal.dot(&line) < 0.0
     }
 
     /// A length in units of the half diagonal.
@@ -235,21 +282,41 @@ impl Camera {
     }
 }
 
+/// What is up in the image: as the style says, or else against gravity, or else z, or y where z is flat.
+fn upwards(frame: &Frame, style: &Style) -> Vector {
+    let is_y = frame.is_flat(2) && !frame.is_flat(0) && !frame.is_flat(1);
+    let against = style.gravity.and_then(|gravity| (-gravity).try_normalize(0.0));
+    style.up.map(|up| up.normalize()).or(against).unwrap_or_else(|| if is_y { Vector::y() } else { Vector::z() })
+}
+
+/// Azimuth and elevation of the camera [radians], given what is to the right where both are 0.
+fn angles(style: &Style, right: &Vector, up: &Vector) -> [f64; 2] {
+    let azimuth = style.azimuth.to_radians();
+    let Some(from) = style.from.and_then(|from| from.try_normalize(0.0)) else {
+        return [azimuth, style.elevation.to_radians()];
+    };
+    let [aside, behind, above] = [right.dot(&from), -up.cross(right).dot(&from), up.dot(&from)];
+    // Straight from above or below, what is to the right is as at azimuth 0.
+    let around = if aside.abs() + behind.abs() > 1e-9 { libm::atan2(aside, behind) } else { 0.0 };
+    [azimuth + around, libm::asin(above.clamp(-1.0, 1.0))]
+}
+
 /// Right, up and into the image as rows; and whether the view is in perspective. Flat scenes are seen straight on.
 fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
     let axis = |k: usize| Vector::from_fn(|i, _| f64::from(u8::from(i == k)));
     let flat: Vec<usize> = (0..3).filter(|&k| frame.is_flat(k)).collect();
     let rows =
         |right: Vector, up: Vector| Matrix3::from_rows(&[right, up, up.cross(&right)].map(|row| row.transpose()));
-    let up = style.up.unwrap_or_else(|| axis(if flat == [2] { 1 } else { 2 })).normalize();
+    let up = upwards(frame, style);
     match flat[..] {
         [] | [_, _, _] => {
             let aside = (0..3).map(axis).find(|side| side.dot(&up).abs() < 0.9).unwrap_or_else(Vector::x);
             let right = (aside - up * aside.dot(&up)).normalize();
-            let (azimuth, elevation) = (style.azimuth.to_radians(), style.elevation.to_radians());
-            let into = up.cross(&right) * azimuth.cos() - right * azimuth.sin();
-            let right = right * azimuth.cos() + up.cross(&right) * azimuth.sin();
-            (rows(right, up * elevation.cos() + into * elevation.sin()), true)
+            let [azimuth, elevation] = angles(style, &right, &up);
+            let ((sine, cosine), (rise, level)) = (libm::sincos(azimuth), libm::sincos(elevation));
+            let into = up.cross(&right) * cosine - right * sine;
+            let right = right * cosine + up.cross(&right) * sine;
+            (rows(right, up * level + into * rise), true)
         }
         [flat] => {
             let up = up - axis(flat) * up[flat];

@@ -59,7 +59,7 @@ impl Caption {
         let line = |ends| Stroke { ends, width: (0.12 * size).max(1.0), colour: ink, opacity: 1.0 };
         let (left, high, low) = (right - bar, middle - 0.4 * size, middle + 0.4 * size);
         for ends in [[[left, middle], [right, middle]], [[left, high], [left, low]], [[right, high], [right, low]]] {
-            line(ends).draw(pixels, width, |_, _, _| 1.0);
+            line(ends).draw(pixels, width);
         }
     }
 }

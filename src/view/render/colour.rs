@@ -1,5 +1,7 @@
 //! Colours, in linear light while they are mixed and in sRGB where they are named or stored.
 
+use std::sync::LazyLock;
+
 use crate::base::numbers::{trunc_to_u8, trunc_to_usize};
 use nalgebra::Vector3;
 
@@ -61,18 +63,42 @@ pub(super) fn linear(colour: [u8; 3]) -> Colour {
 
 /// To opaque sRGB bytes.
 pub(super) fn encode(colour: &Colour) -> [u8; 4] {
-    let byte = |x: f32| trunc_to_u8(to_srgb(x.clamp(0.0, 1.0)) * 255.0 + 0.5);
+    let steps = &*STEPS;
+    let byte = |x: f32| steps.byte(x.clamp(0.0, 1.0));
     [byte(colour.x), byte(colour.y), byte(colour.z), 255]
+}
+
+/// The least light of each byte, and for even steps of light the byte where they begin: a power for each pixel would take as long as its shadows.
+struct Steps {
+    least: [f32; 256],
+    begins: Vec<u8>,
+}
+
+static STEPS: LazyLock<Steps> = LazyLock::new(|| {
+    let least = std::array::from_fn(|byte| if byte == 0 { 0.0 } else { to_linear((byte as f32 - 0.5) / 255.0) });
+    let begin = |step: usize| {
+        let light = step as f32 / STEP_COUNT as f32;
+        trunc_to_u8(least.iter().skip(1).take_while(|least| **least <= light).count() as f32)
+    };
+    Steps { least, begins: (0..=STEP_COUNT).map(begin).collect() }
+});
+
+/// Fine enough that few bytes begin within one.
+const STEP_COUNT: usize = 2048;
+
+impl Steps {
+    fn byte(&self, light: f32) -> u8 {
+        let mut byte = self.begins.get(trunc_to_usize(light * STEP_COUNT as f32)).copied().unwrap_or(0);
+        while self.least.get(usize::from(byte) + 1).is_some_and(|least| *least <= light) {
+            byte += 1;
+        }
+        byte
+    }
 }
 
 /// IEC 61966-2-1.
 fn to_linear(x: f32) -> f32 {
-    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
-}
-
-/// IEC 61966-2-1.
-fn to_srgb(x: f32) -> f32 {
-    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
+    if x <= 0.04045 { x / 12.92 } else { libm::powf((x + 0.055) / 1.055, 2.4) }
 }
 
 #[cfg(test)]

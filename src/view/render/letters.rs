@@ -1,69 +1,174 @@
-//! Letters in an image: drawn as strokes, so that no font is needed.
+//! Letters in an image: the outlines of a font, filled.
+//!
+//! The font is a part of Inter, under the SIL Open Font License: `letters/OFL.txt`. Its figures have one width, so that numbers do not move while they count.
+
+use std::sync::LazyLock;
+
+use ttf_parser::{Face, OutlineBuilder};
 
 use super::colour::Colour;
-use super::stroke::Stroke;
+use crate::base::numbers::trunc_to_usize;
+
+static FONT: &[u8] = include_bytes!("letters/letters.ttf");
+
+/// All glyphs, read once; none if the font is damaged, which a test excludes.
+static LETTERS: LazyLock<Vec<Letter>> = LazyLock::new(|| letters(FONT));
+
+/// Straight pieces of a curve, and rows of samples in a row of pixels.
+const PIECES: u32 = 6;
+const SAMPLES: usize = 5;
+
+/// The first letter of the font, and how many follow each other from there.
+const FIRST: char = ' ';
+const COUNT: u32 = 95;
+
+/// A letter, in units of the height of capitals.
+#[derive(Debug, Default)]
+struct Letter {
+    /// To the next letter.
+    advance: f32,
+    /// Straight lines around its areas, from point to point; y grows upwards from the base line.
+    lines: Vec<[[f32; 2]; 2]>,
+}
 
 /// A number beside a scale: plain where that is short.
 pub(super) fn label(number: f64) -> String {
-    if (1e-3..1e5).contains(&number) { format!("{number}") } else { format!("{number:e}") }
+    if number == 0.0 || (1e-3..1e5).contains(&number) { format!("{number}") } else { format!("{number:e}") }
 }
 
-/// Width of a letter and the space after it, relative to its height.
-const ADVANCE: f32 = 0.9;
-
-/// Width of a word in letters of a height.
+/// Width of a word in letters with capitals of a height.
 pub(super) fn text_width(text: &str, size: f32) -> f32 {
-    text.chars().count() as f32 * ADVANCE * size - 0.25 * size
+    text.chars().map(|letter| of(letter).map_or(0.0, |letter| letter.advance * size)).sum()
 }
 
-/// Writes letters of a height; the place is the middle of the left edge.
+/// Writes letters with capitals of a height; the place is the middle of the left edge.
 pub(super) fn write(pixels: &mut [Colour], width: usize, text: &str, place: [f32; 2], size: f32, ink: Colour) {
-    for (index, letter) in text.chars().enumerate() {
-        let corner = [place[0] + index as f32 * ADVANCE * size, place[1] - 0.5 * size];
-        for path in glyph(letter).split(' ') {
-            let points: Vec<[f32; 2]> = path
-                .as_bytes()
-                .chunks_exact(2)
-                .map(|xy| {
-                    let unit = |digit: u8| f32::from(digit.saturating_sub(b'0')) * size / 6.0;
-                    [corner[0] + unit(xy[0]), corner[1] + unit(xy[1])]
-                })
-                .collect();
-            for ends in points.windows(2) {
-                let stroke = Stroke { ends: [ends[0], ends[1]], width: 0.11 * size, colour: ink, opacity: 1.0 };
-                stroke.draw(pixels, width, |_, _, _| 1.0);
+    let (mut x, base) = (place[0], place[1] + 0.5 * size);
+    for letter in text.chars().filter_map(of) {
+        let pixel = |[across, up]: [f32; 2]| [x + across * size, base - up * size];
+        let lines: Vec<_> = letter.lines.iter().map(|ends| ends.map(pixel)).collect();
+        fill(pixels, width, &lines, ink);
+        x += letter.advance * size;
+    }
+}
+
+fn of(letter: char) -> Option<&'static Letter> {
+    let letter = if letter == '\u{2212}' { '-' } else { letter };
+    LETTERS.get(u32::from(letter).checked_sub(u32::from(FIRST))? as usize)
+}
+
+/// Fills the areas that lines go around: those to whose left an uneven sum of directions crosses.
+fn fill(pixels: &mut [Colour], width: usize, lines: &[[[f32; 2]; 2]], ink: Colour) {
+    let range = |axis: usize| {
+        let ends = || lines.iter().flatten().map(|end| end[axis]);
+        let (low, high) = (ends().fold(f32::MAX, f32::min), ends().fold(f32::MIN, f32::max));
+        [trunc_to_usize(low), trunc_to_usize(high + 1.0)]
+    };
+    if lines.is_empty() || width == 0 || !lines.iter().flatten().flatten().all(|x| x.is_finite()) {
+        return;
+    }
+    let ([left, right], [top, bottom]) = (range(0), range(1));
+    let mut coverage = vec![0.0_f32; right.min(width).saturating_sub(left)];
+    for row in top..bottom.min(pixels.len() / width) {
+        coverage.fill(0.0);
+        for sample in 0..SAMPLES {
+            let y = row as f32 + (sample as f32 + 0.5) / SAMPLES as f32;
+            for [from, to] in spans(lines, y) {
+                for (column, coverage) in (left..).zip(&mut coverage) {
+                    let (start, end) = (from.max(column as f32), to.min((column + 1) as f32));
+                    *coverage += (end - start).max(0.0) / SAMPLES as f32;
+                }
             }
+        }
+        for (pixel, coverage) in pixels[row * width..].iter_mut().skip(left).zip(&coverage) {
+            *pixel = *pixel * (1.0 - coverage) + ink * *coverage;
         }
     }
 }
 
-/// Polylines through points `xy`, with `x` from 0 to 4 to the right and `y` from 0 at the top to 6 on the base line.
-fn glyph(letter: char) -> &'static str {
-    match letter {
-        '0' => "103041453616050110",
-        '1' => "112026",
-        '2' => "01103041420646",
-        '3' => "01103041423323 334445361605",
-        '4' => "36300444",
-        '5' => "40000312324345361605",
-        '6' => "413010010516364544331304",
-        '7' => "004016",
-        '8' => "103041423313020110 3344453616050413",
-        '9' => "051636454130100102133342",
-        '.' => "2626",
-        '-' => "0343",
-        'e' => "04444332120305163645",
-        's' => "43321203143445361605",
-        'p' => "0208 0312324345361605",
-        'd' => "4046 4332120305163645",
-        'g' => "4247381807 4332120305163645",
-        'h' => "0006 0312324346",
-        'i' => "2226 2020",
-        'l' => "2026",
-        'm' => "0206 03122326 23324346",
-        'n' => "0206 0312324346",
-        't' => "10152636 0232",
-        _ => "",
+/// Parts of a row that are inside of lines.
+fn spans(lines: &[[[f32; 2]; 2]], y: f32) -> Vec<[f32; 2]> {
+    let mut crossings: Vec<(f32, i32)> = Vec::new();
+    for [a, b] in lines {
+        if (a[1] <= y) != (b[1] <= y) {
+            let x = a[0] + (b[0] - a[0]) * ((y - a[1]) / (b[1] - a[1]));
+            crossings.push((x, if a[1] <= y { 1 } else { -1 }));
+        }
+    }
+    crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut sum, mut spans) = (0, Vec::new());
+    for pair in crossings.windows(2) {
+        sum += pair[0].1;
+        if sum != 0 {
+            spans.push([pair[0].0, pair[1].0]);
+        }
+    }
+    spans
+}
+
+fn letters(font: &[u8]) -> Vec<Letter> {
+    let Ok(face) = Face::parse(font, 0) else { return Vec::new() };
+    let glyph = |letter: char| face.glyph_index(letter);
+    // The font has no table that says it.
+    let capital =
+        glyph('H').and_then(|glyph| face.glyph_bounding_box(glyph)).map_or(1.0, |bounds| f32::from(bounds.y_max));
+    let letter = |code: u32| {
+        let mut outline = Outline { scale: capital.recip(), ..Outline::default() };
+        let Some(glyph) = char::from_u32(code).and_then(glyph) else { return Letter::default() };
+        face.outline_glyph(glyph, &mut outline);
+        let advance = face.glyph_hor_advance(glyph).map_or(0.0, f32::from) * outline.scale;
+        Letter { advance, lines: outline.lines }
+    };
+    (u32::from(FIRST)..u32::from(FIRST) + COUNT).map(letter).collect()
+}
+
+/// Collects the outline of a glyph as straight lines.
+#[derive(Debug, Default)]
+struct Outline {
+    scale: f32,
+    first: [f32; 2],
+    last: [f32; 2],
+    lines: Vec<[[f32; 2]; 2]>,
+}
+
+impl Outline {
+    fn add(&mut self, to: [f32; 2]) {
+        self.lines.push([self.last, to]);
+        self.last = to;
+    }
+
+    /// Follows a curve given by a position for each part from 0 to 1.
+    fn follow(&mut self, curve: impl Fn(f32) -> [f32; 2]) {
+        (1..=PIECES).for_each(|piece| self.add(curve(piece as f32 / PIECES as f32)));
+    }
+}
+
+impl OutlineBuilder for Outline {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.last = [x, y].map(|x| x * self.scale);
+        self.first = self.last;
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.add([x, y].map(|x| x * self.scale));
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        let (a, [b, c]) = (self.last, [[x1, y1], [x, y]].map(|point| point.map(|x| x * self.scale)));
+        self.follow(|t| [0, 1].map(|k| (1.0 - t) * ((1.0 - t) * a[k] + 2.0 * t * b[k]) + t * t * c[k]));
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        let a = self.last;
+        let [b, c, d] = [[x1, y1], [x2, y2], [x, y]].map(|point| point.map(|x| x * self.scale));
+        self.follow(|t| {
+            let s = 1.0 - t;
+            [0, 1].map(|k| s * s * (s * a[k] + 3.0 * t * b[k]) + t * t * (3.0 * s * c[k] + t * d[k]))
+        });
+    }
+
+    fn close(&mut self) {
+        self.add(self.first);
     }
 }
 
@@ -72,10 +177,39 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_letter_that_is_written_has_strokes() {
-        for letter in "speed time length 0123456789.-e".chars().filter(|letter| *letter != ' ') {
-            assert!(glyph(letter).len() >= 4, "{letter}");
-            assert!(glyph(letter).bytes().all(|b| b == b' ' || (b'0'..=b'8').contains(&b)), "{letter}");
+    fn every_letter_has_an_outline_and_figures_have_one_width() {
+        for code in u32::from(FIRST) + 1..u32::from(FIRST) + COUNT {
+            let letter = of(char::from_u32(code).unwrap()).unwrap();
+            assert!(letter.lines.len() >= 4 && letter.advance > 0.1, "{code}");
         }
+        let figures: Vec<f32> = ('0'..='9').map(|figure| of(figure).unwrap().advance).collect();
+        assert!(figures.iter().all(|width| *width == figures[0]));
+        assert!(of(' ').unwrap().lines.is_empty() && of(' ').unwrap().advance > 0.1);
+        assert_eq!(text_width("11.5", 10.0), text_width("80.0", 10.0));
+        assert!(of('\u{3b1}').is_none() && letters(&FONT[..200]).is_empty());
+    }
+
+    #[test]
+    fn letters_are_filled_and_their_holes_are_not() {
+        let written = |text: &str, size: f32| {
+            let mut pixels = vec![Colour::zeros(); 60 * 60];
+            write(&mut pixels, 60, text, [10.0, 30.0], size, Colour::repeat(1.0));
+            pixels
+        };
+        let ink = |pixels: &[Colour]| pixels.iter().map(|pixel| pixel.x).sum::<f32>();
+        let bar = ink(&written("I", 30.0));
+        assert!((60.0..300.0).contains(&bar), "{bar}");
+        // Rotated about itself an O is the same, and its middle is empty.
+        let ring = written("O", 30.0);
+        let place = trunc_to_usize(10.0 + 0.5 * text_width("O", 30.0));
+        assert_eq!(ring[30 * 60 + place].x, 0.0);
+        assert!(ring[16 * 60 + place].x > 0.9 && ring[44 * 60 + place].x > 0.9);
+        // Where there is no place, nothing is written.
+        assert_eq!(ink(&written("mmmm", 1e9)), 0.0);
+    }
+
+    #[test]
+    fn labels_are_short() {
+        assert_eq!([0.0, 1.5, 1e-3, 1e-4, 2e5].map(label), ["0", "1.5", "0.001", "1e-4", "2e5"]);
     }
 }

@@ -31,9 +31,9 @@ pub(in crate::view) fn cores() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
 }
 
-/// Rows of a band: small enough that all cores have work until the end.
+/// Rows of pixels of a band: few enough that its samples stay in the cache, and that all cores have work until the end.
 pub(super) fn rows_per_band(rows: usize) -> usize {
-    rows.div_ceil(64).max(1)
+    rows.div_ceil(64).clamp(1, 8)
 }
 
 /// Runs `work` once for each part, unless the team is stopped.

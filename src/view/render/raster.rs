@@ -2,7 +2,6 @@
 
 use super::bodies::{Ball, Rod};
 use super::camera::{Camera, Point};
-use super::parallel::{self, Team};
 use crate::base::numbers::trunc_to_usize;
 
 /// Samples per pixel along each axis: each pixel is the mean of the square of this.
@@ -22,9 +21,11 @@ pub(super) struct Rays {
     slope: f32,
 }
 
-/// Depth and body of the surface that each sample sees, row by row.
+/// Depth and body of the surface that each sample of some rows sees, row by row.
 #[derive(Debug, Clone)]
 pub(super) struct Layer {
+    /// The first of these rows, in the whole image.
+    pub first: usize,
     pub width: usize,
     pub depth: Vec<f32>,
     /// Index of a ball, or the number of balls plus the index of a rod, or [`NOTHING`].
@@ -54,33 +55,34 @@ struct Stamp<'a> {
     rows: [usize; 2],
 }
 
-impl Layer {
-    /// Draws bodies; where `before` is given, only what lies in front of it.
-    pub fn of(
-        balls: &[Ball],
-        rods: &[Rod],
-        (camera, rays): (&Camera, &Rays),
-        keep: Keep,
-        before: Option<&Layer>,
-        team: &Team,
-    ) -> Self {
-        let (width, height) = (rays.columns.len(), rays.rows.len());
+/// Shapes to draw, with where they are in the image.
+pub(super) struct Stamps<'a>(Vec<Stamp<'a>>);
+
+impl<'a> Stamps<'a> {
+    /// Shapes that are in view.
+    pub fn of(balls: &'a [Ball], rods: &'a [Rod], camera: &Camera, rays: &Rays) -> Self {
+        let size = [rays.columns.len(), rays.rows.len()];
         let shapes = balls.iter().map(Shape::Ball).chain(rods.iter().map(Shape::Rod));
-        let stamps: Vec<Stamp> = (0..NOTHING)
-            .zip(shapes)
-            .filter_map(|(body, shape)| Stamp::of(shape, body, camera, [width, height]))
-            .collect();
+        Self((0..NOTHING).zip(shapes).filter_map(|(body, shape)| Stamp::of(shape, body, camera, size)).collect())
+    }
+}
+
+impl Layer {
+    /// Draws some rows of samples; where `before` is given, only what lies in front of it.
+    pub fn of(stamps: &Stamps, rays: &Rays, rows: [usize; 2], keep: Keep, before: Option<&Layer>) -> Self {
+        let (width, first) = (rays.columns.len(), rows[0]);
+        let count = width * (rows[1] - rows[0]);
         let start = if keep == Keep::Nearest { f32::INFINITY } else { 0.0 };
-        let mut layer = Self { width, depth: vec![start; width * height], body: vec![NOTHING; width * height] };
+        let mut layer = Self { first, width, depth: vec![start; count], body: vec![NOTHING; count] };
+        let (depth, body) = (layer.depth.as_mut_slice(), layer.body.as_mut_slice());
         let limit = before.map(|before| before.depth.as_slice());
-        let rows = parallel::rows_per_band(height);
-        let bands = layer.depth.chunks_mut(rows * width).zip(layer.body.chunks_mut(rows * width)).enumerate();
-        parallel::for_each(team, bands, |(band, (depth, body))| {
-            let first = band * rows;
-            let limit = limit.map(|limit| &limit[first * width..][..depth.len()]);
-            Band { first, width, depth, body, limit, keep }.draw(&stamps, rays);
-        });
+        Band { first, width, depth, body, limit, keep }.draw(&stamps.0, rays);
         layer
+    }
+
+    /// Where a sample is in the layer, given its row and column in the image.
+    pub fn place(&self, row: usize, column: usize) -> usize {
+        (row - self.first) * self.width + column
     }
 }
 
@@ -118,7 +120,7 @@ impl Band<'_> {
     fn draw(&mut self, stamps: &[Stamp], rays: &Rays) {
         let last = self.first + self.depth.len() / self.width;
         let (mut depths, unlimited) = (vec![0.0; self.width], vec![f32::INFINITY; self.width]);
-        for stamp in stamps {
+        for stamp in stamps.iter().filter(|stamp| stamp.rows[0] < last && stamp.rows[1] > self.first) {
             let [left, right] = stamp.columns;
             let depths = &mut depths[left..right];
             for row in stamp.rows[0].max(self.first)..stamp.rows[1].min(last) {

@@ -1,20 +1,30 @@
 //! From surfaces and lights to colours.
+//!
+//! An image is made in bands of a few rows. Each pixel is the mean of its samples; samples that see the same body share one colour, so that light is asked
+//! for once for each body in a pixel.
+
+mod memory;
+
+use std::ops::Range;
 
 use super::bodies::{Ball, Bodies};
 use super::camera::{Camera, Point};
-use super::colour::{self, Colour};
-use super::light::{Fineness, Lights, Received, SurfacePoint};
+use super::colour::Colour;
+use super::ground::Ground;
+use super::light::{Lights, Received, SurfacePoint};
 use super::parallel::{self, Team};
-use super::raster::{Keep, Layer, NOTHING, Rays, SAMPLES};
+use super::raster::{Keep, Layer, NOTHING, Rays, SAMPLES, Stamps};
 use super::sheets::{Fragment, Fragments};
+use super::stroke::{Edge, draw_edges, draw_outline};
+use memory::{Memory, Seen};
 
 /// Share of the light that comes from the sky and from the sun.
-const SKY: f32 = 0.6;
-const SUN: f32 = 0.68;
+const SKY: f32 = 0.62;
+const SUN: f32 = 0.62;
 
 /// Brightness and narrowness of the sun's reflection.
-const SHINE: f32 = 0.16;
-const SHININESS: i32 = 40;
+const SHINE: f32 = 0.13;
+const SHININESS: i32 = 32;
 
 /// Opacity of a static surface that hides nothing but the background, relative to the one before other bodies.
 const LAST_SIDE: f32 = 2.2;
@@ -23,142 +33,90 @@ const LAST_SIDE: f32 = 2.2;
 const RIM: f32 = 0.35;
 
 /// How much of the far end of the scene is lost in the background.
-const HAZE: f32 = 0.16;
+const HAZE: f32 = 0.2;
+
+/// Samples of a pixel from its middle outwards: the first that sees a body stands for it.
+const ORDER: [usize; SAMPLES * SAMPLES] = [4, 1, 3, 5, 7, 0, 2, 6, 8];
 
 /// Everything that is needed to colour a sample.
 pub(super) struct Scenery<'a> {
-    bodies: &'a Bodies,
-    camera: &'a Camera,
-    team: &'a Team<'a>,
-    rays: Rays,
-    lights: Lights,
-    background: Colour,
+    pub bodies: &'a Bodies,
+    pub camera: &'a Camera,
+    pub rays: Rays,
+    pub lights: Lights,
+    pub ground: Option<Ground>,
+    pub background: Colour,
     /// Opacity of the veil where it is seen straight on.
-    opacity: f32,
+    pub opacity: f32,
+    /// Edges of surfaces, and of the box.
+    pub outline: Vec<Edge>,
+    pub edges: Vec<Edge>,
+}
+
+/// What the samples of some rows see.
+struct Band<'a> {
     /// Opaque surfaces.
-    pub solid: Layer,
-    /// The nearest and the farthest of the translucent surfaces in front of it.
+    solid: Layer,
+    /// The nearest and the farthest of the translucent surfaces in front of them.
     veil: Option<[Layer; 2]>,
+    sheets: Option<Fragments>,
+    scenery: &'a Scenery<'a>,
 }
 
 /// A side of a static surface on the ray of a sample.
 #[derive(Debug, Clone, Copy)]
-struct Film {
+struct Film<'a> {
     depth: f32,
-    ball: Ball,
+    body: u32,
+    ball: &'a Ball,
     opacity: f32,
 }
 
-/// How much a translucent surface covers, given its opacity where it is seen straight on: it is denser at the rim, as glass is.
-fn covered(opacity: f32, normal: &Point, view: &Point) -> f32 {
+/// How much denser a translucent surface is than where it is seen straight on: at the rim most, as glass is.
+fn density(normal: &Point, view: &Point) -> f32 {
     let rim = 1.0 - normal.dot(view).clamp(0.0, 1.0);
-    (opacity + (1.0 - opacity) * RIM * rim.powi(3)).min(1.0)
+    RIM * rim * rim * rim
 }
 
-impl<'a> Scenery<'a> {
-    pub fn new(bodies: &'a Bodies, camera: &'a Camera, opacity: f32, fineness: Fineness, team: &'a Team<'a>) -> Self {
-        let rays = Rays::of(camera);
-        let solid = Layer::of(&bodies.balls, &bodies.rods, (camera, &rays), Keep::Nearest, None, team);
-        let veil = (!bodies.veil.is_empty() && opacity > 0.0).then(|| {
-            [Keep::Nearest, Keep::Farthest]
-                .map(|keep| Layer::of(&bodies.veil, &[], (camera, &rays), keep, Some(&solid), team))
-        });
-        let lights = Lights::on(&bodies.balls, camera.offset, fineness, team);
-        let background = colour::linear(colour::BACKGROUND);
-        Self { bodies, camera, team, rays, lights, background, opacity, solid, veil }
-    }
+/// How much a translucent surface covers.
+fn covered(opacity: f32, density: f32) -> f32 {
+    (opacity + (1.0 - opacity) * density).min(1.0)
+}
 
+impl Scenery<'_> {
     /// The mean of the samples of each pixel.
-    pub fn colours(&self) -> Vec<Colour> {
+    pub fn colours(&self, team: &Team) -> Vec<Colour> {
         let (width, height) = (self.camera.width as usize, self.camera.height as usize);
         let mut pixels = vec![Colour::zeros(); width * height];
         let rows = parallel::rows_per_band(height);
-        parallel::for_each(self.team, pixels.chunks_mut(rows * width).enumerate(), |(band, pixels)| {
-            let last = (band * rows + pixels.len() / width) * SAMPLES;
-            let sheets = &self.bodies.sheets;
-            let fragments = (!sheets.is_empty())
-                .then(|| Fragments::of(sheets, &self.rays, &self.solid, [band * rows * SAMPLES, last]));
-            // Samples of one share ask the same few lights, whose maps stay in the cache.
-            for share in 0..SAMPLES * SAMPLES {
-                for (index, pixel) in pixels.iter_mut().enumerate() {
-                    let (row, column) = (band * rows + index / width, index % width);
-                    let (row, column) = (row * SAMPLES + share / SAMPLES, column * SAMPLES + share % SAMPLES);
-                    *pixel += self.sample([row, column], share, fragments.as_ref()) / (SAMPLES * SAMPLES) as f32;
-                }
-            }
+        let solid = Stamps::of(&self.bodies.balls, &self.bodies.rods, self.camera, &self.rays);
+        let has_veil = !self.bodies.veil.is_empty() && self.opacity > 0.0;
+        let veil = has_veil.then(|| Stamps::of(&self.bodies.veil, &[], self.camera, &self.rays));
+        parallel::for_each(team, pixels.chunks_mut(rows * width).enumerate(), |(band, pixels)| {
+            let first = band * rows;
+            self.band(pixels, first..first + pixels.len() / width, &solid, veil.as_ref());
         });
         pixels
     }
 
-    fn sample(&self, [row, column]: [usize; 2], share: usize, fragments: Option<&Fragments>) -> Colour {
-        let place = row * self.solid.width + column;
-        let body = self.solid.body[place];
-        let veil = self.veil.as_ref().filter(|[near, _]| near.body[place] != NOTHING);
-        let sheets = fragments.map_or(&[][..], |fragments| fragments.at(place));
-        if body == NOTHING && veil.is_none() && sheets.is_empty() {
-            return self.background;
+    /// Draws some rows of pixels.
+    fn band(&self, pixels: &mut [Colour], rows: Range<usize>, solid: &Stamps, veil: Option<&Stamps>) {
+        let samples = [rows.start * SAMPLES, rows.end * SAMPLES];
+        let solid = Layer::of(solid, &self.rays, samples, Keep::Nearest, None);
+        let in_front = |stamps: &Stamps| {
+            [Keep::Nearest, Keep::Farthest].map(|keep| Layer::of(stamps, &self.rays, samples, keep, Some(&solid)))
+        };
+        let veil = veil.map(in_front);
+        let sheets = &self.bodies.sheets;
+        let sheets = (!sheets.is_empty()).then(|| Fragments::of(sheets, &self.rays, &solid, samples));
+        let band = Band { solid, veil, sheets, scenery: self };
+        let width = self.camera.width as usize;
+        for (index, pixel) in pixels.iter_mut().enumerate() {
+            *pixel = band.pixel(rows.start + index / width, index % width);
         }
-        let (origin, direction) = self.rays.through(row, column);
-        let view = -direction.normalize();
-        let mut colour = self.background;
-        if body != NOTHING {
-            let point = origin + direction * self.solid.depth[place];
-            let (normal, own) = self.solid_surface(body as usize, &point);
-            colour = self.shade(&SurfacePoint { position: point, normal, body }, &view, &own, share);
-        }
-        // From the farthest to the nearest: the two sides of a static surface, and between them and around them the sheets.
-        let ray = (origin, direction);
-        let mut left = sheets;
-        for side in veil.map(|veil| self.sides(veil, place)).into_iter().flatten().flatten() {
-            let farther = left.partition_point(|sheet| sheet.depth > side.depth);
-            let (behind, before) = left.split_at(farther);
-            colour = self.draw_sheets(colour, behind, ray, share);
-            colour = self.draw_film(colour, &side, ray, share);
-            left = before;
-        }
-        self.draw_sheets(colour, left, ray, share)
-    }
-
-    /// The far and the near side of a static surface.
-    fn sides(&self, [near, far]: &[Layer; 2], place: usize) -> [Option<Film>; 2] {
-        let ball_of = |layer: &Layer| self.bodies.veil.get(layer.body[place] as usize);
-        let (Some(nearest), Some(farthest)) = (ball_of(near), ball_of(far)) else { return [None; 2] };
-        // Neighbours in one wall overlap: they are one side.
-        let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
-        let last = self.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
-        let film = |layer: &Layer, ball: &Ball, opacity| Film { depth: layer.depth[place], ball: *ball, opacity };
-        match has_two_sides {
-            true => [Some(film(far, farthest, last)), Some(film(near, nearest, self.opacity))],
-            false => [None, Some(film(near, nearest, last))],
-        }
-    }
-
-    /// A side of a static surface over what is behind it.
-    fn draw_film(&self, behind: Colour, film: &Film, ray: (Point, Point), share: usize) -> Colour {
-        let view = -ray.1.normalize();
-        let point = ray.0 + ray.1 * film.depth;
-        let normal = (point - film.ball.centre) / film.ball.radius;
-        let surface = SurfacePoint { position: point, normal, body: NOTHING };
-        let shaded = self.shade(&surface, &view, &film.ball.colour, share);
-        let covered = covered(film.opacity, &normal, &view);
-        behind * (1.0 - covered) + shaded * covered
-    }
-
-    /// Sheets over what is behind them.
-    fn draw_sheets(&self, behind: Colour, sheets: &[Fragment], ray: (Point, Point), share: usize) -> Colour {
-        let view = -ray.1.normalize();
-        let window = [ray.0.x + ray.1.x, ray.0.y + ray.1.y];
-        let all = &self.bodies.sheets;
-        let mut colour = behind;
-        for sheet in sheets {
-            let point = ray.0 + ray.1 * sheet.depth;
-            let normal = all.normal(sheet, window, &view);
-            let surface = SurfacePoint { position: point, normal, body: NOTHING };
-            let shaded = self.shade(&surface, &view, &all.colour, share);
-            let covered = covered(all.opacity, &normal, &view);
-            colour = colour * (1.0 - covered) + shaded * covered;
-        }
-        colour
+        let is_perspective = self.camera.is_perspective;
+        draw_outline(pixels, &band.solid, &rows, &self.outline, is_perspective);
+        draw_edges(pixels, &band.solid, &rows, &self.edges, is_perspective);
     }
 
     /// Outward normal and colour of an opaque body at a point of its surface.
@@ -172,17 +130,141 @@ impl<'a> Scenery<'a> {
         ((arm - axis * arm.dot(&axis)) / rod.radius, rod.colour)
     }
 
-    fn shade(&self, surface: &SurfacePoint, view: &Point, own: &Colour, share: usize) -> Colour {
-        let Received { sky, openness, sun } = self.lights.at(surface, &self.bodies.balls, share, SAMPLES * SAMPLES);
+    fn shade(&self, surface: &SurfacePoint, view: &Point, own: &Colour, received: Received) -> Colour {
+        let Received { sky, openness, sun } = received;
         // Light that a crevice keeps to itself takes the colour of its walls.
-        let bounced = own.map(|albedo| 1.0 / (1.0 - 0.4 * albedo.min(1.0) * (1.0 - openness)));
+        let bounced = own.map(|albedo| 1.0 / (1.0 - 0.35 * albedo.min(1.0) * (1.0 - openness)));
         let mut colour = own.component_mul(&(bounced * (SKY * sky)).add_scalar(SUN * sun));
-        let half = (view + Lights::sun_direction()).normalize();
-        let shine = SHINE * surface.normal.dot(&half).max(0.0).powi(SHININESS) * if sun > 0.0 { openness } else { 0.0 };
-        colour.add_scalar_mut(shine);
+        if sun > 0.0 {
+            let half = (view + self.lights.sun_direction).normalize();
+            let shine = surface.normal.dot(&half).max(0.0).powi(SHININESS);
+            colour.add_scalar_mut(SHINE * shine * openness * (4.0 * sun).min(1.0));
+        }
         if self.camera.is_perspective {
-            let haze = HAZE * (0.5 * (surface.position.z - self.camera.offset.z + 1.0)).clamp(0.0, 1.0).powi(2);
+            let part = (0.5 * (surface.position.z - self.camera.offset.z + 1.0)).clamp(0.0, 1.0);
+            let haze = HAZE * part * part;
             colour = colour * (1.0 - haze) + self.background * haze;
+        }
+        colour
+    }
+
+    /// The ground, or what is behind everything.
+    fn behind(&self, ray: (Point, Point)) -> Colour {
+        let Some(ground) = &self.ground else { return self.background };
+        match ground.depth(ray) {
+            Some(depth) => self.background * ground.brightness(&(ray.0 + ray.1 * depth)),
+            None => self.background,
+        }
+    }
+}
+
+impl Band<'_> {
+    fn pixel(&self, row: usize, column: usize) -> Colour {
+        let mut memory = Memory::default();
+        if self.is_uniform(row * SAMPLES, column * SAMPLES) {
+            return self.sample([row * SAMPLES + SAMPLES / 2, column * SAMPLES + SAMPLES / 2], &mut memory);
+        }
+        let mut sum = Colour::zeros();
+        for sample in ORDER {
+            let (row, column) = (row * SAMPLES + sample / SAMPLES, column * SAMPLES + sample % SAMPLES);
+            sum += self.sample([row, column], &mut memory);
+        }
+        sum / (SAMPLES * SAMPLES) as f32
+    }
+
+    /// Whether all samples of a pixel see the same.
+    fn is_uniform(&self, row: usize, column: usize) -> bool {
+        let first = self.solid.place(row, column);
+        let starts = [first, first + self.solid.width, first + 2 * self.solid.width];
+        let is_one = |layer: &Layer| {
+            let body = layer.body[first];
+            starts.iter().all(|start| layer.body[*start..start + SAMPLES].iter().all(|own| *own == body))
+        };
+        is_one(&self.solid)
+            && self.veil.iter().flatten().all(is_one)
+            && self.sheets.as_ref().is_none_or(|sheets| {
+                let numbers = |place| sheets.at(place).iter().map(|sheet| sheet.triangle);
+                let mut places = starts.iter().flat_map(|start| *start..start + SAMPLES);
+                places.all(|place| numbers(place).eq(numbers(first)))
+            })
+    }
+
+    fn sample(&self, [row, column]: [usize; 2], memory: &mut Memory) -> Colour {
+        let scenery = self.scenery;
+        let place = self.solid.place(row, column);
+        let body = self.solid.body[place];
+        let veil = self.veil.as_ref().filter(|[near, _]| near.body[place] != NOTHING);
+        let sheets = self.sheets.as_ref().map_or(&[][..], |fragments| fragments.at(place));
+        let ray = scenery.rays.through(row, column);
+        let mut colour = if body == NOTHING {
+            memory.recall(Seen::Nothing, || (scenery.behind(ray), 1.0)).0
+        } else {
+            memory.recall(Seen::Solid(body), || (self.solid(body, ray, place), 1.0)).0
+        };
+        // From the farthest to the nearest: the two sides of a static surface, and between them and around them the sheets.
+        let mut left = sheets;
+        for side in veil.map(|veil| self.sides(veil, place)).into_iter().flatten().flatten() {
+            let farther = left.partition_point(|sheet| sheet.depth > side.depth);
+            let (behind, before) = left.split_at(farther);
+            colour = self.draw_sheets(colour, behind, ray, memory);
+            let (shaded, density) = memory.recall(Seen::Veil(side.body), || self.film(&side, ray));
+            let covered = covered(side.opacity, density);
+            colour = colour * (1.0 - covered) + shaded * covered;
+            left = before;
+        }
+        self.draw_sheets(colour, left, ray, memory)
+    }
+
+    fn solid(&self, body: u32, ray: (Point, Point), place: usize) -> Colour {
+        let position = ray.0 + ray.1 * self.solid.depth[place];
+        let (normal, own) = self.scenery.solid_surface(body as usize, &position);
+        let surface = SurfacePoint { position, normal, body };
+        self.scenery.shade(&surface, &-ray.1.normalize(), &own, self.scenery.lights.at(&surface))
+    }
+
+    /// The far and the near side of a static surface.
+    fn sides(&self, [near, far]: &[Layer; 2], place: usize) -> [Option<Film<'_>>; 2] {
+        let scenery = self.scenery;
+        let ball_of = |layer: &Layer| scenery.bodies.veil.get(layer.body[place] as usize);
+        let (Some(nearest), Some(farthest)) = (ball_of(near), ball_of(far)) else { return [None; 2] };
+        // Neighbours in one wall overlap: they are one side.
+        let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
+        let last = scenery.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
+        let film =
+            |layer: &Layer, ball, opacity| Film { depth: layer.depth[place], body: layer.body[place], ball, opacity };
+        match has_two_sides {
+            true => [Some(film(far, farthest, last)), Some(film(near, nearest, scenery.opacity))],
+            false => [None, Some(film(near, nearest, last))],
+        }
+    }
+
+    /// Colour of a side of a static surface, and how dense it is.
+    fn film(&self, film: &Film, ray: (Point, Point)) -> (Colour, f32) {
+        let view = -ray.1.normalize();
+        let position = ray.0 + ray.1 * film.depth;
+        let normal = (position - film.ball.centre) / film.ball.radius;
+        let surface = SurfacePoint { position, normal, body: NOTHING };
+        let received = self.scenery.lights.in_the_open(&normal);
+        (self.scenery.shade(&surface, &view, &film.ball.colour, received), density(&normal, &view))
+    }
+
+    /// Sheets over what is behind them.
+    fn draw_sheets(&self, behind: Colour, sheets: &[Fragment], ray: (Point, Point), memory: &mut Memory) -> Colour {
+        let all = &self.scenery.bodies.sheets;
+        let mut colour = behind;
+        for sheet in sheets {
+            let (shaded, covered) = memory.recall(Seen::Sheet(sheet.triangle), || {
+                let view = -ray.1.normalize();
+                let position = ray.0 + ray.1 * sheet.depth;
+                let normal = all.normal(sheet, [ray.0.x + ray.1.x, ray.0.y + ray.1.y], &view);
+                let surface = SurfacePoint { position, normal, body: NOTHING };
+                let received = self.scenery.lights.at(&surface);
+                (
+                    self.scenery.shade(&surface, &view, &all.colour, received),
+                    covered(all.opacity, density(&normal, &view)),
+                )
+            });
+            colour = colour * (1.0 - covered) + shaded * covered;
         }
         colour
     }

@@ -37,7 +37,7 @@ pub(super) struct Sheets {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fragment {
     pub depth: f32,
-    triangle: u32,
+    pub triangle: u32,
 }
 
 /// A triangle as a linear function of the window coordinates `w = (x, y, 1)` of a ray: `edges[k] . w` is not negative for all `k` where it is hit, and weighs
@@ -180,8 +180,6 @@ impl Plane {
 
 /// The sheets that the samples of some rows see, for each sample from the farthest to the nearest.
 pub(super) struct Fragments {
-    /// The place of the first of these rows in the whole image.
-    first: usize,
     /// Of each sample, where its fragments begin; at the end, how many there are.
     starts: Vec<usize>,
     all: Vec<Fragment>,
@@ -190,11 +188,10 @@ pub(super) struct Fragments {
 impl Fragments {
     /// Sheets in front of what is opaque, in rows of samples.
     pub fn of(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2]) -> Self {
-        let first = rows[0] * solid.width;
         let count = (rows[1] - rows[0]) * solid.width;
         let mut starts = vec![0; count + 1];
         for_each_hit(sheets, rays, solid, rows, |place, _| {
-            if let Some(number) = starts.get_mut(place - first + 1).filter(|number| **number < MOST_SHEETS) {
+            if let Some(number) = starts.get_mut(place + 1).filter(|number| **number < MOST_SHEETS) {
                 *number += 1;
             }
         });
@@ -205,7 +202,7 @@ impl Fragments {
         }
         let mut all = vec![Fragment { depth: f32::INFINITY, triangle: u32::MAX }; sum];
         for_each_hit(sheets, rays, solid, rows, |place, fragment| {
-            let ends = (starts.get(place - first), starts.get(place - first + 1));
+            let ends = (starts.get(place), starts.get(place + 1));
             let (Some(start), Some(end)) = ends else { return };
             // Kept sorted; where there are too many, the farthest is lost.
             let Some(own) = all.get_mut(*start..*end) else { return };
@@ -215,12 +212,11 @@ impl Fragments {
                 own[nearer - 1] = fragment;
             }
         });
-        Self { first, starts, all }
+        Self { starts, all }
     }
 
     /// Sheets on the ray of a sample.
     pub fn at(&self, place: usize) -> &[Fragment] {
-        let place = place - self.first;
         let ends = (self.starts.get(place), self.starts.get(place + 1));
         let (Some(start), Some(end)) = ends else { return &[] };
         self.all.get(*start..*end).unwrap_or_default()
@@ -240,7 +236,7 @@ fn for_each_hit(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2], m
             let columns = rays.columns_between(plane.range(y));
             for column in columns[0].max(triangle.columns[0])..columns[1].min(triangle.columns[1]) {
                 let x = f64::from(rays.window(row, column)[0]);
-                let place = row * solid.width + column;
+                let place = solid.place(row, column);
                 if let Some(depth) = plane.depth(x, y).filter(|depth| *depth < solid.depth[place]) {
                     visit(place, Fragment { depth, triangle: number });
                 }

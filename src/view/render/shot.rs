@@ -2,11 +2,9 @@
 
 use super::camera::{Camera, Extent};
 use super::caption::Caption;
-use super::colour;
 use super::legend;
-use super::light::Fineness;
 use super::parallel::Team;
-use super::{ColourBy, Image, Style, paint, refuse_numbers, refuse_style, with_surfaces};
+use super::{ColourBy, Image, Style, image, paint, refuse_numbers, refuse_style, with_surfaces};
 use crate::trajectory::Frame;
 use crate::view::{Surfaces, ViewError};
 
@@ -72,22 +70,27 @@ impl Shot {
         Ok(Self { style: style.clone(), stage, surfaces, camera, scale, caption })
     }
 
-    /// Draws a frame as the camera sees it from an azimuth `[degrees]`, with a time as it is written below. A team that is stopped leaves an
+    /// Draws a frame as the camera sees it from an azimuth `[degrees]`, with the coordinates that are to be in the middle and a time as it is written below. A team that is stopped leaves an
     /// unfinished image.
     ///
     /// # Errors
     /// [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn.
-    pub fn draw(&self, frame: &Frame, azimuth: f64, time: &str, team: &Team) -> Result<Image, ViewError> {
+    pub fn draw(
+        &self,
+        frame: &Frame,
+        (azimuth, focus): (f64, [Option<f64>; 3]),
+        time: &str,
+        team: &Team,
+    ) -> Result<Image, ViewError> {
         refuse_numbers(frame)?;
         let style = Style { azimuth, ..self.style.clone() };
-        let camera = self.camera.turned(&self.stage, &style);
-        let fineness = Fineness::of_movie(&camera);
-        let mut pixels = paint((frame, &self.surfaces), &style, &camera, self.scale.fastest, fineness, team);
+        let camera = self.camera.turned(&self.stage, &style).looking_at(focus);
+        let mut pixels = paint((frame, &self.surfaces), &style, &camera, self.scale.fastest, team);
         let width = camera.width as usize;
         if style.colour_by == ColourBy::Speed {
             legend::draw(&mut pixels, width, self.caption.row, self.scale.fastest, self.scale.is_exceeded());
         }
         self.caption.draw(&mut pixels, width, time);
-        Ok(Image::new(camera.width, camera.height, pixels.iter().map(colour::encode).collect()))
+        Ok(image(&camera, &pixels, team))
     }
 }

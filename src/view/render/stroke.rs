@@ -1,11 +1,13 @@
-//! Thin lines over an image: the edges of the box and the letters of the scale.
+//! Thin lines over an image: the edges of the box and of surfaces, and bars that show lengths.
+
+use std::ops::Range;
 
 use super::camera::{Camera, NEAREST, Point};
 use super::colour::Colour;
 use super::raster::{Layer, SAMPLES};
 use crate::base::numbers::trunc_to_usize;
 
-/// A line in pixels, with depths at its two ends.
+/// A line in pixels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stroke {
     pub ends: [[f32; 2]; 2],
@@ -15,41 +17,44 @@ pub(super) struct Stroke {
 }
 
 impl Stroke {
-    /// Draws over pixels of an image `width` wide; `shown` gives how much of the stroke is in sight at a pixel, given
-    /// how far along the stroke that is, 0 to 1.
-    pub fn draw(&self, pixels: &mut [Colour], width: usize, shown: impl Fn(usize, usize, f32) -> f32) {
-        self.cover([width, pixels.len() / width.max(1)], shown, |place, opacity| {
-            let pixel = &mut pixels[place];
+    /// Draws over the pixels of an image `width` wide.
+    pub fn draw(&self, pixels: &mut [Colour], width: usize) {
+        let rows = 0..pixels.len() / width.max(1);
+        self.cover(width, rows, |column, row, _, opacity| {
+            let pixel = &mut pixels[row * width + column];
             *pixel = *pixel * (1.0 - opacity) + self.colour * opacity;
         });
     }
 
-    /// Calls `visit` with each pixel of an image of some columns and rows that the stroke covers, and with its opacity there.
-    fn cover(&self, size: [usize; 2], shown: impl Fn(usize, usize, f32) -> f32, mut visit: impl FnMut(usize, f32)) {
+    /// Calls `visit` with column and row of each pixel that the stroke covers, with how far along it that is, 0 to 1, and with its opacity there.
+    fn cover(&self, width: usize, rows: Range<usize>, mut visit: impl FnMut(usize, usize, f32, f32)) {
         let [a, b] = self.ends;
-        let width = size[0];
         if width == 0 || !a.iter().chain(&b).all(|x| x.is_finite()) {
             return;
         }
-        let reach = 0.5 * self.width + 1.0;
-        let [columns, rows] = [0, 1].map(|k| {
-            let (low, high) = (a[k].min(b[k]) - reach, a[k].max(b[k]) + reach);
-            trunc_to_usize(low)..trunc_to_usize(high).saturating_add(1).min(size[k])
-        });
+        let [columns, own] = [0, 1].map(|k| self.reach(k));
+        let columns = columns[0]..columns[1].min(width);
         let along = [b[0] - a[0], b[1] - a[1]];
         let square = along[0] * along[0] + along[1] * along[1];
-        for row in rows {
+        for row in own[0].max(rows.start)..own[1].min(rows.end) {
             for column in columns.clone() {
                 let arm = [column as f32 + 0.5 - a[0], row as f32 + 0.5 - a[1]];
                 let part = (arm[0] * along[0] + arm[1] * along[1]) / square;
                 let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.0 };
-                let distance = (arm[0] - part * along[0]).hypot(arm[1] - part * along[1]);
-                let coverage = (0.5 * self.width + 0.5 - distance).clamp(0.0, 1.0);
+                let (x, y) = (arm[0] - part * along[0], arm[1] - part * along[1]);
+                let coverage = (0.5 * self.width + 0.5 - (x * x + y * y).sqrt()).clamp(0.0, 1.0);
                 if coverage > 0.0 {
-                    visit(row * width + column, coverage * self.opacity * shown(column, row, part));
+                    visit(column, row, part, coverage * self.opacity);
                 }
             }
         }
+    }
+
+    /// Columns, or rows, around the stroke: the first, and the one behind the last.
+    fn reach(&self, axis: usize) -> [usize; 2] {
+        let ([a, b], reach) = (self.ends, 0.5 * self.width + 1.0);
+        let (low, high) = (a[axis].min(b[axis]) - reach, a[axis].max(b[axis]) + reach);
+        [trunc_to_usize(low), trunc_to_usize(high).saturating_add(1)]
     }
 }
 
@@ -60,51 +65,80 @@ pub(super) struct Pen {
     pub width: f32,
     pub colour: Colour,
     pub opacity: f32,
+    /// Whether all bodies hide it, also those behind it.
+    pub is_behind: bool,
 }
 
-/// Draws edges in space over an image, each hidden by what is nearer.
-pub(super) fn draw_edges(pixels: &mut [Colour], (camera, solid): (&Camera, &Layer), edges: &[[Point; 2]], pen: Pen) {
-    for ends in edges {
-        cover_edge(camera, solid, *ends, pen, |place, opacity| {
-            let pixel = &mut pixels[place];
-            *pixel = *pixel * (1.0 - opacity) + pen.colour * opacity;
+/// An edge in space, and the stroke that it is in the image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Edge {
+    stroke: Stroke,
+    depths: [f32; 2],
+    is_behind: bool,
+}
+
+impl Edge {
+    /// `None` if it lies behind the camera.
+    pub fn of(camera: &Camera, ends: [Point; 2], pen: Pen) -> Option<Self> {
+        let [a, b] = in_front(ends)?;
+        let Pen { width, colour, opacity, is_behind } = pen;
+        let stroke = Stroke { ends: [a, b].map(|end| camera.pixel(&end)), width, colour, opacity };
+        Some(Self { stroke, depths: [a.z, b.z], is_behind })
+    }
+
+    /// Calls `visit` with each pixel of some rows that the edge covers, counted from the first of these, and with its opacity there.
+    fn cover(&self, solid: &Layer, rows: &Range<usize>, is_perspective: bool, mut visit: impl FnMut(usize, f32)) {
+        let width = solid.width / SAMPLES;
+        let [near, far] = self.depths;
+        self.stroke.cover(width, rows.clone(), |column, row, part, opacity| {
+            let depth = match is_perspective {
+                _ if self.is_behind => f32::INFINITY,
+                // What is even in space is even in 1/z in the image.
+                true => ((1.0 - part) / near + part / far).recip(),
+                false => near + part * (far - near),
+            };
+            let is_free = |sample: usize| {
+                let (row, column) = (row * SAMPLES + sample / SAMPLES, column * SAMPLES + sample % SAMPLES);
+                solid.depth[solid.place(row, column)] >= depth
+            };
+            let free = (0..SAMPLES * SAMPLES).filter(|&sample| is_free(sample)).count();
+            visit((row - rows.start) * width + column, opacity * free as f32 / (SAMPLES * SAMPLES) as f32);
         });
     }
 }
 
-/// Draws edges in space over an image, hidden by what is nearer, as one line: it is not darker where they meet.
-pub(super) fn draw_outline(pixels: &mut [Colour], (camera, solid): (&Camera, &Layer), edges: &[[Point; 2]], pen: Pen) {
-    let mut most = vec![0.0_f32; pixels.len()];
-    for ends in edges {
-        cover_edge(camera, solid, *ends, pen, |place, opacity| most[place] = most[place].max(opacity));
-    }
-    for (pixel, opacity) in pixels.iter_mut().zip(most) {
-        *pixel = *pixel * (1.0 - opacity) + pen.colour * opacity;
+/// Draws edges over some rows of an image, each hidden by what is nearer.
+pub(super) fn draw_edges(
+    pixels: &mut [Colour],
+    solid: &Layer,
+    rows: &Range<usize>,
+    edges: &[Edge],
+    is_perspective: bool,
+) {
+    for edge in edges {
+        edge.cover(solid, rows, is_perspective, |place, opacity| {
+            let pixel = &mut pixels[place];
+            *pixel = *pixel * (1.0 - opacity) + edge.stroke.colour * opacity;
+        });
     }
 }
 
-/// Calls `visit` with each pixel that an edge covers, and with its opacity there.
-fn cover_edge(camera: &Camera, solid: &Layer, ends: [Point; 2], pen: Pen, visit: impl FnMut(usize, f32)) {
-    let Some([a, b]) = in_front(ends) else { return };
-    let ends = [a, b].map(|end| camera.pixel(&end));
-    let stroke = Stroke { ends, width: pen.width, colour: pen.colour, opacity: pen.opacity };
-    let depth = |part: f32| {
-        if camera.is_perspective {
-            // What is even in space is even in 1/z in the image.
-            (((1.0 - part) / a.z) + part / b.z).recip()
-        } else {
-            a.z + part * (b.z - a.z)
-        }
-    };
-    let shown = |column: usize, row: usize, part: f32| {
-        let depth = depth(part);
-        let is_free = |sample: usize| {
-            let (row, column) = (row * SAMPLES + sample / SAMPLES, column * SAMPLES + sample % SAMPLES);
-            solid.depth[row * solid.width + column] > depth
-        };
-        (0..SAMPLES * SAMPLES).filter(|&sample| is_free(sample)).count() as f32 / (SAMPLES * SAMPLES) as f32
-    };
-    stroke.cover([camera.width as usize, camera.height as usize], shown, visit);
+/// Draws edges of one colour over some rows of an image as one line: it is not darker where they meet.
+pub(super) fn draw_outline(
+    pixels: &mut [Colour],
+    solid: &Layer,
+    rows: &Range<usize>,
+    edges: &[Edge],
+    is_perspective: bool,
+) {
+    let Some(colour) = edges.first().map(|edge| edge.stroke.colour) else { return };
+    let mut most = vec![0.0_f32; pixels.len()];
+    for edge in edges {
+        edge.cover(solid, rows, is_perspective, |place, opacity| most[place] = most[place].max(opacity));
+    }
+    for (pixel, opacity) in pixels.iter_mut().zip(most) {
+        *pixel = *pixel * (1.0 - opacity) + colour * opacity;
+    }
 }
 
 /// The part of a line that lies in front of the camera.

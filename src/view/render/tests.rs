@@ -216,6 +216,114 @@ fn refuses_what_cannot_be_drawn() {
     ));
     assert!(matches!(refusal(&|_, s| s.azimuth = f64::NAN), ViewError::Option { name: "azimuth of an image", .. }));
     assert!(matches!(refusal(&|_, s| s.up = Some(Vector::zeros())), ViewError::Option { .. }));
+    assert!(matches!(refusal(&|_, s| s.from = Some(Vector::zeros())), ViewError::Option { .. }));
+    assert!(matches!(refusal(&|_, s| s.gravity = Some(Vector::repeat(f64::NAN))), ViewError::Option { .. }));
+    assert!(matches!(refusal(&|_, s| s.zoom = 0.0), ViewError::Option { name: "zoom of an image", .. }));
+}
+
+#[test]
+fn an_image_that_is_not_cut_has_the_size_of_the_style() {
+    for colour_by in [ColourBy::Species, ColourBy::Speed] {
+        let style = Style { width: 240, height: 100, is_cut: false, colour_by, ..level() };
+        let image = draw(&frame([10.0; 3], &[(0, [5.0; 3], 1.0)]), &style).unwrap();
+        assert_eq!((image.width(), image.height()), (240, 100));
+    }
+}
+
+#[test]
+fn the_camera_stands_where_it_is_told() {
+    let balls = [(0, [8.0, 5.0, 5.0], 1.0), (1, [2.0, 5.0, 5.0], 1.0)];
+    let seen_from = |from: Vector| {
+        let style = Style { from: Some(from), elevation: 50.0, ..level() };
+        pixel(&draw(&frame([10.0; 3], &balls), &style).unwrap(), 0.5, 0.5)
+    };
+    assert!(is_red(seen_from(Vector::x())) && is_green(seen_from(-2.0 * Vector::x())));
+    // From above, x is to the right and y up, as from the front.
+    let above = Style { from: Some(Vector::z()), ..level() };
+    let image = draw(&frame([10.0; 3], &[(0, [8.0, 8.0, 5.0], 1.0), (1, [2.0, 2.0, 5.0], 1.0)]), &above).unwrap();
+    assert!(is_red(pixel(&image, 0.76, 0.24)) && is_green(pixel(&image, 0.24, 0.76)));
+    // The azimuth counts from there.
+    let turned = Style { from: Some(-Vector::y()), azimuth: 90.0, ..level() };
+    assert!(is_red(pixel(&draw(&frame([10.0; 3], &balls), &turned).unwrap(), 0.5, 0.5)));
+}
+
+#[test]
+fn zoom_enlarges_about_the_middle() {
+    let flat =
+        |zoom: f64| draw(&frame([10.0, 10.0, 0.0], &[(0, [5.0, 5.0, 0.0], 1.0)]), &Style { zoom, ..level() }).unwrap();
+    let scale = 240.0 * (1.0 - 2.0 * 0.035) / 10.0;
+    assert_disc(area(&flat(1.0)), scale);
+    assert_disc(area(&flat(2.5)), 2.5 * scale);
+}
+
+#[test]
+fn shadows_fall_on_the_ground_where_there_is_gravity() {
+    let mut scene = frame([10.0; 3], &[(0, [5.0, 5.0, 1.0], 1.0)]);
+    scene.periodic = [false; 3];
+    let raised = Style { gravity: Some(-Vector::z()), framing: Framing::Box, elevation: 30.0, ..level() };
+    let drawn = |style: &Style, scene: &Frame| draw(scene, style).unwrap();
+    let with = drawn(&raised, &scene);
+    let without = drawn(&Style { has_ground: false, ..raised.clone() }, &scene);
+    assert!(area(&with) > 1.4 * area(&without), "{} {}", area(&with), area(&without));
+    assert_eq!(without, drawn(&Style { gravity: None, ..raised.clone() }, &scene));
+    // Soft: there are many shades between the background and the darkest.
+    let shades: std::collections::BTreeSet<u8> =
+        with.pixels().iter().zip(without.pixels()).filter(|(a, b)| a != b).map(|(a, _)| a[1]).collect();
+    assert!(shades.len() > 20, "{shades:?}");
+    // Far above it there is none, nor where the scene goes on below.
+    scene.particles[0].position.z = 9.0;
+    let above = [&raised, &Style { has_ground: false, ..raised.clone() }].map(|style| area(&drawn(style, &scene)));
+    assert!(above[0] < 1.2 * above[1], "{above:?}");
+    scene.particles[0].position.z = 1.0;
+    scene.periodic[2] = true;
+    assert_eq!(drawn(&raised, &scene), without);
+}
+
+#[test]
+fn a_sphere_shades_what_is_below_it_and_beside_it() {
+    let brightness = |balls: &[(u32, [f64; 3], f64)]| {
+        let image = draw(&frame([10.0; 3], balls), &level()).unwrap();
+        image
+            .pixels()
+            .iter()
+            .filter(|pixel| pixel[1].saturating_sub(pixel[0]) > 20)
+            .map(|pixel| u64::from(pixel[1]))
+            .sum::<u64>()
+    };
+    let lower = (1, [5.0, 5.0, 3.0], 1.0);
+    let alone = brightness(&[lower]);
+    let shaded = brightness(&[lower, (0, [3.6, 4.0, 5.2], 1.0)]);
+    assert!(shaded < alone * 95 / 100, "{shaded} {alone}");
+}
+
+#[test]
+fn the_box_is_behind_what_it_contains() {
+    // Edges run before the ball, as seen from a corner.
+    let scene = frame([10.0; 3], &[(0, [5.0; 3], 4.9)]);
+    let style = Style { azimuth: 45.0, elevation: 35.0, ..level() };
+    let [without, with] = [false, true].map(|has_box| draw(&scene, &Style { has_box, ..style.clone() }).unwrap());
+    assert!(area(&with) > area(&without));
+    // A pixel at the rim of the ball is a little background.
+    let is_like = |before: &[u8; 4], after: &[u8; 4]| (0..3).all(|k| before[k].abs_diff(after[k]) < 24);
+    let is_kept = |(before, after): (&[u8; 4], &[u8; 4])| !is_red(*before) || is_like(before, after);
+    assert!(without.pixels().iter().zip(with.pixels()).all(is_kept));
+}
+
+#[test]
+fn the_image_is_fitted_to_what_fills_the_box() {
+    let mut scene = frame([10.0; 3], &[(0, [2.0, 2.0, 1.0], 1.0), (1, [8.0, 8.0, 3.0], 1.0)]);
+    let size = |scene: &Frame, style: &Style| {
+        let image = draw(scene, style).unwrap();
+        (image.width(), image.height())
+    };
+    let falls = Style { gravity: Some(-Vector::z()), ..level() };
+    let boxed = Style { framing: Framing::Box, ..falls.clone() };
+    assert_eq!(size(&scene, &falls), size(&scene, &boxed), "periodic");
+    scene.periodic = [false; 3];
+    assert!(size(&scene, &falls).1 < size(&scene, &boxed).1 * 6 / 10);
+    // A single ball does not fill the box.
+    scene.particles.truncate(1);
+    assert_eq!(size(&scene, &falls), size(&scene, &boxed));
 }
 
 /// Coordinates with exact zeros, coincidences and absurd sizes.

@@ -1,0 +1,87 @@
+//! What the camera of a movie follows.
+
+use crate::Vector;
+use crate::model::ParticleId;
+use crate::trajectory::Frame;
+use crate::view::ViewError;
+
+/// Point that stays in the middle of all images of a movie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Follow {
+    /// Centre of mass of all particles that move; of all of one mass where masses are not known.
+    CentreOfMass,
+    /// A particle.
+    Particle(ParticleId),
+}
+
+impl Follow {
+    /// Where it is in a frame, as if nothing had been wrapped `[length]`; `None` if there is no such thing.
+    fn place(self, frame: &Frame) -> Option<Vector> {
+        let particles = || frame.particles.iter().enumerate();
+        match self {
+            Self::Particle(id) => particles().find(|(_, particle)| particle.id == id).map(|(k, _)| frame.unwrapped(k)),
+            Self::CentreOfMass => {
+                let (mut sum, mut total) = (Vector::zeros(), 0.0);
+                for (k, particle) in particles().filter(|(_, particle)| !frame.is_static(particle)) {
+                    let species = frame.species.get(particle.species.0 as usize);
+                    let mass = species.and_then(|species| species.mass).filter(|mass| mass.is_finite()).unwrap_or(1.0);
+                    sum += frame.unwrapped(k) * mass;
+                    total += mass;
+                }
+                (total > 0.0).then(|| sum / total)
+            }
+        }
+    }
+
+    /// Brings it into the middle of the box along periodic axes, where particles are wrapped anew; along the others, the place on which the camera is to look.
+    ///
+    /// # Errors
+    /// [`ViewError::NoParticle`] if the frame has no such particle.
+    pub fn centred(self, mut frame: Frame) -> Result<(Frame, [Option<f64>; 3]), ViewError> {
+        let place = match (self.place(&frame), self) {
+            (Some(place), _) => place,
+            (None, Self::Particle(id)) => return Err(ViewError::NoParticle(id)),
+            // Nothing moves.
+            (None, Self::CentreOfMass) => return Ok((frame, [None; 3])),
+        };
+        let middle = frame.lower + 0.5 * frame.size;
+        let shift = Vector::from_fn(|k, _| if frame.periodic[k] { middle[k] - place[k] } else { 0.0 });
+        let (space, displacement) = (frame.space(), frame.displacement);
+        for particle in &mut frame.particles {
+            let mut position = particle.position + shift;
+            if displacement != 0.0 {
+                // An image further down along y is displaced the other way along x.
+                position.x -= displacement * ((position.y - space.lower.y) / space.size.y).floor();
+            }
+            particle.position = space.wrapped(position);
+        }
+        let focus = [0, 1, 2].map(|k| (!frame.periodic[k] && !frame.is_flat(k)).then_some(place[k]));
+        Ok((frame, focus))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::render::tests::frame;
+
+    #[test]
+    fn what_is_followed_is_in_the_middle_of_periodic_axes() {
+        let mut scene = frame([10.0; 3], &[(0, [9.0, 1.0, 2.0], 0.5), (1, [1.0, 1.0, 4.0], 0.5), (2, [3.0; 3], 0.5)]);
+        scene.periodic = [true, true, false];
+        let (shown, focus) = Follow::Particle(ParticleId(0)).centred(scene.clone()).unwrap();
+        assert_eq!(focus, [None, None, Some(2.0)]);
+        let places: Vec<Vector> = shown.particles.iter().map(|particle| particle.position).collect();
+        assert_eq!(places[..2], [Vector::new(5.0, 5.0, 2.0), Vector::new(7.0, 5.0, 4.0)]);
+        // The static one does not count; of the others, one has the mass 3, and one has left through a side.
+        scene.species[0].mass = Some(3.0);
+        scene.images = vec![[-1, 0, 0], [0; 3], [0; 3]];
+        let (shown, focus) = Follow::CentreOfMass.centred(scene.clone()).unwrap();
+        assert_eq!(focus, [None, None, Some(2.5)]);
+        assert_eq!(shown.particles[0].position, Vector::new(4.5, 5.0, 2.0));
+        assert!(matches!(Follow::Particle(ParticleId(7)).centred(scene), Err(ViewError::NoParticle(ParticleId(7)))));
+        let still = frame([10.0; 3], &[(2, [3.0; 3], 0.5)]);
+        assert_eq!(Follow::CentreOfMass.centred(still.clone()).unwrap(), (still, [None; 3]));
+    }
+}

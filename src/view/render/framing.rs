@@ -1,0 +1,105 @@
+//! What an image has to hold, and the edges of the box.
+
+use super::camera::Extent;
+use super::style::{Framing, Style};
+use crate::Vector;
+use crate::trajectory::Frame;
+use crate::view::Surfaces;
+
+/// How much of the box along an axis has to be filled for the image to leave out the rest.
+const FILLED: f64 = 0.34;
+
+/// Spheres and corners that have to be in the image.
+pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<Extent> {
+    let upper = frame.lower + frame.size;
+    let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
+    let has_all = style.framing == Framing::Particles || frame.size.iter().all(|&edge| edge == 0.0);
+    let particles = frame.particles.iter().filter(|particle| has_all || is_inside(&particle.position));
+    let mut framed: Vec<Extent> =
+        particles.map(|particle| Extent { position: particle.position, radius: particle.radius }).collect();
+    if !has_all {
+        let (lower, size) = match style.framing {
+            Framing::Fitted => fitted((frame.lower, frame.size), frame.periodic, &reach(frame, surfaces), style),
+            _ => (frame.lower, frame.size),
+        };
+        framed.extend(corners(&lower, &size).map(|position| Extent { position, radius: 0.0 }));
+    }
+    with_surfaces(framed, surfaces)
+}
+
+/// Adds those of the surfaces that are framed with what there is.
+pub(in crate::view) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surfaces) -> Vec<Extent> {
+    let reach = |extent: &Extent| Vector::repeat(extent.radius);
+    let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b));
+    let upper = framed.iter().map(|e| e.position + reach(e)).reduce(|a, b| a.sup(&b));
+    if let (Some(lower), Some(upper)) = (lower, upper) {
+        framed.extend(surfaces.framed([lower, upper]).into_iter().map(|position| Extent { position, radius: 0.0 }));
+    }
+    framed
+}
+
+/// The corners of a box, given its lower corner and its edges; bit `k` of the index is the side along axis `k`.
+pub(in crate::view) fn corners(lower: &Vector, size: &Vector) -> [Vector; 8] {
+    std::array::from_fn(|index| Vector::from_fn(|k, _| lower[k] + if index >> k & 1 == 1 { size[k] } else { 0.0 }))
+}
+
+/// Lower and upper corner of what holds the particles of a frame that are in the box, and the surfaces that are not much larger than it.
+pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] {
+    let upper = frame.lower + frame.size;
+    let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
+    let particles = frame.particles.iter().filter(|particle| is_inside(&particle.position));
+    let particles = particles.map(|particle| {
+        let radius = Vector::repeat(particle.radius);
+        [particle.position - radius, particle.position + radius]
+    });
+    let surfaces = surfaces.framed([frame.lower, upper]).into_iter().map(|corner| [corner; 2]);
+    particles
+        .chain(surfaces)
+        .fold([Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)], |[a, b], [c, d]| [a.inf(&c), b.sup(&d)])
+}
+
+/// A box, with its lower corner and its edges, less what is empty of it.
+pub(in crate::view) fn fitted(
+    (lower, size): (Vector, Vector),
+    periodic: [bool; 3],
+    [from, to]: &[Vector; 2],
+    style: &Style,
+) -> (Vector, Vector) {
+    let (mut first, mut last) = (lower, lower + size);
+    if style.has_box && size.iter().any(|edge| *edge == 0.0) {
+        // A rectangle is seen as a whole.
+        return (lower, size);
+    }
+    for axis in (0..3).filter(|&axis| !periodic[axis] && size[axis] > 0.0) {
+        let [low, high] = [from[axis].max(lower[axis]), to[axis].min(lower[axis] + size[axis])];
+        let down = style.gravity.map_or(0.0, |gravity| gravity[axis]);
+        if high - low < FILLED * size[axis] {
+            continue;
+        }
+        // What lies on the floor is seen with it, and a box that is drawn with its sides; above, it may be open.
+        if down > 0.0 || down == 0.0 && !style.has_box {
+            first[axis] = low;
+        }
+        if down < 0.0 || down == 0.0 && !style.has_box {
+            last[axis] = high;
+        }
+    }
+    (first, last - first)
+}
+
+/// The edges of the box that have a length, each once, with the outward normals of the two sides that meet there; of a flat box, without.
+pub(super) fn box_edges(frame: &Frame) -> Vec<([Vector; 2], Vec<Vector>)> {
+    let corners = corners(&frame.lower, &frame.size);
+    let is_solid = (0..3).all(|axis| !frame.is_flat(axis));
+    let mut edges = Vec::new();
+    for axis in (0..3).filter(|&axis| !frame.is_flat(axis)) {
+        let is_start =
+            |index: &usize| index >> axis & 1 == 0 && (0..3).all(|k| !frame.is_flat(k) || index >> k & 1 == 0);
+        edges.extend((0..8).filter(is_start).map(|index| {
+            let normal = |k: usize| Vector::ith(k, if index >> k & 1 == 1 { 1.0 } else { -1.0 });
+            let sides = (0..3).filter(|&k| is_solid && k != axis).map(normal).collect();
+            ([corners[index], corners[index | 1 << axis]], sides)
+        }));
+    }
+    edges
+}

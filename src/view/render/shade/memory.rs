@@ -1,0 +1,44 @@
+//! Colours of what the samples of a pixel have seen.
+
+use super::super::colour::Colour;
+
+/// How many things a pixel remembers; more of them are coloured for each sample.
+const MOST: usize = 12;
+
+/// What a sample sees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Seen {
+    Nothing,
+    Solid(u32),
+    Veil(u32),
+    Sheet(u32),
+}
+
+/// Colours and opacities.
+#[derive(Debug)]
+pub(super) struct Memory {
+    seen: [Seen; MOST],
+    known: [(Colour, f32); MOST],
+    count: usize,
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self { seen: [Seen::Nothing; MOST], known: [(Colour::zeros(), 0.0); MOST], count: 0 }
+    }
+}
+
+impl Memory {
+    /// Colour and opacity of what is seen, found out where it is seen for the first time.
+    pub fn recall(&mut self, seen: Seen, find: impl FnOnce() -> (Colour, f32)) -> (Colour, f32) {
+        if let Some(place) = self.seen[..self.count].iter().position(|known| *known == seen) {
+            return self.known[place];
+        }
+        let found = find();
+        if self.count < MOST {
+            (self.seen[self.count], self.known[self.count]) = (seen, found);
+            self.count += 1;
+        }
+        found
+    }
+}

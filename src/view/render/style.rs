@@ -1,0 +1,137 @@
+//! Style of an image: size, colours, view, framing.
+
+use std::path::Path;
+
+use super::colour;
+use crate::Vector;
+use crate::view::ViewError;
+use crate::view::gravity::gravity_beside;
+
+/// The most pixels of an image, enough for 3840 x 2160.
+const MOST_PIXELS: u32 = 1 << 23;
+
+/// Colouring of the particles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum ColourBy {
+    /// Its species, in the colours of [`Style::palette`]; static species are pale grey.
+    #[default]
+    Species,
+    /// Its speed, from dark blue at rest to yellow, with a scale below the image; static particles are pale grey.
+    Speed,
+}
+
+/// Framing of the image. Particles outside of it are drawn as far as they are in view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Framing {
+    /// The box, less what is empty of it along axes that are not periodic, if particles and surfaces fill a third of it: what is above them where there is
+    /// gravity, and where the box is not drawn, what is beside them.
+    #[default]
+    Fitted,
+    /// The box, and the spheres whose centres are in it.
+    Box,
+    /// All particles, wherever they are.
+    Particles,
+}
+
+/// Style of a rendered image: size, colours, view direction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Style {
+    /// Columns of pixels.
+    pub width: u32,
+    /// Rows of pixels.
+    pub height: u32,
+    /// Whether the image is cut down to what it frames, so that it has no more columns or rows than needed.
+    pub is_cut: bool,
+    /// Quantity that colours show.
+    pub colour_by: ColourBy,
+    /// Colours of the species that move, in the order of the table and over again, in sRGB.
+    pub palette: Vec<[u8; 3]>,
+    /// The speed at the upper end of the scale `[length / time]`; `None` takes it from the particles.
+    pub top_speed: Option<f64>,
+    /// Opacity of static particles, 0 to 1; those that hold a bond are always opaque.
+    pub static_opacity: f64,
+    /// Opacity of surfaces where they are seen straight on, 0 to 1; at 0 they are not drawn.
+    pub surface_opacity: f64,
+    /// Framing of the image.
+    pub framing: Framing,
+    /// Whether the edges of the box are drawn.
+    pub has_box: bool,
+    /// The direction that points up in the image; `None` takes the one against gravity, and without it z, or y where z is flat.
+    pub up: Option<Vector>,
+    /// Degrees by which the camera has walked around the scene to the right.
+    pub azimuth: f64,
+    /// Degrees by which the camera is raised above the horizon.
+    pub elevation: f64,
+    /// The direction of the camera from the middle of the scene, in place of an elevation; the azimuth counts from there. Flat and straight scenes are seen from
+    /// the front.
+    pub from: Option<Vector>,
+    /// Magnification about the middle of the image, 0.01 to 100.
+    pub zoom: f64,
+    /// The direction in which things fall; `None` without gravity. [`of_trajectory`](super::of_trajectory) takes it from the scene beside the trajectory.
+    pub gravity: Option<Vector>,
+    /// Whether shadows fall on the ground, where there is gravity and the box has a floor.
+    pub has_ground: bool,
+}
+
+impl Default for Style {
+    fn default() -> Self {
+        Self {
+            width: 1600,
+            height: 1200,
+            is_cut: true,
+            colour_by: ColourBy::Species,
+            palette: colour::PALETTE.to_vec(),
+            top_speed: None,
+            static_opacity: 0.16,
+            surface_opacity: 0.35,
+            framing: Framing::Fitted,
+            has_box: true,
+            up: None,
+            azimuth: 28.0,
+            elevation: 18.0,
+            from: None,
+            zoom: 1.0,
+            gravity: None,
+            has_ground: true,
+        }
+    }
+}
+
+impl Style {
+    /// With the gravity of the scene beside a trajectory, unless it has one.
+    pub(in crate::view) fn beside(&self, trajectory: &Path) -> Self {
+        Self { gravity: self.gravity.or_else(|| gravity_beside(trajectory)), ..self.clone() }
+    }
+}
+
+/// Refuses a style that makes no sense.
+pub(in crate::view) fn refuse_style(style: &Style) -> Result<(), ViewError> {
+    let (width, height) = (style.width, style.height);
+    if !((16..=8192).contains(&width) && (16..=8192).contains(&height) && width * height <= MOST_PIXELS) {
+        return Err(ViewError::Size { width, height });
+    }
+    if style.palette.is_empty() {
+        return Err(ViewError::NoColour);
+    }
+    let length = |direction: Option<Vector>| direction.map_or(1.0, |direction| direction.norm());
+    let (up, from, gravity) =
+        (length(style.up), length(style.from), style.gravity.map_or(0.0, |gravity| gravity.norm()));
+    let top_speed = style.top_speed.unwrap_or(1.0);
+    let checks = [
+        ("static_opacity of an image", style.static_opacity, (0.0..=1.0).contains(&style.static_opacity), "0 to 1"),
+        ("surface_opacity of an image", style.surface_opacity, (0.0..=1.0).contains(&style.surface_opacity), "0 to 1"),
+        ("azimuth of an image", style.azimuth, style.azimuth.is_finite(), "a finite angle"),
+        ("elevation of an image", style.elevation, style.elevation.abs() <= 90.0, "-90 to 90 degrees"),
+        ("top_speed of an image", top_speed, top_speed.is_finite() && top_speed > 0.0, "a positive finite speed"),
+        ("length of the direction up of an image", up, up.is_normal(), "a finite length that is not 0"),
+        ("length of the direction of the camera", from, from.is_normal(), "a finite length that is not 0"),
+        ("length of the direction of gravity", gravity, gravity.is_finite(), "a finite length"),
+        ("zoom of an image", style.zoom, (0.01..=100.0).contains(&style.zoom), "0.01 to 100"),
+    ];
+    match checks.into_iter().find(|&(_, _, is_valid, _)| !is_valid) {
+        Some((name, value, _, expected)) => Err(ViewError::Option { name, value, expected }),
+        None => Ok(()),
+    }
+}
