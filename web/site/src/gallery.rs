@@ -39,7 +39,7 @@ pub fn write(site: &Site, scenes: &[ScenePage]) -> io::Result<()> {
 fn home(site: &Site, scenes: &[ScenePage]) -> io::Result<()> {
     let address = "index.html";
     let chosen = CHOSEN.iter().filter_map(|name| scenes.iter().find(|scene| scene.name == *name));
-    let gas = match live::write_gas(site)? {
+    let gas = match live::write_gas(site, scenes)? {
         Some(place) => {
             format!("<iframe class=\"site-gas\" src=\"{place}\" title=\"A gas of disks that runs\"></iframe>")
         }

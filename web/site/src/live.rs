@@ -6,11 +6,13 @@ use carom::model::Scene;
 use carom::run::Run;
 use carom::trajectory::Frame;
 use carom::view::Surfaces;
+use carom::view::live;
 use carom::view::render::{Style, draw_with};
 use carom::{Until, mesh};
 
 use crate::Site;
-use crate::layout::Page;
+use crate::layout::{Page, navigation};
+use crate::links::{escaped, relative};
 use crate::scene::ScenePage;
 
 /// Events after which a picture is taken, or earlier where a third of the time of the scene has passed.
@@ -19,24 +21,94 @@ const PICTURE_EVENTS: u64 = 40_000;
 /// Width and height of a picture, in pixels.
 const PICTURE_SIZE: [u32; 2] = [960, 720];
 
-/// The page on which a scene runs, within the site; nothing where it cannot run in a browser.
-pub fn scene_page(_scene: &ScenePage) -> Option<String> {
-    None
+/// Scene that runs on the home page, and the one that the editor begins with.
+const GAS: &str = "maxwell";
+
+/// The picture alone, as large as its frame.
+const BARE: &str = "body { padding: 0; } .live { display: block; max-width: none; } .live-head, .live-beside, .live-editor, .live .scale, .live .controls \
+                    { display: none !important; } .live .player { border: 0; border-radius: 0; } .live #live-view { height: calc(100vh - 2.6rem); }";
+
+/// Text beside the picture on windows that are wide enough.
+const BESIDE: &str = "@media (min-width: 62rem) { .live:has(> .live-editor:not([hidden])) { grid-template-columns: minmax(0, 1fr) minmax(0, 1fr); \
+                      max-width: none; } .live > .live-head { grid-column: 1 / -1; } .live > .live-figure { grid-column: 1; position: static; } \
+                      .live > .live-editor { grid-column: 2; grid-row: 2 / span 2; } .live > .live-beside { grid-column: 1; } \
+                      #live-view { height: 52vh; } }";
+
+/// A page on which a scene runs, within the site.
+struct Frames<'a> {
+    address: &'a str,
+    /// What one reads about the scene, in Markdown, where the scene itself says nothing.
+    about: &'a str,
+    style: &'a str,
+    has_navigation: bool,
+    /// What stands below, in HTML.
+    below: String,
+}
+
+impl Frames<'_> {
+    /// The page; nothing without the engine.
+    fn around(&self, site: &Site, scene: &Scene, text: &str) -> Option<String> {
+        let module = site.module.as_ref()?;
+        // The text beside the picture stays as it is.
+        let described = scene.live().description.is_none().then(|| format!("description = {:?}\n{text}", self.about));
+        let described = described.and_then(|text| Scene::from_toml(&text, "scene.toml").ok());
+        let page = live::page(described.as_ref().unwrap_or(scene), text, module).html;
+        let style = if self.has_navigation {
+            format!("{}{}", include_str!("site.css"), self.style)
+        } else {
+            self.style.to_owned()
+        };
+        let page = page.replacen("</head>", &format!("<style>{style}</style>\n</head>"), 1);
+        let top = if self.has_navigation { navigation(self.address) } else { String::new() };
+        let page = page.replacen("<body>", &format!("<body class=\"site-live\">\n{top}"), 1);
+        Some(page.replacen("</main>", &format!("</main>\n{}", self.below), 1))
+    }
+}
+
+/// The page on which a scene runs; nothing where it cannot run in a browser, which has no files.
+pub fn scene_page(site: &Site, page: &ScenePage, scenes: &[ScenePage]) -> Option<String> {
+    if page.text.lines().any(|line| line.trim_start().starts_with("path")) {
+        return None;
+    }
+    let address = page.address();
+    let place = scenes.iter().position(|scene| scene.name == page.name)?;
+    let beside = [place.checked_sub(1), Some(place + 1)].map(|place| place.and_then(|place| scenes.get(place)));
+    let link = |scene: &ScenePage| {
+        format!("<a href=\"{}\">{}</a>", relative(&address, &scene.address()), escaped(&scene.title))
+    };
+    let [before, after] = beside.map(|scene| scene.map_or(String::new(), link));
+    let below = format!(
+        "<nav class=\"site-beside\" aria-label=\"Other scenes\">{before}<a href=\"index.html\">All scenes</a>{after}</nav>"
+    );
+    Frames { address: &address, about: &page.source, style: "", has_navigation: true, below }.around(
+        site,
+        &page.scene,
+        &page.text,
+    )
 }
 
 /// The gas of the home page; its address.
-#[expect(clippy::unnecessary_wraps, reason = "it writes a page as soon as there is one")]
-pub fn write_gas(_site: &Site) -> io::Result<Option<String>> {
-    Ok(None)
+pub fn write_gas(site: &Site, scenes: &[ScenePage]) -> io::Result<Option<String>> {
+    let address = "gas.html";
+    let Some(gas) = scenes.iter().find(|scene| scene.name == GAS) else { return Ok(None) };
+    let frames = Frames { address, about: "", style: BARE, has_navigation: false, below: String::new() };
+    let Some(page) = frames.around(site, &gas.scene, &gas.text) else { return Ok(None) };
+    site.write(address, page.as_bytes())?;
+    Ok(Some(address.to_owned()))
 }
 
 /// The page on which one writes a scene of one's own.
-pub fn write_editor(site: &Site) -> io::Result<()> {
-    let (address, about) = ("editor.html", "Write a scene and see it run.");
-    let body = "<h1>Editor</h1>".to_owned();
+pub fn write_editor(site: &Site, scenes: &[ScenePage]) -> io::Result<()> {
+    let (address, about) = ("editor.html", "Write a scene and see it run: a link carries it.");
+    let frames = Frames { address, about, style: BESIDE, has_navigation: true, below: String::new() };
+    let start = scenes.iter().find(|scene| scene.name == GAS);
+    if let Some(page) = start.and_then(|scene| frames.around(site, &scene.scene, &scene.text)) {
+        return site.write(address, page.as_bytes());
+    }
+    let body =
+        "<h1>Editor</h1>\n<p>This site was made without the engine: <code>web/build</code> makes it.</p>".to_owned();
     site.write(address, Page { address, title: "Editor", about, aside: String::new(), body }.html().as_bytes())
 }
-
 /// Draws a scene some time after its start. False where there is nothing to draw.
 pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
     let frame = later(scene);

@@ -24,6 +24,8 @@ struct Site {
     root: PathBuf,
     /// Where the pages go.
     out: PathBuf,
+    /// The engine for browsers, which `web/build` makes; without it no scene runs on the pages.
+    module: Option<Vec<u8>>,
 }
 
 impl Site {
@@ -69,7 +71,7 @@ fn build(site: &Site) -> io::Result<usize> {
         scene.write(site, &scenes)?;
     }
     gallery::write(site, &scenes)?;
-    live::write_editor(site)?;
+    live::write_editor(site, &scenes)?;
     Ok(library.len() + scenes.len() + 3)
 }
 
@@ -82,7 +84,11 @@ fn main() -> ExitCode {
     let mut words = env::args_os().skip(1).map(PathBuf::from);
     let root = words.next().unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."));
     let out = words.next().unwrap_or_else(|| root.join("web/site/out"));
-    let site = Site { root, out };
+    let module = fs::read(root.join("web/carom.wasm")).ok();
+    if module.is_none() {
+        eprintln!("no web/carom.wasm: the pages have no scenes that run; web/build makes it");
+    }
+    let site = Site { root, out, module };
     match build(&site) {
         Ok(pages) => {
             println!("{pages} pages in {}", site.out.display());

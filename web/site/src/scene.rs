@@ -16,6 +16,8 @@ pub struct ScenePage {
     pub title: String,
     /// What it teaches, in HTML.
     pub about: String,
+    /// The same in Markdown.
+    pub source: String,
     /// Its first sentence, as plain text.
     pub lead: String,
     pub text: String,
@@ -71,7 +73,16 @@ impl ScenePage {
         let source = scene.live().description.clone().unwrap_or_else(|| comment(&text));
         let about = read(&source, &mut Plain);
         let has_picture = live::draw(site, &scene, &format!("scenes/{name}.png"))?;
-        Ok(Self { title: titled(&name), about: about.body, lead: sentence(&source), name, text, scene, has_picture })
+        Ok(Self {
+            title: titled(&name),
+            about: about.body,
+            lead: sentence(&source),
+            source,
+            name,
+            text,
+            scene,
+            has_picture,
+        })
     }
 
     pub fn address(&self) -> String {
@@ -85,7 +96,7 @@ impl ScenePage {
     /// Its page: that on which it runs, or its picture and text where it does not run in a browser.
     pub fn write(&self, site: &Site, scenes: &[Self]) -> io::Result<()> {
         let address = self.address();
-        if let Some(page) = live::scene_page(self) {
+        if let Some(page) = live::scene_page(site, self, scenes) {
             return site.write(&address, page.as_bytes());
         }
         let picture = if self.has_picture {
