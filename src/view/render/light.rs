@@ -161,7 +161,7 @@ impl Shadows {
         };
         let reaches: Vec<_> = order.into_iter().map(|(number, disc)| (number, reach(disc))).collect();
         let lists = Lists::of(&reaches, SHADOW_CELL * mean_radius(occluders.iter().map(|(ball, _)| ball)));
-        let narrowest = (0.5 / camera.pixels_per_unit()) as f32;
+        let narrowest = single(0.5 / camera.pixels_per_unit());
         Self { axes, centre, width, narrowest, discs, lists }
     }
 

@@ -31,7 +31,7 @@ impl<const D: usize> Lists<D> {
         while size > 1 && Self::entries(bodies, size, bound) > bound {
             size = size.div_ceil(2);
         }
-        let mut lengths = vec![0_u32; size.pow(D as u32)];
+        let mut lengths = vec![0_u32; size.pow(id(D))];
         for (_, reach) in bodies {
             Self::for_each_cell(reach, size, |cell| lengths[cell] = (lengths[cell] + 1).min(MOST_PER_CELL));
         }

@@ -8,7 +8,7 @@ use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
 /// A box of edge 10 (0 where flat) with balls: species, position, radius. Species 0 and 1 move, 2 is static.
-pub(super) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
+pub(in crate::view) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
     let species = [("a", false), ("b", false), ("static", true)];
     Frame {
         time: 0.0,
