@@ -10,6 +10,9 @@ function lastRate(t, values, part = 0.25) {
   return last > first && first >= 0 ? (values[last] - values[first]) / (t[last] - t[first]) : NaN;
 }
 
+/** Points of a path in a phase portrait: every one of them is drawn. */
+const PORTRAIT_POINTS = 800;
+
 /** The plots that there are: their words, and how what the worker observes becomes curves. */
 const PLOT_KINDS = {
   speeds: {
@@ -209,7 +212,9 @@ const PLOT_KINDS = {
     content({ portrait }) {
       const { x, v, names, axis } = portrait;
       return {
-        lines: x.map((values, k) => line(names[k], values, v[k], { isLoose: true, style: "thin" })),
+        lines: x.map((values, k) =>
+          line(names[k], values.slice(-PORTRAIT_POINTS), v[k].slice(-PORTRAIT_POINTS), { isLoose: true, style: "thin" }),
+        ),
         hasLast: true,
         xLabel: `position ${axis}`,
         yLabel: `velocity ${axis}`,

@@ -1,7 +1,10 @@
 /** A tenth of a pixel is enough; what is far outside stays near. */
 const pixel = (place) => Math.round(Math.min(Math.max(place, -1e4), 1e4) * 10) / 10;
 
-/** The path of a curve; of points that share a column of a pixel, the first, the lowest, the highest and the last. */
+/**
+ * The path of a curve; of points that share a column of a pixel the first one, and the lowest, the highest and the last one where the curve leaves the way
+ * between them.
+ */
 function curvePath({ x, y, isLoose }, [across, up]) {
   const parts = [];
   const count = Math.min(x.length, y.length);
@@ -29,9 +32,10 @@ function curvePath({ x, y, isLoose }, [across, up]) {
         least = Math.min(least, last);
         most = Math.max(most, last);
       }
-      [least, most].filter((place) => place !== top).forEach((place) => add(left, place));
-      if (last !== top) {
-        add(left, last);
+      // What is less than a pixel beyond both ends of the column cannot be seen.
+      const [low, high] = [Math.min(top, last) - 1, Math.max(top, last) + 1];
+      if (least < low || most > high) {
+        [least, most, last].forEach((place) => add(left, place));
       }
     }
   }
