@@ -8,6 +8,7 @@ use super::bodies::Ball;
 use super::camera::{Camera, Point};
 use super::lists::{Lists, numbered};
 use super::raster::NOTHING;
+use crate::base::numbers::single;
 
 /// Tangent of half the angle that the sun is wide, and of the part of the sky above that shades as one.
 const SUN_WIDTH: f32 = 0.16;
