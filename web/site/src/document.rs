@@ -148,7 +148,7 @@ impl Library {
         }
         self.write_index(site)?;
         for path in self.others.clone() {
-            write_file(site, &path, scenes)?;
+            write_file(site, &path)?;
         }
         Ok(())
     }
@@ -231,7 +231,7 @@ fn lead(text: &Text) -> String {
 }
 
 /// A file that a document links to: a picture as it is, a folder as a list, and text as a page.
-fn write_file(site: &Site, path: &str, scenes: &[ScenePage]) -> io::Result<()> {
+fn write_file(site: &Site, path: &str) -> io::Result<()> {
     let place = site.root.join(path);
     let address = address_of(path, place.is_dir());
     if place.is_dir() {
@@ -247,7 +247,7 @@ fn write_file(site: &Site, path: &str, scenes: &[ScenePage]) -> io::Result<()> {
         let mut items = String::new();
         for name in names {
             let file = format!("{path}/{name}");
-            write_file(site, &file, scenes)?;
+            write_file(site, &file)?;
             items.push_str(&format!(
                 "<li><a href=\"{}\">{}</a></li>",
                 relative(&address, &address_of(&file, false)),
