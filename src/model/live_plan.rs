@@ -31,7 +31,7 @@ pub enum Colouring {
     /// Number of particles near them.
     Neighbours,
     /// Where they were at the start, along the vertical axis.
-    Start,
+    History,
 }
 
 /// Slider of a key of the scene.

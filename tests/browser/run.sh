@@ -39,3 +39,9 @@ for run in fluid hopper funnel piston; do
     "$program" report "$runs/$run" >/dev/null
 done
 timeout 300 python3 -B "$here/check.py" "$runs" "$pictures"
+if [ -f "$here/../../web/carom.wasm" ]; then
+    "$program" live "$here/../../configs/maxwell.toml" --out "$runs/maxwell.html" >/dev/null
+    timeout 300 python3 -B "$here/live.py" "$runs/maxwell.html" --pictures "$pictures" --longest-gap 60000
+else
+    echo "skipped: pages on which scenes run, no module (web/build)"
+fi

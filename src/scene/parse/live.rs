@@ -13,7 +13,7 @@ pub(crate) const COLOURS: [(&str, Colouring); 4] = [
     ("species", Colouring::Species),
     ("speed", Colouring::Speed),
     ("neighbours", Colouring::Neighbours),
-    ("start", Colouring::Start),
+    ("history", Colouring::History),
 ];
 
 /// Words of the scales of sliders.

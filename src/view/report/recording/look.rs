@@ -14,7 +14,7 @@ impl Recording {
             place.and_then(|place| i64::try_from(place).ok())
         };
         self.head.colour = match plan.colour {
-            None | Some(Colouring::Start) => None,
+            None | Some(Colouring::History) => None,
             Some(Colouring::Species) => Some(SPECIES),
             Some(Colouring::Speed) => channel("speed"),
             Some(Colouring::Neighbours) => channel("neighbours"),
@@ -56,7 +56,7 @@ mod tests {
             (Colouring::Species, Some(-1)),
             (Colouring::Speed, Some(0)),
             (Colouring::Neighbours, Some(1)),
-            (Colouring::Start, None),
+            (Colouring::History, None),
         ] {
             plan.colour = Some(colour);
             recording.begin_with(&plan);
