@@ -54,7 +54,7 @@ pub struct Movie {
     turn: f64,
     #[command(flatten)]
     camera: Camera,
-    /// What stays in the middle: com, the centre of mass of all that moves, or the id of a particle
+    /// Middle of the picture: com, the centre of mass of all that moves, or the id of a particle
     #[arg(long, value_name = "com|ID", allow_negative_numbers = true, value_parser = follow)]
     follow: Option<Follow>,
     /// Replaces a file that is there

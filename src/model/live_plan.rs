@@ -47,7 +47,7 @@ pub struct Slider {
     pub from: f64,
     /// Value at its upper end.
     pub to: f64,
-    /// What equal steps are.
+    /// Scale along it.
     pub scale: SliderScale,
 }
 

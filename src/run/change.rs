@@ -119,7 +119,7 @@ mod tests {
         [[stage]]
         name = "warm"
         until_events = 300
-        thermostat = { kind = "rescaling", temperature = 0.7, interval = 0.3 }
+        thermostat = { kind = "andersen", temperature = 0.7, rate = 0.5 }
 
         [run]
         equilibration_events = 400

@@ -54,7 +54,7 @@ impl Stage {
         Self::listed(plan, 0)
     }
 
-    /// Those of a plan that are simulated, in their order: others have no limit.
+    /// Stages of a plan that are simulated, in their order: others have no limit.
     pub fn simulated(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
         Self::all(plan).filter(|stage| stage.settings(plan).has_end())
     }

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::Vector;
 use crate::io::Folder;
 
-/// What of a scene is read: its text may be of another version, and no particle is placed.
+/// Part of a scene that is read: its text may be of another version, and no particle is placed.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct Scene {

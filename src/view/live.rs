@@ -77,7 +77,7 @@ const LINES: [(&str, &str); 2] =
 const STYLE: [&str; 3] =
     [include_str!("live/live.css"), include_str!("live/editor.css"), include_str!("live/plots.css")];
 
-/// What a page may do: run what it carries.
+/// Policy of the page: it runs only what it carries.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; \
                       worker-src blob:; img-src data: blob:";
 

@@ -114,7 +114,7 @@ pub struct Movie {
     /// Degrees by which the camera walks around the scene to the right from the first image to the last. Flat and straight scenes
     /// are seen from the front all the time.
     pub turn: f64,
-    /// What stays in the middle of all images, if anything: particles are wrapped around it along periodic axes, and the camera moves along the others.
+    /// Middle of all images, if it is followed: particles are wrapped around it along periodic axes, and the camera moves along the others.
     pub follow: Option<Follow>,
 }
 

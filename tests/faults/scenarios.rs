@@ -196,8 +196,9 @@ fn is_new(files: &Files, folder: &str, other: &str) -> bool {
 
 /// Whether results are the same, whatever happened on the way.
 fn same_run(files: &Files, expected: &str, found: &str, what: &str) {
-    let is_result =
-        |name: &str| !["checkpoint", ".carom", "report.txt", "notes.txt"].iter().any(|other| name.starts_with(other));
+    let is_result = |name: &str| {
+        !["checkpoint", ".carom", "report.txt", "notes.txt", "run.html"].iter().any(|other| name.starts_with(other))
+    };
     for (name, bytes) in of(files, expected).filter(|(name, _)| is_result(name)) {
         let other =
             files.get(&format!("{found}/{name}")).unwrap_or_else(|| panic!("{what}: {found}/{name} is missing"));

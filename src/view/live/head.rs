@@ -78,7 +78,7 @@ struct Head {
     bonds: Vec<[u32; 2]>,
     /// Names of the stages, in their order.
     stages: Vec<String>,
-    /// What the scene plans for its page.
+    /// Plan of the scene for its page.
     live: LivePlan,
     /// Simulated time of the last stage, if that limits it `[time]`.
     until_time: Option<f64>,

@@ -97,7 +97,7 @@ fn mistakes_in_a_page_are_told() {
         Scene::from_toml(changed, "live.toml").unwrap_err().to_string()
     };
     assert!(with("speed = 3.0", "speed = 0.0").contains("live.speed"));
-    assert!(with("\"speed\"", "\"sped\"").contains("speed"));
+    assert!(with("\"speed\"", "\"sped\"").contains("sped"));
     assert!(with("to = 9.0", "to = 1.0").contains("live.slider"));
     assert!(with("from = 1.0", "from = -1.0\nscale = \"log\"").contains("live.slider"));
     assert!(with("[10.0, 20.0]", "[nan, 20.0]").contains("live.view"));

@@ -1,4 +1,4 @@
-//! What the camera of a movie follows.
+//! Particle or centre that the camera of a movie follows.
 
 use crate::Vector;
 use crate::model::ParticleId;

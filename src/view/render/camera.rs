@@ -42,7 +42,7 @@ pub(in crate::view) struct Extent {
 pub(super) struct Camera {
     /// Rows: right, up, into the image.
     rotation: Matrix3<f64>,
-    /// What is up in the scene, and towards the sun.
+    /// Direction up in the scene, and towards the sun.
     up: Vector,
     sun: Vector,
     centre: Vector,
@@ -92,7 +92,7 @@ impl Camera {
         Some(camera.zoomed(style.zoom, footer))
     }
 
-    /// The same view, larger around the middle of the image above the footer.
+    /// Same view, larger around the middle of the image above the footer.
     fn zoomed(mut self, zoom: f64, footer: f32) -> Self {
         let half = [0.5 * self.width as f32, 0.5 * (self.height as f32 - footer)];
         let middle = self.window(half);
@@ -101,7 +101,7 @@ impl Camera {
         self
     }
 
-    /// The same view with other coordinates in the middle.
+    /// Same view with other coordinates in the middle.
     pub fn looking_at(mut self, focus: [Option<f64>; 3]) -> Self {
         for (own, focus) in self.centre.iter_mut().zip(focus) {
             *own = focus.filter(|focus| focus.is_finite()).unwrap_or(*own);
@@ -282,7 +282,7 @@ impl Camera {
     }
 }
 
-/// What is up in the image: as the style says, or else against gravity, or else z, or y where z is flat.
+/// Direction up in the image: as the style says, or else against gravity, or else z, or y where z is flat.
 fn upwards(frame: &Frame, style: &Style) -> Vector {
     let is_y = frame.is_flat(2) && !frame.is_flat(0) && !frame.is_flat(1);
     let against = style.gravity.and_then(|gravity| (-gravity).try_normalize(0.0));

@@ -1,4 +1,4 @@
-//! What an image has to hold, and the edges of the box.
+//! Extent that an image has to hold, and the edges of the box.
 
 use super::camera::Extent;
 use super::style::{Framing, Style};

@@ -9,7 +9,7 @@ const MOST_PER_CELL: u32 = 128;
 const MOST_PER_BODY: usize = 160;
 const MOST_BESIDES: usize = 1 << 14;
 
-/// What a body covers along the axes of a grid: from, to.
+/// Range that a body covers along the axes of a grid: from, to.
 pub(super) type Reach<const D: usize> = [[f32; 2]; D];
 
 /// A grid with the same number of cells along each axis of `[-1, 1]`.

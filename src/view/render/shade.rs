@@ -53,7 +53,7 @@ pub(super) struct Scenery<'a> {
     pub edges: Vec<Edge>,
 }
 
-/// What the samples of some rows see.
+/// Bodies that the samples of some rows see.
 struct Band<'a> {
     /// Opaque surfaces.
     solid: Layer,

@@ -4,7 +4,7 @@ use super::base64;
 use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
-/// What draws, in the order in which it is read: for the player, and for pages on which a scene runs.
+/// Scripts that draw, in the order in which they are read: for the player, and for pages on which a scene runs.
 pub(in crate::view) const RENDERER: [&str; 9] = [
     include_str!("player/matrix.js"),
     include_str!("player/colours.js"),

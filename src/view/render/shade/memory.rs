@@ -5,7 +5,7 @@ use super::super::colour::Colour;
 /// How many things a pixel remembers; more of them are coloured for each sample.
 const MOST: usize = 12;
 
-/// What a sample sees.
+/// Body that a sample sees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Seen {
     Nothing,
