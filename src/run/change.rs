@@ -188,9 +188,11 @@ mod tests {
         ] {
             assert!(matches!(changed(&run, &overrides), Err(ChangeError::Scene(_))), "{overrides:?}");
         }
-        let growing = [("stage.0", r#"{ name = "grow", grow = { rate = 0.01, packing_fraction = 0.1 } }"#)];
-        let (run, _) = begun(&growing).advance(Until::events(50), &mut ()).unwrap();
-        assert!(matches!(changed(&run, &growing), Err(ChangeError::Grown)));
+        let text = include_str!("../../configs/random_packing.toml");
+        let few = [("fill.0.count", "200")];
+        let run = Run::new(Scene::from_toml_with(text, "scene.toml", &few).unwrap());
+        let (run, _) = run.advance(Until::events(50), &mut ()).unwrap();
+        assert!(matches!(run.changed(text, Path::new("scene.toml"), &few), Err(ChangeError::Grown)));
     }
 
     #[test]
