@@ -179,7 +179,7 @@ def controls(page):
 
 
 def sights(page):
-    """What is drawn on demand."""
+    """Drawings on demand."""
     page.click("reset")
     seen = {page.pixels()[0]}
     for control in ("arrows", "box"):

@@ -137,7 +137,7 @@ impl Library {
         heading.is_empty() || self.documents.get(target).is_some_and(is_there)
     }
 
-    pub fn write(&mut self, site: &Site, scenes: &[ScenePage]) -> io::Result<()> {
+    pub fn write(&self, site: &Site) -> io::Result<()> {
         for (source, text) in &self.documents {
             let address = address_of(source, false);
             let aside = format!("{}{}", self.places(&address), contents(text));

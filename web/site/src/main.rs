@@ -64,8 +64,8 @@ fn named(path: &str, error: &io::Error) -> io::Error {
 
 fn build(site: &Site) -> io::Result<usize> {
     let scenes = ScenePage::all(site)?;
-    let mut library = Library::of(site, &scenes)?;
-    library.write(site, &scenes)?;
+    let library = Library::of(site, &scenes)?;
+    library.write(site)?;
     site.write("site.css", style().as_bytes())?;
     for scene in &scenes {
         scene.write(site, &scenes)?;
