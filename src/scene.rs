@@ -107,6 +107,17 @@ impl Scene {
             stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(100).collect();
         let name = if plain.is_empty() { "scene" } else { &plain };
         let directory = path.parent().unwrap_or(Path::new(""));
+        Self::of_file(&source, file, name, directory, open)
+    }
+
+    /// Scene of the tables of a file, with a name if they have none; relative paths start at `directory`.
+    fn of_file(
+        source: &source::Source,
+        file: file::SceneFile,
+        name: &str,
+        directory: &Path,
+        open: &dyn Fn(&Path) -> Result<LastRun, SceneErrorKind>,
+    ) -> Result<Self, SceneError> {
         let build = |builder: SceneBuilder| match &builder.start {
             None => builder.build(),
             Some(start) => builder.continued(start, open),

@@ -5,10 +5,9 @@ import { spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+import { classesOf } from "../tests/browser/scripts.mjs";
 
-/** The page's own engine, which is no module. */
-const Engine = new Function(`${readFileSync(new URL("../src/view/live/engine.js", import.meta.url), "utf8")}; return Engine;`)();
-
+const { Engine } = classesOf(["engine.js"], "Engine");
 const [program, wanted, ...scenes] = process.argv.slice(2);
 const events = Number(wanted);
 const module = await WebAssembly.compile(readFileSync(new URL("carom.wasm", import.meta.url)));

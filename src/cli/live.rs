@@ -25,7 +25,7 @@ const MAGIC: &[u8] = b"\0asm";
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The page is one file that needs no network. It carries the engine as WebAssembly, and has the bits of this program.
-Released programs have that module in them; beside the sources `web/build` makes it.
+That module is made by `web/build` in the folder of the sources; a program built with CAROM_MODULE=web/carom.wasm carries it.
 
 Example:
   carom live configs/maxwell.toml --out maxwell.html")]

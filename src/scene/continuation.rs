@@ -18,11 +18,9 @@ use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::expand_families;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
-use crate::scene::file::StartFile;
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::motion;
-use crate::scene::parse::parts;
 use crate::scene::source::Source;
 use crate::scene::unvalidated::{SpeciesDraft, UnvalidatedStart};
 use crate::scene::validate::start::Configuration;
@@ -56,24 +54,12 @@ impl Scene {
         simulation: &Simulation,
     ) -> Result<Self, SceneError> {
         let source = Source::new(&name.to_string_lossy(), text.to_owned(), overrides);
-        let mut file = source.read()?;
-        file.particle.clear();
-        file.file.clear();
-        file.chain.clear();
-        file.fill.clear();
-        file.mesh.clear();
-        file.bond.clear();
-        file.start_time = None;
-        file.start = Some(StartFile { from: String::new(), checksum: None });
+        let file = source.read()?.starting_from("");
         let last = |_: &Path| {
             let checkpoint = InputFile { path: String::new(), checksum: String::new(), unused: Vec::new() };
             Ok(LastRun { simulation: simulation.clone(), checkpoint })
         };
-        let continued = |builder: SceneBuilder| match &builder.start {
-            Some(start) => builder.continued(start, &last),
-            None => builder.build(),
-        };
-        parts(file, &simulation.scene().name, Path::new("")).and_then(continued).map_err(|error| source.located(error))
+        Self::of_file(&source, file, &simulation.scene().name, Path::new(""), &last)
     }
 }
 

@@ -96,6 +96,15 @@ pub(crate) struct SceneFile {
     pub live: LiveFile,
 }
 
+impl SceneFile {
+    /// The scene with the last state of a run in place of particles, bonds and time of its own.
+    pub fn starting_from(self, run: &str) -> Self {
+        let start = Some(StartFile { from: run.to_owned(), checksum: None });
+        let (particle, file, chain, fill, mesh, bond) = Default::default();
+        Self { start, start_time: None, particle, file, chain, fill, mesh, bond, ..self }
+    }
+}
+
 /// `[start]`: the last state of another run.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

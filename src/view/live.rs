@@ -15,7 +15,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde_json::json;
 
-use super::report::html::{escape, escape_json};
+use super::report::html::{document, escape_json};
 use super::report::motion::{RENDERER, SHADERS};
 use super::report::{Page, base64};
 use crate::model::Scene;
@@ -27,7 +27,8 @@ pub use head::Shown;
 pub const SOURCES: &str = env!("CAROM_FINGERPRINT");
 
 /// The program of the page, in the order in which it is read, after the renderer of the player.
-const PROGRAM: [&str; 23] = [
+const PROGRAM: [&str; 24] = [
+    include_str!("report/save.js"),
     include_str!("live/plots_axis.js"),
     include_str!("live/plots_figure.js"),
     include_str!("live/plots_frame.js"),
@@ -84,30 +85,19 @@ const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 
 /// Page on which a scene runs. `text` is the scene's text, and `module` the engine for it.
 #[must_use]
 pub fn page(scene: &Scene, text: &str, module: &[u8]) -> Page {
-    let name = escape(scene.name());
-    let style = super::report::STYLE;
-    let mut page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{name} - Carom</title>\n<style>\n{style}{}</style>\n</head>\n<body>\n{}",
-        STYLE.concat(),
-        include_str!("live/page.html"),
-    );
-    element(&mut page, "application/json", "scene", &escape_json(&description(scene, text)));
+    let mut body = include_str!("live/page.html").to_owned();
+    element(&mut body, "application/json", "scene", &escape_json(&description(scene, text)));
     for (name, text) in SHADERS.iter().chain(&LINES) {
-        element(&mut page, "text/plain", &format!("shader-{name}"), text);
+        element(&mut body, "text/plain", &format!("shader-{name}"), text);
     }
-    element(&mut page, "text/plain", "worker-source", &format!("\"use strict\";\n{}", WORKER.concat()));
-    page.push_str("<script type=\"application/octet-stream\" id=\"module\">");
-    base64::encode(&compressed(module), &mut page);
-    page.push_str("</script>\n");
-    // The element of the module would be a global variable of that name, by which scripts know Node.
+    element(&mut body, "text/plain", "worker-source", &format!("\"use strict\";\n{}", WORKER.concat()));
+    body.push_str("<script type=\"application/octet-stream\" id=\"module\">");
+    base64::encode(&compressed(module), &mut body);
+    body.push_str("</script>\n");
     let program = RENDERER.concat() + &PROGRAM.concat();
-    page.push_str(&format!(
-        "<script>\n\"use strict\";\n((module) => {{\n{program}}})();\n</script>\n</body>\n</html>\n"
-    ));
-    Page { html: page, notes: Vec::new() }
+    body.push_str(&format!("<script>\n\"use strict\";\n(() => {{\n{program}}})();\n</script>\n"));
+    let style = format!("{}{}", super::report::STYLE, STYLE.concat());
+    Page { html: document(scene.name(), POLICY, &style, &body), notes: Vec::new() }
 }
 
 fn element(page: &mut String, kind: &str, id: &str, text: &str) {

@@ -43,13 +43,16 @@ pub use exchange::{exchange_page, exchange_page_in};
 pub use sweep::{run_page_in, sweep_page, sweep_page_in, write_run_pages};
 
 use html::escape;
+
+/// Policy of pages: they run only the scripts that stand in them.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 use inputs::Inputs;
 
 /// How the page looks.
 pub(super) const STYLE: &str = include_str!("report/page.css");
 
 /// The script of the figures: values under the pointer, files of plots, and what paper has no room to fold away.
-const FIGURES: &str = include_str!("report/figures.js");
+const FIGURES: &str = concat!(include_str!("report/save.js"), include_str!("report/figures.js"));
 
 /// Trajectory that a small page plays `[bytes]`: the player makes about a third of it.
 const MOST_OF_SMALL: u64 = 3_000_000;
@@ -134,17 +137,12 @@ fn shell(title: &str, heading: &str, notes: &str, sections: &[(&str, &str, Strin
         .iter()
         .map(|(id, title, body)| format!("<section id=\"{id}\">\n<h2>{title}</h2>\n{body}</section>\n"))
         .collect();
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
-         script-src 'unsafe-inline'; img-src data:\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{} - Carom</title>\n<style>\n{STYLE}</style>\n</head>\n\
-         <body>\n<header>\n<p class=\"kind\">Event-driven particle dynamics</p>\n{heading}<nav aria-label=\"Sections\">\n{links}</nav>\n\
+    let body = format!(
+        "<header>\n<p class=\"kind\">Event-driven particle dynamics</p>\n{heading}<nav aria-label=\"Sections\">\n{links}</nav>\n\
          </header>\n<main>\n{notes}{body}</main>\n\
-         <script>\n\"use strict\";\n(() => {{\n{FIGURES}}})();\n</script>\n</body>\n</html>\n",
-        escape(title),
-    )
+         <script>\n\"use strict\";\n(() => {{\n{FIGURES}}})();\n</script>\n",
+    );
+    html::document(title, POLICY, STYLE, &body)
 }
 
 fn notes(notes: &[String]) -> String {

@@ -10,13 +10,9 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { Worker, isMainThread, parentPort, workerData } from "node:worker_threads";
+import { classesOf, root } from "./scripts.mjs";
 
-const root = new URL("../../", import.meta.url);
-
-/** The wrapper is a script of the page, without exports. */
-function engineClass() {
-  return new Function(`${readFileSync(new URL("src/view/live/engine.js", root), "utf8")}; return Engine;`)();
-}
+const { Engine } = classesOf(["engine.js"], "Engine");
 
 const GOOD = `[space]
 size = [10.0, 10.0, 10.0]
@@ -38,7 +34,6 @@ until_time = 1e6
 
 /** Asks the engine about every text that comes; a trap ends the instance, and the next text gets another one. */
 async function serve() {
-  const Engine = engineClass();
   const module = await WebAssembly.compile(workerData.bytes);
   let engine = await Engine.of(module);
   const lives = () => !engine.start(GOOD).error && engine.advance(20) === "events" && engine.look().events === 20;
@@ -147,7 +142,7 @@ function mutated(sources, random) {
   return { name: names.join(" "), text };
 }
 
-/** What the program says: its words without the lines that are drawn around them, and the line. */
+/** Answer of the program: its words without the lines that are drawn around them, and the line. */
 function program(path, file, text) {
   writeFileSync(file, text);
   const { status, stderr } = spawnSync(path, ["check", file], { encoding: "utf8", timeout: 60_000 });
@@ -216,7 +211,7 @@ function judge(scene, answer, tally, seconds) {
   }
 }
 
-/** The same words and the same line; memory, files and what only a page refuses are other things to the program. */
+/** Whether words and line are the same; memory, files and what only a page refuses are other things to the program. */
 function compare(scene, { checked }, tally, path, file) {
   if (!checked?.error || checked.isPlanned || /GiB|cannot read|file|browser|page/.test(checked.error)) {
     return;

@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from devtools import Browser, Failure, find
+from devtools import Browser, Failure, expect, find
 
 # What the canvas shows: how many colours, a number that changes with any pixel, and how many hues of 24 there are.
 PIXELS = """(() => {
@@ -57,12 +57,6 @@ DRAWN = """new Promise((done) => {
   };
   look();
 })"""
-
-
-def expect(is_so, what):
-    if not is_so:
-        raise Failure(what)
-    print(f"  {what}")
 
 
 class Page:

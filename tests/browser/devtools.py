@@ -23,6 +23,13 @@ class Failure(Exception):
     """Fault of the page or the browser."""
 
 
+def expect(is_so, what):
+    """Prints what is as it should be, and fails if it is not."""
+    if not is_so:
+        raise Failure(what)
+    print(f"  {what}")
+
+
 class Browser:
     """One browser with one page. Console errors and exceptions of the page are collected in `errors`."""
 

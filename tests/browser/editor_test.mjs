@@ -2,18 +2,17 @@
 
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
-import { createRequire } from "node:module";
+import { classesOf } from "./scripts.mjs";
 
-const sources = new URL("../../src/view/live/", import.meta.url);
-const require = createRequire(import.meta.url);
-const { Toml, tomlScalar, tomlNumber } = require(new URL("editor_toml.js", sources).pathname);
-const { TextHistory, textChange } = require(new URL("editor_history.js", sources).pathname);
-const { shareFragment, sharedText, SHARE_LIMIT } = require(new URL("editor_share.js", sources).pathname);
-const { SceneSchema } = require(new URL("editor_schema.js", sources).pathname);
-const { completions } = require(new URL("editor_completion.js", sources).pathname);
-const { linePieces } = require(new URL("editor_text.js", sources).pathname);
-const { derivedSliders, namedSliders, sliderText, sliderValue, SliderScale } = require(new URL("editor_sliders.js", sources).pathname);
-const { bytePlace } = require(new URL("editor.js", sources).pathname);
+const names = ["toml", "history", "share", "schema", "completion", "text", "sliders"].map((name) => `editor_${name}.js`);
+const {
+  Toml, tomlScalar, tomlNumber, TextHistory, textChange, shareFragment, sharedText, SHARE_LIMIT, SceneSchema, completions, linePieces,
+  derivedSliders, namedSliders, sliderText, sliderValue, SliderScale, bytePlace,
+} = classesOf(
+  [...names, "editor.js"],
+  "Toml, tomlScalar, tomlNumber, TextHistory, textChange, shareFragment, sharedText, SHARE_LIMIT, SceneSchema, completions, linePieces, "
+    + "derivedSliders, namedSliders, sliderText, sliderValue, SliderScale, bytePlace",
+);
 
 const configs = new URL("../../configs/", import.meta.url);
 const scenes = readdirSync(configs).filter((name) => name.endsWith(".toml"));

@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from devtools import Browser, Failure, find
+from devtools import Browser, Failure, expect, find
 
 # Counts animation frames and their longest gap, from the first one on; remembers when the picture moved for the first time.
 WATCH = """
@@ -62,12 +62,6 @@ SETTLED = """new Promise((done) => {
   };
   setTimeout(look, 60);
 })"""
-
-
-def expect(is_so, what):
-    if not is_so:
-        raise Failure(what)
-    print(f"  {what}")
 
 
 class Page:

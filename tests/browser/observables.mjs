@@ -1,17 +1,11 @@
 // The observables of the live page for tests, and what they are shown.
 
-import { readFileSync, readdirSync } from "node:fs";
+import { readdirSync } from "node:fs";
+import { classesOf, root } from "./scripts.mjs";
 
-export const root = new URL("../../", import.meta.url);
-const live = new URL("src/view/live/", root);
+export { classesOf, root };
 
-/** Classes of classic scripts, as a page has them in one scope. */
-export function classesOf(sources, names) {
-  const text = sources.map((name) => readFileSync(new URL(name, live), "utf8")).join("\n");
-  return new Function(`"use strict"; ${text}; return { ${names} };`)();
-}
-
-const sources = readdirSync(live).filter((name) => /^observables.*\.js$/.test(name));
+const sources = readdirSync(new URL("src/view/live/", root)).filter((name) => /^observables.*\.js$/.test(name));
 export const {
   Observables,
   ObservedSystem,

@@ -2,51 +2,20 @@
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
-import { existsSync, readFileSync, writeFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { Observables, RadialDistribution, classesOf, every, root } from "./observables.mjs";
 
-/** The states of a scene in the module at even times; the virial is that of the changes of velocities at each event, where the module does not say it. */
+/** The states of a scene in the module at even times. */
 async function* states(scene, interval, steps) {
-  const { Engine } = existsSync(new URL("src/view/live/engine.js", root))
-    ? classesOf(["engine.js"], "Engine")
-    : await import(new URL("web/engine.mjs", root));
+  const { Engine } = classesOf(["engine.js"], "Engine");
   const engine = await Engine.of(await WebAssembly.compile(readFileSync(new URL("web/carom.wasm", root))));
-  const begun = engine.start(scene);
-  assert.ok(!begun.error, begun.error);
-  const { species, particles, size, lower } = begun;
-  const count = particles.length;
-  const whole = { gravity: [0, 0, 0], periodic: size.map((edge) => edge > 0), flat: size.map((edge) => edge === 0), ...begun };
-  whole.species = species.map((one) => ({ mass: 1, ...one }));
-  let velocities = Float64Array.from(engine.look().velocities);
-  let virial = 0;
-  let before = Float64Array.from(engine.look().positions);
-  const images = new Int32Array(3 * count);
+  const head = engine.start(scene);
+  assert.ok(!head.error, head.error);
   for (let step = 0; step <= steps; step += 1) {
-    while (step > 0 && engine.advance(1, step * interval) === "events") {
-      const state = engine.look();
-      const hit = [];
-      for (let id = 0; id < count; id += 1) {
-        if ([0, 1, 2].some((k) => state.velocities[3 * id + k] !== velocities[3 * id + k])) {
-          hit.push(id);
-        }
-      }
-      if (hit.length === 2) {
-        [0, 1, 2].forEach((k) => {
-          const d = state.positions[3 * hit[0] + k] - state.positions[3 * hit[1] + k];
-          const impulse = whole.species[particles[hit[0]]].mass * (state.velocities[3 * hit[0] + k] - velocities[3 * hit[0] + k]);
-          virial += (size[k] ? d - size[k] * Math.round(d / size[k]) : 0) * impulse;
-        });
-      }
-      hit.forEach((id) => [0, 1, 2].forEach((k) => (velocities[3 * id + k] = state.velocities[3 * id + k])));
-    }
+    while (engine.advance(Number.MAX_SAFE_INTEGER, step * interval) === "end" && engine.look().time < step * interval);
     const state = engine.look();
-    state.positions.forEach((x, at) => {
-      const edge = size[at % 3];
-      images[at] += edge ? Math.round((before[at] - x) / edge) : 0;
-    });
-    before = Float64Array.from(state.positions);
-    yield { head: whole, lower, virial, images, counts: { core: state.events }, ...state };
+    yield { head: { ...head, gravity: state.acceleration }, lower: head.lower, ...state };
   }
 }
 
@@ -56,7 +25,7 @@ function columns(path) {
   return Object.fromEntries(first.split(",").map((name, k) => [name, lines.map((line) => Number(line.split(",")[k]))]));
 }
 
-/** What the program measures, and when. */
+/** Measurements of the program, and when. */
 const PLAN = `until_time = 4.0
 [measure]
 radial_distribution = { bins = 100, interval = 0.05, cutoff = 4.0 }

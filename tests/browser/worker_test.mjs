@@ -1,12 +1,10 @@
 // Tests what the worker of a live page makes of states, without a browser: node tests/browser/worker_test.mjs
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
 import test from "node:test";
+import { classesOf } from "./scripts.mjs";
 
-const source = (name) => readFileSync(new URL(`../../src/view/live/${name}`, import.meta.url), "utf8");
-const files = ["worker_neighbours.js", "worker_frame.js", "worker_pace.js"].map(source).join("\n");
-const { Neighbours, Frames, Pace } = new Function(`${files}\nreturn { Neighbours, Frames, Pace };`)();
+const { Neighbours, Frames, Pace } = classesOf(["worker_neighbours.js", "worker_frame.js", "worker_pace.js"], "Neighbours, Frames, Pace");
 
 const species = [{ name: "ball", diameter: 1, isStatic: false }, { name: "wall", diameter: 2, isStatic: true }];
 

@@ -1,4 +1,4 @@
-//! `carom exchange`: its files, which no number of threads and no kill changes, and what it refuses.
+//! `carom exchange`: its files, which no number of threads changes, and what it refuses.
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -50,7 +50,7 @@ equilibration_time = 15.0
 until_time = 900.0
 "#;
 
-fn exchange<'a>(more: &[&'a str]) -> Vec<&'a str> {
+pub fn exchange<'a>(more: &[&'a str]) -> Vec<&'a str> {
     ["exchange", "scene.toml", "--quiet"].into_iter().chain(more.iter().copied()).collect()
 }
 
@@ -153,27 +153,6 @@ fn the_number_of_threads_changes_no_byte() {
     let output = place.carom(&exchange(&["--out", "other", "--seed", "4", "--set", "run.until_time=300"]));
     assert_eq!(code(&output), 0);
     assert!(one["exchange.csv"] != contents(&place.path().join("other"))["exchange.csv"]);
-}
-
-fn start(place: &Place, out: &str) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
-    command.args(exchange(&["--jobs", "2", "--checkpoint-every", "0.005", "--out", out]));
-    command.args(["--set", "run.until_time=3000"]);
-    command.current_dir(place.path()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.spawn().unwrap()
-}
-
-#[test]
-fn an_exchange_that_is_killed_again_and_again_comes_to_the_same_bytes() {
-    let place = Place::with(CHAIN);
-    assert!(start(&place, "whole").wait().unwrap().success());
-    let kills = kill_until_done(10, || start(&place, "killed"));
-    let [whole, killed] = ["whole", "killed"].map(|out| contents(&place.path().join(out)));
-    assert_eq!(whole.keys().collect::<Vec<_>>(), killed.keys().collect::<Vec<_>>());
-    for (name, bytes) in &whole {
-        assert!(*bytes == killed[name], "{name} after {kills} kills");
-    }
-    assert!(kills > 0);
 }
 
 #[test]
@@ -294,90 +273,6 @@ fn an_exchange_starts_from_the_end_of_a_run() {
     std::fs::remove_dir_all(place.path().join("runs/scene")).unwrap();
     let output = place.carom(&["exchange", "runs/next-exchange"]);
     assert_eq!((code(&output), words(&output)), (0, before), "{}", errors(&output));
-}
-
-#[test]
-fn a_complete_exchange_goes_on_to_a_later_end_as_one_that_was_meant_to_come_there() {
-    let place = Place::with(CHAIN);
-    let frames = ["--set", "output.frame_interval=75"];
-    let with = |more: &[&'static str]| exchange(&[frames.as_slice(), more].concat());
-    let done = |arguments: &[&str], attempts: &str| {
-        let output = place.carom(arguments);
-        assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
-        assert!(words(&output).contains(attempts), "{arguments:?}: {}", words(&output));
-    };
-    done(&with(&["--out", "whole", "--until-time", "900"]), "600 attempts to swap");
-    done(&with(&["--out", "parts", "--until-time", "300"]), "200 attempts to swap");
-    let folder = place.path().join("parts");
-    let short = contents(&folder);
-    let refused = |arguments: &[&str], expected: &str| {
-        let output = place.carom(arguments);
-        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
-        assert!(line(&output).contains(expected), "{arguments:?}: {}", line(&output));
-        assert!(contents(&folder) == short);
-    };
-    refused(&["exchange", "parts", "--until-time", "150"], "has measured a time of 300 already");
-    refused(&["exchange", "parts", "--until-time", "450.7"], "until_time");
-    refused(&["exchange", "parts", "--until-time", "450", "--seed", "8"], "an exchange goes on as it was");
-    refused(&with(&["--out", "parts", "--until-time", "450", "--seed", "8"]), "holds the exchange of another scene");
-    // The end that it has, in other words.
-    done(&["exchange", "parts", "--until-time", "3e2"], "It was complete already");
-    assert!(contents(&folder) == short);
-    // By its folder and by its scene, with several numbers of threads.
-    done(&["exchange", "parts", "--until-time", "450", "--jobs", "2"], "300 attempts to swap");
-    done(&with(&["--out", "parts", "--until-time", "900", "--jobs", "1"]), "600 attempts to swap");
-    let [whole, parts] = ["whole", "parts"].map(|out| contents(&place.path().join(out)));
-    assert_eq!(whole.keys().collect::<Vec<_>>(), parts.keys().collect::<Vec<_>>());
-    // A checkpoint also has the scene of the beginning.
-    for (name, bytes) in whole.iter().filter(|(name, _)| *name != "exchange.checkpoint") {
-        assert!(*bytes == parts[name], "{name}");
-    }
-    done(&["exchange", "parts"], "It was complete already");
-}
-
-#[test]
-fn an_exchange_that_is_killed_on_the_way_to_a_later_end_comes_there() {
-    let place = Place::with(CHAIN);
-    let frames = ["--set", "output.frame_interval=75"];
-    let whole = exchange(&[frames.as_slice(), &["--out", "whole", "--until-time", "3000"]].concat());
-    assert_eq!(code(&place.carom(&whole)), 0);
-    let short = exchange(&[frames.as_slice(), &["--out", "parts", "--until-time", "300"]].concat());
-    assert_eq!(code(&place.carom(&short)), 0);
-    let on = || {
-        let arguments = ["exchange", "parts", "--until-time", "3000", "--checkpoint-every", "0.005", "--quiet"];
-        place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
-    };
-    let kills = kill_until_done(10, on);
-    let [whole, parts] = ["whole", "parts"].map(|out| contents(&place.path().join(out)));
-    for (name, bytes) in whole.iter().filter(|(name, _)| *name != "exchange.checkpoint") {
-        assert!(*bytes == parts[name], "{name} after {kills} kills");
-    }
-}
-
-#[cfg(unix)]
-#[test]
-fn an_interrupted_exchange_goes_on_to_the_same_bytes() {
-    let place = Place::with(CHAIN);
-    let arguments = exchange(&["--set", "run.until_time=12000", "--jobs", "2"]);
-    let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    // The first checkpoint comes after a second.
-    let checkpoint = place.path().join("runs/chain-exchange/exchange.csv.partial");
-    for _ in 0..600 {
-        if checkpoint.exists() {
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    std::thread::sleep(Duration::from_millis(100));
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(code(&output), 1, "{}", errors(&output));
-    assert!(line(&output).contains("interrupted; what was simulated is kept"), "{}", line(&output));
-    let output = place.carom(&["exchange", "runs/chain-exchange", "--jobs", "1"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
-    let whole = exchange(&["--set", "run.until_time=12000", "--jobs", "1", "--out", "whole"]);
-    assert_eq!(code(&place.carom(&whole)), 0);
-    assert!(contents(&place.path().join("whole")) == contents(&place.path().join("runs/chain-exchange")));
 }
 
 #[test]

@@ -108,7 +108,7 @@ class LiveEditor {
     this.pause = setTimeout(() => this.settle(kind), EDITOR_PAUSE);
   }
 
-  /** What may wait until nobody types. */
+  /** Work that may wait until nobody types. */
   settle(kind) {
     this.editor.paint();
     if (!kind?.startsWith("slider")) {
@@ -117,7 +117,7 @@ class LiveEditor {
     this.check();
   }
 
-  /** What the buttons say. */
+  /** Words of the buttons. */
   state() {
     const isOther = this.editor.text !== this.runs;
     this.note.textContent = isOther ? "not running yet" : "";
@@ -313,17 +313,11 @@ class LiveEditor {
 
   /** The present text; the state of now if somebody moved particles. */
   async download() {
-    const isMoved = Boolean(this.live.isKicked);
-    const text = isMoved ? (await this.live.ask({ kind: "scene" })).text : this.editor.text;
-    const address = URL.createObjectURL(new Blob([text], { type: "application/toml" }));
-    const link = document.createElement("a");
-    link.href = address;
-    link.download = "scene.toml";
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(address), 10_000);
+    const { text, error } = this.live.isKicked ? await this.live.ask({ kind: "scene" }) : this.editor;
+    if (error) {
+      this.live.say(error);
+      return;
+    }
+    saveFile("scene.toml", "application/toml", text);
   }
-}
-
-if (typeof module === "object" && module.exports) {
-  module.exports = { bytePlace };
 }

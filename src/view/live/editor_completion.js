@@ -206,8 +206,3 @@ class CompletionList {
     return true;
   }
 }
-
-if (typeof module === "object" && module.exports) {
-  globalThis.Toml ??= require("./editor_toml.js").Toml;
-  module.exports = { completions };
-}

@@ -95,7 +95,3 @@ class TextHistory {
     return { text: this.text, caret: at + inserted.length };
   }
 }
-
-if (typeof module === "object" && module.exports) {
-  module.exports = { TextHistory, textChange };
-}

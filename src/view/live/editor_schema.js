@@ -113,13 +113,9 @@ class SceneSchema {
     return offers;
   }
 
-  /** What is said of the key or value at a path. */
+  /** Description of the key or value at a path. */
   about(path) {
     const nodes = this.at(path);
     return nodes.find(({ description }) => description)?.description ?? "";
   }
-}
-
-if (typeof module === "object" && module.exports) {
-  module.exports = { SceneSchema };
 }

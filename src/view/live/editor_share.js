@@ -64,7 +64,3 @@ async function sharedText(fragment) {
     throw /too long/.test(error.message) ? error : new Error("The scene in this link is damaged.");
   }
 }
-
-if (typeof module === "object" && module.exports) {
-  module.exports = { shareFragment, sharedText, SHARE_LIMIT };
-}

@@ -49,7 +49,7 @@ const SLIDER_RULES = [
   { fits: /^dynamics\.contact_time$/, label: "contact time", range: (value) => ({ from: value / 100, to: value * 100, scale: "log" }) },
 ];
 
-/** What a slider shows of a path: a number, or the length of a vector. */
+/** Value of a path on a slider: a number, or the length of a vector. */
 function sliderValue(toml, path) {
   const value = toml.get(path);
   if (typeof value === "number") {
@@ -266,11 +266,4 @@ class SliderSet {
     input.setAttribute("aria-valuetext", words);
     reset.hidden = value === this.first.get(slider.key) || this.first.get(slider.key) === undefined;
   }
-}
-
-if (typeof module === "object" && module.exports) {
-  const { Toml, tomlNumber } = require("./editor_toml.js");
-  globalThis.Toml ??= Toml;
-  globalThis.tomlNumber ??= tomlNumber;
-  module.exports = { derivedSliders, namedSliders, sliderText, sliderValue, SliderScale };
 }

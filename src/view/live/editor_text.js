@@ -163,7 +163,7 @@ class TextEditor {
     }
   }
 
-  /** What is in the text. */
+  /** Content of the text. */
   get toml() {
     if (this.read?.text !== this.text) {
       this.read = new Toml(this.text);
@@ -347,8 +347,4 @@ class TextEditor {
     this.window.scrollTop += this.box(at).top - frame.top - frame.height / 3;
     this.reveal(at);
   }
-}
-
-if (typeof module === "object" && module.exports) {
-  module.exports = { linePieces };
 }

@@ -1,7 +1,7 @@
 // Reading of TOML for the editor: which characters are what, where each value stands, and where one is in the scene at a place of the text.
 // It takes any text. What is wrong in it, the engine says.
 
-/** What a piece is, by its first character; words begin with any other. */
+/** Kind of a piece, by its first character; words begin with any other. */
 const TOML_KINDS = {
   " ": "space", "\t": "space", "\r": "space", "\n": "newline", "#": "comment", '"': "string", "'": "string",
   "[": "mark", "]": "mark", "{": "mark", "}": "mark", "=": "mark", ",": "mark", ".": "mark",
@@ -347,8 +347,4 @@ class Toml {
     const change = this.edit(path, value);
     return change ? this.text.slice(0, change.start) + change.insert + this.text.slice(change.end) : this.text;
   }
-}
-
-if (typeof module === "object" && module.exports) {
-  module.exports = { Toml, tomlScalar, tomlNumber };
 }

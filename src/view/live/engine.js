@@ -32,7 +32,10 @@ class Engine {
     return this.message;
   }
 
-  /** Starts a scene from its text, with other values `{"fill.0.temperature": "2"}`: what there is in it, or an error with its line, its cure, and its offset and length in bytes. */
+  /**
+   * Starts a scene from its text, with other values `{"fill.0.temperature": "2"}`: what there is in it, or an error with its line, its cure, and its
+   * offset and length in bytes.
+   */
   start(text, changes = {}) {
     return this.ask(this.calls.start, { text, changes });
   }

@@ -10,7 +10,7 @@ use crate::model::surface_motion::Timeline;
 use crate::model::{LivePlan, Scene};
 use crate::run::Stage;
 use crate::view::report::base64;
-use crate::view::report::recording::{SurfaceData, SurfaceHead, upwards};
+use crate::view::report::recording::{MOST_TRIANGLES, SurfaceData, SurfaceHead, upwards};
 use crate::view::surfaces::{Skin, Surfaces};
 
 /// A simulation as its page shows it.
@@ -183,9 +183,6 @@ fn flows(scene: &Scene) -> Vec<FlowHead> {
     });
     planes.collect()
 }
-
-/// The most triangles of all surfaces of a page together.
-const MOST_TRIANGLES: usize = 50_000;
 
 /// Surfaces of a scene in its order, also those of which nothing is in sight.
 fn surfaces(scene: &Scene) -> Surfaces {

@@ -346,11 +346,8 @@ class Live {
 
 try {
   const live = new Live();
-  for (const Part of [typeof LivePlots === "undefined" ? undefined : LivePlots, typeof LiveEditor === "undefined" ? undefined : LiveEditor]) {
-    if (Part) {
-      new Part(live);
-    }
-  }
+  new LivePlots(live);
+  new LiveEditor(live);
 } catch (error) {
   liveElement("message").textContent = error.message;
   liveElement("message").hidden = false;

@@ -108,7 +108,7 @@ class Observables {
     );
   }
 
-  /** What is wanted and has been seen, in arrays of its own; always what is offered, what to show first, the time and the marks. */
+  /** Results that are wanted, in arrays of its own; always what is offered, what to show first, the time and the marks. */
   results() {
     const { offered, shown, time, marks, system } = this;
     const results = { offered, shown, time, marks: [...marks], count: system.count };
@@ -192,7 +192,7 @@ class Paths {
     this.series.add(time, values);
   }
 
-  /** Those along the axis on which they move most; another one has to be half as much again before it is taken. */
+  /** Positions along the axis on which they move most; another one has to be half as much again before it is taken. */
   results() {
     const { system } = this;
     const [t, ...columns] = this.series.read();

@@ -74,7 +74,7 @@ class Pressure {
     return fraction < 0.494 ? (1 + fraction + fraction ** 2 - fraction ** 3) / (1 - fraction) ** 3 : NaN;
   }
 
-  /** What the theory of hard spheres expects: of one elastic species, whose temperature nothing changes. */
+  /** Pressure that the theory of hard spheres expects: of one elastic species, whose temperature nothing changes. */
   expected(counts, radial) {
     const { head, moving, count, dimensions, volume } = this.system;
     const species = new Set(Array.from(moving, (id) => head.particles[id]));

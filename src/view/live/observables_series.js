@@ -116,8 +116,4 @@ class LateSums {
   total(k) {
     return this.older[k] + this.newer[k];
   }
-
-  totals(from, to) {
-    return Float64Array.from({ length: to - from }, (_, k) => this.total(from + k));
-  }
 }

@@ -39,7 +39,7 @@ class ObservedSystem {
     );
   }
 
-  /** What means nothing in a box that is sheared, or out of which particles fly. */
+  /** Observables that mean nothing in a box that is sheared, or out of which particles fly. */
   limit(isSheared, isOpen) {
     this.isSheared ||= isSheared;
     this.isOpen ||= isOpen;
@@ -79,7 +79,7 @@ class ObservedSystem {
     return Math.max(1, this.dimensions * this.count - this.conserved.filter(Boolean).length);
   }
 
-  /** What the observables are that mean something here, and which of them are shown first. */
+  /** Observables that mean something here, and which of them are shown first. */
   offer() {
     const { count } = this;
     const few = count > 0 && count <= FEW;

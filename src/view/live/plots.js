@@ -105,7 +105,6 @@ class LivePlots {
       const plot = new Plot(this.grid, {
         ...PLOT_KINDS[name],
         onCursor: (x) => this.point(plot, x),
-        onPick: (x) => plot.isTime && this.live.seek?.(x),
       });
       this.plots.set(name, plot);
     }
@@ -114,11 +113,7 @@ class LivePlots {
     this.ask();
   }
 
-  /** Shows a time in all plots over time; a reader who points at one of them sees all at that time. */
-  cursor(time) {
-    this.plots.forEach((plot) => plot.isTime && plot.cursor(time));
-  }
-
+  /** Shows the time that a reader points at in one plot in all plots over time. */
   point(source, x) {
     if (source.isTime) {
       this.plots.forEach((plot) => plot !== source && plot.isTime && plot.cursor(x));

@@ -17,7 +17,6 @@ class Plot {
       isTime = false,
       hasNote = false,
       onCursor = () => {},
-      onPick = () => {},
     },
   ) {
     Object.assign(this, {
@@ -30,7 +29,6 @@ class Plot {
       isTime,
       hasNote,
       onCursor,
-      onPick,
     });
     this.axes = [new PlotAxis(), new PlotAxis()];
     this.lines = [];
@@ -84,12 +82,7 @@ class Plot {
       this.point(place < left - 4 || place > this.width - right + 4 ? undefined : this.axes[0].value(place));
     };
     svg.addEventListener("pointermove", move);
-    svg.addEventListener("pointerdown", (event) => {
-      move(event);
-      if (this.at !== undefined) {
-        this.onPick(this.at);
-      }
-    });
+    svg.addEventListener("pointerdown", move);
     svg.addEventListener("pointerleave", (event) => event.pointerType === "mouse" && this.point(undefined));
     svg.addEventListener("blur", () => this.point(undefined));
     svg.addEventListener("keydown", (event) => {

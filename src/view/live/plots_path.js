@@ -137,13 +137,6 @@ function plotDrawing(plot) {
 
 /** Saves a plot as a file. */
 function savePlot(plot) {
-  const url = URL.createObjectURL(new Blob([plotDrawing(plot)], { type: "image/svg+xml" }));
-  const link = document.createElement("a");
-  link.href = url;
-  link.download = `${plot.term
-    .toLowerCase()
-    .replace(/[^a-z0-9]+/g, "-")
-    .replace(/^-|-$/g, "")}.svg`;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(url), 10_000);
+  const name = plot.term.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "");
+  saveFile(`${name}.svg`, "image/svg+xml", plotDrawing(plot));
 }

@@ -91,8 +91,8 @@ class Laboratory {
     head.moving = moving;
     head.fixed = Uint32Array.from(fixed);
     head.fixedPositions = Float32Array.from(fixed.flatMap((id) => [...this.state.positions.subarray(3 * id, 3 * id + 3)]));
-    this.observables = typeof Observables === "undefined" ? undefined : new Observables(head);
-    this.observables?.want?.(this.observed);
+    this.observables = new Observables(head);
+    this.observables.want(this.observed);
     this.pace.rates = [];
     this.sampledAt = this.resultsAt = 0;
     this.sample(performance.now());
@@ -146,7 +146,7 @@ class Laboratory {
 
   on_observe({ names }) {
     this.observed = names;
-    this.observables?.want?.(names);
+    this.observables?.want(names);
     this.results(performance.now());
   }
 

@@ -137,12 +137,8 @@ class Figure {
   /** Saves the plot with its title and legend, in the colours in which it is seen. */
   save() {
     this.leave();
-    const url = URL.createObjectURL(new Blob([this.file()], { type: 'image/svg+xml' }));
-    const link = document.createElement('a');
-    link.href = url;
-    link.download = `${this.title.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, '_').replace(/^_+|_+$/g, '') || 'plot'}.svg`;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(url), 10000);
+    const name = this.title.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, '_').replace(/^_+|_+$/g, '') || 'plot';
+    saveFile(`${name}.svg`, 'image/svg+xml', this.file());
   }
 
   /** The plot as the text of a file that needs no style sheet. */

@@ -54,6 +54,18 @@ pub(super) fn table<'c, N: Display>(
     )
 }
 
+/// A document: its title, the policy of what it may do (CSP), its style, and a body that is safe.
+pub(in crate::view) fn document(title: &str, policy: &str, style: &str, body: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{} - Carom</title>\n<style>\n{style}</style>\n</head>\n\
+         <body>\n{body}</body>\n</html>\n",
+        escape(title),
+    )
+}
+
 /// JSON that can stand in a script element: nothing in it ends the element.
 pub(in crate::view) fn escape_json(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026").replace('\'', "\\u0027")

@@ -31,8 +31,7 @@ use crate::view::Surfaces;
 use channel::Channels;
 use flight::{FlightFinder, Flights};
 use frame::Encoded;
-pub(super) use surface::MOST_TRIANGLES;
-pub(in crate::view) use surface::{SurfaceData, SurfaceHead};
+pub(in crate::view) use surface::{MOST_TRIANGLES, SurfaceData, SurfaceHead};
 
 /// The most bytes of all frames: base64 makes 40 MB of them.
 const MOST_BYTES: usize = 29_000_000;

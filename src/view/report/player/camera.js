@@ -73,7 +73,7 @@ class Camera {
     this.isMoved = true;
   }
 
-  /** What the shaders need to know. */
+  /** Numbers for the shaders. */
   look(aspect) {
     const { right, above, back } = this.axes();
     const eye = add(this.target, scaled(back, this.distance));

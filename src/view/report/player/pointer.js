@@ -60,7 +60,7 @@ function steer(canvas, camera, changed) {
   }, { passive: false });
 }
 
-/** What the keys do to a camera; returns whether the key means anything. */
+/** Moves a camera by a key; returns whether the key means anything. */
 function steerByKey(event, camera) {
   const turn = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] }[event.key];
   if (turn && (event.shiftKey || turn[0] === 0)) {

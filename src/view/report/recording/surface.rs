@@ -7,7 +7,7 @@ use crate::base::numbers::trunc_to_u16;
 use crate::view::surfaces::{Skin, Surfaces};
 
 /// The most triangles of all surfaces of a page together: with their vertices they take a megabyte or two.
-pub(in crate::view::report) const MOST_TRIANGLES: usize = 50_000;
+pub(in crate::view) const MOST_TRIANGLES: usize = 50_000;
 
 /// The number of steps between the sides of the box around all surfaces.
 const STEPS: f64 = 65_535.0;
