@@ -179,6 +179,23 @@ impl Frame {
         })
     }
 
+    /// A position with periodic coordinates inside of the box `[length]`.
+    pub(crate) fn wrapped(&self, position: &Vector) -> Vector {
+        let mut position = *position;
+        if self.displacement != 0.0 {
+            // An image further down along y is displaced the other way along x.
+            position.x -= self.displacement * ((position.y - self.lower.y) / self.size.y).floor();
+        }
+        Vector::from_fn(|k, _| {
+            let (edge, x) = (self.size[k], position[k] - self.lower[k]);
+            if !self.periodic[k] || edge <= 0.0 {
+                return position[k];
+            }
+            let inside = x.rem_euclid(edge);
+            self.lower[k] + if inside < edge { inside } else { 0.0 }
+        })
+    }
+
     /// Whether the box has no extent along an axis, so that all particles share one coordinate.
     #[must_use]
     pub fn is_flat(&self, axis: usize) -> bool {

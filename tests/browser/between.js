@@ -57,6 +57,12 @@ const states = {
     assert(x.every((place, k) => place >= 2 && place <= 2.5 && (k === 0 || place >= x[k - 1] - 1e-6)), `${x}`);
     assert(Math.abs((x[1] - x[0]) / 0.01 - 1) < 0.05, "it comes with a speed of 1");
   },
+  "what falls and then meets something leaves with the speed of its fall"() {
+    // From (5, 5, 9) at rest under gravity of 1 along -z: after a unit of time it has a speed of 1.
+    const between = new Between(recording([[5, 5, 9], [5, 5, 8.5], [5, 5, 7.4], [5, 5, 7]], [[1], [0], [0]], { fall: [0, 0, -1] }));
+    const [start, soon] = [0, 0.01].map((s) => between.state(1, s, -1).positions[2]);
+    assert(Math.abs((soon - start) / 0.01 + 1) < 0.05, `${(soon - start) / 0.01}`);
+  },
   "what is beyond the picture is not drawn, and what flies there waits"() {
     const between = new Between(recording([[NaN, NaN, NaN, 5, 5, 5], [5, 5, 5, NaN, NaN, NaN]], [[0, 0]], {}));
     const { positions } = between.state(0, 0.5, -1);

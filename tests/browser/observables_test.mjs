@@ -303,6 +303,34 @@ const tests = {
     assert.ok(sums.from > 1000);
   },
 
+  "hard rods, disks and spheres have the compressibility of their theories"() {
+    // 2 / (1 - 0.5), Henderson and Carnahan and Starling by hand, and nothing where they crystallise.
+    const close = (found, expected) => assert.ok(Math.abs(found - expected) < 1e-12, `${found} but ${expected}`);
+    close(Pressure.compressibility(0.5, 1), 2);
+    close(Pressure.compressibility(0.4, 2), 1.02 / 0.36);
+    close(Pressure.compressibility(0.3, 3), 1.363 / 0.343);
+    assert.deepEqual([0.71, 0.5].map((fraction, k) => Pressure.compressibility(fraction, 2 + k)), [NaN, NaN]);
+  },
+  "the error of a mean is that of its blocks"() {
+    // Blocks of two with the means 1, 3, 1, 3, ...: their variance is 8 / 7, their error the root of an eighth of it.
+    const values = Float64Array.from({ length: 16 }, (_, k) => (Math.floor(k / 2) % 2 ? 3 : 1) + (k % 2 ? 0.5 : -0.5));
+    assert.ok(Math.abs(Pressure.scatter(values) - Math.sqrt(1 / 7)) < 1e-12);
+    assert.ok(Number.isNaN(Pressure.scatter(new Float64Array(3))));
+  },
+  "few particles have their positions as if nothing were wrapped"() {
+    const box = { ...head(1, [4, 5, 6]), gravity: [0, 0, -1] };
+    const observables = new Observables(box);
+    observables.want(["positions"]);
+    for (let k = 0; k < 9; k += 1) {
+      const state = { time: k, positions: Float64Array.from([1, 1, 0.5]), velocities: Float64Array.from([0, 0, -6]), images: Int32Array.from([0, 0, -k]) };
+      observables.sample({ ...state, kinetic: 18, potential: -6 * k, virial: 0, counts: {} });
+    }
+    const { t, axis, x, v } = observables.results().positions;
+    assert.equal(axis, "z");
+    assert.deepEqual([...t], [0, 1, 2, 3, 4, 5, 6, 7, 8]);
+    assert.deepEqual([...x[0]], [...t].map((time) => 0.5 - 6 * time));
+    assert.deepEqual([...v[0]], new Array(9).fill(-6));
+  },
   "nothing is offered that has no meaning"() {
     const offered = (count, size, more) => new ObservedSystem(head(count, size, more)).offer();
     assert.deepEqual(offered(3, [9, 9, 9]), {

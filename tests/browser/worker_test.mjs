@@ -24,7 +24,7 @@ function numbers(seed) {
 test("neighbours are those of all pairs", () => {
   const next = numbers(7);
   const all = [true, true, true];
-  const boxes = [[200, [4, 5, 6], all], [90, [20, 3, 0], [true, false, false]], [60, [2, 2, 2], all], [0, [1, 1, 1], all]];
+  const boxes = [[200, [4, 5, 6], all], [90, [20, 3, 0], [true, false, false]], [60, [2, 2, 2], all], [400, [10, 13, 3], all], [0, [1, 1, 1], all]];
   for (const [count, size, periodic] of boxes) {
     const given = head([...Array(count).keys()].map((k) => (k % 9 === 0 ? 1 : 0)), { size, periodic });
     const positions = Float64Array.from({ length: 3 * count }, (_, k) => size[k % 3] * (periodic[k % 3] ? next() : 3 * next() - 1));

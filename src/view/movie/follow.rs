@@ -47,14 +47,10 @@ impl Follow {
         };
         let middle = frame.lower + 0.5 * frame.size;
         let shift = Vector::from_fn(|k, _| if frame.periodic[k] { middle[k] - place[k] } else { 0.0 });
-        let (space, displacement) = (frame.space(), frame.displacement);
-        for particle in &mut frame.particles {
-            let mut position = particle.position + shift;
-            if displacement != 0.0 {
-                // An image further down along y is displaced the other way along x.
-                position.x -= displacement * ((position.y - space.lower.y) / space.size.y).floor();
-            }
-            particle.position = space.wrapped(position);
+        let wrapped: Vec<Vector> =
+            frame.particles.iter().map(|particle| frame.wrapped(&(particle.position + shift))).collect();
+        for (particle, position) in frame.particles.iter_mut().zip(wrapped) {
+            particle.position = position;
         }
         let focus = [0, 1, 2].map(|k| (!frame.periodic[k] && !frame.is_flat(k)).then_some(place[k]));
         Ok((frame, focus))

@@ -341,7 +341,7 @@ fn constants(first: &Frame) -> (Vec<u8>, usize) {
     let mut push = |x: f64| bytes.extend(single(x).to_le_bytes());
     all().for_each(|particle| push(particle.radius));
     for particle in &fixed {
-        let inside = frame::wrapped(first, &particle.position);
+        let inside = first.wrapped(&particle.position);
         inside.iter().for_each(|x| push(*x));
     }
     bonds.iter().flatten().for_each(|(index, _)| bytes.extend(index.to_le_bytes()));

@@ -4,7 +4,6 @@
 //! the velocity that goes with that. Then its path between is known: the player finds it from the two positions alone, of which the
 //! nearest images are meant along periodic axes. Of all other particles only the ends of the path are known.
 
-use super::frame::wrapped;
 use crate::Vector;
 use crate::base::numbers::trunc_to_u8;
 use crate::model::Scene;
@@ -29,7 +28,7 @@ struct Moment {
 impl Moment {
     fn of(frame: &Frame) -> Self {
         let moving = frame.particles.iter().filter(|particle| !frame.is_static(particle));
-        let state = moving.map(|one| (wrapped(frame, &one.position), one.velocity, one.species.0 as usize));
+        let state = moving.map(|one| (frame.wrapped(&one.position), one.velocity, one.species.0 as usize));
         Self { time: frame.time, states: state.collect() }
     }
 }

@@ -24,7 +24,7 @@ pub(super) struct Encoded {
 impl Encoded {
     pub fn of(frame: &Frame, channels: &mut Channels) -> Self {
         let moving: Vec<_> = frame.particles.iter().filter(|particle| !frame.is_static(particle)).collect();
-        let positions: Vec<Vector> = moving.iter().map(|particle| wrapped(frame, &particle.position)).collect();
+        let positions: Vec<Vector> = moving.iter().map(|particle| frame.wrapped(&particle.position)).collect();
         let (lower, size) = field(frame, &positions);
         let mut bytes = Vec::with_capacity(channels.bytes(moving.len()));
         let mut beyond = 0;
@@ -60,23 +60,6 @@ impl Encoded {
         self.bytes.resize(end, 0);
         (self.head, self.bytes)
     }
-}
-
-/// A position with periodic coordinates inside of the box.
-pub(super) fn wrapped(frame: &Frame, position: &Vector) -> Vector {
-    let mut position = *position;
-    if frame.displacement != 0.0 {
-        // An image further down along y is displaced the other way along x.
-        position.x -= frame.displacement * ((position.y - frame.lower.y) / frame.size.y).floor();
-    }
-    Vector::from_fn(|k, _| {
-        let (edge, x) = (frame.size[k], position[k] - frame.lower[k]);
-        if !frame.periodic[k] || edge <= 0.0 {
-            return position[k];
-        }
-        let inside = x.rem_euclid(edge);
-        frame.lower[k] + if inside < edge { inside } else { 0.0 }
-    })
 }
 
 /// The box, with the particles that are outside of it but not beyond reach: lower corner and edges.

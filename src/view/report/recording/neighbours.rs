@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 
-use super::frame::wrapped;
 use crate::base::numbers::id;
 use crate::engine::CellList;
 use crate::model::{Scene, SpeciesId};
@@ -43,7 +42,7 @@ impl WellNeighbours {
 
     /// The number of each moving particle, in the order of the frame. Bonded partners do not count.
     pub fn count(&self, frame: &Frame) -> Vec<f64> {
-        let positions = frame.particles.iter().map(|particle| wrapped(frame, &particle.position));
+        let positions = frame.particles.iter().map(|particle| frame.wrapped(&particle.position));
         let cells = CellList::new(&frame.space(), frame.displacement, self.longest, (0..).zip(positions));
         let mut counts = vec![0.0; frame.particles.len()];
         cells.for_each_pair(|a, b, _, square| {
