@@ -1,10 +1,10 @@
 //! `carom exchange`: its files, which no number of threads changes, and what it refuses.
 
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::Stdio;
 use std::time::Duration;
 
-use super::place::{FLUID, Place, code, contents, errors, kill_until_done, line, words};
+use super::place::{FLUID, Place, code, contents, errors, line, words};
 
 /// A chain of four particles with wells between those that are not bonded.
 pub const CHAIN: &str = r#"
