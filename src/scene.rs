@@ -8,6 +8,7 @@
 //! with `groups` and `filling`) -> [`Scene`]. Positions and velocities of what is not listed come from the layer below, `prepare`. A
 //! [`SceneError`] has the [`ConfigPath`] of the value that is wrong, and the source turns that into a line.
 
+mod brought;
 mod builder;
 mod classes;
 mod config_path;
@@ -35,6 +36,8 @@ use std::path::{Path, PathBuf};
 pub use crate::prepare::region::FillRegion;
 pub use crate::prepare::surface::BoxSide;
 pub use crate::prepare::surface::leak::{Gap, Leak};
+#[cfg(target_family = "wasm")]
+pub use brought::bring;
 pub use builder::SceneBuilder;
 pub use config_path::{ConfigPath, PathStep};
 pub(crate) use continuation::LastRun;

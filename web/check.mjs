@@ -1,16 +1,16 @@
 // Compares the module with the program, bit for bit, and times both: node web/check.mjs PROGRAM EVENTS SCENE...
-// Both run the plan of the scene, with so many events in its last stage and few in its equilibration. Scenes that do not fit, because they read files, are named.
+// Both run the plan of the scene, with so many events in its last stage and few in its equilibration. Scenes that do not fit are named.
 
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { classesOf } from "../tests/browser/scripts.mjs";
+import { dirname, join } from "node:path";
+import { classesOf, moduleOf } from "../tests/browser/scripts.mjs";
 
 const { Engine } = classesOf(["engine.js"], "Engine");
 const [program, wanted, ...scenes] = process.argv.slice(2);
 const events = Number(wanted);
-const module = await WebAssembly.compile(readFileSync(new URL("carom.wasm", import.meta.url)));
+const module = await WebAssembly.compile(moduleOf());
 const folder = mkdtempSync(join(tmpdir(), "carom-"));
 
 /** Positions and velocities of the last frame of a trajectory, by id. */
@@ -50,6 +50,9 @@ let [compared, failed] = [0, 0];
 for (const scene of scenes) {
   const engine = await Engine.of(module);
   const text = readFileSync(scene, "utf8");
+  for (const [, path] of text.matchAll(/^path *= *"([^"]+)"/gm)) {
+    engine.bring(path, readFileSync(join(dirname(scene), path)));
+  }
   // The scene keeps its own end in time, if it comes first.
   const changes = { "run.until_events": String(events) };
   if (/^equilibration_events/m.test(text)) {

@@ -6,8 +6,8 @@ use carom::io::refuse_input;
 use carom::view::{live, report};
 use clap::Args;
 
-use super::SceneArgs;
 use super::failure::Failure;
+use super::{SceneArgs, borrowed};
 
 /// The module that the program was built with: the engine as WebAssembly.
 #[cfg(carries_module)]
@@ -16,16 +16,13 @@ const CARRIED: Option<&[u8]> = Some(include_bytes!(env!("CAROM_MODULE")));
 const CARRIED: Option<&[u8]> = None;
 
 /// Where `web/build` leaves the module, from the root of the sources.
-const MODULE: &str = "web/carom.wasm";
-
-/// First bytes of WebAssembly.
-const MAGIC: &[u8] = b"\0asm";
+const MODULE: &str = "web/carom.module";
 
 /// Writes a page on which a scene runs, for a browser: with plots, sliders and an editor
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The page is one file that needs no network. It carries the engine as WebAssembly, and has the bits of this program.
-That module is made by `web/build` in the folder of the sources; a program built with CAROM_MODULE=web/carom.wasm carries it.
+That module is made by `web/build` in the folder of the sources; a program built with CAROM_MODULE=web/carom.module carries it.
 
 Example:
   carom live configs/maxwell.toml --out maxwell.html")]
@@ -46,44 +43,42 @@ pub struct Live {
 impl Live {
     pub fn execute(&self) -> Result<(), Failure> {
         let scene = self.scene.load()?;
-        if let Some(input) = scene.inputs().first() {
-            let help = "a page carries a text: list the particles with [[particle]], or make them with [[fill]], and build surfaces of shapes";
-            let message = format!("the scene {} reads {}, expected no other files", scene.name(), input.path);
+        if scene.predecessor().is_some() {
+            let help = "convert its last frame with `carom convert --last`, and read it with [[file]]";
+            let message = format!("the scene {} starts from a run, which a page does not carry", scene.name());
             return Err(Failure::bad_input(message, Some(help)));
         }
         super::refuse_exchange(&scene, "a page runs one system: leave [exchange] out")?;
-        let text = self.scene.changes.record(&scene, &self.scene.scene)?;
+        let source = live::Source::of_file(&self.scene.scene, &borrowed(&self.scene.changes.all()))?;
         let module = self.module()?;
-        if !has(&module, live::SOURCES.as_bytes()) {
+        let Some(engine) = live::Engine::of(&module) else {
+            let message = "the module is not an engine for browsers, expected a file that web/build has made";
+            return Err(Failure::bad_input(message, None));
+        };
+        if !engine.is_of_these_sources() {
             super::warn("note: the module was made from other sources than this program: make it anew with web/build");
         }
-        refuse_input(&self.out, vec![self.scene.scene.clone()])?;
-        let page = live::page(&scene, &text, &module);
+        let inputs = scene.inputs().iter().map(|input| PathBuf::from(&input.path));
+        refuse_input(&self.out, inputs.chain([self.scene.scene.clone()]))?;
+        let page = live::page(&scene, &source, engine);
         report::write(&page, &self.out, super::existing(self.force))?;
         super::print(&format!("{}\n", self.out.display()))
     }
 
     fn module(&self) -> Result<Vec<u8>, Failure> {
-        let module = match (&self.module, CARRIED) {
-            (Some(path), _) => read(path)?,
-            (None, Some(carried)) => carried.to_owned(),
+        match (&self.module, CARRIED) {
+            (Some(path), _) => read(path),
+            (None, Some(carried)) => Ok(carried.to_owned()),
             (None, None) => match places().into_iter().find(|path| path.is_file()) {
-                Some(path) => read(&path)?,
+                Some(path) => read(&path),
                 None => {
                     let help = "make it in the folder of Carom's sources, with `rustup target add wasm32-unknown-unknown` and `web/build`, or name it \
                                 with --module";
-                    return Err(Failure::bad_input(
-                        "the engine for browsers, web/carom.wasm, is not there",
-                        Some(help),
-                    ));
+                    let message = "the engine for browsers, web/carom.module, is not there";
+                    Err(Failure::bad_input(message, Some(help)))
                 }
             },
-        };
-        if !module.starts_with(MAGIC) {
-            let message = "the module is not WebAssembly, expected a file that web/build has made";
-            return Err(Failure::bad_input(message, None));
         }
-        Ok(module)
     }
 }
 
@@ -98,8 +93,4 @@ fn read(path: &Path) -> Result<Vec<u8>, Failure> {
         let message = format!("{} cannot be read: {error}", path.display());
         Failure::bad_input(message, Some("web/build makes it"))
     })
-}
-
-fn has(bytes: &[u8], word: &[u8]) -> bool {
-    bytes.windows(word.len()).any(|window| window == word)
 }

@@ -11,6 +11,9 @@ use std::sync::Arc;
 /// Domains of so few particles run one after the other.
 const FEW: usize = 4_000;
 
+/// Whether this machine has threads: a module of WebAssembly leaves the code for several cores out.
+const HAS_DOMAINS: bool = cfg!(not(target_family = "wasm"));
+
 impl Simulation {
     /// Takes over the state that the domains have, to look at it.
     pub(crate) fn settle(&mut self) {
@@ -125,7 +128,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // To begin a thread takes longer than a window of few particles.
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
-        let has_domains = (domains > 1 || transport.is_some()) && processes <= Threads::MOST;
+        let has_domains = HAS_DOMAINS && (domains > 1 || transport.is_some()) && processes <= Threads::MOST;
         self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, transport)));
     }
 
@@ -157,6 +160,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Has the domains do something to the one engine, if there are some.
     fn with_domains<R>(&mut self, work: impl FnOnce(&mut Domains<FALLING, TABLE>, &mut Self) -> R) -> Option<R> {
+        if !HAS_DOMAINS {
+            return None;
+        }
         let mut domains = self.domains.take()?;
         let result = work(&mut domains, self);
         self.domains = Some(domains);

@@ -2,7 +2,7 @@
 //! process that was killed is known for what it is, and removed by the next command in its folder.
 
 use std::ffi::OsStr;
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -106,7 +106,7 @@ pub(crate) fn is_draft(name: &OsStr) -> bool {
 /// Locks a new draft; whether another process has taken it for abandoned.
 #[cfg(unix)]
 fn is_lost(file: &File) -> bool {
-    matches!(file.try_lock(), Err(TryLockError::WouldBlock)) || !has_name(file)
+    matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) || !has_name(file)
 }
 
 /// Locks a draft, if no process writes it; it may have got its final name meanwhile.

@@ -7,6 +7,7 @@ use crate::base::numbers::id;
 use crate::model::InputFile;
 use crate::model::input_file::is_checksum;
 use crate::model::space::{AXES, Boundary};
+use crate::scene::brought;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
@@ -39,7 +40,7 @@ pub(super) fn add(
         let at = ConfigPath::entry("file", index);
         let path = directory.join(&file.path);
         let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
-        let text = std::fs::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
+        let text = brought::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
         scene.parts.inputs.push(unchanged(&path, &text, file.checksum.as_deref(), &at)?);
         let mut start = parse(&text, file.frame).map_err(|(line, problem)| {
             SceneError::new(at.key("path"), SceneErrorKind::Coordinates { path: path.clone(), line, problem })

@@ -44,7 +44,7 @@ pub(crate) struct SceneFile {
     /// Name of the folder of a run: up to 100 letters, digits, `-` and `_`. The name of the file if not given.
     #[schemars(regex(pattern = SCENE))]
     pub name: Option<String>,
-    /// Text about the scene, in Markdown; the page of `carom live` shows it.
+    /// Text about the scene, in Markdown; the page of `carom live` shows it, or the comment that the file begins with.
     pub description: Option<String>,
     /// Seed of the random numbers that place particles and draw velocities.
     #[schemars(extend("default" = 1))]

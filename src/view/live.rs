@@ -4,16 +4,15 @@
 //! (`live/worker*.js`, `live/observables*.js`, with the calls of `live/engine.js`), and the page shows it: the picture with the renderer of the player of
 //! reports (`live/live*.js`), plots (`live/plots*.js`), sliders and the text of the scene (`live/editor*.js`).
 
+mod engine;
 mod head;
 mod markdown;
+mod packed;
+mod source;
 #[cfg(test)]
 mod tests;
 
-use std::io::{self, Write};
-
-use flate2::Compression;
-use flate2::write::GzEncoder;
-use serde_json::json;
+use serde_json::{Map, json};
 
 use super::report::html::{document, escape_json};
 use super::report::motion::{RENDERER, SHADERS};
@@ -21,10 +20,9 @@ use super::report::{Page, base64};
 use crate::model::Scene;
 use crate::scene::schema;
 
+pub use engine::Engine;
 pub use head::Shown;
-
-/// Fingerprint of the sources that decide the bits of a run, which a module of the same sources contains.
-pub const SOURCES: &str = env!("CAROM_FINGERPRINT");
+pub use source::Source;
 
 /// The program of the page, in the order in which it is read, after the renderer of the player.
 const PROGRAM: [&str; 24] = [
@@ -55,7 +53,7 @@ const PROGRAM: [&str; 24] = [
 ];
 
 /// The program of the worker.
-const WORKER: [&str; 12] = [
+const WORKER: [&str; 13] = [
     include_str!("live/engine.js"),
     include_str!("live/observables_displacement.js"),
     include_str!("live/observables_pressure.js"),
@@ -64,6 +62,7 @@ const WORKER: [&str; 12] = [
     include_str!("live/observables_speeds.js"),
     include_str!("live/observables_system.js"),
     include_str!("live/observables.js"),
+    include_str!("live/unpack.js"),
     include_str!("live/worker_frame.js"),
     include_str!("live/worker_neighbours.js"),
     include_str!("live/worker_pace.js"),
@@ -82,20 +81,16 @@ const STYLE: [&str; 3] =
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; \
                       worker-src blob:; img-src data: blob:";
 
-/// Page on which a scene runs. `text` is the scene's text, and `module` the engine for it.
+/// Page on which a scene runs, which `source` is the text of.
 #[must_use]
-pub fn page(scene: &Scene, text: &str, module: &[u8]) -> Page {
+pub fn page(scene: &Scene, source: &Source, engine: Engine) -> Page {
     let mut body = include_str!("live/page.html").to_owned();
-    element(&mut body, "application/json", "scene", &escape_json(&description(scene, text)));
-    for (name, text) in SHADERS.iter().chain(&LINES) {
-        element(&mut body, "text/plain", &format!("shader-{name}"), text);
-    }
-    element(&mut body, "text/plain", "worker-source", &format!("\"use strict\";\n{}", WORKER.concat()));
-    body.push_str("<script type=\"application/octet-stream\" id=\"module\">");
-    base64::encode(&compressed(module), &mut body);
-    body.push_str("</script>\n");
-    let program = RENDERER.concat() + &PROGRAM.concat();
-    body.push_str(&format!("<script>\n\"use strict\";\n(() => {{\n{program}}})();\n</script>\n"));
+    element(&mut body, "application/json", "scene", &escape_json(&description(scene, source)));
+    element(&mut body, "application/octet-stream", "scripts", &packed::letters(scripts().as_bytes()));
+    let mut module = String::new();
+    base64::encode(engine.packed, &mut module);
+    element(&mut body, "application/octet-stream", "module", &module);
+    body.push_str(&format!("<script>\n\"use strict\";\n{}</script>\n", include_str!("live/boot.js")));
     let style = format!("{}{}", super::report::STYLE, STYLE.concat());
     Page { html: document(scene.name(), POLICY, &style, &body), notes: Vec::new() }
 }
@@ -104,17 +99,37 @@ fn element(page: &mut String, kind: &str, id: &str, text: &str) {
     page.push_str(&format!("<script type=\"{kind}\" id=\"{id}\">{text}</script>\n"));
 }
 
-/// The scene as the page reads it.
-fn description(scene: &Scene, text: &str) -> String {
-    let live = scene.live();
-    let html = live.description.as_deref().map(markdown::html).unwrap_or_default();
-    json!({ "name": scene.name(), "text": text, "description": html, "live": live, "schema": schema() }).to_string()
+/// Comment that a text begins with, which mostly says what the scene is.
+#[must_use]
+pub fn first_comment(text: &str) -> String {
+    let lines = text.lines().map_while(|line| line.strip_prefix('#'));
+    lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
 }
 
-/// In gzip, which browsers undo.
-fn compressed(module: &[u8]) -> Vec<u8> {
-    let mut gzip = GzEncoder::new(Vec::new(), Compression::best());
-    // Memory takes all that is written to it.
-    let written: io::Result<Vec<u8>> = gzip.write_all(module).and_then(|()| gzip.finish());
-    written.unwrap_or_default()
+/// Program of the page, and the texts that it reads by their ids.
+fn scripts() -> String {
+    let mut texts = Map::new();
+    for (name, text) in SHADERS.iter().chain(&LINES) {
+        texts.insert(format!("shader-{name}"), json!(text));
+    }
+    texts.insert("schema".to_owned(), json!(schema().to_string()));
+    texts.insert("worker-source".to_owned(), json!(format!("\"use strict\";\n{}", WORKER.concat())));
+    let program = RENDERER.concat() + &PROGRAM.concat();
+    json!({ "texts": texts, "program": format!("\"use strict\";\n(() => {{\n{program}}})();\n") }).to_string()
+}
+
+/// The scene as the page reads it.
+fn description(scene: &Scene, source: &Source) -> String {
+    let live = scene.live();
+    let written = live.description.clone().unwrap_or_else(|| first_comment(&source.text));
+    let html = markdown::html(&written);
+    json!({
+        "name": scene.name(),
+        "text": source.text,
+        "changes": source.changes,
+        "files": source.files(),
+        "description": html,
+        "live": live,
+    })
+    .to_string()
 }

@@ -10,7 +10,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { Worker, isMainThread, parentPort, workerData } from "node:worker_threads";
-import { classesOf, root } from "./scripts.mjs";
+import { classesOf, moduleOf, root } from "./scripts.mjs";
 
 const { Engine } = classesOf(["engine.js"], "Engine");
 
@@ -233,7 +233,7 @@ async function main() {
   const read = (folder) => readdirSync(new URL(folder, root)).filter((name) => name.endsWith(".toml")).map((name) => ({ name, text: readFileSync(new URL(folder + name, root), "utf8") }));
   const bad = read("tests/bad_scenes/");
   const sources = [...bad, ...read("configs/")].map(({ text }) => text);
-  const bytes = readFileSync(option("--module", fileURLToPath(new URL("web/carom.wasm", root))));
+  const bytes = moduleOf(option("--module", undefined));
   const path = option("--program", "");
   const comparisons = path ? Number(option("--compare", "300")) : 0;
   const asker = new Asker(bytes, Number(option("--patience", "2")));

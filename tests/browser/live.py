@@ -219,6 +219,47 @@ def hand(page):
     expect(page.pixels() == before, "and the start has it where it was")
 
 
+def touches(page):
+    """On a phone one finger scrolls the page, and two turn the picture and make it larger."""
+    browser = page.browser
+    browser.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=5)
+    page.open("light", 400, 800)
+    if page.is_playing():
+        page.click("play")
+    before = page.pixels()
+    left, top, width, height = browser.evaluate(
+        "(() => { const box = document.getElementById('live-view').getBoundingClientRect(); return [box.left, box.top, box.width, box.height]; })()")
+    centre = (left + width / 2, top + height / 2)
+
+    def move(*paths):
+        """Each finger goes along its path in even steps."""
+        def points(share):
+            return [{"x": a[0] + share * (b[0] - a[0]), "y": a[1] + share * (b[1] - a[1]), "id": k} for k, (a, b) in enumerate(paths)]
+
+        browser.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=points(0))
+        for step in range(1, 11):
+            browser.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=points(step / 10))
+            time.sleep(0.02)
+        browser.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        time.sleep(0.3)
+
+    def at(x, y):
+        return (centre[0] + x, centre[1] + y)
+
+    def scrolled():
+        return browser.evaluate("window.scrollY")
+
+    move((at(0, 60), at(0, -60)))
+    expect(scrolled() > 20 and page.pixels() == before, f"one finger scrolls the page, by {scrolled()}")
+    browser.evaluate("window.scrollTo(0, 0)")
+    move((at(-40, 0), at(20, 0)), (at(40, 0), at(100, 0)))
+    turned = page.pixels()
+    expect(turned != before and scrolled() == 0, "two turn the picture")
+    move((at(-30, 0), at(-80, 0)), (at(30, 0), at(80, 0)))
+    expect(page.pixels() != turned and scrolled() == 0, "and make it larger")
+    browser.call("Emulation.setTouchEmulationEnabled", enabled=False)
+
+
 def fits(page, pictures):
     for scheme, width, height in (("light", 1280, 900), ("dark", 400, 800), ("dark", 2560, 1300)):
         page.open(scheme, width, height)
@@ -248,6 +289,7 @@ def main():
             controls(page)
             sights(page)
             hand(page)
+            touches(page)
             fits(page, given.pictures)
             expect(not browser.errors, f"no errors: {browser.errors}")
         foreign = [url for url in browser.requests if not url.startswith(("file://", "blob:"))]

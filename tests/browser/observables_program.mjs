@@ -4,12 +4,13 @@ import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { Observables, RadialDistribution, classesOf, every, root } from "./observables.mjs";
+import { Observables, RadialDistribution, every, root } from "./observables.mjs";
+import { classesOf, moduleOf } from "./scripts.mjs";
 
 /** The states of a scene in the module at even times. */
 async function* states(scene, interval, steps) {
   const { Engine } = classesOf(["engine.js"], "Engine");
-  const engine = await Engine.of(await WebAssembly.compile(readFileSync(new URL("web/carom.wasm", root))));
+  const engine = await Engine.of(await WebAssembly.compile(moduleOf()));
   const head = engine.start(scene);
   assert.ok(!head.error, head.error);
   for (let step = 0; step <= steps; step += 1) {

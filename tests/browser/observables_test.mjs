@@ -1,5 +1,5 @@
 // Observables of the live page against what is exact, and against the program: node tests/browser/observables_test.mjs [PROGRAM]
-// PROGRAM is carom, of whose run the page's module repeats every bit; without it, or without web/carom.wasm, only what is exact is tested.
+// PROGRAM is carom, of whose run the page's module repeats every bit; without it, or without web/carom.module, only what is exact is tested.
 
 import assert from "node:assert/strict";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
@@ -393,7 +393,7 @@ for (const [name, test] of Object.entries(tests)) {
 }
 cost();
 const program = process.argv[2];
-if (program && existsSync(new URL("web/carom.wasm", root))) {
+if (program && existsSync(new URL("web/carom.module", root))) {
   const folder = mkdtempSync(join(tmpdir(), "carom-"));
   try {
     await compare(program, folder);

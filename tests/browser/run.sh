@@ -12,7 +12,7 @@ if command -v node >/dev/null; then
     echo between
     node "$here/between.js"
     node "$here/editor_test.mjs"
-    if [ -f "$here/../../web/carom.wasm" ]; then
+    if [ -f "$here/../../web/carom.module" ]; then
         node "$here/bad_scenes.mjs" 600 --patience 20 --program "$program" --compare 191
     fi
 else
@@ -39,7 +39,7 @@ for run in fluid hopper funnel piston; do
     "$program" report "$runs/$run" >/dev/null
 done
 timeout 300 python3 -B "$here/check.py" "$runs" "$pictures"
-if [ -f "$here/../../web/carom.wasm" ]; then
+if [ -f "$here/../../web/carom.module" ]; then
     "$program" live "$here/../../configs/maxwell.toml" --out "$runs/maxwell.html" >/dev/null
     timeout 300 python3 -B "$here/live.py" "$runs/maxwell.html" --pictures "$pictures" --longest-gap 60000
 else

@@ -2,67 +2,79 @@
 
 use super::place::{FLUID, Place, code, contents, errors, line, words};
 
-/// A file that begins as WebAssembly does, of other sources than the program.
-const MODULE: &[u8] = b"\0asm\x01\0\0\0";
+/// An engine of other sources than the program.
+const MODULE: &str = "carom engine 0123456789abcdef\npacked";
+
+/// As the place has it.
+const ENGINE: [&str; 2] = ["--module", "engine.module"];
 
 fn place() -> Place {
     let place = Place::with(FLUID);
-    std::fs::write(place.path().join("engine.wasm"), MODULE).unwrap();
+    place.write("engine.module", MODULE);
     place
 }
 
+/// Description of the scene in a page.
+fn told(page: &str) -> serde_json::Value {
+    let json = page.split_once("id=\"scene\">").unwrap().1.split_once("</script>").unwrap().0;
+    serde_json::from_str(json).unwrap()
+}
+
+fn live(place: &Place, arguments: &[&str]) -> std::process::Output {
+    place.carom(&[&["live"], arguments, &ENGINE].concat())
+}
+
 #[test]
-fn a_page_has_the_scene_as_it_is_to_be_run() {
+fn a_page_has_the_scene_as_it_was_written_and_what_is_changed() {
     let place = place();
-    let output =
-        place.carom(&["live", "scene.toml", "--module", "engine.wasm", "--seed", "7", "--set", "fill.0.count=32"]);
+    let changed = ["scene.toml", "--seed", "7", "--set", "fill.0.count=32"];
+    let output = live(&place, &changed);
     assert_eq!((code(&output), words(&output).trim()), (0, "live.html"), "{}", errors(&output));
     assert!(errors(&output).contains("the module was made from other sources"), "{}", errors(&output));
     let page = place.read("live.html");
-    let json = page.split_once("id=\"scene\">").unwrap().1.split_once("</script>").unwrap().0;
-    let told: serde_json::Value = serde_json::from_str(json).unwrap();
-    place.write("again.toml", told["text"].as_str().unwrap());
-    for (scene, more) in [("scene.toml", ["--seed", "7", "--set", "fill.0.count=32"].as_slice()), ("again.toml", &[])] {
-        let arguments = [&["run", scene, "-q", "--out", scene.trim_end_matches(".toml")], more].concat();
-        assert_eq!(code(&place.carom(&arguments)), 0);
-    }
-    assert_eq!(place.read("scene/trajectory.xyz"), place.read("again/trajectory.xyz"));
+    assert_eq!(told(&page)["text"], place.read("scene.toml"));
+    assert_eq!(told(&page)["changes"], serde_json::json!({ "seed": "7", "fill.0.count": "32" }));
     // The same page again is no replacement, another one is.
-    assert_eq!(
-        code(&place.carom(&[
-            "live",
-            "scene.toml",
-            "--module",
-            "engine.wasm",
-            "--seed",
-            "7",
-            "--set",
-            "fill.0.count=32"
-        ])),
-        0
-    );
-    let other = ["live", "scene.toml", "--module", "engine.wasm"];
-    assert_eq!(code(&place.carom(&other)), 2);
+    assert_eq!(code(&live(&place, &changed)), 0);
+    assert_eq!(code(&live(&place, &["scene.toml"])), 2);
     assert_eq!(place.read("live.html"), page);
-    assert_eq!(code(&place.carom(&[other.as_slice(), &["--force"]].concat())), 0);
-    assert_ne!(place.read("live.html"), page);
+    assert_eq!(code(&live(&place, &["scene.toml", "--force"])), 0);
+    assert_eq!(told(&place.read("live.html"))["changes"], serde_json::json!({}));
+}
+
+#[test]
+fn a_page_takes_the_files_of_the_scene_along() {
+    let place = place();
+    std::fs::create_dir(place.path().join("scenes")).unwrap();
+    place.write("scenes/ball.obj", "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n");
+    let surface = "[[surface]]\nshape = \"mesh\"\npath = \"ball.obj\"\n";
+    place.write("scenes/mesh.toml", &format!("allow_invalid_start = true\n{FLUID}\n{surface}"));
+    let output = live(&place, &["scenes/mesh.toml"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let files = told(&place.read("live.html"))["files"].clone();
+    assert_eq!((files.as_array().unwrap().len(), &files[0]["name"]), (1, &"ball.obj".into()));
+    // It would be lost.
+    let output = live(&place, &["scenes/mesh.toml", "--out", "scenes/ball.obj", "--force"]);
+    assert_eq!(code(&output), 2, "{}", errors(&output));
+    assert!(place.read("scenes/ball.obj").starts_with("v 1"));
 }
 
 #[test]
 fn what_has_no_page_is_refused_and_leaves_nothing() {
     let place = place();
-    place.write("text.wasm", "no module");
-    place.write("ball.obj", "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n");
-    place.write("mesh.toml", &FLUID.replace("[run]", "[[surface]]\nshape = \"mesh\"\npath = \"ball.obj\"\n\n[run]"));
+    place.write("plain.wasm", "\0asm");
+    let run = ["run", "scene.toml", "-q", "--out", "run", "--set", "fill.0.count=8", "--until-events", "10"];
+    assert_eq!(code(&place.carom(&run)), 0);
+    place.write("later.toml", "[start]\nfrom = \"run\"\n[run]\nuntil_time = 1.0\n");
     let exchange = "[exchange]\ntemperatures = [1.0, 2.0]\ninterval = 1.0\nrate = 1.0\n\n[run]";
     place.write("replicas.toml", &FLUID.replace("[run]", exchange));
     let before = contents(place.path());
     for (arguments, expected) in [
         (["scene.toml", "--module", "nothing.wasm"], "nothing.wasm cannot be read"),
-        (["scene.toml", "--module", "text.wasm"], "not WebAssembly"),
-        (["mesh.toml", "--module", "engine.wasm"], "ball.obj, expected no other files"),
-        (["replicas.toml", "--module", "engine.wasm"], "[exchange]"),
-        (["nothing.toml", "--module", "engine.wasm"], "nothing.toml"),
+        (["scene.toml", "--module", "plain.wasm"], "not an engine for browsers"),
+        (["later.toml", "--module", "engine.module"], "starts from a run"),
+        (["replicas.toml", "--module", "engine.module"], "[exchange]"),
+        (["nothing.toml", "--module", "engine.module"], "nothing.toml"),
     ] {
         let output = place.carom(&[["live"].as_slice(), &arguments].concat());
         assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));

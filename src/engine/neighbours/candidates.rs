@@ -57,6 +57,7 @@ impl Candidates {
     }
 
     /// Takes note of the first `count` of eight particles.
+    #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[inline(always)]
     pub fn put_eight(&mut self, (particles, count): ([u32; 8], usize)) {
         if self.length + 8 > self.found.len() {

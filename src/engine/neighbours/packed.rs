@@ -57,6 +57,7 @@ pub struct Packed {
     periods: [f32; 3],
     /// The largest coordinate of the box along its periodic axes.
     scale: f64,
+    #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[serde(skip, default = "Simd::most")]
     width: Simd,
 }

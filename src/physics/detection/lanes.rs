@@ -49,6 +49,7 @@ impl Simd {
     }
 
     /// Whether there is AVX2, for code that uses nothing else.
+    #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[inline]
     #[must_use]
     pub fn has_avx2(self) -> bool {

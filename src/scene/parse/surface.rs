@@ -11,6 +11,7 @@ use crate::mesh::report::{MeshReport, Orientation};
 use crate::mesh::revolution::revolution;
 use crate::model::surface_motion::{sine_and_cosine, turn};
 use crate::model::{InputFile, SurfaceLaw, SurfaceShape, TriangleMesh};
+use crate::scene::brought;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::unchanged;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
@@ -184,7 +185,7 @@ pub(super) fn mesh(
 ) -> Result<(TriangleMesh, InputFile), SceneError> {
     let path = directory.join(&file.path);
     let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
-    let content = std::fs::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
+    let content = brought::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
     let input = unchanged(&path, &content, file.checksum, at)?;
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
     let unusable = |error: MeshFileError| {

@@ -29,7 +29,7 @@ class LiveEditor {
     this.own = live.scene.text;
     this.build();
     this.editor = new TextEditor(this.place, this.own, (kind) => this.edited(kind));
-    this.offers = new CompletionList(this.editor, new SceneSchema(live.scene.schema ?? {}));
+    this.offers = new CompletionList(this.editor, new SceneSchema(JSON.parse(document.getElementById("schema").textContent)));
     const place = document.getElementById("live-sliders");
     this.sliders = new SliderSet(place, live.scene.live?.sliders, (...moved) => this.slide(...moved), this.offers.schema);
     this.runs = changedText(live.text ?? this.own, live.changes);

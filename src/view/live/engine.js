@@ -32,6 +32,16 @@ class Engine {
     return this.message;
   }
 
+  /** Gives scenes a file that they may name. */
+  bring(name, content) {
+    const letters = new TextEncoder().encode(name);
+    const at = this.calls.room(letters.length + content.length);
+    const room = new Uint8Array(this.calls.memory.buffer, at);
+    room.set(letters);
+    room.set(content, letters.length);
+    this.calls.bring(letters.length);
+  }
+
   /**
    * Starts a scene from its text, with other values `{"fill.0.temperature": "2"}`: what there is in it, or an error with its line, its cure, and its
    * offset and length in bytes.

@@ -10,12 +10,17 @@ const SLOW = 60;
 /** The events that are looked ahead for announcements. */
 const AHEAD = 400;
 
+/** Starts the graphics while the worker unpacks the engine, because the first picture of a page waits for them. */
+function wakeGraphics() {
+  document.createElement("canvas").getContext("webgl2")?.getExtension("WEBGL_lose_context")?.loseContext();
+}
+
 /** A scene that runs: what the page shows of it and does to it. */
 class Live {
   constructor() {
     this.scene = JSON.parse(document.getElementById("scene").textContent);
     this.text = this.scene.text;
-    this.changes = {};
+    this.changes = this.scene.changes;
     this.handlers = new Map();
     this.picture = new Picture(liveElement("view"));
     this.hand = new Hand(this);
@@ -27,8 +32,9 @@ class Live {
     this.spent = [];
     this.describe();
     this.controls = new LiveControls(this);
-    this.worker = new LiveWorker((message) => this.hear(message));
+    this.worker = new LiveWorker(this.scene.files, (message) => this.hear(message));
     this.worker.send({ kind: "start", text: this.text, changes: this.changes });
+    wakeGraphics();
     new ResizeObserver(() => this.resized()).observe(this.picture.canvas);
     requestAnimationFrame((now) => this.tick(now));
   }

@@ -3,7 +3,8 @@ const PATIENCE = 3000;
 
 /** The worker with the engine, seen from the page: messages by their kind, answers to questions, and a new worker when one does not answer. */
 class LiveWorker {
-  constructor(hear) {
+  constructor(files, hear) {
+    this.files = files;
     this.hear = hear;
     this.source = URL.createObjectURL(new Blob([document.getElementById("worker-source").textContent], { type: "text/javascript" }));
     this.questions = new Map();
@@ -29,7 +30,7 @@ class LiveWorker {
       this.hear(data);
     };
     this.worker.onerror = (event) => this.hear({ kind: "error", error: `the worker has failed: ${event.message}`, isTrap: true });
-    this.send({ kind: "module", text: document.getElementById("module").textContent.trim() });
+    this.send({ kind: "module", text: document.getElementById("module").textContent.trim(), files: this.files });
   }
 
   send(message, buffers = []) {

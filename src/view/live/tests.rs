@@ -42,24 +42,34 @@ fn text() -> String {
     TEXT.to_owned()
 }
 
+/// Page of a text, with an engine of these bytes.
+fn page_of(text: &str, packed: &[u8]) -> Page {
+    let file = [format!("carom engine {}\n", env!("CAROM_FINGERPRINT")).as_bytes(), packed].concat();
+    let source = Source { text: text.to_owned(), ..Source::default() };
+    page(&scene(text), &source, Engine::of(&file).unwrap())
+}
+
+/// Description of a scene in a page.
+fn told(page: &Page) -> serde_json::Value {
+    let json = page.html.split_once("id=\"scene\">").unwrap().1.split_once("</script>").unwrap().0;
+    serde_json::from_str(json).unwrap()
+}
+
 #[test]
 fn a_page_carries_all_that_it_needs() {
     let text = text() + "# </script>\n";
-    let module = b"\0asm of a test".repeat(100);
-    let page = page(&scene(&text), &text, &module).html;
-    assert_eq!(page.matches("</script>").count(), 3 + SHADERS.len() + LINES.len() + 1);
+    let page = page_of(&text, &b"packed".repeat(100));
+    let (told, page) = (told(&page), page.html);
+    assert_eq!(page.matches("</script>").count(), 4);
     for reference in ["src=", "http-equiv=\"refresh", "@import", "url("] {
         assert!(!page.contains(reference), "{reference}");
     }
-    let json = page.split_once("id=\"scene\">").unwrap().1.split_once("</script>").unwrap().0;
-    let told: serde_json::Value = serde_json::from_str(json).unwrap();
     assert_eq!(told["text"], text);
     assert_eq!(told["live"]["speed"], 3.0);
     assert_eq!(told["live"]["colour"], "speed");
     assert_eq!(told["live"]["view"], json!([10.0, 20.0]));
     assert_eq!(told["live"]["sliders"][0]["key"], "particle.0.position.0");
     assert_eq!(told["live"]["sliders"][0]["scale"], "linear");
-    assert!(told["schema"]["properties"]["live"].is_object());
     let html = told["description"].as_str().unwrap();
     assert_eq!(
         html,
@@ -70,15 +80,21 @@ fn a_page_carries_all_that_it_needs() {
 #[test]
 fn all_scripts_of_the_page_are_in_it() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view/live");
-    let text = text();
-    let page = page(&scene(&text), &text, b"").html;
+    let page = page_of(TEXT, b"").html;
+    let scripts: serde_json::Value = serde_json::from_str(&scripts()).unwrap();
+    let schema: serde_json::Value = serde_json::from_str(scripts["texts"]["schema"].as_str().unwrap()).unwrap();
+    assert!(schema["properties"]["live"].is_object());
+    let texts = scripts["texts"].as_object().unwrap().values().chain([&scripts["program"]]);
+    let scripts: Vec<&str> = texts.map(|text| text.as_str().unwrap()).collect();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path
             .extension()
             .is_some_and(|extension| ["js", "css", "html", "vert", "frag"].iter().any(|it| extension == *it))
         {
-            assert!(page.contains(&std::fs::read_to_string(&path).unwrap()), "{}", path.display());
+            let text = std::fs::read_to_string(&path).unwrap();
+            let is_there = page.contains(&text) || scripts.iter().any(|script| script.contains(&text));
+            assert!(is_there, "{}", path.display());
         }
     }
 }
@@ -86,7 +102,7 @@ fn all_scripts_of_the_page_are_in_it() {
 #[test]
 fn the_same_scene_gives_the_same_page() {
     let text = text();
-    assert_eq!(page(&scene(&text), &text, b"module"), page(&scene(&text), &text, b"module"));
+    assert_eq!(page_of(&text, b"packed"), page_of(&text, b"packed"));
 }
 
 #[test]
@@ -101,4 +117,52 @@ fn mistakes_in_a_page_are_told() {
     assert!(with("to = 9.0", "to = 1.0").contains("live.slider"));
     assert!(with("from = 1.0", "from = -1.0\nscale = \"log\"").contains("live.slider"));
     assert!(with("[10.0, 20.0]", "[nan, 20.0]").contains("live.view"));
+}
+
+#[test]
+fn a_page_carries_the_text_as_it_was_written_its_changes_and_its_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let text = text().replace(
+        "[[particle]]\nspecies = \"disc\"\nposition = [2.0, 2.0, 0.0]",
+        "# Where they are.\n[[file]]\npath = \"at/start.xyz\"",
+    );
+    std::fs::create_dir(folder.path().join("at")).unwrap();
+    std::fs::write(folder.path().join("at/start.xyz"), "1\nProperties=species:S:1:pos:R:3\ndisc 2 2 0\n").unwrap();
+    std::fs::write(&path, &text).unwrap();
+    let overrides = [("species.disc.mass", "2.0")];
+    let source = Source::of_file(&path, &overrides).unwrap();
+    let file = format!("carom engine {}\npacked", env!("CAROM_FINGERPRINT"));
+    let told = told(&page(&Scene::from_file(&path).unwrap(), &source, Engine::of(file.as_bytes()).unwrap()));
+    assert_eq!(told["text"], text);
+    assert_eq!(told["changes"], json!({ "species.disc.mass": "2.0" }));
+    assert_eq!(told["files"][0]["name"], "at/start.xyz");
+    // The head of gzip.
+    assert!(told["files"][0]["content"].as_str().unwrap().starts_with("H4sI"), "{}", told["files"][0]["content"]);
+    assert_eq!(told["files"].as_array().unwrap().len(), 1);
+    std::fs::remove_file(folder.path().join("at/start.xyz")).unwrap();
+    let error = Source::of_file(&path, &overrides).unwrap_err().to_string();
+    assert!(error.contains("start.xyz"), "{error}");
+}
+
+#[test]
+fn an_engine_is_what_the_build_has_left() {
+    let file = format!("carom engine {}\npacked", env!("CAROM_FINGERPRINT"));
+    let engine = Engine::of(file.as_bytes()).unwrap();
+    assert!(engine.is_of_these_sources());
+    assert_eq!(engine.packed, b"packed");
+    assert!(!Engine::of(b"carom engine 0123456789abcdef\npacked").unwrap().is_of_these_sources());
+    for bad in
+        ["", "\0asm", "carom engine 0123", "carom engine 0123456789abcdef", "carom engine 0123456789abcdef packed"]
+    {
+        assert_eq!(Engine::of(bad.as_bytes()), None, "{bad}");
+    }
+}
+
+#[test]
+fn a_scene_without_a_description_has_its_first_comment() {
+    let described = TEXT.lines().filter(|line| !line.starts_with("description")).collect::<Vec<_>>().join("\n");
+    let page = page_of(&format!("# Two *discs*\n#and a\tthird.\n\n# Another.\n{}", described.trim_start()), b"");
+    assert_eq!(told(&page)["description"], "<p>Two <em>discs</em>\nand a\tthird.</p>\n");
+    assert_eq!(told(&page_of(&described, b""))["description"], "");
 }

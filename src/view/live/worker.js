@@ -8,6 +8,16 @@ const REST = 8;
 const SAMPLE = 50;
 const RESULTS = 200;
 
+/** Bytes of letters. */
+function ofBase64(text) {
+  return Uint8Array.fromBase64 ? Uint8Array.fromBase64(text) : Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+}
+
+async function gunzipped(text) {
+  const stream = new Blob([ofBase64(text)]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
 /** The simulation in its own thread: it hears what the page wants, runs in short slices between, and answers requests for pictures. */
 class Laboratory {
   constructor() {
@@ -21,7 +31,7 @@ class Laboratory {
 
   async hear(message) {
     if (message.kind === "module") {
-      this.load(message.text);
+      this.load(message);
       return;
     }
     await this.ready;
@@ -42,17 +52,18 @@ class Laboratory {
 
   async instantiate(module) {
     this.engine = await Engine.of(module);
+    for (const { name, content } of await this.files) {
+      this.engine.bring(name, content);
+    }
   }
 
   post(message, buffers = []) {
     self.postMessage(message, buffers);
   }
 
-  /** Compiles the module while its text is still being unpacked. */
-  load(text) {
-    const letters = Uint8Array.fromBase64 ? Uint8Array.fromBase64(text) : Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([letters]).stream().pipeThrough(new DecompressionStream("gzip"));
-    this.loading = WebAssembly.compileStreaming(new Response(stream, { headers: { "Content-Type": "application/wasm" } }));
+  load({ text, files }) {
+    this.files = Promise.all(files.map(async ({ name, content }) => ({ name, content: await gunzipped(content) })));
+    this.loading = WebAssembly.compile(new Unpacker(ofBase64(text)).unpack());
     this.ready = this.loading.then((module) => this.instantiate(module));
     this.ready.catch((error) => this.post({ kind: "error", error: `the engine cannot be loaded: ${error.message}`, isTrap: true }));
   }

@@ -32,6 +32,12 @@ pub extern "C" fn room(length: usize) -> *mut u8 {
     })
 }
 
+/// Gives scenes a file: the room has its name, of so many bytes, and then its content.
+#[unsafe(no_mangle)]
+pub extern "C" fn bring(name_length: usize) {
+    PAGE.with_borrow_mut(|page| page.bring(name_length));
+}
+
 /// Starts the scene `{"text", "changes"}`: 1, and what there is in it; or 0, and the error, its line and its cure.
 #[unsafe(no_mangle)]
 pub extern "C" fn start() -> u32 {

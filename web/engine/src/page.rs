@@ -56,6 +56,16 @@ impl Page {
         serde_json::from_slice(&self.room).map_err(|error| failure(&error.to_string()))
     }
 
+    pub fn bring(&mut self, name_length: usize) {
+        let mut name = std::mem::take(&mut self.room);
+        let content = name.split_off(name_length.min(name.len()));
+        // Elsewhere the disk has the files.
+        #[cfg(target_family = "wasm")]
+        carom::scene::bring(Path::new(&*String::from_utf8_lossy(&name)), content);
+        #[cfg(not(target_family = "wasm"))]
+        drop(content);
+    }
+
     pub fn start(&mut self) -> Result<Value, Value> {
         let request = self.request()?;
         // One simulation at a time has memory.

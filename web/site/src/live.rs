@@ -37,8 +37,6 @@ const BESIDE: &str = "@media (min-width: 62rem) { .live:has(> .live-editor:not([
 /// A page on which a scene runs, within the site.
 struct Frames<'a> {
     address: &'a str,
-    /// What one reads about the scene, in Markdown, where the scene itself says nothing.
-    about: &'a str,
     style: &'a str,
     has_navigation: bool,
     /// What stands below, in HTML.
@@ -47,12 +45,9 @@ struct Frames<'a> {
 
 impl Frames<'_> {
     /// The page; nothing without the engine.
-    fn around(&self, site: &Site, scene: &Scene, text: &str) -> Option<String> {
-        let module = site.module.as_ref()?;
-        // The text beside the picture stays as it is.
-        let described = scene.live().description.is_none().then(|| format!("description = {:?}\n{text}", self.about));
-        let described = described.and_then(|text| Scene::from_toml(&text, "scene.toml").ok());
-        let page = live::page(described.as_ref().unwrap_or(scene), text, module).html;
+    fn around(&self, site: &Site, shown: &ScenePage) -> Option<String> {
+        let engine = live::Engine::of(site.module.as_ref()?)?;
+        let page = live::page(&shown.scene, &shown.live, engine).html;
         let style = if self.has_navigation {
             format!("{}{}", include_str!("site.css"), self.style)
         } else {
@@ -65,9 +60,9 @@ impl Frames<'_> {
     }
 }
 
-/// The page on which a scene runs; nothing where it cannot run in a browser, which has no files.
+/// The page on which a scene runs; nothing without the engine, or for replicas.
 pub fn scene_page(site: &Site, page: &ScenePage, scenes: &[ScenePage]) -> Option<String> {
-    if page.text.lines().any(|line| line.trim_start().starts_with("path")) {
+    if page.scene.exchange().is_some() {
         return None;
     }
     let address = page.address();
@@ -80,19 +75,15 @@ pub fn scene_page(site: &Site, page: &ScenePage, scenes: &[ScenePage]) -> Option
     let below = format!(
         "<nav class=\"site-beside\" aria-label=\"Other scenes\">{before}<a href=\"index.html\">All scenes</a>{after}</nav>"
     );
-    Frames { address: &address, about: &page.source, style: "", has_navigation: true, below }.around(
-        site,
-        &page.scene,
-        &page.text,
-    )
+    Frames { address: &address, style: "", has_navigation: true, below }.around(site, page)
 }
 
 /// The gas of the home page; its address.
 pub fn write_gas(site: &Site, scenes: &[ScenePage]) -> io::Result<Option<String>> {
     let address = "gas.html";
     let Some(gas) = scenes.iter().find(|scene| scene.name == GAS) else { return Ok(None) };
-    let frames = Frames { address, about: "", style: BARE, has_navigation: false, below: String::new() };
-    let Some(page) = frames.around(site, &gas.scene, &gas.text) else { return Ok(None) };
+    let frames = Frames { address, style: BARE, has_navigation: false, below: String::new() };
+    let Some(page) = frames.around(site, gas) else { return Ok(None) };
     site.write(address, page.as_bytes())?;
     Ok(Some(address.to_owned()))
 }
@@ -100,9 +91,9 @@ pub fn write_gas(site: &Site, scenes: &[ScenePage]) -> io::Result<Option<String>
 /// The page on which one writes a scene of one's own.
 pub fn write_editor(site: &Site, scenes: &[ScenePage]) -> io::Result<()> {
     let (address, about) = ("editor.html", "Write a scene and see it run: a link carries it.");
-    let frames = Frames { address, about, style: BESIDE, has_navigation: true, below: String::new() };
+    let frames = Frames { address, style: BESIDE, has_navigation: true, below: String::new() };
     let start = scenes.iter().find(|scene| scene.name == GAS);
-    if let Some(page) = start.and_then(|scene| frames.around(site, &scene.scene, &scene.text)) {
+    if let Some(page) = start.and_then(|scene| frames.around(site, scene)) {
         return site.write(address, page.as_bytes());
     }
     let body =

@@ -84,9 +84,9 @@ fn main() -> ExitCode {
     let mut words = env::args_os().skip(1).map(PathBuf::from);
     let root = words.next().unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."));
     let out = words.next().unwrap_or_else(|| root.join("web/site/out"));
-    let module = fs::read(root.join("web/carom.wasm")).ok();
+    let module = fs::read(root.join("web/carom.module")).ok();
     if module.is_none() {
-        eprintln!("no web/carom.wasm: the pages have no scenes that run; web/build makes it");
+        eprintln!("no web/carom.module: the pages have no scenes that run; web/build makes it");
     }
     let site = Site { root, out, module };
     match build(&site) {

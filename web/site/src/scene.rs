@@ -3,11 +3,13 @@
 use std::io;
 
 use carom::Scene;
+use carom::scene::SceneError;
+use carom::view::live::{Source, first_comment};
 
 use crate::layout::Page;
 use crate::links::{escaped, relative};
 use crate::markdown::{Targets, read};
-use crate::{Site, gallery, live};
+use crate::{Site, gallery};
 
 /// A scene of `configs`.
 pub struct ScenePage {
@@ -16,12 +18,12 @@ pub struct ScenePage {
     pub title: String,
     /// What it teaches, in HTML.
     pub about: String,
-    /// The same in Markdown.
-    pub source: String,
     /// Its first sentence, as plain text.
     pub lead: String,
     pub text: String,
     pub scene: Scene,
+    /// What the page runs.
+    pub live: Source,
     /// Whether the page has a picture of it.
     pub has_picture: bool,
 }
@@ -37,12 +39,6 @@ impl Targets for Plain {
     fn code(&mut self, code: &str) -> Option<String> {
         Some(format!("{}.html", code.strip_prefix("configs/")?.strip_suffix(".toml")?))
     }
-}
-
-/// Comment that a scene begins with.
-fn comment(text: &str) -> String {
-    let lines = text.lines().map_while(|line| line.strip_prefix('#'));
-    lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
 }
 
 /// A name as a title.
@@ -67,20 +63,21 @@ impl ScenePage {
     fn of(site: &Site, file: &str) -> io::Result<Self> {
         let path = format!("configs/{file}");
         let text = site.read(&path)?;
-        let scene =
-            Scene::from_file(site.root.join(&path)).map_err(|error| io::Error::other(format!("{path}: {error}")))?;
+        let wrong = |error: SceneError| io::Error::other(format!("{path}: {error}"));
+        let scene = Scene::from_file(site.root.join(&path)).map_err(wrong)?;
+        let live = Source::of_file(&site.root.join(&path), &[]).map_err(wrong)?;
         let name = file.trim_end_matches(".toml").to_owned();
-        let source = scene.live().description.clone().unwrap_or_else(|| comment(&text));
+        let source = scene.live().description.clone().unwrap_or_else(|| first_comment(&text));
         let about = read(&source, &mut Plain);
-        let has_picture = live::draw(site, &scene, &format!("scenes/{name}.png"))?;
+        let has_picture = crate::live::draw(site, &scene, &format!("scenes/{name}.png"))?;
         Ok(Self {
             title: titled(&name),
             about: about.body,
             lead: sentence(&source),
-            source,
             name,
             text,
             scene,
+            live,
             has_picture,
         })
     }
@@ -96,7 +93,7 @@ impl ScenePage {
     /// Its page: that on which it runs, or its picture and text where it does not run in a browser.
     pub fn write(&self, site: &Site, scenes: &[Self]) -> io::Result<()> {
         let address = self.address();
-        if let Some(page) = live::scene_page(site, self, scenes) {
+        if let Some(page) = crate::live::scene_page(site, self, scenes) {
             return site.write(&address, page.as_bytes());
         }
         let picture = if self.has_picture {
@@ -150,6 +147,5 @@ mod tests {
         assert_eq!(titled("square_well_law"), "Square well law");
         assert_eq!(sentence("A heap in a box that\nis tilted: gravity turns. More"), "A heap in a box that is tilted.");
         assert_eq!(sentence("One."), "One.");
-        assert_eq!(comment("# a\n#\n# b\nseed = 1\n# c"), "a\n\nb");
     }
 }

@@ -1,0 +1,33 @@
+//! Files that a scene reads: those of the disk, or, on machines that have none, those that somebody has brought.
+
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use std::fs::read;
+
+#[cfg(target_family = "wasm")]
+pub use brought::bring;
+#[cfg(target_family = "wasm")]
+pub(crate) use brought::read;
+
+/// WebAssembly in a browser has no disk.
+#[cfg(target_family = "wasm")]
+mod brought {
+    use std::cell::RefCell;
+    use std::collections::BTreeMap;
+    use std::io;
+    use std::path::{Path, PathBuf};
+
+    thread_local! {
+        static BROUGHT: RefCell<BTreeMap<PathBuf, Vec<u8>>> = RefCell::default();
+    }
+
+    /// Gives scenes a file, under the path by which they name it.
+    pub fn bring(path: &Path, content: Vec<u8>) {
+        BROUGHT.with_borrow_mut(|files| files.insert(path.to_owned(), content));
+    }
+
+    /// Content of a file.
+    pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+        let content = BROUGHT.with_borrow(|files| files.get(path).cloned());
+        content.ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "it did not come with the page"))
+    }
+}

@@ -1,0 +1,18 @@
+//! Packing of what a page carries, as browsers unpack it: gzip in base64.
+
+use std::io::{self, Write};
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
+use crate::view::report::base64;
+
+/// Letters that stand for some bytes.
+pub(super) fn letters(bytes: &[u8]) -> String {
+    let mut gzip = GzEncoder::new(Vec::new(), Compression::best());
+    // Memory takes all that is written to it.
+    let packed: io::Result<Vec<u8>> = gzip.write_all(bytes).and_then(|()| gzip.finish());
+    let mut letters = String::new();
+    base64::encode(&packed.unwrap_or_default(), &mut letters);
+    letters
+}

@@ -1,0 +1,52 @@
+//! Contents of a page that runs: the text of a scene, what replaces its values, and the files that it reads.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use super::packed;
+use crate::model::Scene;
+use crate::scene::{ConfigPath, NamedInput, SceneError, SceneErrorKind, read_text};
+
+/// A scene as a page carries it.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Source {
+    /// Its text, as it was written.
+    pub(super) text: String,
+    /// Keys and values that replace those of the text.
+    pub(super) changes: BTreeMap<String, String>,
+    /// Files that it reads, under the names that it has for them.
+    pub(super) files: BTreeMap<PathBuf, Vec<u8>>,
+}
+
+impl Source {
+    /// The scene in a file, with some of its values replaced as in [`Scene::from_file_with`]. A run that it starts from is left out.
+    ///
+    /// # Errors
+    /// [`SceneError`] if the text or a file that it names cannot be read.
+    pub fn of_file(path: &Path, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
+        let text = read_text(path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut files = BTreeMap::new();
+        for (name, kind) in Scene::inputs_named(&text, Path::new(""), overrides)? {
+            if kind == NamedInput::File {
+                files.insert(name.clone(), read(&folder.join(&name))?);
+            }
+        }
+        let changes = overrides.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+        Ok(Self { text, changes, files })
+    }
+
+    /// Names and contents of the files, as the page reads them.
+    pub(super) fn files(&self) -> Value {
+        let file = |(name, content): (&PathBuf, &Vec<u8>)| json!({ "name": name, "content": packed::letters(content) });
+        self.files.iter().map(file).collect()
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, SceneError> {
+    let unreadable = |source| SceneErrorKind::Unreadable { path: path.to_owned(), source };
+    fs::read(path).map_err(|source| SceneError::new(ConfigPath::root(), unreadable(source)))
+}
