@@ -41,6 +41,20 @@ const tests = {
       assert.ok(!toml.tokens.some(([kind]) => kind === "error"), name);
     }
   },
+  "Entries are found by the names of their tables, as the program finds them": () => {
+    const toml = new Toml(read("silo.toml"));
+    assert.equal(toml.get("surface.silo.restitution"), 0.6);
+    assert.equal(toml.get("surface.gate.restitution"), 0.6);
+    assert.equal(toml.get("surface.none.restitution"), undefined);
+    assert.equal(toml.get("name.silo"), undefined);
+    assert.equal(toml.numbered("surface.gate.restitution"), "surface.1.restitution");
+    const changed = new Toml(toml.with("surface.gate.restitution", "0.25"));
+    assert.deepEqual([0, 1].map((index) => changed.get(`surface.${index}.restitution`)), [0.6, 0.25]);
+    // A key that is not there yet gets a line in the table of that name.
+    const added = new Toml(toml.with("species.grain.charge", "2"));
+    assert.equal(added.get("species.0.charge"), 2);
+    assert.equal(new Toml("species = [{ name = \"a\" }, { name = \"b\", mass = 3 }]").get("species.b.mass"), 3);
+  },
   "Pieces cover the text in order and without overlaps": () => {
     for (const name of scenes) {
       const toml = new Toml(read(name));

@@ -37,15 +37,15 @@ const SLIDER_RULES = [
   { fits: /^chain\.\d+\.temperature$/, label: "temperature", range: (value) => ({ from: value / 100, to: value * 100, scale: "log" }) },
   { fits: /^space\.[xyz]\.(?:lower|upper)\.temperature$/, label: "wall temperature", range: (value) => ({ from: value / 10, to: value * 10, scale: "log" }) },
   { fits: /^space\.y\.shear_rate$/, label: "shear rate", range: (value) => ({ from: 0, to: above(value) }) },
-  { fits: /^interaction\.\d+\.restitution$/, label: "restitution", isLive: true, range: () => ({ from: 0, to: 1 }) },
-  { fits: /^interaction\.\d+\.well_depth$/, label: "well depth", isLive: true, range: (value) => ({ from: Math.min(0, 2 * value), to: above(value) }) },
+  { fits: /^interaction\.[^.]+\.restitution$/, label: "restitution", isLive: true, range: () => ({ from: 0, to: 1 }) },
+  { fits: /^interaction\.[^.]+\.well_depth$/, label: "well depth", isLive: true, range: (value) => ({ from: Math.min(0, 2 * value), to: above(value) }) },
   { fits: /^interaction\.\d+\.lambda$/, label: "well width λ", range: () => ({ from: 1.02, to: 3 }) },
   {
     fits: /^fill\.\d+\.count$/, label: "particles", isInteger: true,
     range: (value) => ({ from: Math.max(1, Math.round(value / 20)), to: Math.max(value * 4, 20), scale: "log" }),
   },
   { fits: /^space\.[xyz]\.restitution$/, label: "restitution of walls", isLive: true, range: () => ({ from: 0, to: 1 }) },
-  { fits: /^surface\.\d+\.restitution$/, label: "restitution", isLive: true, range: () => ({ from: 0, to: 1 }) },
+  { fits: /^surface\.[^.]+\.restitution$/, label: "restitution", isLive: true, range: () => ({ from: 0, to: 1 }) },
   { fits: /^dynamics\.contact_time$/, label: "contact time", range: (value) => ({ from: value / 100, to: value * 100, scale: "log" }) },
 ];
 

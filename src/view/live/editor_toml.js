@@ -289,14 +289,28 @@ class Toml {
     return this.text.length;
   }
 
-  /** The entry of a path such as `fill.0.temperature`. */
+  /** The entry of a path such as `fill.0.temperature` or `species.disk.mass`. */
   find(path) {
-    return this.entries.get(path);
+    return this.entries.get(path) ?? this.entries.get(this.numbered(path));
   }
 
   /** Scalar at a path, or undefined. */
   get(path) {
-    return this.entries.get(path)?.value;
+    return this.find(path)?.value;
+  }
+
+  /** A path with the numbers of entries in place of their names. */
+  numbered(path) {
+    const steps = [];
+    for (const step of path.split(".")) {
+      const place = steps.join(".");
+      const isNamed = ({ path: at, value }) =>
+        value === step && at.length === steps.length + 2 && at.at(-1) === "name" && at.slice(0, -2).join(".") === place && Number.isInteger(at.at(-2));
+      const isPlain = /^\d+$/.test(step) || steps.length === 0;
+      const named = isPlain ? undefined : [...this.entries.values()].find(isNamed);
+      steps.push(named ? named.path.at(-2) : step);
+    }
+    return steps.join(".");
   }
 
   /** How many tables an array of tables has. */
@@ -310,7 +324,7 @@ class Toml {
     if (found) {
       return { start: found.start, end: found.end, insert: value };
     }
-    const steps = path.split(".");
+    const steps = this.numbered(path).split(".");
     for (let length = steps.length - 1; length >= 0; length -= 1) {
       const place = steps.slice(0, length).join(".");
       const rest = steps.slice(length).join(".");
