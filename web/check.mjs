@@ -1,14 +1,19 @@
-// Compares the module with the program, bit for bit, and times both: node web/check.mjs PROGRAM EVENTS SCENE...
+// Compares the module with the program, bit for bit, and times both: node web/check.mjs PROGRAM EVENTS [--runs FILE] SCENE...
+// FILE gets the runs, for tests/browser/bits.py, which repeats them in Chromium.
 // Both run the plan of the scene, with so many events in its last stage and few in its equilibration. Scenes that do not fit are named.
 
 import { spawnSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { appendFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { classesOf, moduleOf } from "../tests/browser/scripts.mjs";
 
-const { Engine } = classesOf(["engine.js"], "Engine");
+const { Engine, hashOf } = classesOf(["engine.js", "../../../tests/browser/hash.js"], "Engine, hashOf");
 const [program, wanted, ...scenes] = process.argv.slice(2);
+const runs = scenes[0] === "--runs" ? scenes.splice(0, 2)[1] : undefined;
+if (runs) {
+  writeFileSync(runs, "");
+}
 const events = Number(wanted);
 const module = await WebAssembly.compile(moduleOf());
 const folder = mkdtempSync(join(tmpdir(), "carom-"));
@@ -50,9 +55,8 @@ let [compared, failed] = [0, 0];
 for (const scene of scenes) {
   const engine = await Engine.of(module);
   const text = readFileSync(scene, "utf8");
-  for (const [, path] of text.matchAll(/^path *= *"([^"]+)"/gm)) {
-    engine.bring(path, readFileSync(join(dirname(scene), path)));
-  }
+  const files = [...text.matchAll(/^path *= *"([^"]+)"/gm)].map(([, name]) => ({ name, content: readFileSync(join(dirname(scene), name)) }));
+  files.forEach(({ name, content }) => engine.bring(name, content));
   // The scene keeps its own end in time, if it comes first.
   const changes = { "run.until_events": String(events) };
   if (/^equilibration_events/m.test(text)) {
@@ -79,6 +83,10 @@ for (const scene of scenes) {
   const state = engine.look();
   const numbers = Float64Array.from([...state.positions, ...state.velocities]);
   const at = difference(numbers, expected.numbers);
+  if (runs) {
+    const letters = files.map(({ name, content }) => ({ name, content: content.toString("base64") }));
+    appendFileSync(runs, `${JSON.stringify({ scene, text, changes, files: letters, hash: hashOf(numbers) })}\n`);
+  }
   const isSame = at < 0 && state.time === expected.time;
   const rate = summary.speed.events_per_second;
   const speed = `${Math.round(state.events / seconds / 1000)} k events/s, program ${Math.round(rate / 1000)} k`;
