@@ -1,5 +1,5 @@
-// Compares the module with the program, bit for bit, and times both: node web/check.mjs PROGRAM EVENTS [--runs FILE] SCENE...
-// FILE gets the runs, for tests/browser/bits.py, which repeats them in Chromium.
+// Compares the module with the program, bit for bit, and times both: node web/check.mjs PROGRAM EVENTS [--runs FILE] [--short] SCENE...
+// FILE gets the runs, for tests/browser/bits.py, which repeats them in Chromium. With --short stages have no more events either.
 // Both run the plan of the scene, with so many events in its last stage and few in its equilibration. Scenes that do not fit are named.
 
 import { spawnSync } from "node:child_process";
@@ -11,6 +11,7 @@ import { classesOf, moduleOf } from "../tests/browser/scripts.mjs";
 const { Engine, hashOf } = classesOf(["engine.js", "../../../tests/browser/hash.js"], "Engine, hashOf");
 const [program, wanted, ...scenes] = process.argv.slice(2);
 const runs = scenes[0] === "--runs" ? scenes.splice(0, 2)[1] : undefined;
+const isShort = scenes[0] === "--short" && scenes.splice(0, 1).length > 0;
 if (runs) {
   writeFileSync(runs, "");
 }
@@ -61,6 +62,11 @@ for (const scene of scenes) {
   const changes = { "run.until_events": String(events) };
   if (/^equilibration_events/m.test(text)) {
     changes["run.equilibration_events"] = "2000";
+  }
+  if (isShort) {
+    [...text.matchAll(/^\[\[stage\]\]/gm)].forEach((_, stage) => {
+      changes[`stage.${stage}.until_events`] = String(events);
+    });
   }
   const begun = engine.start(text, changes);
   if (begun.error) {
