@@ -140,6 +140,8 @@ mod tests {
         assert_eq!((ending, run.stage()), (None, Stage::Measurement));
         let same = changed(&run, &[]).unwrap();
         assert_eq!(same.stage(), Stage::Equilibration);
+        // It is over as soon as it begins.
+        assert_eq!(same.simulation().scene().run().equilibration, Limit::default());
         assert_eq!(same.simulation().snapshot(), run.simulation().snapshot());
         let end = run.simulation().time() + 3.0;
         let [a, b] = [run, same].map(|run| run.advance(Until::time(end), &mut ()).unwrap().0.simulation().snapshot());
@@ -177,6 +179,20 @@ mod tests {
     }
 
     #[test]
+    fn a_stage_that_is_measured_is_not_equilibrated_again() {
+        let measured = [("stage.0.measure", "true"), ("stage.0.equilibration_events", "200")];
+        for (events, stage, equilibration) in
+            [(100, Stage::EquilibrationOf(0), Limit::events(200)), (400, Stage::MeasurementOf(0), Limit::default())]
+        {
+            let (run, _) = begun(&measured).advance(Until::events(events), &mut ()).unwrap();
+            assert_eq!(run.stage(), stage);
+            let other = changed(&run, &measured).unwrap();
+            let first = other.simulation().scene().run().stages[0].measured.unwrap();
+            assert_eq!(first.limit, equilibration, "{stage:?}");
+        }
+    }
+
+    #[test]
     fn what_does_not_fit_is_refused() {
         let (run, _) = begun(&[]).advance(Until::events(1_000), &mut ()).unwrap();
         for overrides in [
@@ -189,10 +205,14 @@ mod tests {
             assert!(matches!(changed(&run, &overrides), Err(ChangeError::Scene(_))), "{overrides:?}");
         }
         let text = include_str!("../../configs/random_packing.toml");
-        let few = [("fill.0.count", "200")];
-        let run = Run::new(Scene::from_toml_with(text, "scene.toml", &few).unwrap());
-        let (run, _) = run.advance(Until::events(50), &mut ()).unwrap();
-        assert!(matches!(run.changed(text, Path::new("scene.toml"), &few), Err(ChangeError::Grown)));
+        // While they grow, and when they have grown.
+        let few = [("fill.0.count", "200"), ("stage.0.until_events", "500")];
+        for (events, is_growing) in [(50, true), (600, false)] {
+            let run = Run::new(Scene::from_toml_with(text, "scene.toml", &few).unwrap());
+            let (run, _) = run.advance(Until::events(events), &mut ()).unwrap();
+            assert_eq!(run.simulation().is_growing(), is_growing);
+            assert!(matches!(run.changed(text, Path::new("scene.toml"), &few), Err(ChangeError::Grown)));
+        }
     }
 
     #[test]
