@@ -6,12 +6,15 @@ import { spawnSync } from "node:child_process";
 import { appendFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
+import { parseArgs } from "node:util";
 import { classesOf, moduleOf } from "../tests/browser/scripts.mjs";
 
 const { Engine, hashOf } = classesOf(["engine.js", "../../../tests/browser/hash.js"], "Engine, hashOf");
-const [program, wanted, ...scenes] = process.argv.slice(2);
-const runs = scenes[0] === "--runs" ? scenes.splice(0, 2)[1] : undefined;
-const isShort = scenes[0] === "--short" && scenes.splice(0, 1).length > 0;
+const { positionals, values: { runs, short: isShort } } = parseArgs({
+  allowPositionals: true,
+  options: { runs: { type: "string" }, short: { type: "boolean" } },
+});
+const [program, wanted, ...scenes] = positionals;
 if (runs) {
   writeFileSync(runs, "");
 }

@@ -44,7 +44,7 @@ impl Live {
     pub fn execute(&self) -> Result<(), Failure> {
         let scene = self.scene.load()?;
         if scene.predecessor().is_some() {
-            let help = "convert its last frame with `carom convert --last`, and read it with [[file]]";
+            let help = "read that run's trajectory.xyz with [[file]] and frame = -1, its last one";
             let message = format!("the scene {} starts from a run, which a page does not carry", scene.name());
             return Err(Failure::bad_input(message, Some(help)));
         }
