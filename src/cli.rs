@@ -4,6 +4,7 @@ mod camera;
 mod check;
 mod convert;
 mod exchange;
+pub mod exhaustion;
 mod failure;
 mod live;
 mod movie;
@@ -19,15 +20,17 @@ mod sweep;
 mod validate;
 mod verify;
 
+use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::sync::Arc;
 
-use carom::base::text::printable;
-use carom::io::estimate::allowed;
-use carom::io::{Existing, Folder, read_scene};
-use carom::model::Scene;
-use carom::scene::SceneError;
+use crate::base::text::printable;
+use crate::engine::Transport;
+use crate::io::estimate::allowed;
+use crate::io::{Existing, Folder, read_scene};
+use crate::model::Scene;
+use crate::scene::SceneError;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Args, Parser, Subcommand};
 
@@ -171,22 +174,29 @@ fn key_and_value(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Does what was typed.
-pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+/// Joins the processes that this one was started together with, if there are any.
+pub type Join = fn() -> Option<Arc<dyn Transport>>;
+
+/// Does what was typed: `arguments` begin with the name of the program. All messages go to the standard output and error, and interrupts pause what runs.
+///
+/// Returns the exit code: 0 for success, 1 for a failure or an interruption, 2 for bad input.
+#[must_use]
+pub fn main(arguments: &[OsString], join: Join) -> u8 {
+    let has_controls = arguments.iter().any(|word| word.to_string_lossy().contains(char::is_control));
+    let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
             // Also help and version, which are no mistakes; a closed pipe is none either.
-            if std::env::args_os().any(|word| word.to_string_lossy().contains(char::is_control)) {
+            if has_controls {
                 warn(&error.render().to_string());
             } else {
                 let _ = error.print();
             }
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+            return u8::try_from(error.exit_code()).unwrap_or(2);
         }
     };
     let result = match &cli.command {
-        Command::Run(run) => run.execute(),
+        Command::Run(run) => run.execute(arguments, join),
         Command::Sweep(sweep) => sweep.execute(),
         Command::Exchange(exchange) => exchange.execute(),
         Command::Check(check) => check.execute(),
@@ -201,7 +211,7 @@ pub fn main() -> ExitCode {
         Command::Schema(schema) => schema.execute(),
     };
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(failure) => failure.report(),
     }
 }

@@ -69,8 +69,6 @@ pub use set_state::{PairStates, SetStateError};
 pub use snapshot::{Energy, ParticleNow, Snapshot};
 pub use start::NeedsRun;
 pub use states::{Elapsed, States};
-#[cfg(feature = "mpi")]
-pub use transport::Mpi;
 pub use transport::Transport;
 
 /// How far to go: whichever comes first.

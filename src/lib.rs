@@ -129,6 +129,7 @@
 //! | Is a run right, event by event? | [`mod@check::verify`] | Algorithm 1 |
 //! | Does what is measured agree with published results? | [`check::validate`] | |
 #![cfg_attr(feature = "view", doc = "| Pictures, movies, pages, a scene in words | [`view`] | figure 6 |")]
+#![cfg_attr(feature = "cli", doc = "| What can be typed, and what comes of it | [`cli`] | |")]
 //!
 //! Each of these modules is a layer or part of one, and uses only those above it in this table: `docs/architecture.md`.
 //!
@@ -162,6 +163,8 @@
 pub mod analysis;
 pub mod base;
 pub mod check;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod engine;
 pub mod exchange;
 pub mod io;

@@ -13,6 +13,8 @@ mod signals;
 mod simulation;
 mod sweep;
 
+use std::ffi::OsString;
+
 use pyo3::prelude::*;
 
 /// See `carom/_carom.pyi`.
@@ -32,6 +34,12 @@ mod _carom {
     use super::simulation::Simulation;
     #[pymodule_export]
     use super::sweep::Sweep;
+
+    /// The program, as the prompt has it: its exit code.
+    #[pyfunction]
+    fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+        py.detach(|| carom::cli::main(&arguments, || None))
+    }
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -1,7 +1,7 @@
 //! From where pictures and movies are seen.
 
-use carom::Vector;
-use carom::view::render::Style;
+use crate::Vector;
+use crate::view::render::Style;
 use clap::Args;
 
 /// Options of the camera.

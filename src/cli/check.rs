@@ -4,13 +4,13 @@ use std::path::PathBuf;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use carom::base::text::{clock, size};
-use carom::engine::{Reason, Simulation, Until};
-use carom::exchange::ExchangeFolder;
-use carom::io::estimate::{SizeEstimate, allowance, free_disk};
-use carom::model::Scene;
-use carom::run::{self, NoRate};
-use carom::view::{describe, description};
+use crate::base::text::{clock, size};
+use crate::engine::{Reason, Simulation, Until};
+use crate::exchange::ExchangeFolder;
+use crate::io::estimate::{SizeEstimate, allowance, free_disk};
+use crate::model::Scene;
+use crate::run::{self, NoRate};
+use crate::view::{describe, description};
 use clap::Args;
 
 use super::SceneArgs;

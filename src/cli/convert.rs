@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use carom::base::text::plural;
-use carom::io::convert::{Options, convert};
-use carom::io::refuse_input;
-use carom::model::Format;
+use crate::base::text::plural;
+use crate::io::convert::{Options, convert};
+use crate::io::refuse_input;
+use crate::model::Format;
 use clap::Args;
 
 use super::failure::Failure;

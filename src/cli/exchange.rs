@@ -4,12 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use carom::analysis::statistics::Estimate;
-use carom::base::text::digits;
-use carom::exchange::{Exchange, ExchangeFolder, ExchangeSummary, Opened};
-use carom::io::{Existing, read_scene, refuse_input, refuse_link};
-use carom::model::Scene;
-use carom::view::{describe, report};
+use crate::analysis::statistics::Estimate;
+use crate::base::text::digits;
+use crate::exchange::{Exchange, ExchangeFolder, ExchangeSummary, Opened};
+use crate::io::{Existing, read_scene, refuse_input, refuse_link};
+use crate::model::Scene;
+use crate::view::{describe, report};
 use clap::Args;
 
 use super::failure::Failure;

@@ -3,17 +3,16 @@
 use std::error::Error;
 use std::fmt;
 use std::io::{self, Write};
-use std::process::ExitCode;
 
-use carom::base::text::{printable, with_causes};
-use carom::engine::{EngineError, InvariantBroken};
-use carom::exchange::{ExchangeError, ExchangeFolderError};
-use carom::io::OutputError;
-use carom::io::convert::ConvertError;
-use carom::run::RunError;
-use carom::scene::SceneError;
-use carom::sweep::SweepError;
-use carom::view::ViewError;
+use crate::base::text::{printable, with_causes};
+use crate::engine::{EngineError, InvariantBroken};
+use crate::exchange::{ExchangeError, ExchangeFolderError};
+use crate::io::OutputError;
+use crate::io::convert::ConvertError;
+use crate::run::RunError;
+use crate::scene::SceneError;
+use crate::sweep::SweepError;
+use crate::view::ViewError;
 use miette::{Diagnostic, Report};
 
 /// Why a command ends with another exit code than 0.
@@ -52,10 +51,10 @@ impl Failure {
     }
 
     /// Says what is wrong on standard error, and returns the exit code.
-    pub fn report(&self) -> ExitCode {
+    pub fn report(&self) -> u8 {
         // Where standard error is closed, the exit code is still there.
         let _ = writeln!(std::io::stderr().lock(), "{:?}", self.report);
-        ExitCode::from(self.code)
+        self.code
     }
 }
 
@@ -127,11 +126,9 @@ impl From<ExchangeError<OutputError>> for Failure {
                 let cure = match source {
                     EngineError::Arrest(arrest) => Some(arrest.cure()),
                     EngineError::InvariantBroken(_) => Some(InvariantBroken::CURE),
-                    _ => None,
                 };
                 Self::failed(error.to_string(), cure)
             }
-            error => Self::failed(error.to_string(), None),
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use carom::io::refuse_input;
-use carom::view::{live, report};
+use crate::io::refuse_input;
+use crate::view::{live, report};
 use clap::Args;
 
 use super::failure::Failure;

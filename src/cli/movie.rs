@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use carom::base::text::{plural, printable, size};
-use carom::io::refuse_input;
-use carom::model::ParticleId;
-use carom::view::movie::{self, Follow, Movie as Options};
-use carom::view::render::{ColourBy, Style};
+use crate::base::text::{plural, printable, size};
+use crate::io::refuse_input;
+use crate::model::ParticleId;
+use crate::view::movie::{self, Follow, Movie as Options};
+use crate::view::render::{ColourBy, Style};
 use clap::Args;
 
 use super::camera::Camera;

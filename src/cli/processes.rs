@@ -1,30 +1,19 @@
 //! The processes that `carom run` was started in together.
 
+use std::ffi::OsString;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use carom::engine::Transport;
-use carom::model::Threads;
-use carom::run::Run;
+use crate::engine::Transport;
+use crate::model::Threads;
+use crate::run::Run;
 
 use super::failure::Failure;
 use super::signals;
 
-/// Joins the processes that `mpiexec` has started together with this one, if there are any.
-#[cfg(feature = "mpi")]
-pub fn join() -> Option<Arc<dyn Transport>> {
-    carom::engine::Mpi::join().map(|mpi| Arc::new(mpi) as Arc<dyn Transport>)
-}
-
-/// None: this program knows no MPI.
-#[cfg(not(feature = "mpi"))]
-pub fn join() -> Option<Arc<dyn Transport>> {
-    None
-}
-
 /// Refuses processes that were started together to do different things, and more of them than there can be.
-pub fn refuse_others(transport: &dyn Transport) -> Result<(), Failure> {
-    let arguments = std::env::args_os().flat_map(|argument| [argument.as_encoded_bytes(), b"\0"].concat());
+pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Result<(), Failure> {
+    let arguments = arguments.iter().flat_map(|argument| [argument.as_encoded_bytes(), b"\0"].concat());
     let all = transport.share(arguments.collect());
     if all.len() > Threads::MOST {
         let message = format!("{} processes were started together, expected {} at most", all.len(), Threads::MOST);

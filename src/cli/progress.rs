@@ -3,11 +3,11 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-use carom::base::text::{clock, short};
-use carom::check::verify;
-use carom::model::Scene;
-use carom::run::{self, Stage};
-use carom::view::movie;
+use crate::base::text::{clock, short};
+use crate::check::verify;
+use crate::model::Scene;
+use crate::run::{self, Stage};
+use crate::view::movie;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Between two lines where there is no terminal.
@@ -150,7 +150,7 @@ impl Rate {
         if seconds > 0.0 {
             let latest = events.saturating_sub(self.events) as f64 / seconds;
             // Half a second of memory in the bar, so that the number can be read.
-            let keep = if self.per_second > 0.0 { (-seconds / 0.5).exp() } else { 0.0 };
+            let keep = if self.per_second > 0.0 { libm::exp(-seconds / 0.5) } else { 0.0 };
             self.per_second = keep * self.per_second + (1.0 - keep) * latest;
         }
         (self.since, self.events) = (now, events);

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use carom::io::{refuse_input, refuse_link};
-use carom::view::render::{self, ColourBy, Style};
+use crate::io::{refuse_input, refuse_link};
+use crate::view::render::{self, ColourBy, Style};
 use clap::Args;
 
 use super::camera::Camera;

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use carom::exchange::ExchangeFolder;
-use carom::io::{Folder, refuse_input, refuse_link};
-use carom::view::report;
+use crate::exchange::ExchangeFolder;
+use crate::io::{Folder, refuse_input, refuse_link};
+use crate::view::report;
 use clap::Args;
 
 use super::failure::Failure;

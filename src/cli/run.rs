@@ -1,24 +1,25 @@
 //! `carom run`.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use carom::base::text::with_causes;
-use carom::engine::{InvariantBroken, Transport};
-use carom::exchange::ExchangeFolder;
-use carom::io::estimate::{SizeEstimate, allowance, free_disk};
-use carom::io::{Completed, Folder, OutputError, refuse_input};
-use carom::model::{Limit, Scene, Threads};
-use carom::run::checkpoint::CheckpointError;
-use carom::run::{self, Ending, Finished, Jam};
-use carom::sweep::SweepFolder;
-use carom::view::{description, final_table};
+use crate::base::text::with_causes;
+use crate::engine::{InvariantBroken, Transport};
+use crate::exchange::ExchangeFolder;
+use crate::io::estimate::{SizeEstimate, allowance, free_disk};
+use crate::io::{Completed, Folder, OutputError, refuse_input};
+use crate::model::{Limit, Scene, Threads};
+use crate::run::checkpoint::CheckpointError;
+use crate::run::{self, Ending, Finished, Jam};
+use crate::sweep::SweepFolder;
+use crate::view::{description, final_table};
 use clap::Args;
 
-use super::Changes;
 use super::failure::Failure;
 use super::progress::Display;
+use super::{Changes, Join};
 use super::{processes, signals};
 
 /// Simulates a scene
@@ -98,9 +99,9 @@ pub fn count(text: &str) -> Result<u64, String> {
 }
 
 impl Run {
-    pub fn execute(&self) -> Result<(), Failure> {
-        let Some(transport) = processes::join() else { return self.ready()?.execute(None) };
-        let are_same = processes::refuse_others(&*transport);
+    pub fn execute(&self, arguments: &[OsString], join: Join) -> Result<(), Failure> {
+        let Some(transport) = join() else { return self.ready()?.execute(None) };
+        let are_same = processes::refuse_others(arguments, &*transport);
         if transport.rank() > 0 {
             return processes::take_part(&transport);
         }

@@ -21,6 +21,6 @@ pub struct Schema {}
 
 impl Schema {
     pub fn execute(&self) -> Result<(), Failure> {
-        super::print(&format!("{:#}\n", carom::scene::schema()))
+        super::print(&format!("{:#}\n", crate::scene::schema()))
     }
 }

@@ -6,13 +6,13 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use carom::analysis::statistics::Estimate;
-use carom::base::text::{digits, with_causes};
-use carom::io::estimate::{allowance, free_disk};
-use carom::io::{Existing, FolderState, refuse_link};
-use carom::sweep::{Axis, Fate, News, Orders, Results, Share, Standing, Sweep, SweepError, SweepFolder};
-use carom::view::report;
-use carom::view::{describe, final_table};
+use crate::analysis::statistics::Estimate;
+use crate::base::text::{digits, with_causes};
+use crate::io::estimate::{allowance, free_disk};
+use crate::io::{Existing, FolderState, refuse_link};
+use crate::sweep::{Axis, Fate, News, Orders, Results, Share, Standing, Sweep, SweepError, SweepFolder};
+use crate::view::report;
+use crate::view::{describe, final_table};
 use clap::Args;
 
 use super::failure::Failure;
@@ -197,7 +197,7 @@ impl SweepCommand {
 /// Whether a folder has runs of a sweep in it.
 fn holds_runs(folder: &Path, sweep: &Sweep) -> bool {
     let is_there =
-        |name: &str| carom::io::Folder::state_of(&folder.join(name)).is_ok_and(|it| it != FolderState::Nothing);
+        |name: &str| crate::io::Folder::state_of(&folder.join(name)).is_ok_and(|it| it != FolderState::Nothing);
     sweep.points().iter().any(|point| is_there(point.folder()))
 }
 

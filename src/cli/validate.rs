@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use carom::base::text::digits;
-use carom::check::validate::{self, Comparison, Effort, Source, StatePoint, StatePointError, Verdict};
+use crate::base::text::digits;
+use crate::check::validate::{self, Comparison, Effort, Source, StatePoint, StatePointError, Verdict};
 use clap::Args;
 
 use super::failure::Failure;

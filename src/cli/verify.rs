@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use carom::base::text::{self, digits, short, tiny};
-use carom::check::verify::{self, Certificate, Contact, Counts, End, EventRange, Fault, RunEnd, Violation};
-use carom::engine::InvariantBroken;
-use carom::io::{Folder, Summary};
-use carom::model::Scene;
-use carom::view::describe;
-use carom::view::final_table::{Lines, kinds};
+use crate::base::text::{self, digits, short, tiny};
+use crate::check::verify::{self, Certificate, Contact, Counts, End, EventRange, Fault, RunEnd, Violation};
+use crate::engine::InvariantBroken;
+use crate::io::{Folder, Summary};
+use crate::model::Scene;
+use crate::view::describe;
+use crate::view::final_table::{Lines, kinds};
 use clap::Args;
 
 use super::Changes;
@@ -230,7 +230,6 @@ fn words(certificate: &Certificate) -> String {
         End::Violated(_) => "VIOLATED: the events above are proven, the next one is wrong".to_owned(),
         End::Arrested(_) => "ARRESTED: the events above are proven, and the run cannot go on".to_owned(),
         End::Broken(_) => "BROKEN: the events above are proven, and the engine cannot go on".to_owned(),
-        _ => "ended".to_owned(),
     }
 }
 

@@ -1,10 +1,5 @@
 //! Messages between processes that simulate one system together.
 
-#[cfg(feature = "mpi")]
-mod mpi;
-
-#[cfg(feature = "mpi")]
-pub use mpi::Mpi;
 use std::fmt;
 
 /// Carrier of messages between processes that simulate one system together: MPI, or anything else that brings bytes from each to each.

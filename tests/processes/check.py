@@ -1,4 +1,4 @@
-"""Runs on processes of MPI beside runs on one: python3 check.py CAROM, a program with the feature mpi.
+"""Runs on processes of MPI beside runs on one: python3 check.py CAROM, the program carom-mpi.
 
 Files have the same bytes, whatever the number of processes and threads; a run that is interrupted goes on with another number of them.
 """

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use carom::base::text::printable;
-use carom::sweep::{Fate, News, Share, Sweep};
+use crate::base::text::printable;
+use crate::sweep::{Fate, News, Share, Sweep};
 use indicatif::ProgressBar;
 
 use crate::cli::progress::bar;
@@ -53,7 +53,6 @@ impl Display {
                 state.over += 1;
                 self.line(sweep, place, fate, state.over);
             }
-            _ => {}
         }
         let is_over = matches!(news, News::Over(_));
         if self.bar.is_hidden() || !is_over && state.shown.elapsed() < INTERVAL {

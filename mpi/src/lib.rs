@@ -1,6 +1,6 @@
-//! Processes of MPI.
+//! Processes of MPI that simulate one system together: `docs/parallel.md`.
 
-use super::Transport;
+use carom::engine::Transport;
 use mpi::Threading;
 use mpi::datatype::{Partition, PartitionMut};
 use mpi::environment::Universe;
