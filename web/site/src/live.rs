@@ -8,7 +8,7 @@ use carom::trajectory::Frame;
 use carom::view::Surfaces;
 use carom::view::live;
 use carom::view::render::{Style, draw_with};
-use carom::{Until, mesh};
+use carom::{Until, Vector, mesh};
 
 use crate::Site;
 use crate::layout::{Page, navigation};
@@ -100,6 +100,7 @@ pub fn write_editor(site: &Site, scenes: &[ScenePage]) -> io::Result<()> {
         "<h1>Editor</h1>\n<p>This site was made without the engine: <code>web/build</code> makes it.</p>".to_owned();
     site.write(address, Page { address, title: "Editor", about, aside: String::new(), body }.html().as_bytes())
 }
+
 /// Draws a scene some time after its start. False where there is nothing to draw.
 pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
     let frame = later(scene);
@@ -114,7 +115,7 @@ pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
     Ok(true)
 }
 
-/// The particles after some events; those of the start where the scene does not run so far.
+/// The particles after some events; those of the start where the scene does not run so far, or where most have left the box by then.
 fn later(scene: &Scene) -> Frame {
     let mut frame = Frame::start_of(scene);
     let time = scene.run().limit.time.map_or(f64::INFINITY, |time| time / 3.0);
@@ -129,5 +130,11 @@ fn later(scene: &Scene) -> Frame {
         (particle.position, particle.velocity) = (*position, *velocity);
         particle.radius *= snapshot.scale;
     }
-    frame
+    let inside = frame.particles.iter().filter(|particle| is_inside(&frame, particle.position)).count();
+    if 2 * inside < frame.particles.len() { Frame::start_of(scene) } else { frame }
+}
+
+/// Whether a place is in the box of a frame, to which the picture is fitted.
+fn is_inside(frame: &Frame, place: Vector) -> bool {
+    (0..3).all(|axis| frame.size[axis] == 0.0 || (0.0..=frame.size[axis]).contains(&(place[axis] - frame.lower[axis])))
 }
