@@ -2,6 +2,7 @@
 
 mod camera;
 mod check;
+mod completions;
 mod convert;
 mod exchange;
 pub mod exhaustion;
@@ -27,10 +28,12 @@ use std::sync::Arc;
 
 use crate::base::text::printable;
 use crate::engine::Transport;
+use crate::exchange::ExchangeFolder;
 use crate::io::estimate::allowed;
-use crate::io::{Existing, Folder, read_scene};
+use crate::io::{Existing, Folder, left_out, read_scene};
 use crate::model::Scene;
 use crate::scene::SceneError;
+use crate::sweep::SweepFolder;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Args, Parser, Subcommand};
 
@@ -54,6 +57,7 @@ Examples:
   carom convert runs/fluid --to gsd         the trajectory for other programs, in runs/fluid/trajectory.gsd
   carom report runs/fluid                   all of that run as a page, in runs/fluid/report.html
   carom live fluid.toml                     the scene itself as a page, on which it runs, in live.html
+  carom completions bash                    completion of commands and options, for a shell; carom man: the manual
 
 Exit codes:
   0  done
@@ -97,6 +101,10 @@ enum Command {
     New(new::New),
     /// Prints the JSON Schema of scene files, for completion and checks in editors
     Schema(schema::Schema),
+    /// Prints what a shell needs to complete commands and options
+    Completions(completions::Completions),
+    /// Prints the manual page of the program, or of one of its commands
+    Man(completions::Manual),
 }
 
 /// A scene file, and what replaces its values.
@@ -123,14 +131,24 @@ struct Changes {
     /// Replaces a value of the scene: dots lead through tables, entries of lists go by number (from 0) or by name
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_and_value)]
     overrides: Vec<(String, String)>,
-    /// Starts from the end of the run in this folder: its particles, bonds, box and time, exactly; the scene has none of its own
+    /// Starts from the end of the run in this folder: its particles, bonds, box and time, exactly; those of the scene are left out
     #[arg(long, value_name = "DIR")]
     from: Option<PathBuf>,
 }
 
 impl Changes {
     fn load(&self, scene: &Path) -> Result<Scene, SceneError> {
-        read_scene(scene, &borrowed(&self.all()))
+        let all = self.all();
+        let loaded = read_scene(scene, &borrowed(&all))?;
+        let left_out = left_out(scene, &borrowed(&all));
+        if !left_out.is_empty() {
+            let names: Vec<String> = left_out
+                .iter()
+                .map(|key| if *key == "start_time" { (*key).to_owned() } else { format!("[[{key}]]") })
+                .collect();
+            warn(&format!("left out of the scene: {}; its start is the end of the run", names.join(", ")));
+        }
+        Ok(loaded)
     }
 
     fn are_none(&self) -> bool {
@@ -209,6 +227,8 @@ pub fn main(arguments: &[OsString], join: Join) -> u8 {
         Command::Live(live) => live.execute(),
         Command::New(new) => new.execute(),
         Command::Schema(schema) => schema.execute(),
+        Command::Completions(completions) => completions.execute(),
+        Command::Man(manual) => manual.execute(),
     };
     match result {
         Ok(()) => 0,
@@ -222,12 +242,34 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
         return Ok(run.to_owned());
     }
     let trajectory = run.join("trajectory.xyz");
-    if !trajectory.exists() {
-        let help = "carom run writes the trajectory; the folder of an unfinished run has a trajectory.xyz.partial";
-        let message = format!("{} has no trajectory.xyz", run.display());
-        return Err(Failure::bad_input(message, Some(help)));
+    if trajectory.exists() {
+        return Ok(trajectory);
     }
-    Ok(trajectory)
+    let folder = run.display();
+    let help = match of_several(run) {
+        Some(Several::Exchange) => {
+            format!("name the frames of one temperature, such as {folder}/trajectory-1.xyz")
+        }
+        Some(Several::Sweep) => format!("name one of its runs: {folder}/RUN"),
+        None => {
+            "carom run writes the trajectory; the folder of an unfinished run has a trajectory.xyz.partial".to_owned()
+        }
+    };
+    Err(Failure::bad_input(format!("{folder} has no trajectory.xyz"), Some(&help)))
+}
+
+/// What has several runs.
+enum Several {
+    Exchange,
+    Sweep,
+}
+
+/// Whether a folder is that of several runs.
+fn of_several(folder: &Path) -> Option<Several> {
+    if ExchangeFolder::is_one(folder) {
+        return Some(Several::Exchange);
+    }
+    SweepFolder::existing(folder).is_ok().then_some(Several::Sweep)
 }
 
 /// Policy for files and folders that exist already.

@@ -44,6 +44,7 @@ pub(crate) use continuation::LastRun;
 pub use diagnostic::{SceneError, SceneErrorKind};
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
+pub(crate) use source::Source;
 pub use surface_draft::SurfaceDraft;
 pub use unvalidated::{
     Amount, Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, SpeciesDraft, Surface, SurfaceFill,

@@ -9,12 +9,12 @@ use super::{Choice, one_of};
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  carom new hopper > hopper.toml && carom run hopper.toml")]
 pub struct New {
-    /// Kind of scene
+    /// Kind of scene; without one they are listed
     #[arg(value_parser = one_of(&SCENES))]
-    kind: &'static str,
+    kind: Option<&'static str>,
 }
 
-const SCENES: [Choice<&str>; 15] = [
+const SCENES: [Choice<&str>; 25] = [
     ("fluid", Some("Hard spheres in a periodic box"), include_str!("../../configs/hard_sphere_fluid.toml")),
     (
         "equation-of-state",
@@ -50,10 +50,35 @@ const SCENES: [Choice<&str>; 15] = [
     ),
     ("brownian", Some("A large disk among small ones"), include_str!("../../configs/brownian.toml")),
     ("cradle", Some("Newton's cradle: five balls on strings"), include_str!("../../configs/cradle.toml")),
+    ("anneal", Some("A square-well fluid that is cooled in steps"), include_str!("../../configs/anneal.toml")),
+    (
+        "exchange",
+        Some("A chain as replicas at several temperatures, for carom exchange"),
+        include_str!("new/exchange.toml"),
+    ),
+    (
+        "sweep",
+        Some("Hard spheres whose equation of state carom sweep has: --vary fill.0.packing_fraction=0.1..0.4/4"),
+        include_str!("../../configs/equation_of_state.toml"),
+    ),
+    ("live", Some("Disks with sliders, for carom live"), include_str!("../../configs/maxwell.toml")),
+    ("silo", Some("Grains that run out of a silo with smooth walls"), include_str!("../../configs/outlet.toml")),
+    ("funnel", Some("Grains of three sizes in a smooth funnel"), include_str!("../../configs/funnel.toml")),
+    ("piston", Some("A gas below a piston that moves"), include_str!("../../configs/piston.toml")),
+    ("drum", Some("Grains in a drum that turns"), include_str!("../../configs/rotating_drum.toml")),
+    ("shaker", Some("Grains in a box that vibrates"), include_str!("../../configs/vibrated_box.toml")),
+    ("heat-flux", Some("A gas between a warm wall and a cold one"), include_str!("../../configs/heat_flux.toml")),
 ];
 
 impl New {
     pub fn execute(&self) -> Result<(), Failure> {
-        super::print(self.kind)
+        let Some(text) = self.kind else {
+            let widest = SCENES.iter().map(|(kind, ..)| kind.len()).max().unwrap_or(0);
+            let line = |(kind, about, _): &Choice<&str>| format!("\n  {kind:widest$}  {}", about.unwrap_or_default());
+            let list: String = SCENES.iter().map(line).collect();
+            let message = format!("expected a kind of scene:{list}");
+            return Err(Failure::bad_input(message, Some("carom new hopper > hopper.toml")));
+        };
+        super::print(text)
     }
 }

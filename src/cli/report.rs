@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::exchange::ExchangeFolder;
 use crate::io::{Folder, refuse_input, refuse_link};
+use crate::sweep::SweepFolder;
 use crate::view::report;
 use clap::Args;
 
@@ -31,6 +32,13 @@ impl Report {
     pub fn execute(&self) -> Result<(), Failure> {
         if ExchangeFolder::is_one(&self.run) {
             return self.of_exchange();
+        }
+        if SweepFolder::existing(&self.run).is_ok() {
+            let folder = self.run.display();
+            let help = format!(
+                "its page is {folder}/sweep.html, which carom sweep {folder} makes anew; that of a run: carom report {folder}/RUN"
+            );
+            return Err(Failure::bad_input(format!("{folder} is the folder of a sweep"), Some(&help)));
         }
         let out = self.place(self.run.join("report.html"))?;
         refuse_input(&out, Folder::files_of(&self.run))?;

@@ -244,7 +244,7 @@ fn end(finished: &Finished, folder: Folder) -> Result<(), Failure> {
     super::print(&format!("{report}\nThe files are in {}\n{}", done.folder.display(), stay(finished, &done)))?;
     let failures: Vec<String> = done.failures.iter().map(|failure| with_causes(failure)).collect();
     let unconverted = format!("the trajectory was not converted: {}", failures.join("; "));
-    if let Err(failure) = excess.map_or_else(|| verdict(finished), |excess| Err(excess.into())) {
+    if let Err(failure) = excess.map_or_else(|| verdict(finished, done.kept.as_ref().unwrap_or(&done.folder)), |excess| Err(excess.into())) {
         if !failures.is_empty() {
             super::warn(&unconverted);
         }
@@ -272,7 +272,7 @@ fn stay(finished: &Finished, done: &Completed) -> String {
 }
 
 /// Whether the run did what it was asked to, and stands its own audit.
-fn verdict(finished: &Finished) -> Result<(), Failure> {
+fn verdict(finished: &Finished, folder: &Path) -> Result<(), Failure> {
     let faults = finished.audit.faults();
     match finished.ending {
         Ending::Jammed(jam) => Err(Failure::failed(jam.to_string(), Some(Jam::CURE))),
@@ -302,7 +302,7 @@ fn verdict(finished: &Finished) -> Result<(), Failure> {
         )),
         Ending::Interrupted => Err(Failure::failed(
             "interrupted; the files are complete up to there",
-            Some("go on with carom run --resume and the folder"),
+            Some(&format!("carom run --resume {} goes on", folder.display())),
         )),
         _ => Ok(()),
     }

@@ -43,6 +43,12 @@ impl Override {
     }
 }
 
+/// Override after which particles, bonds and time are those of a run.
+const START: &str = "start.from";
+
+/// Tables and keys of a file that have no place beside [`START`].
+const BEFORE_START: [&str; 7] = ["particle", "file", "chain", "fill", "mesh", "bond", "start_time"];
+
 /// A scene's text under its name.
 pub(crate) struct Source {
     name: String,
@@ -94,21 +100,41 @@ impl Source {
         self.at(error, range)
     }
 
-    /// The file with what replaces its values.
+    /// The file with what replaces its values. Where overrides start it from the end of a run, it has no particles of its own.
     ///
     /// # Errors
     /// [`SceneErrorKind::Syntax`] or [`SceneErrorKind::Override`].
     pub(crate) fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
         let mut document = DeTable::parse(&self.text).map_err(|error| self.refused(&error))?;
+        let is_started = self.is_started();
+        if is_started {
+            BEFORE_START.iter().for_each(|key| drop(document.get_mut().remove(*key)));
+        }
         for this in &self.overrides {
             let keys: Vec<&str> = this.key.split('.').map(str::trim).collect();
             let key_range = this.start..this.start + this.key.len();
-            set(document.get_mut(), &keys, this.parsed(), &key_range).map_err(|problem| {
+            let result = match keys.first() {
+                Some(first) if is_started && BEFORE_START.contains(first) => {
+                    Err("particles, bonds and time are those of the run that it starts from".to_owned())
+                }
+                _ => set(document.get_mut(), &keys, this.parsed(), &key_range),
+            };
+            result.map_err(|problem| {
                 let kind = SceneErrorKind::Override { key: this.key.clone(), problem };
                 self.at(SceneError::new(ConfigPath::root(), kind), key_range.clone())
             })?;
         }
         Ok(document)
+    }
+
+    fn is_started(&self) -> bool {
+        self.overrides.iter().any(|this| this.key.split('.').map(str::trim).eq(START.split('.')))
+    }
+
+    /// What the file has and the scene has not, because overrides start it from the end of a run.
+    pub(crate) fn left_out(&self) -> Vec<&'static str> {
+        let Some(document) = DeTable::parse(&self.text).ok().filter(|_| self.is_started()) else { return Vec::new() };
+        BEFORE_START.into_iter().filter(|key| document.get_ref().contains_key(*key)).collect()
     }
 
     /// Where a key leads, with the number of an entry in place of its name: two keys with the same place are the same value. What is not there yet is
@@ -134,7 +160,8 @@ impl Source {
 
     fn refused(&self, error: &toml::de::Error) -> SceneError {
         let range = error.span().unwrap_or(0..0);
-        self.at(SceneError::new(ConfigPath::root(), kind_of(error.message())), range)
+        let kind = kind_of(error.message(), self.text.get(range.clone()).unwrap_or_default());
+        self.at(SceneError::new(ConfigPath::root(), kind), range)
     }
 
     /// The text that contains a range: the file, or the override.
@@ -234,8 +261,8 @@ fn range_of(at: &ConfigPath, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
     found.map_or(0..0, Spanned::span)
 }
 
-/// The kind of a mistake that TOML or serde found. Their messages name keys in backticks, first the one in question.
-fn kind_of(message: &str) -> SceneErrorKind {
+/// The kind of a mistake that TOML or serde found in a piece of text. Their messages name keys in backticks, first the one in question.
+fn kind_of(message: &str, text: &str) -> SceneErrorKind {
     if message.starts_with("unknown field") {
         let mut words = message.split('`').skip(1).step_by(2).map(str::to_owned);
         if let Some(key) = words.next() {
@@ -244,6 +271,11 @@ fn kind_of(message: &str) -> SceneErrorKind {
         }
     }
     let mut message = message.trim().to_owned();
+    // `[species]` is one table, and its line the whole of what is wrong.
+    if message.starts_with("invalid type: map, expected a sequence") && text.starts_with('[') {
+        let list = format!("`{text}` is one table, expected a list of tables: each begins with `[{text}]`");
+        return SceneErrorKind::Syntax { message: list };
+    }
     for (rust, words) in [
         ("expected f64", "expected a number"),
         ("expected u64", "expected a whole number from 0"),
@@ -253,6 +285,7 @@ fn kind_of(message: &str) -> SceneErrorKind {
         ("expected an array of length 3", "expected three numbers, [x, y, z]"),
         ("expected an array of length 2", "expected two values, [a, b]"),
         ("expected a sequence", "expected a list in brackets"),
+        ("invalid float, expected nothing", "this is no number; text stands in quotes, such as \"1.0.0\""),
         ("expected a boolean", "expected true or false"),
         ("expected a map", "expected a table"),
         ("missing field", "missing key"),

@@ -85,21 +85,16 @@ fn whoever_reads_only_the_first_line_causes_no_error() {
 
 #[test]
 fn every_kind_of_new_scene_is_valid() {
-    let kinds = [
-        "fluid",
-        "equation-of-state",
-        "well",
-        "well-law",
-        "lennard-jones",
-        "hopper",
-        "pendulum",
-        "polymer",
-        "granular",
-        "shear",
-        "packing",
-        "ball",
-    ];
     let place = Place::with(FLUID);
+    let output = place.carom(&["new"]);
+    assert_eq!(code(&output), 2);
+    let list = errors(&output);
+    let lines = list.lines().skip_while(|line| !line.contains("expected a kind of scene:")).skip(1);
+    let kinds: Vec<&str> = lines
+        .map_while(|line| line.trim_start_matches([' ', '│']).split_whitespace().next())
+        .take_while(|word| *word != "help:")
+        .collect();
+    assert!(kinds.len() == 25 && kinds.contains(&"exchange"), "{list}");
     for kind in kinds {
         let text = words(&place.carom(&["new", kind]));
         assert!(text.starts_with('#'), "{kind} begins with a comment");
@@ -108,6 +103,25 @@ fn every_kind_of_new_scene_is_valid() {
         assert_eq!(code(&output), 0, "{kind}: {}", errors(&output));
         assert!(words(&output).contains("The scene is valid.\n"), "{kind}: {}", words(&output));
     }
+}
+
+#[test]
+fn shells_and_manuals_have_all_commands() {
+    let place = Place::with(FLUID);
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = words(&place.carom(&["completions", shell]));
+        assert!(["exchange", "packing", "until-events"].iter().all(|word| script.contains(word)), "{shell}: {script}");
+    }
+    assert_eq!(code(&place.carom(&["completions", "dos"])), 2);
+    let manual = words(&place.carom(&["man"]));
+    assert!(
+        manual.starts_with(".ie") && manual.contains(".TH carom 1") && manual.contains("carom\\-exchange(1)"),
+        "{manual}"
+    );
+    let page = words(&place.carom(&["man", "run"]));
+    assert!(page.contains(".TH carom-run 1") && page.contains("\\-\\-until\\-events"), "{page}");
+    let output = place.carom(&["man", "walk"]);
+    assert!(code(&output) == 2 && errors(&output).contains("there is no command `walk`"), "{}", errors(&output));
 }
 
 #[test]

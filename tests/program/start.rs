@@ -295,6 +295,27 @@ fn a_run_that_started_from_another_is_resumed_without_it() {
 }
 
 #[test]
+fn the_scene_of_a_run_goes_on_from_its_end_without_its_own_start() {
+    let place = Place::with(&format!("start_time = 2.0\n{CHAINS}{CHAIN}{}", run_until("0.5")));
+    run(&place, &["scene.toml", "--out", "runs/a"]);
+    started(&place, "next", &format!("{CHAINS}{}", run_until("0.5")));
+    run(&place, &["next.toml", "--from", "runs/a", "--out", "runs/next"]);
+    let output = place.carom(&["run", "scene.toml", "--from", "runs/a", "--out", "runs/same", "--quiet"]);
+    assert!(output.status.success(), "{}", words(&output));
+    assert!(
+        words(&output).contains("left out of the scene: [[chain]], start_time; its start is the end of the run"),
+        "{}",
+        words(&output)
+    );
+    assert_eq!(place.read("runs/same/trajectory.xyz"), place.read("runs/next/trajectory.xyz"));
+    // Its record has what it ran from.
+    let record = place.read("runs/same/scene.toml");
+    assert!(record.contains("[start]") && !record.contains("[[chain]]") && !record.contains("start_time"), "{record}");
+    run(&place, &["runs/same/scene.toml", "--out", "runs/again"]);
+    assert_eq!(place.read("runs/same/trajectory.xyz"), place.read("runs/again/trajectory.xyz"));
+}
+
+#[test]
 fn what_nothing_can_start_from_is_refused() {
     let place = Place::with(&format!("{CHAINS}{CHAIN}{}", run_until("0.5")));
     run(&place, &["scene.toml", "--out", "runs/a"]);
@@ -305,10 +326,14 @@ fn what_nothing_can_start_from_is_refused() {
     fs::create_dir(place.path().join("empty")).unwrap();
     refused(&place, &from("empty"), &["is not the folder of a run"]);
     let bad = ["run", "bad.toml", "--from", "runs/a", "--out", "runs/b"];
-    next(format!("{CHAINS}{CHAIN}{}", run_until("0.5")));
-    refused(&place, &bad, &["chain[0]", "expected none: particles and bonds are those of the run"]);
-    next(format!("start_time = 3.0\n{}", run_until("0.5")));
-    refused(&place, &bad, &["start_time", "time goes on"]);
+    let start = "[start]\nfrom = \"runs/a\"\n";
+    let check = ["check", "bad.toml"];
+    next(format!("{CHAINS}{CHAIN}{start}{}", run_until("0.5")));
+    refused(&place, &check, &["chain[0]", "expected none: particles and bonds are those of the run"]);
+    next(format!("start_time = 3.0\n{start}{}", run_until("0.5")));
+    refused(&place, &check, &["start_time", "time goes on"]);
+    let set = ["check", "scene.toml", "--from", "runs/a", "--set", "chain.0.count=3"];
+    refused(&place, &set, &["chain.0.count", "particles, bonds and time are those of the run that it starts from"]);
     next(format!("{}{}", CHAINS.replace("bead", "other"), run_until("0.5")));
     refused(
         &place,
