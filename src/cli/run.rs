@@ -244,7 +244,9 @@ fn end(finished: &Finished, folder: Folder) -> Result<(), Failure> {
     super::print(&format!("{report}\nThe files are in {}\n{}", done.folder.display(), stay(finished, &done)))?;
     let failures: Vec<String> = done.failures.iter().map(|failure| with_causes(failure)).collect();
     let unconverted = format!("the trajectory was not converted: {}", failures.join("; "));
-    if let Err(failure) = excess.map_or_else(|| verdict(finished, done.kept.as_ref().unwrap_or(&done.folder)), |excess| Err(excess.into())) {
+    if let Err(failure) = excess
+        .map_or_else(|| verdict(finished, done.kept.as_ref().unwrap_or(&done.folder)), |excess| Err(excess.into()))
+    {
         if !failures.is_empty() {
             super::warn(&unconverted);
         }

@@ -106,3 +106,15 @@ fn unwrapped_positions_of_files_are_those_of_particles_that_are_followed() {
         }
     }
 }
+
+#[test]
+fn what_is_less_than_a_bit_below_the_box_is_wrapped_into_it() {
+    let (frames, _) = flown(None);
+    let frame = &frames[0];
+    for below in [-1e-20, -1e-300, 0.0, -f64::MIN_POSITIVE] {
+        let position = frame.wrapped(&(frame.lower + Vector::new(0.0, 0.0, below)));
+        assert_eq!(position.z, frame.lower.z, "{below}");
+    }
+    let upper = frame.wrapped(&(frame.lower + frame.size));
+    assert_eq!(upper, frame.lower);
+}

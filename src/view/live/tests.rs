@@ -146,6 +146,16 @@ fn a_page_carries_the_text_as_it_was_written_its_changes_and_its_files() {
 }
 
 #[test]
+fn a_run_that_a_scene_starts_from_is_no_file_of_its_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, "start.from = \"run\"\nrun.until_time = 1.0\n").unwrap();
+    // A folder cannot be read as a file.
+    std::fs::create_dir(folder.path().join("run")).unwrap();
+    assert!(Source::of_file(&path, &[]).unwrap().files.is_empty());
+}
+
+#[test]
 fn an_engine_is_what_the_build_has_left() {
     let file = format!("carom engine {}\npacked", env!("CAROM_FINGERPRINT"));
     let engine = Engine::of(file.as_bytes()).unwrap();

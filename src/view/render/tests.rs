@@ -294,6 +294,11 @@ fn a_sphere_shades_what_is_below_it_and_beside_it() {
     let alone = brightness(&[lower]);
     let shaded = brightness(&[lower, (0, [3.6, 4.0, 5.2], 1.0)]);
     assert!(shaded < alone * 95 / 100, "{shaded} {alone}");
+    // Straight above, too far for its neighbourhood and out of the way of the sun, one takes light of the sky.
+    let below = brightness(&[lower, (0, [5.0, 5.0, 8.5], 1.0)]);
+    assert!(below < alone * 98 / 100, "{below} {alone}");
+    let beside = brightness(&[lower, (0, [9.5, 5.0, 3.0], 0.5)]);
+    assert_eq!(beside, alone);
 }
 
 #[test]

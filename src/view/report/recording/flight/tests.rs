@@ -68,6 +68,19 @@ fn balls_that_collide_between_frames_do_not_fly_freely() {
 }
 
 #[test]
+fn both_the_place_and_the_velocity_are_those_of_a_flight() {
+    let scene = balls(OPEN).particle("ball", Vector::repeat(5.0), Vector::new(0.7, -0.3, 0.1)).build().unwrap();
+    let mut both = frames(&scene, &[0.0, 1.3]);
+    assert_eq!(flights(&recorded(&both, &scene)), [[true]]);
+    let flown = both[1].clone();
+    both[1].particles[0].position.y += 1e-4;
+    assert_eq!(flights(&recorded(&both, &scene)), [[false]], "as fast as before, and elsewhere");
+    both[1] = flown;
+    both[1].particles[0].velocity = Vector::new(0.7, 0.3, 0.1);
+    assert_eq!(flights(&recorded(&both, &scene)), [[false]], "there, and with another velocity");
+}
+
+#[test]
 fn a_collision_in_the_last_bits_of_an_interval_counts() {
     for (time, expected) in [(1.5 - 1e-5, true), (1.5 + 1e-5, false)] {
         let scene = balls(OPEN)
