@@ -9,7 +9,7 @@ pub mod exhaustion;
 mod failure;
 mod live;
 mod movie;
-mod new;
+pub mod new;
 mod processes;
 mod progress;
 mod render;

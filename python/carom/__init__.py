@@ -21,7 +21,7 @@ and ``pair``, the scene of the example of :func:`exchange`.
 ======================  ==========================================================
 to                      use
 ======================  ==========================================================
-describe what is        :class:`Scene`, from a file, TOML or a dictionary
+describe what is        :class:`Scene`, from a file, TOML or a dictionary; :func:`example` has some to start from
 simulate step by step   :class:`Simulation`: advance, look, change, see every event
 run and measure         :func:`run`, and :func:`resume` to go on
 run many                :func:`sweep`, with any executor; :func:`exchange`
@@ -36,6 +36,7 @@ import os
 from carom._arguments import path_of
 from carom._carom import __version__
 from carom._errors import CaromError, CaromWarning, FolderError, SceneError, SimulationError, SweepError
+from carom._examples import example
 from carom._exchange import Exchange, exchange
 from carom._frame import Frame
 from carom._run import Run, Stage, resume, run
@@ -67,6 +68,7 @@ __all__ = [
     "Table",
     "Trajectory",
     "__version__",
+    "example",
     "exchange",
     "open",
     "resume",

@@ -13,6 +13,7 @@ mod signals;
 mod simulation;
 mod sweep;
 
+use std::collections::HashMap;
 use std::ffi::OsString;
 
 use pyo3::prelude::*;
@@ -39,6 +40,12 @@ mod _carom {
     #[pyfunction]
     fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
         py.detach(|| carom::cli::main(&arguments, || None))
+    }
+
+    /// Kinds of scenes to start from, each with its text.
+    #[pyfunction]
+    fn examples() -> HashMap<&'static str, &'static str> {
+        carom::cli::new::scenes().collect()
     }
 
     #[pymodule_init]

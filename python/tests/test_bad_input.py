@@ -486,3 +486,9 @@ def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> Non
         calls[2](force=True)
     with pytest.raises(carom.FolderError, match="unasked"):
         calls[1]()
+
+
+def test_an_unknown_example_lists_those_that_there_are() -> None:
+    with pytest.raises(ValueError, match="did you mean 'hopper'\\? There are anneal, ball, "):
+        carom.example("hoper")
+    assert carom.example("fluid", seed=5, set={"run.until_events": 10}).seed == 5

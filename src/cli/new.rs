@@ -5,6 +5,11 @@ use clap::Args;
 use super::failure::Failure;
 use super::{Choice, one_of};
 
+/// Kinds of scenes to start from: the name of each, and its text.
+pub fn scenes() -> impl Iterator<Item = (&'static str, &'static str)> {
+    SCENES.iter().map(|(kind, _, text)| (*kind, *text))
+}
+
 /// Prints a commented scene to start from
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  carom new hopper > hopper.toml && carom run hopper.toml")]
