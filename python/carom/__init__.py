@@ -38,11 +38,12 @@ from carom._carom import __version__
 from carom._errors import CaromError, CaromWarning, FolderError, SceneError, SimulationError, SweepError
 from carom._exchange import Exchange, exchange
 from carom._frame import Frame
+from carom._observable import Observable
 from carom._run import Run, Stage, resume, run
 from carom._scene import Scene
 from carom._simulation import EVENT, EVENT_KINDS, Simulation
 from carom._sweep import Sweep, sweep
-from carom._tables import Curve, Observable, Table
+from carom._tables import Curve, Table
 from carom._trajectory import EventLog, Trajectory
 
 __all__ = [
@@ -73,6 +74,10 @@ __all__ = [
     "run",
     "sweep",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 def open(folder: str | os.PathLike[str]) -> Run | Sweep | Exchange:

@@ -15,9 +15,10 @@ from carom import _carom
 from carom._arguments import flag, path_of, real, threads_of, whole
 from carom._errors import FolderError, SimulationError
 from carom._folder import InFolder, json_of
+from carom._observable import Observable
 from carom._progress import Progress
 from carom._scene import Scene, SceneLike
-from carom._tables import Curve, Observable, Table
+from carom._tables import Curve, Named, Table
 from carom._trajectory import EventLog, Trajectory
 
 __all__ = ["Run", "Stage", "resume", "run"]
@@ -95,7 +96,7 @@ def run(
         folder = Path(temporary.name) / made.name
     with Progress(progress, made.name) as bar:
         trouble = _carom.run(made._core, folder, is_forced, interval, *limits, on, bar.callback)
-    return _ended(Run(folder, _temporary=temporary), trouble)
+    return _ended(Run(_written(folder), _temporary=temporary), trouble)
 
 
 def resume(
@@ -137,7 +138,13 @@ def resume(
     interval, on = real("checkpoint_every", checkpoint_every), threads_of(threads)
     with Progress(progress, path.name) as bar:
         trouble = _carom.resume(path, interval, *limits, on, bar.callback)
-    return _ended(Run(path), trouble)
+    return _ended(Run(_written(path)), trouble)
+
+
+def _written(folder: Path) -> Path:
+    """The folder that a run has written to: one that was to replace another run and did not come to a good end stays within that one's."""
+    within = folder / "replacement"
+    return within if (within / "summary.json").is_file() else folder
 
 
 def _ended(run: Run, trouble: str | None) -> Run:
@@ -156,7 +163,7 @@ class Results:
     _dimensions: int
 
     @cached_property
-    def observables(self) -> dict[str, Observable]:
+    def observables(self) -> Named[Observable]:
         """Means with standard errors by name, of the observables and of the numbers that instruments report; those that are not known are left out.
 
         Examples
@@ -166,7 +173,7 @@ class Results:
         1.0
         """
         units = _carom.observable_units(self._dimensions)
-        found = {}
+        found: dict[str, Observable] = {}
         for name, it in self._summary["observables"].items():
             verdict = str((it.get("stationarity") or {}).get("verdict"))
             stationary = {"stationary": True, "constant": True, "drifting": False}.get(verdict)
@@ -176,10 +183,10 @@ class Results:
         for it in self._measured.get("numbers", []):
             if it["mean"] is not None:
                 found[it["name"]] = Observable(it["mean"], it["standard_error"], it["unit"])
-        return found
+        return Named("observable", found)
 
     @cached_property
-    def curves(self) -> dict[str, Curve]:
+    def curves(self) -> Named[Curve]:
         """Curves that instruments have measured, by name.
 
         Examples
@@ -188,7 +195,7 @@ class Results:
         >>> list(run.curves)
         ['radial_distribution']
         """
-        return {it["name"]: Curve._of(it) for it in self._measured.get("curves", [])}
+        return Named("curve", {it["name"]: Curve._of(it) for it in self._measured.get("curves", [])})
 
     @property
     def published(self) -> list[dict[str, Any]]:
@@ -255,7 +262,7 @@ class Run(InFolder, Results):
         self._temporary = _temporary
         self._is_closed = False
         self._folder = path_of("folder", folder)
-        self._summary = json_of(self._folder / "summary.json")
+        self._summary = Named("entry", json_of(self._folder / "summary.json"))
         system = self._summary.get("system") or {}
         self._dimensions = system.get("dimensions", 3)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import _carom
-from carom._arguments import whole
+from carom._arguments import shown, whole
 from carom._arrays import fixed
 
 __all__ = ["Scene"]
@@ -24,7 +24,7 @@ def overrides(seed: int | None, set: Mapping[str, Any] | None) -> list[tuple[str
     pairs: list[tuple[str, str]] = []
     for key, value in (set or {}).items():
         if not isinstance(key, str):
-            raise TypeError(f"set: expected keys that are strings, such as 'run.until_time', found {key!r}")
+            raise TypeError(f"set: expected keys that are strings, such as 'run.until_time', found {shown(key)}")
         pairs.append((key, _carom.Scene.value_of(value, key)))
     if seed is not None:
         pairs.append(("seed", str(whole("seed", seed))))

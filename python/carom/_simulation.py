@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from carom import _carom
-from carom._arguments import finite, flag, threads_of, vectors, whole
+from carom._arguments import finite, flag, shown, threads_of, vectors, whole
 from carom._arrays import fixed
 from carom._frame import Frame
 from carom._scene import Scene, SceneLike
+from carom._tables import Named
 
 __all__ = ["EVENT", "EVENT_KINDS", "Simulation"]
 
@@ -61,7 +62,7 @@ def _bits(kinds: str | Iterable[str] | None) -> int:
     for kind in [kinds] if isinstance(kinds, str) else kinds:
         numbers = [at for at, known in enumerate(EVENT_KINDS) if kind in (known, known.split()[0])]
         if not numbers:
-            raise ValueError(f"kinds: expected some of {', '.join(EVENT_KINDS)}, or wall for all walls, found {kind!r}")
+            raise ValueError(f"kinds: expected some of {', '.join(EVENT_KINDS)}, or wall for all walls, found {shown(kind)}")
         for number in numbers:
             bits |= 1 << number
     return bits
@@ -207,7 +208,7 @@ class Simulation:
                 raise ValueError("kinds: are those of the events that `stop` is asked about, and there is no `stop`")
             return self._core.advance(time, count)
         if not callable(stop):
-            raise TypeError(f"stop: expected a function of an event, found {stop!r}")
+            raise TypeError(f"stop: expected a function of an event, found {shown(stop)}")
         bits = _bits(kinds)
         self._is_asking = True
         try:
@@ -354,7 +355,7 @@ class Simulation:
         >>> carom.Simulation(fluid).event_counts["core"]
         0
         """
-        return self._core.event_counts()
+        return Named("kind", self._core.event_counts())
 
     @property
     def energy(self) -> dict[str, float]:
@@ -367,7 +368,7 @@ class Simulation:
         >>> round(carom.Simulation(fluid).energy["kinetic"], 9)  # 3 (N - 1) / 2
         160.5
         """
-        return self._core.energy()
+        return Named("energy", self._core.energy())
 
     @property
     def momentum(self) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Tables, observables and curves: what runs measure, as arrays."""
+"""Tables and curves: what runs measure, as arrays."""
 
 from __future__ import annotations
 
@@ -6,55 +6,29 @@ import csv
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carom._arguments import shown
 from carom._arrays import fixed
 from carom._errors import FolderError
 
-__all__ = ["Columns", "Curve", "Observable", "Table"]
+__all__ = ["Columns", "Curve", "Named", "Table"]
+
+_Value = TypeVar("_Value")
 
 
-@dataclass(frozen=True)
-class Observable:
-    """A mean with its standard error.
+class Named(dict[str, _Value]):
+    """A dictionary that names its keys where it is asked for another one."""
 
-    Attributes
-    ----------
-    mean : float
-    error : float or None
-        Standard error of the mean; 0 of what is conserved, ``None`` where the run is too short for one.
-    unit : str
-        Unit; ``1`` for a pure number.
-    is_stationary : bool or None
-        Whether it was stationary while it was measured; ``None`` where that cannot be told.
-    is_conserved : bool
-        Whether it did not change at all.
+    def __init__(self, kind: str, items: Mapping[str, _Value]) -> None:
+        super().__init__(items)
+        self._kind = kind
 
-    Examples
-    --------
-    >>> z = carom.run(fluid).observables["compressibility_factor"]
-    >>> print(z)
-    3.972 +- 0.025 [1]
-    """
-
-    mean: float
-    error: float | None
-    unit: str
-    is_stationary: bool | None = None
-    is_conserved: bool = False
-
-    def __float__(self) -> float:
-        return self.mean
-
-    def __str__(self) -> str:
-        if not self.error:
-            conserved = " (conserved)" if self.is_conserved and self.mean != 0.0 else ""
-            return f"{self.mean:.6g}{conserved} [{self.unit}]"
-        digits = max(0, 1 - int(np.floor(np.log10(self.error))))
-        return f"{self.mean:.{digits}f} +- {self.error:.{digits}f} [{self.unit}]"
+    def __missing__(self, name: object) -> _Value:
+        raise KeyError(f"no {self._kind} {shown(name)}; there are {', '.join(self) or 'none'}")
 
 
 class _Absent:
@@ -70,7 +44,7 @@ class Columns(dict[str, NDArray[Any]]):
     clear = pop = popitem = setdefault = update = _Absent()
 
     def __missing__(self, name: object) -> NDArray[Any]:
-        raise KeyError(f"no column {name!r}; there are {', '.join(self)}")
+        raise KeyError(f"no column {shown(name)}; there are {', '.join(self)}")
 
     def __setitem__(self, name: str, column: NDArray[Any]) -> None:
         raise TypeError(f"{name}: columns cannot be replaced; those of dict(table) can")
