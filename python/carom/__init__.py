@@ -26,6 +26,7 @@ simulate step by step   :class:`Simulation`: advance, look, change, see every ev
 run and measure         :func:`run`, and :func:`resume` to go on
 run many                :func:`sweep`, with any executor; :func:`exchange`
 read what is there      :func:`open`, whichever program made it
+average a series        :func:`mean_and_error`, with the errors of runs
 ======================  ==========================================================
 """
 
@@ -42,6 +43,7 @@ from carom._observable import Observable
 from carom._run import Run, Stage, resume, run
 from carom._scene import Scene
 from carom._simulation import EVENT, EVENT_KINDS, Simulation
+from carom._statistics import mean_and_error
 from carom._sweep import Sweep, sweep
 from carom._tables import Curve, Table
 from carom._trajectory import EventLog, Trajectory
@@ -69,6 +71,7 @@ __all__ = [
     "Trajectory",
     "__version__",
     "exchange",
+    "mean_and_error",
     "open",
     "resume",
     "run",

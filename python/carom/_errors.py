@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-__all__ = ["CaromError", "CaromWarning", "FolderError", "SceneError", "SimulationError", "SweepError", "in_python", "shortened"]
+__all__ = ["CaromError", "CaromWarning", "FolderError", "SceneError", "SimulationError", "SweepError", "in_python"]
 
 #: Words of the program's cures, and those of Python in their place.
 _IN_PYTHON = (
@@ -39,10 +39,10 @@ def in_python(text: str) -> str:
     """A message of the program with the arguments of Python in place of options, and with lines of a length that can be read."""
     for of_program, of_python in _IN_PYTHON:
         text = re.sub(of_program.replace(" ", r"\s+"), of_python, text)
-    return shortened(_OPTION.sub(_argument, text))
+    return _shortened(_OPTION.sub(_argument, text))
 
 
-def shortened(text: str, most: int = _MOST) -> str:
+def _shortened(text: str, most: int = _MOST) -> str:
     """The text, of each line so many characters at most."""
     return "\n".join(line if len(line) <= most else f"{line[: most - 4]} ..." for line in text.split("\n"))
 

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from carom import _units
 from carom._arguments import is_number, shown
+from carom._html import unit
 
 __all__ = ["Observable"]
 
@@ -81,8 +82,8 @@ class Observable:
         that = _observable(other)
         if that is None:
             return NotImplemented
-        unit = _units.product((self.unit, 1), (that.unit, 1))
-        return _result(self.mean * that.mean, unit, (that.mean, self), (self.mean, that))
+        of_both = _units.product((self.unit, 1), (that.unit, 1))
+        return _result(self.mean * that.mean, of_both, (that.mean, self), (self.mean, that))
 
     __rmul__ = __mul__
 
@@ -90,8 +91,8 @@ class Observable:
         that = _observable(other)
         if that is None:
             return NotImplemented
-        mean, unit = self.mean / that.mean, _units.product((self.unit, 1), (that.unit, -1))
-        return _result(mean, unit, (1.0 / that.mean, self), (-mean / that.mean, that))
+        mean, of_both = self.mean / that.mean, _units.product((self.unit, 1), (that.unit, -1))
+        return _result(mean, of_both, (1.0 / that.mean, self), (-mean / that.mean, that))
 
     def __rtruediv__(self, other: float) -> Observable:
         that = _observable(other)
@@ -134,6 +135,11 @@ class Observable:
 
     def __repr__(self) -> str:
         return f"<Observable {self}>"
+
+    def _repr_html_(self) -> str:
+        value = str(self).rpartition(" [")[0].replace("+-", "&plusmn;")
+        drifts = ", not stationary" if self.is_stationary is False else ""
+        return f"<span>{value} {unit(self.unit)}{drifts}</span>"
 
 
 def _exponent(number: float) -> int:

@@ -15,8 +15,9 @@ import numpy as np
 from carom import _carom
 from carom._arguments import flag, path_of, real, shown, whole
 from carom._errors import CaromWarning, FolderError
+from carom._html import framed
 from carom._progress import Progress
-from carom._run import Run, framed
+from carom._run import Run
 from carom._scene import Scene, SceneLike, overrides
 from carom._tables import Table
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from carom._arguments import shown
 from carom._arrays import fixed
 from carom._errors import FolderError
+from carom._html import number, table, unit
 
 __all__ = ["Columns", "Curve", "Named", "Table"]
 
@@ -121,6 +123,11 @@ class Table(Columns):
     def __repr__(self) -> str:
         rows = len(next(iter(self.values()), ()))
         return f"<Table of {rows} rows: {', '.join(self)}>"
+
+    def _repr_html_(self) -> str:
+        heads = [" ".join(filter(None, (escape(name), f"<small>{unit(self.units.get(name, '1'))}</small>"))) for name in self]
+        rows = [[number(cell) for cell in row] for row in zip(*self.values())]
+        return table(f"{len(rows)} rows", heads, rows)
 
 
 def _column(cells: tuple[str, ...]) -> NDArray[Any]:
@@ -245,6 +252,56 @@ class Curve:
 
         errors = {f"{name} error": values for name, values in self.errors.items()}
         return DataFrame({**self.variables, **self.values, **errors})
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draws the quantities against the variable, with their standard errors and units, and with what is published.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where it is drawn; the current axes of pyplot if not given.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ImportError
+            If Matplotlib is not installed.
+        ValueError
+            If it is a grid of several variables.
+
+        Examples
+        --------
+        >>> run = carom.run(fluid, set={"measure.radial_distribution": True})
+        >>> run.curves["radial_distribution"].plot().get_xlabel()  # doctest: +MATPLOTLIB
+        'r [length]'
+        """
+        if len(self.variables) != 1:
+            raise ValueError(f"{self.name} is a grid of {', '.join(self.variables)}: draw .values, such as with imshow")
+        try:
+            import matplotlib.pyplot as pyplot
+        except ImportError as error:
+            raise ImportError("Curve.plot needs Matplotlib: pip install matplotlib") from error
+        ax = pyplot.gca() if ax is None else ax
+        for name, values in self.values.items():
+            ax.errorbar(self.x, values, self.errors[name], fmt=".-", capsize=2.0, label=name)
+        for it in self.published:
+            ax.plot(it["x"], it["y"], "--", label=it["label"])
+        ax.set_xlabel(self._label(next(iter(self.variables))))
+        units = {self.units[name] for name in self.values}
+        if len(self.values) == 1:
+            ax.set_ylabel(self._label(next(iter(self.values))))
+        elif len(units) == 1 and units != {"1"}:
+            ax.set_ylabel(f"[{units.pop()}]")
+        ax.set_title(self.title)
+        if len(self.values) + len(self.published) > 1:
+            ax.legend()
+        return ax
+
+    def _label(self, name: str) -> str:
+        return name if self.units[name] == "1" else f"{name} [{self.units[name]}]"
 
     def __repr__(self) -> str:
         of = ", ".join(self.variables)

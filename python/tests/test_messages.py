@@ -86,6 +86,40 @@ def test_keys_that_are_not_there_are_answered_with_those_that_are(fluid: dict) -
         again["x"]
 
 
+@pytest.mark.parametrize(
+    ("set", "key"),
+    [
+        ({"sead": 3}, "sead"),
+        ({"species.0.colour": 1}, "species[0].colour"),
+        ({"run.until_evnets": 4}, "run.until_evnets"),
+        ({"fill.0.count": 1.5}, "fill[0].count"),
+        ({"species.0.mass": "heavy"}, "species[0].mass"),
+        ({"species.0.mass": -1.0}, "species[0].mass"),
+    ],
+)
+def test_the_key_of_a_mistake_is_named(fluid: dict, set: dict, key: str) -> None:
+    with pytest.raises(carom.SceneError) as caught:
+        carom.Scene(fluid, set=set)
+    assert caught.value.key == key
+    # It is that of the text without what replaces a value.
+    text = carom.Scene(fluid).to_toml()
+    (path, value), (*steps, last) = *set.items(), *[key.replace("[0]", "").split(".")]
+    header = {"species": "[[species]]", "fill": "[[fill]]", "run": "[run]"}[steps[0]] if steps else None
+    lines = [line for line in text.splitlines() if not line.startswith(f"{last} =")]
+    at = lines.index(header) + 1 if header else 0
+    lines.insert(at, f"{last} = {value!r}")
+    with pytest.raises(carom.SceneError) as caught:
+        carom.Scene.from_toml("\n".join(lines))
+    assert (caught.value.key, path.count(".")) == (key, key.count(".") + key.count("["))
+
+
+def test_a_mistake_that_has_no_key() -> None:
+    for text in ("", "seed = ", "[["):
+        with pytest.raises(carom.SceneError) as caught:
+            carom.Scene.from_toml(text)
+        assert caught.value.key is None or text.startswith(caught.value.key)
+
+
 def test_an_array_in_the_wrong_place_has_a_short_message(fluid: dict, tmp_path: Path) -> None:
     array = np.zeros((50_000, 3))
     numbers, simulation = array.tolist(), carom.Simulation(fluid)
