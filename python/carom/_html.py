@@ -1,4 +1,4 @@
-"""What notebooks show: small tables in the colours of the page, dark or light, and pages in cells."""
+"""Forms that notebooks show: small tables in the colours of the page, dark or light, and pages in cells."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def unit(text: str) -> str:
 
 
 def number(value: Any) -> str:
-    """A number with six digits; other values as text."""
+    """A number with six digits, nothing for what is not known; other values as text."""
     if isinstance(value, (float, np.floating)):
-        return f"{value:.6g}"
+        return "" if np.isnan(value) else f"{value:.6g}"
     return escape(" ".join(str(value).split()))
 
 
@@ -38,7 +38,7 @@ def table(caption: str, heads: Sequence[str], rows: Sequence[Iterable[str]]) -> 
     cells = [list(row) for row in rows]
     if len(cells) > 2 * _SHOWN + 1:
         cells[_SHOWN:-_SHOWN] = [["&#8942;"] * len(heads)]
-    lines = [f"<caption style='text-align:left;color:inherit'>{caption}</caption>"]
+    lines = [f"<caption style='text-align:left;color:inherit;white-space:nowrap'>{caption}</caption>"]
     if any(heads):
         lines.append(_row("th", heads))
     lines += [_row("td", row) for row in cells]

@@ -20,10 +20,11 @@ _DIGITS = 15
 class Observable:
     """A mean with its standard error.
 
-    Observables are added, subtracted, multiplied, divided and raised to powers, with each other and with numbers. Errors propagate to the first order as if
-    those of different observables were independent: they are for observables of different runs, and not for those of one, such as its pressure and its
-    energy. An observable and itself are known to be the same. Units are multiplied and divided as they are written; those of sums have to be the same, and
-    a number that is added has that of the other one. A result is stationary, or conserved, if all are that it comes from.
+    Observables are added, subtracted, multiplied, divided and raised to powers, with each other and with numbers. Errors propagate to the first
+    order as if those of different observables were independent: they are for observables of different runs, and not for those of one, such as its
+    pressure and its energy. An observable and itself are known to be the same. Units are multiplied and divided as they are written; those of
+    sums have to be the same, and a number that is added has that of the other one. A result is stationary, or conserved, if all are that it comes
+    from.
 
     Attributes
     ----------

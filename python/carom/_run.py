@@ -72,10 +72,10 @@ def run(
         Simulates on so many threads, whatever the scene says, with the same bits as on one; ``"auto"`` takes as many as there are cores, but one for
         each 250,000 particles at most.
     observe : dict of str to callable, optional
-        Own measurements by name: functions that take a :class:`Frame` and return a number. They are called at even times of the last measurement, not in an
-        equilibration or a stage before it; :attr:`Run.observables` has the mean, the error and the verdict of each, as :func:`mean_and_error` finds them,
-        and :attr:`Run.curves` its values along the time. The bits and the other files of the run are the same with them and without. An exception
-        in one of them ends the run as Ctrl-C does.
+        Own measurements by name: functions that take a :class:`Frame` and return a number. They are called at even times of the last measurement,
+        not in an equilibration or a stage before it; :attr:`Run.observables` has the mean, the error and the verdict of each, as
+        :func:`mean_and_error` finds them, and :attr:`Run.curves` its values along the time. The bits and the other files of the run are the same
+        with them and without. An exception in one of them ends the run as Ctrl-C does.
     every : float, optional
         Simulated time between two calls `[time]`; needed with ``observe``.
     progress : bool

@@ -86,8 +86,8 @@ class Simulation:
     Parameters
     ----------
     scene : Scene, path, dict or Run
-        As for :class:`Scene`. From the end of a :class:`Run` its particles, bonds and time go on, with the states of all pairs and the thermostat of its
-        measurement; its equilibration and stages are over, and events are counted from zero.
+        As for :class:`Scene`. From the end of a :class:`Run` its particles, bonds and time go on, with the states of all pairs and the thermostat
+        of its measurement; its equilibration and stages are over, and events are counted from zero.
     plan : bool
         Whether a scene is refused that plans what only a run does: stages, an equilibration, a thermostat that scales velocities. ``False``
         leaves the plan out, with its thermostat, and takes the dynamics alone.

@@ -19,12 +19,12 @@ def is_stationary(verdict: str) -> bool | None:
 def mean_and_error(series: ArrayLike, unit: str = "1") -> Observable:
     """The mean of a correlated series, with the standard error and the verdict that runs have.
 
-    Values are gathered in at most 1024 blocks of equal length. The variance of the mean of ``n`` of them is ``S(0) / n``, with the spectral density ``S`` at
-    frequency zero, the sum of all autocovariances: that of the most likely sum of white noise, relaxations and differences that cancel between neighbours
-    (P. Whittle, Ark. Mat. 2, 423 (1953)). An error that comes from few independent values is larger by what Student's distribution says of them. Errors
-    are on the safe side: larger than the exact ones of autoregressive series by 6 % where these are long, by 20 to 30 % where they are worth 25 to 50
-    independent values. The series is stationary if the means of its first quarter and of its second half differ by no more than chance (J. Geweke, in
-    Bayesian Statistics 4, Oxford University Press, 1992, p. 169).
+    Values are gathered in at most 1024 blocks of equal length. The variance of the mean of ``n`` of them is ``S(0) / n``, with the spectral
+    density ``S`` at frequency zero, the sum of all autocovariances: that of the most likely sum of white noise, relaxations and differences that
+    cancel between neighbours (P. Whittle, Ark. Mat. 2, 423 (1953)). An error that comes from few independent values is larger by what Student's
+    distribution says of them. Errors are on the safe side: larger than the exact ones of autoregressive series by 6 % where these are long, by 20
+    to 30 % where they are worth 25 to 50 independent values. The series is stationary if the means of its first quarter and of its second half
+    differ by no more than chance (J. Geweke, in Bayesian Statistics 4, Oxford University Press, 1992, p. 169).
 
     Parameters
     ----------

@@ -125,7 +125,7 @@ class Table(Columns):
         return f"<Table of {rows} rows: {', '.join(self)}>"
 
     def _repr_html_(self) -> str:
-        heads = [" ".join(filter(None, (escape(name), f"<small>{unit(self.units.get(name, '1'))}</small>"))) for name in self]
+        heads = [f"{escape(name)}<br><small>{unit(self.units.get(name, '1'))}</small>" for name in self]
         rows = [[number(cell) for cell in row] for row in zip(*self.values())]
         return table(f"{len(rows)} rows", heads, rows)
 
@@ -286,7 +286,7 @@ class Curve:
             raise ImportError("Curve.plot needs Matplotlib: pip install matplotlib") from error
         ax = pyplot.gca() if ax is None else ax
         for name, values in self.values.items():
-            ax.errorbar(self.x, values, self.errors[name], fmt=".-", capsize=2.0, label=name)
+            ax.errorbar(self.x, values, self.errors[name], fmt=".-", markersize=4.0, linewidth=1.0, elinewidth=0.8, label=name)
         for it in self.published:
             ax.plot(it["x"], it["y"], "--", label=it["label"])
         ax.set_xlabel(self._label(next(iter(self.variables))))
@@ -301,7 +301,7 @@ class Curve:
         return ax
 
     def _label(self, name: str) -> str:
-        return name if self.units[name] == "1" else f"{name} [{self.units[name]}]"
+        return name if self.units[name] in ("1", name) else f"{name} [{self.units[name]}]"
 
     def __repr__(self) -> str:
         of = ", ".join(self.variables)

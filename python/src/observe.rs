@@ -26,7 +26,7 @@ struct Functions {
     raised: Option<PyErr>,
 }
 
-/// What a run is to be observed with.
+/// Functions that a run is to be observed with, and how often.
 pub struct Observation {
     by_name: Vec<(String, Py<PyAny>)>,
     every: f64,

@@ -3,7 +3,8 @@
 use carom::analysis::statistics::{BlockAverage, Stationarity};
 use pyo3::prelude::*;
 
-/// The mean of numbers of the type `f8` at even times, not a number for none, its standard error, and the word of `summary.json` for whether they are stationary.
+/// The mean of numbers of the type `f8` at even times (not a number for none), its standard error, and the word that `summary.json` has for whether
+/// they are stationary.
 #[pyfunction]
 pub fn mean_and_error(py: Python<'_>, values: &[u8]) -> (f64, Option<f64>, &'static str) {
     py.detach(|| {

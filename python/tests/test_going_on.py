@@ -15,6 +15,7 @@ def test_a_simulation_goes_on_from_a_run(fluid: dict, tmp_path: Path) -> None:
     longer = carom.run(fluid, tmp_path / "longer", until_events=25_000)
     simulation = carom.Simulation(run)
     assert simulation.time == run.summary["time"] and simulation.event_counts["core"] == 0
+    assert simulation.temperature == pytest.approx(1.0, rel=1e-12)
     frame = run.frames[-1]
     assert np.array_equal(simulation.positions, frame.positions) and np.array_equal(simulation.images, frame.images)
     simulation.advance(events=5_000)

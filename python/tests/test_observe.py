@@ -71,7 +71,8 @@ def test_it_is_a_result_like_others(fluid: dict, tmp_path: Path) -> None:
         assert abs(found.mean - 3.0 * 107 / 108) < 5.0 * found.error and found.error > 0.0
         assert read.observables["drift"].is_stationary is False
     assert (run.folder / "measurements" / "v2.csv").exists() and "v2" in run.page()
-    # Others read the folder, too.
+    # A scene starts from its end, and another run replaces it.
+    assert carom.Simulation(run).advance(events=100) == "events"
     again = carom.run(fluid, tmp_path / "run", seed=2, force=True)
     assert "v2" not in again.observables and not (run.folder / "measurements").exists()
 
