@@ -26,6 +26,7 @@ simulate step by step   :class:`Simulation`: advance, look, change, see every ev
 run and measure         :func:`run`, and :func:`resume` to go on
 run many                :func:`sweep`, with any executor; :func:`exchange`
 read what is there      :func:`open`, whichever program made it
+average a series        :func:`mean_and_error`, with the errors of runs
 ======================  ==========================================================
 """
 
@@ -39,11 +40,13 @@ from carom._errors import CaromError, CaromWarning, FolderError, SceneError, Sim
 from carom._examples import example
 from carom._exchange import Exchange, exchange
 from carom._frame import Frame
+from carom._observable import Observable
 from carom._run import Run, Stage, resume, run
 from carom._scene import Scene
 from carom._simulation import EVENT, EVENT_KINDS, Simulation
+from carom._statistics import mean_and_error
 from carom._sweep import Sweep, sweep
-from carom._tables import Curve, Observable, Table
+from carom._tables import Curve, Table
 from carom._trajectory import EventLog, Trajectory
 
 __all__ = [
@@ -70,11 +73,16 @@ __all__ = [
     "__version__",
     "example",
     "exchange",
+    "mean_and_error",
     "open",
     "resume",
     "run",
     "sweep",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 def open(folder: str | os.PathLike[str]) -> Run | Sweep | Exchange:

@@ -11,10 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["finite", "flag", "path_of", "real", "threads_of", "vectors", "whole"]
+__all__ = ["finite", "flag", "is_number", "path_of", "real", "shown", "threads_of", "vectors", "whole"]
 
 
-def _is_number(value: Any) -> bool:
+def shown(value: Any) -> str:
+    """A value that a message names: of an array or a long list the beginning, and its type."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 80 else f"{text[:60]} ... of the type {type(value).__name__}"
+
+
+def is_number(value: Any) -> bool:
     """Whether it is one real number, also one of NumPy: strings of NumPy have ``__float__``, too."""
     if isinstance(value, bool) or not (hasattr(value, "__float__") or hasattr(value, "__index__")):
         return False
@@ -24,12 +30,12 @@ def _is_number(value: Any) -> bool:
 
 def real(name: str, value: Any) -> float:
     """A real number."""
-    if not _is_number(value):
-        raise TypeError(f"{name}: expected a number, found {value!r}")
+    if not is_number(value):
+        raise TypeError(f"{name}: expected a number, found {shown(value)}")
     try:
         return float(value)
     except OverflowError:
-        raise ValueError(f"{name}: expected a finite number, found {value!r}") from None
+        raise ValueError(f"{name}: expected a finite number, found {shown(value)}") from None
 
 
 def finite(name: str, value: Any) -> float:
@@ -42,8 +48,8 @@ def finite(name: str, value: Any) -> float:
 
 def whole(name: str, value: Any, least: int = 0) -> int:
     """A whole number, also as a float such as ``1e6``."""
-    wrong = TypeError(f"{name}: expected a whole number, found {value!r}")
-    if not _is_number(value):
+    wrong = TypeError(f"{name}: expected a whole number, found {shown(value)}")
+    if not is_number(value):
         raise wrong
     try:
         number = operator.index(value)
@@ -61,7 +67,7 @@ def threads_of(value: Any) -> str | None:
     if value is None or (isinstance(value, str) and value == "auto"):
         return value
     if isinstance(value, str):
-        raise ValueError(f"threads: expected a number from 1 to 64 or 'auto', found {value!r}")
+        raise ValueError(f"threads: expected a number from 1 to 64 or 'auto', found {shown(value)}")
     number = whole("threads", value, 1)
     if number > 64:
         raise ValueError(f"threads: expected a number from 1 to 64 or 'auto', found {number}")
@@ -71,7 +77,7 @@ def threads_of(value: Any) -> str | None:
 def flag(name: str, value: Any) -> bool:
     """A truth value. Text is none: ``"no"`` is true for Python."""
     if not isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{name}: expected True or False, found {value!r}")
+        raise TypeError(f"{name}: expected True or False, found {shown(value)}")
     return bool(value)
 
 

@@ -18,6 +18,7 @@ __all__ = [
     "examples",
     "exchange",
     "main",
+    "mean_and_error",
     "observable_units",
     "page",
     "parse_toml",
@@ -29,6 +30,7 @@ __version__: str
 
 _Pairs = list[tuple[str, str]]
 _Callback = Callable[[str, float, float, int], None] | None
+_Functions = list[tuple[str, Callable[[dict[str, Any]], float]]]
 _Standing = list[tuple[str, str, str | None]]
 
 @final
@@ -59,6 +61,7 @@ class Scene:
 class Simulation:
     time: float
     displacement: float
+    temperature: float | None
     engine: str
     def __new__(cls, scene: Scene, plan: bool, threads: str | None) -> Self: ...
     def copy(self) -> Simulation: ...
@@ -105,6 +108,8 @@ def run(
     until_time: float | None,
     until_events: int | None,
     threads: str | None,
+    observe: _Functions,
+    every: float,
     callback: _Callback,
 ) -> str | None: ...
 def resume(
@@ -113,11 +118,14 @@ def resume(
     until_time: float | None,
     until_events: int | None,
     threads: str | None,
+    observe: _Functions,
+    every: float,
     callback: _Callback,
 ) -> str | None: ...
 def exchange(scene: Scene, out: Path, jobs: int, orders: tuple[bool, float], callback: _Callback) -> list[str]: ...
 def examples() -> dict[str, str]: ...
 def main(arguments: list[str]) -> int: ...
+def mean_and_error(values: bytes) -> tuple[float, float | None, str]: ...
 def page(path: Path) -> str: ...
 def parse_toml(text: str) -> dict[str, Any]: ...
 def observable_units(dimensions: int) -> dict[str, str]: ...

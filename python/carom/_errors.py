@@ -2,9 +2,49 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
-__all__ = ["CaromError", "CaromWarning", "FolderError", "SceneError", "SimulationError", "SweepError"]
+__all__ = ["CaromError", "CaromWarning", "FolderError", "SceneError", "SimulationError", "SweepError", "in_python"]
+
+#: Words of the program's cures, and those of Python in their place.
+_IN_PYTHON = (
+    (r"`carom run --resume DIR --until-time T`", r"`carom.resume(DIR, until_time=T)`"),
+    (r"`carom run --resume DIR`", r"`carom.resume(DIR)`"),
+    (r"\bcarom run --resume (\S+) goes on", r'carom.resume("\1") goes on'),
+    (r"`carom exchange DIR`", r"`carom.exchange` with its scene and DIR as out"),
+    (r"`carom exchange --jobs`", r"`jobs=` of `carom.exchange`"),
+    (r"`carom run`", r"`carom.run`"),
+    (r"a later end with --until-time", r'a later end with set={"run.until_time": T}'),
+    (r"--vary seed=1\.\.3", r'vary={"seed": "1..3"}'),
+    (r"change together are separated by `;`", r"change together are a tuple"),
+)
+
+#: An option of the program; commands that are for the prompt keep theirs.
+_OPTION = re.compile(r"`carom [^`]*`|(?<![\w-])--(out|force|jobs|until-time|until-events)\b")
+
+#: Characters of a line of a message: an array in the wrong place has millions of them.
+_MOST = 240
+
+
+def _argument(option: re.Match[str]) -> str:
+    """An option as the argument of a function."""
+    name = option[1]
+    if name is None:
+        return option[0]
+    return "force=True" if name == "force" else f"{name.replace('-', '_')}="
+
+
+def in_python(text: str) -> str:
+    """A message of the program with the arguments of Python in place of options, and with lines of a length that can be read."""
+    for of_program, of_python in _IN_PYTHON:
+        text = re.sub(of_program.replace(" ", r"\s+"), of_python, text)
+    return _shortened(_OPTION.sub(_argument, text))
+
+
+def _shortened(text: str, most: int = _MOST) -> str:
+    """The text, of each line so many characters at most."""
+    return "\n".join(line if len(line) <= most else f"{line[: most - 4]} ..." for line in text.split("\n"))
 
 
 class CaromError(Exception):
@@ -27,8 +67,8 @@ class CaromError(Exception):
     """
 
     def __init__(self, message: str, *, cure: str | None = None) -> None:
-        super().__init__(message)
-        self.cure = cure
+        super().__init__(in_python(message))
+        self.cure = None if cure is None else in_python(cure)
 
     def __reduce__(self) -> tuple[object, ...]:
         # Exceptions travel between processes: attributes with them.
@@ -75,7 +115,7 @@ class SceneError(CaromError, ValueError):
         cure: str | None = None,
     ) -> None:
         super().__init__(message, cure=cure)
-        self.problem = problem
+        self.problem = None if problem is None else in_python(problem)
         self.key = key
         self.line = None if line is None else int(line)
 
@@ -86,7 +126,8 @@ class SimulationError(CaromError, RuntimeError):
     Attributes
     ----------
     folder : pathlib.Path or None
-        The folder of the run, which :func:`carom.open` opens: its files are complete up to there.
+        The folder of the run, which :func:`carom.open` opens: its files are complete up to there. Of a run that was to replace another one it is
+        ``replacement`` in the folder of that one, which stays as it was.
     cure : str or None
         What to do about it.
 

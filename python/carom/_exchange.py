@@ -17,10 +17,11 @@ from carom._arguments import flag, path_of, real, whole
 from carom._arrays import fixed
 from carom._errors import FolderError, SceneError, SimulationError
 from carom._folder import InFolder, json_of
+from carom._html import framed
+from carom._observable import Observable
 from carom._progress import Progress
-from carom._run import framed
 from carom._scene import Scene, SceneLike
-from carom._tables import Observable, Table
+from carom._tables import Table
 from carom._trajectory import Trajectory
 
 __all__ = ["Exchange", "exchange"]

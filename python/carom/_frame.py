@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom._arrays import fixed
+from carom._html import number, table
 
 __all__ = ["Frame"]
 
@@ -82,6 +83,12 @@ class Frame:
 
     def __repr__(self) -> str:
         return f"<Frame at time {self.time:g}: {len(self)} particles>"
+
+    def _repr_html_(self) -> str:
+        counts = np.bincount(self.species, minlength=len(self.species_names))
+        edges = " &times; ".join(f"{edge:.6g}" for edge in self.size if edge > 0.0)
+        caption = f"Frame at time {self.time:.6g}: {len(self)} particles in a box of {edges or 'no size'}"
+        return table(caption, ["species", "particles"], [[number(name), number(count)] for name, count in zip(self.species_names, counts)])
 
     @property
     def unwrapped(self) -> NDArray[np.float64]:

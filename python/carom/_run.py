@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import os
 import tempfile
 from collections.abc import Mapping
@@ -11,13 +10,19 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal
 
+import numpy as np
+
 from carom import _carom
 from carom._arguments import flag, path_of, real, threads_of, whole
 from carom._errors import FolderError, SimulationError
 from carom._folder import InFolder, json_of
+from carom._html import framed
+from carom._observable import Observable
+from carom._observe import Functions, observed
 from carom._progress import Progress
 from carom._scene import Scene, SceneLike
-from carom._tables import Curve, Observable, Table
+from carom._statistics import is_stationary, mean_and_error
+from carom._tables import Curve, Named, Table
 from carom._trajectory import EventLog, Trajectory
 
 __all__ = ["Run", "Stage", "resume", "run"]
@@ -39,6 +44,8 @@ def run(
     force: bool = False,
     checkpoint_every: float = 300.0,
     threads: int | Literal["auto"] | None = None,
+    observe: Functions | None = None,
+    every: float | None = None,
     progress: bool = True,
 ) -> Run:
     """Runs a scene with all that it plans, as ``carom run`` does: the same files, the same bits.
@@ -64,6 +71,13 @@ def run(
     threads : int or "auto", optional
         Simulates on so many threads, whatever the scene says, with the same bits as on one; ``"auto"`` takes as many as there are cores, but one for
         each 250,000 particles at most.
+    observe : dict of str to callable, optional
+        Own measurements by name: functions that take a :class:`Frame` and return a number. They are called at even times of the last measurement,
+        not in an equilibration or a stage before it; :attr:`Run.observables` has the mean, the error and the verdict of each, as
+        :func:`mean_and_error` finds them, and :attr:`Run.curves` its values along the time. The bits and the other files of the run are the same
+        with them and without. An exception in one of them ends the run as Ctrl-C does.
+    every : float, optional
+        Simulated time between two calls `[time]`; needed with ``observe``.
     progress : bool
         Whether a bar is shown, where tqdm is installed.
 
@@ -83,8 +97,15 @@ def run(
     >>> run = carom.run(fluid)
     >>> print(run.observables["compressibility_factor"])
     3.972 +- 0.025 [1]
+
+    A measurement of one's own, the mean square of a component of the velocities:
+
+    >>> run = carom.run(fluid, observe={"vx2": lambda frame: (frame.velocities[:, 0] ** 2).mean()}, every=0.2)
+    >>> bool(abs(run.observables["vx2"].mean - 107 / 108) < 5 * run.observables["vx2"].error)
+    True
     """
     made = Scene(scene, seed=seed, set=set)
+    functions, interval_of_calls = observed(observe, every)
     limits = _limits(until_time, until_events)
     is_forced, interval = flag("force", force), real("checkpoint_every", checkpoint_every)
     on = threads_of(threads)
@@ -94,8 +115,8 @@ def run(
         temporary = tempfile.TemporaryDirectory(prefix="carom-")
         folder = Path(temporary.name) / made.name
     with Progress(progress, made.name) as bar:
-        trouble = _carom.run(made._core, folder, is_forced, interval, *limits, on, bar.callback)
-    return _ended(Run(folder, _temporary=temporary), trouble)
+        trouble = _carom.run(made._core, folder, is_forced, interval, *limits, on, functions, interval_of_calls, bar.callback)
+    return _ended(Run(_written(folder), _temporary=temporary), trouble)
 
 
 def resume(
@@ -105,6 +126,8 @@ def resume(
     until_events: int | None = None,
     checkpoint_every: float = 300.0,
     threads: int | Literal["auto"] | None = None,
+    observe: Functions | None = None,
+    every: float | None = None,
     progress: bool = True,
 ) -> Run:
     """Goes on with a run from its last checkpoint, to the same bits as if it had never stopped.
@@ -115,8 +138,8 @@ def resume(
         The folder of a run that was interrupted or killed, or one that is over, with another end.
     until_time, until_events
         Another end of the measurement, as for :func:`run`.
-    checkpoint_every, threads, progress
-        As for :func:`run`.
+    checkpoint_every, threads, observe, every, progress
+        As for :func:`run`. A run that was begun with ``observe`` needs the same names: functions are not in its checkpoints, the values so far are.
 
     Raises
     ------
@@ -135,9 +158,16 @@ def resume(
     path = path_of("folder", folder)
     limits = _limits(until_time, until_events)
     interval, on = real("checkpoint_every", checkpoint_every), threads_of(threads)
+    functions, interval_of_calls = observed(observe, every)
     with Progress(progress, path.name) as bar:
-        trouble = _carom.resume(path, interval, *limits, on, bar.callback)
-    return _ended(Run(path), trouble)
+        trouble = _carom.resume(path, interval, *limits, on, functions, interval_of_calls, bar.callback)
+    return _ended(Run(_written(path)), trouble)
+
+
+def _written(folder: Path) -> Path:
+    """The folder that a run has written to: one that was to replace another run and did not come to a good end stays within that one's."""
+    within = folder / "replacement"
+    return within if (within / "summary.json").is_file() else folder
 
 
 def _ended(run: Run, trouble: str | None) -> Run:
@@ -156,7 +186,7 @@ class Results:
     _dimensions: int
 
     @cached_property
-    def observables(self) -> dict[str, Observable]:
+    def observables(self) -> Named[Observable]:
         """Means with standard errors by name, of the observables and of the numbers that instruments report; those that are not known are left out.
 
         Examples
@@ -166,20 +196,28 @@ class Results:
         1.0
         """
         units = _carom.observable_units(self._dimensions)
-        found = {}
+        found: dict[str, Observable] = {}
         for name, it in self._summary["observables"].items():
             verdict = str((it.get("stationarity") or {}).get("verdict"))
-            stationary = {"stationary": True, "constant": True, "drifting": False}.get(verdict)
             if it["mean"] is not None:
                 unit = units.get(name, "1")
-                found[name] = Observable(it["mean"], it["standard_error"], unit, stationary, verdict == "constant")
+                found[name] = Observable(it["mean"], it["standard_error"], unit, is_stationary(verdict), verdict == "constant")
         for it in self._measured.get("numbers", []):
             if it["mean"] is not None:
-                found[it["name"]] = Observable(it["mean"], it["standard_error"], it["unit"])
-        return found
+                found[it["name"]] = self._number(it)
+        return Named("observable", found)
+
+    def _number(self, it: Mapping[str, Any]) -> Observable:
+        """A number that an instrument reports. One of the user's own has its values beside it, which tell whether it is stationary."""
+        plain = Observable(it["mean"], it["standard_error"], it["unit"])
+        series = self.curves.get(it["name"])
+        if series is None or list(series.variables) != ["time"] or not np.isfinite(series.y).all():
+            return plain
+        own = mean_and_error(series.y, it["unit"])
+        return own if (own.mean, own.error) == (plain.mean, plain.error) else plain
 
     @cached_property
-    def curves(self) -> dict[str, Curve]:
+    def curves(self) -> Named[Curve]:
         """Curves that instruments have measured, by name.
 
         Examples
@@ -188,7 +226,7 @@ class Results:
         >>> list(run.curves)
         ['radial_distribution']
         """
-        return {it["name"]: Curve._of(it) for it in self._measured.get("curves", [])}
+        return Named("curve", {it["name"]: Curve._of(it) for it in self._measured.get("curves", [])})
 
     @property
     def published(self) -> list[dict[str, Any]]:
@@ -255,7 +293,7 @@ class Run(InFolder, Results):
         self._temporary = _temporary
         self._is_closed = False
         self._folder = path_of("folder", folder)
-        self._summary = json_of(self._folder / "summary.json")
+        self._summary = Named("entry", json_of(self._folder / "summary.json"))
         system = self._summary.get("system") or {}
         self._dimensions = system.get("dimensions", 3)
 
@@ -351,6 +389,12 @@ class Run(InFolder, Results):
         """
         path = self._open() / "scene.toml"
         return _carom.parse_toml(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+    def _end(self) -> dict[str, Any]:
+        """The scene that goes on from the end of the run: what it leaves out is as it was in the run."""
+        plan = {key: value for key, value in self.parameters.get("run", {"until_events": 1}).items() if "equilibration" not in key}
+        kept = {key: value for key, value in self.parameters.items() if key in ("name", "surface")}
+        return {**kept, "start": {"from": os.path.abspath(self._open())}, "run": plan}
 
     @cached_property
     def thermo(self) -> Table:
@@ -470,9 +514,3 @@ class Run(InFolder, Results):
 
     def _repr_html_(self) -> str:
         return framed(self.page())
-
-
-def framed(page: str, height: int = 700) -> str:
-    """A page in a cell of a notebook."""
-    style = f"width:100%;height:{height}px;border:0"
-    return f'<iframe srcdoc="{html.escape(page)}" style="{style}" sandbox="allow-scripts"></iframe>'

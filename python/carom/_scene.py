@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from html import escape
 from pathlib import Path
 from typing import Any, Union
 
@@ -11,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import _carom
-from carom._arguments import whole
+from carom._arguments import shown, whole
 from carom._arrays import fixed
+from carom._html import number, table
 
 __all__ = ["Scene"]
 
@@ -24,7 +26,7 @@ def overrides(seed: int | None, set: Mapping[str, Any] | None) -> list[tuple[str
     pairs: list[tuple[str, str]] = []
     for key, value in (set or {}).items():
         if not isinstance(key, str):
-            raise TypeError(f"set: expected keys that are strings, such as 'run.until_time', found {key!r}")
+            raise TypeError(f"set: expected keys that are strings, such as 'run.until_time', found {shown(key)}")
         pairs.append((key, _carom.Scene.value_of(value, key)))
     if seed is not None:
         pairs.append(("seed", str(whole("seed", seed))))
@@ -326,6 +328,13 @@ class Scene:
     def __repr__(self) -> str:
         core = self._core
         return f"<Scene {core.name}: {core.count} particles in {core.dimensions} dimensions, seed {core.seed}>"
+
+    def _repr_html_(self) -> str:
+        filled = "" if self.packing_fraction is None else f", packing fraction {self.packing_fraction:.6g}"
+        caption = f"<b>{escape(self.name)}</b>: {len(self)} particles in {self.dimensions} dimensions, seed {self.seed}{filled}"
+        counts = np.bincount(self.species, minlength=len(self.species_names))
+        rows = [[number(cell) for cell in row] for row in zip(self.species_names, counts, self.masses, self.diameters)]
+        return table(caption, ["species", "particles", "mass", "diameter"], rows)
 
     def __getstate__(self) -> tuple[str, Path, list[tuple[str, str]]]:
         text, name, pairs = self._core.source()

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, Literal
+from html import escape
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from carom import _carom
-from carom._arguments import finite, flag, threads_of, vectors, whole
+from carom._arguments import finite, flag, shown, threads_of, vectors, whole
 from carom._arrays import fixed
 from carom._frame import Frame
+from carom._html import number, table
 from carom._scene import Scene, SceneLike
+from carom._tables import Named
+
+if TYPE_CHECKING:
+    from carom._run import Run
 
 __all__ = ["EVENT", "EVENT_KINDS", "Simulation"]
 
@@ -61,7 +67,7 @@ def _bits(kinds: str | Iterable[str] | None) -> int:
     for kind in [kinds] if isinstance(kinds, str) else kinds:
         numbers = [at for at, known in enumerate(EVENT_KINDS) if kind in (known, known.split()[0])]
         if not numbers:
-            raise ValueError(f"kinds: expected some of {', '.join(EVENT_KINDS)}, or wall for all walls, found {kind!r}")
+            raise ValueError(f"kinds: expected some of {', '.join(EVENT_KINDS)}, or wall for all walls, found {shown(kind)}")
         for number in numbers:
             bits |= 1 << number
     return bits
@@ -79,8 +85,9 @@ class Simulation:
 
     Parameters
     ----------
-    scene : Scene, path or dict
-        As for :class:`Scene`.
+    scene : Scene, path, dict or Run
+        As for :class:`Scene`. From the end of a :class:`Run` its particles, bonds and time go on, with the states of all pairs and the thermostat
+        of its measurement; its equilibration and stages are over, and events are counted from zero.
     plan : bool
         Whether a scene is refused that plans what only a run does: stages, an equilibration, a thermostat that scales velocities. ``False``
         leaves the plan out, with its thermostat, and takes the dynamics alone.
@@ -101,6 +108,12 @@ class Simulation:
     'events'
     >>> simulation.event_counts["core"]
     20000
+
+    On from the end of a run:
+
+    >>> run = carom.run(fluid)
+    >>> carom.Simulation(run).time == run.summary["time"]
+    True
     """
 
     __slots__ = ("_core", "_is_asking", "_scene")
@@ -112,14 +125,16 @@ class Simulation:
 
     def __init__(
         self,
-        scene: SceneLike,
+        scene: SceneLike | Run,
         *,
         plan: bool = True,
         seed: int | None = None,
         set: dict[str, Any] | None = None,
         threads: int | Literal["auto"] | None = None,
     ) -> None:
-        self._scene = Scene(scene, seed=seed, set=set)
+        from carom._run import Run
+
+        self._scene = Scene(scene._end() if isinstance(scene, Run) else scene, seed=seed, set=set)
         self._core = _carom.Simulation(self._scene._core, flag("plan", plan), threads_of(threads))
         self._is_asking = False
 
@@ -207,7 +222,7 @@ class Simulation:
                 raise ValueError("kinds: are those of the events that `stop` is asked about, and there is no `stop`")
             return self._core.advance(time, count)
         if not callable(stop):
-            raise TypeError(f"stop: expected a function of an event, found {stop!r}")
+            raise TypeError(f"stop: expected a function of an event, found {shown(stop)}")
         bits = _bits(kinds)
         self._is_asking = True
         try:
@@ -354,7 +369,7 @@ class Simulation:
         >>> carom.Simulation(fluid).event_counts["core"]
         0
         """
-        return self._core.event_counts()
+        return Named("kind", self._core.event_counts())
 
     @property
     def energy(self) -> dict[str, float]:
@@ -367,7 +382,19 @@ class Simulation:
         >>> round(carom.Simulation(fluid).energy["kinetic"], 9)  # 3 (N - 1) / 2
         160.5
         """
-        return self._core.energy()
+        return Named("energy", self._core.energy())
+
+    @property
+    def temperature(self) -> float | None:
+        """Kinetic temperature now `[energy]`, as runs measure it: without the common velocity along axes on which the momentum is conserved, and
+        without what streams in a sheared box. ``None`` with gravity, and for fewer than two particles that move.
+
+        Examples
+        --------
+        >>> round(carom.Simulation(fluid).temperature, 9)
+        1.0
+        """
+        return self._core.temperature
 
     @property
     def momentum(self) -> NDArray[np.float64]:
@@ -580,3 +607,9 @@ class Simulation:
     def __repr__(self) -> str:
         scene = self._scene
         return f"<Simulation of {scene.name} at time {self.time:g}: {len(scene)} particles>"
+
+    def _repr_html_(self) -> str:
+        events = sum(count for kind, count in self.event_counts.items() if kind != "transition")
+        caption = f"<b>{escape(self._scene.name)}</b> at time {self.time:.6g}: {len(self)} particles, {events} events"
+        rows = [("engine", escape(self.engine)), *((f"{name} energy", number(value)) for name, value in self.energy.items())]
+        return table(caption, ["", ""], rows)

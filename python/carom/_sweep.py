@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from carom import _carom
-from carom._arguments import flag, path_of, real, whole
+from carom._arguments import flag, path_of, real, shown, whole
 from carom._errors import CaromWarning, FolderError
+from carom._html import framed
 from carom._progress import Progress
-from carom._run import Run, framed
+from carom._run import Run
 from carom._scene import Scene, SceneLike, overrides
 from carom._tables import Table
 
@@ -146,13 +147,13 @@ def _axis(keys: Any, values: Any) -> str:
         if isinstance(values, str):
             return f"{keys}={values}"
         if isinstance(values, Mapping) or not hasattr(values, "__iter__"):
-            raise TypeError(f"vary: {keys} has {values!r}, expected a list of values, or text such as '0.1..0.5/9'")
+            raise TypeError(f"vary: {keys} has {shown(values)}, expected a list of values, or text such as '0.1..0.5/9'")
         texts = [_text(keys, value) for value in values]
         if not texts:
             raise ValueError(f"vary: {keys} has no values")
         return f"{keys}=" + ",".join(texts)
     if not isinstance(keys, tuple) or not all(isinstance(key, str) for key in keys):
-        raise TypeError(f"vary: expected keys that are strings, or tuples of them, found {keys!r}")
+        raise TypeError(f"vary: expected keys that are strings, or tuples of them, found {shown(keys)}")
     rows = [tuple(row) for row in values]
     if not rows:
         raise ValueError(f"vary: {', '.join(keys)} have no values")

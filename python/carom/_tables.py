@@ -1,60 +1,36 @@
-"""Tables, observables and curves: what runs measure, as arrays."""
+"""Tables and curves: what runs measure, as arrays."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carom._arguments import shown
 from carom._arrays import fixed
 from carom._errors import FolderError
+from carom._html import number, table, unit
 
-__all__ = ["Columns", "Curve", "Observable", "Table"]
+__all__ = ["Columns", "Curve", "Named", "Table"]
+
+_Value = TypeVar("_Value")
 
 
-@dataclass(frozen=True)
-class Observable:
-    """A mean with its standard error.
+class Named(dict[str, _Value]):
+    """A dictionary that names its keys where it is asked for another one."""
 
-    Attributes
-    ----------
-    mean : float
-    error : float or None
-        Standard error of the mean; 0 of what is conserved, ``None`` where the run is too short for one.
-    unit : str
-        Unit; ``1`` for a pure number.
-    is_stationary : bool or None
-        Whether it was stationary while it was measured; ``None`` where that cannot be told.
-    is_conserved : bool
-        Whether it did not change at all.
+    def __init__(self, kind: str, items: Mapping[str, _Value]) -> None:
+        super().__init__(items)
+        self._kind = kind
 
-    Examples
-    --------
-    >>> z = carom.run(fluid).observables["compressibility_factor"]
-    >>> print(z)
-    3.972 +- 0.025 [1]
-    """
-
-    mean: float
-    error: float | None
-    unit: str
-    is_stationary: bool | None = None
-    is_conserved: bool = False
-
-    def __float__(self) -> float:
-        return self.mean
-
-    def __str__(self) -> str:
-        if not self.error:
-            conserved = " (conserved)" if self.is_conserved and self.mean != 0.0 else ""
-            return f"{self.mean:.6g}{conserved} [{self.unit}]"
-        digits = max(0, 1 - int(np.floor(np.log10(self.error))))
-        return f"{self.mean:.{digits}f} +- {self.error:.{digits}f} [{self.unit}]"
+    def __missing__(self, name: object) -> _Value:
+        raise KeyError(f"no {self._kind} {shown(name)}; there are {', '.join(self) or 'none'}")
 
 
 class _Absent:
@@ -70,7 +46,7 @@ class Columns(dict[str, NDArray[Any]]):
     clear = pop = popitem = setdefault = update = _Absent()
 
     def __missing__(self, name: object) -> NDArray[Any]:
-        raise KeyError(f"no column {name!r}; there are {', '.join(self)}")
+        raise KeyError(f"no column {shown(name)}; there are {', '.join(self)}")
 
     def __setitem__(self, name: str, column: NDArray[Any]) -> None:
         raise TypeError(f"{name}: columns cannot be replaced; those of dict(table) can")
@@ -147,6 +123,11 @@ class Table(Columns):
     def __repr__(self) -> str:
         rows = len(next(iter(self.values()), ()))
         return f"<Table of {rows} rows: {', '.join(self)}>"
+
+    def _repr_html_(self) -> str:
+        heads = [f"{escape(name)}<br><small>{unit(self.units.get(name, '1'))}</small>" for name in self]
+        rows = [[number(cell) for cell in row] for row in zip(*self.values())]
+        return table(f"{len(rows)} rows", heads, rows)
 
 
 def _column(cells: tuple[str, ...]) -> NDArray[Any]:
@@ -271,6 +252,56 @@ class Curve:
 
         errors = {f"{name} error": values for name, values in self.errors.items()}
         return DataFrame({**self.variables, **self.values, **errors})
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draws the quantities against the variable, with their standard errors and units, and with what is published.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where it is drawn; the current axes of pyplot if not given.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ImportError
+            If Matplotlib is not installed.
+        ValueError
+            If it is a grid of several variables.
+
+        Examples
+        --------
+        >>> run = carom.run(fluid, set={"measure.radial_distribution": True})
+        >>> run.curves["radial_distribution"].plot().get_xlabel()  # doctest: +MATPLOTLIB
+        'r [length]'
+        """
+        if len(self.variables) != 1:
+            raise ValueError(f"{self.name} is a grid of {', '.join(self.variables)}: draw .values, such as with imshow")
+        try:
+            import matplotlib.pyplot as pyplot
+        except ImportError as error:
+            raise ImportError("Curve.plot needs Matplotlib: pip install matplotlib") from error
+        ax = pyplot.gca() if ax is None else ax
+        for name, values in self.values.items():
+            ax.errorbar(self.x, values, self.errors[name], fmt=".-", markersize=4.0, linewidth=1.0, elinewidth=0.8, label=name)
+        for it in self.published:
+            ax.plot(it["x"], it["y"], "--", label=it["label"])
+        ax.set_xlabel(self._label(next(iter(self.variables))))
+        units = {self.units[name] for name in self.values}
+        if len(self.values) == 1:
+            ax.set_ylabel(self._label(next(iter(self.values))))
+        elif len(units) == 1 and units != {"1"}:
+            ax.set_ylabel(f"[{units.pop()}]")
+        ax.set_title(self.title)
+        if len(self.values) + len(self.published) > 1:
+            ax.legend()
+        return ax
+
+    def _label(self, name: str) -> str:
+        return name if self.units[name] in ("1", name) else f"{name} [{self.units[name]}]"
 
     def __repr__(self) -> str:
         of = ", ".join(self.variables)

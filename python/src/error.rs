@@ -14,6 +14,8 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 /// Columns of a message: what a traceback and a notebook show without wrapping.
 const WIDTH: usize = 100;
@@ -46,17 +48,57 @@ pub fn scene(error: &SceneError) -> PyErr {
     if handler.render_report(&mut text, error).is_err() {
         text = with_causes(error);
     }
-    let key = error.config_path().to_string();
+    let known = error.config_path().to_string();
+    let key = if known.is_empty() { key_of(error) } else { Some(known) };
     exception(
         "SceneError",
         text.trim_end(),
         &[
             ("problem", Some(with_causes(error))),
-            ("key", (!key.is_empty()).then_some(key)),
+            ("key", key),
             ("line", error.line().map(|line| line.to_string())),
             ("cure", error.help().map(|help| help.to_string())),
         ],
     )
+}
+
+/// Key of a mistake that TOML or serde found, by its place in the text; `None` where it belongs to none.
+fn key_of(error: &SceneError) -> Option<String> {
+    let label = error.labels()?.next()?;
+    let code = error.source_code()?.read_span(label.inner(), usize::MAX, usize::MAX).ok()?;
+    let text = std::str::from_utf8(code.data()).ok()?;
+    // An override is its key and its value; there is nothing else with such a name, which is no path of a file of TOML.
+    if code.name() == Some("override") {
+        let mut steps = text.split_once('=')?.0.split('.').map(str::trim);
+        let first = steps.next()?.to_owned();
+        return Some(steps.fold(first, |path, step| match step.parse::<usize>() {
+            Ok(index) => format!("{path}[{index}]"),
+            Err(_) => format!("{path}.{step}"),
+        }));
+    }
+    key_in(DeTable::parse(text).ok()?.get_ref(), "", label.offset())
+}
+
+/// Path of the key in a table whose name or value stands at a place of the text.
+fn key_in(table: &DeTable<'_>, path: &str, at: usize) -> Option<String> {
+    table.iter().find_map(|(key, value)| {
+        let name = key.get_ref();
+        let path = if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
+        let inner = key_within(value, &path, at);
+        inner.or_else(|| (key.span().contains(&at) || value.span().contains(&at)).then_some(path))
+    })
+}
+
+/// Path of the innermost key in a value whose name or value stands at a place of the text.
+fn key_within(value: &Spanned<DeValue<'_>>, path: &str, at: usize) -> Option<String> {
+    match value.get_ref() {
+        DeValue::Table(table) => key_in(table, path, at),
+        DeValue::Array(array) => array.iter().enumerate().find_map(|(index, value)| {
+            let path = format!("{path}[{index}]");
+            key_within(value, &path, at).or_else(|| value.span().contains(&at).then_some(path))
+        }),
+        _ => None,
+    }
 }
 
 pub fn output(error: &OutputError) -> PyErr {
@@ -91,6 +133,9 @@ pub fn needs_run(error: &NeedsRun) -> PyErr {
 pub fn run(error: &RunError<OutputError>) -> PyErr {
     match error {
         RunError::Recorder(error) => output(error),
+        RunError::Instrument(error) => {
+            cured("SimulationError", &error.to_string(), Some("give observe what the run began with: the same names"))
+        }
         error => cured("SimulationError", &with_causes(error), None),
     }
 }

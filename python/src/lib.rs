@@ -7,10 +7,12 @@ mod array;
 mod error;
 mod exchange;
 mod frames;
+mod observe;
 mod run;
 mod scene;
 mod signals;
 mod simulation;
+mod statistics;
 mod sweep;
 
 use std::collections::HashMap;
@@ -33,6 +35,8 @@ mod _carom {
     use super::scene::{Scene, parse_toml};
     #[pymodule_export]
     use super::simulation::Simulation;
+    #[pymodule_export]
+    use super::statistics::mean_and_error;
     #[pymodule_export]
     use super::sweep::Sweep;
 

@@ -16,6 +16,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error;
+use crate::observe::{self, Observation};
 use crate::scene::{Scene, borrowed};
 use crate::signals::Signals;
 
@@ -43,7 +44,7 @@ impl Watch {
 
     /// Calls the callback with these, and looks for signals, if it is time to.
     pub fn tell(&mut self, stage: &str, fraction: f64, time: f64, events: u64) -> ControlFlow<()> {
-        if self.raised.is_some() {
+        if self.raised.is_some() || observe::has_failed() {
             return ControlFlow::Break(());
         }
         if !self.signals.is_due() {
@@ -112,11 +113,14 @@ pub fn run(
     until_time: Option<f64>,
     until_events: Option<u64>,
     threads: Option<&str>,
+    observe: Vec<(String, Py<PyAny>)>,
+    every: f64,
     callback: Option<Py<PyAny>>,
 ) -> PyResult<Option<String>> {
     let limit = limit_of(until_time, until_events)?;
     let interval = interval_of(checkpoint_every)?;
     let threads = threads_of(threads)?;
+    let observation = Observation::new(observe, every)?;
     if scene.model.exchange().is_some() {
         let message = "the scene has [exchange], replicas at several temperatures";
         return Err(error::cured("SceneError", message, Some("use carom.exchange, or leave [exchange] out")));
@@ -136,7 +140,7 @@ pub fn run(
         let folder = Folder::create(&out, &model, existing).map_err(|error| error::output(&error))?;
         let mut folder = folder.checkpoint_every(interval).at_most(most);
         folder.keep_scene(&record).map_err(|error| error::output(&error))?;
-        execute(Run::without_start(model), threads, folder, &mut watch)
+        execute(Run::without_start(model), threads, observation, folder, &mut watch)
     })
 }
 
@@ -150,26 +154,36 @@ pub fn resume(
     until_time: Option<f64>,
     until_events: Option<u64>,
     threads: Option<&str>,
+    observe: Vec<(String, Py<PyAny>)>,
+    every: f64,
     callback: Option<Py<PyAny>>,
 ) -> PyResult<Option<String>> {
     let limit = limit_of(until_time, until_events)?;
     let interval = interval_of(checkpoint_every)?;
     let threads = threads_of(threads)?;
+    let observation = Observation::new(observe, every)?;
     let mut watch = Watch::new(callback);
     py.detach(|| {
         let (folder, checkpoint) = Folder::resume(&path, limit).map_err(|error| error::output(&error))?;
         let folder = folder.checkpoint_every(interval).at_most(allowance(free_disk(&path)));
-        execute(Run::resume(checkpoint), threads, folder, &mut watch)
+        execute(Run::resume(checkpoint), threads, observation, folder, &mut watch)
     })
 }
 
-fn execute(run: Run, threads: Option<Threads>, mut folder: Folder, watch: &mut Watch) -> PyResult<Option<String>> {
+fn execute(
+    run: Run,
+    threads: Option<Threads>,
+    observation: Observation,
+    mut folder: Folder,
+    watch: &mut Watch,
+) -> PyResult<Option<String>> {
     let run = if let Some(threads) = threads { run.threads(threads) } else { run };
-    let finished = run.execute(&mut folder, &mut |progress| watch.see(progress));
+    let run = observation.of(run);
+    let (finished, raised) = observation.during(|| run.execute(&mut folder, &mut |progress| watch.see(progress)));
     let finished = finished.map_err(|error| error::run(&error))?;
     let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);
     let done = folder.complete(&finished, &final_table::text(&finished)).map_err(|error| error::output(&error))?;
-    if let Some(raised) = watch.raised.take() {
+    if let Some(raised) = raised.or_else(|| watch.raised.take()) {
         return Err(raised);
     }
     if let Some(excess) = excess {

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use carom::Vector;
+use carom::analysis::observables::ApplicableObservables;
 use carom::engine::event::{Event, EventCounts};
 use carom::engine::{PairStates, ParticleNow, Reason, Simulation as Engine, Until};
 use pyo3::exceptions::PyValueError;
@@ -198,6 +199,16 @@ impl Simulation {
             ("supplied", counts.supplied.total()),
         ];
         dictionary(py, energies)
+    }
+
+    /// Kinetic temperature; `None` where there is none.
+    #[getter]
+    fn temperature(&self, py: Python<'_>) -> PyResult<Option<f64>> {
+        let state = self.state()?;
+        Ok(py.detach(|| {
+            let energy = state.engine.energy();
+            ApplicableObservables::of(state.engine.scene()).temperature(energy.thermal, &energy.peculiar_momentum)
+        }))
     }
 
     fn momentum(&self) -> PyResult<[f64; 3]> {

@@ -1,0 +1,185 @@
+"""Means with standard errors, and what is calculated from them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from carom import _units
+from carom._arguments import is_number, shown
+from carom._html import unit
+
+__all__ = ["Observable"]
+
+#: Digits of a double.
+_DIGITS = 15
+
+
+@dataclass(frozen=True, repr=False)
+class Observable:
+    """A mean with its standard error.
+
+    Observables are added, subtracted, multiplied, divided and raised to powers, with each other and with numbers. Errors propagate to the first
+    order as if those of different observables were independent: they are for observables of different runs, and not for those of one, such as its
+    pressure and its energy. An observable and itself are known to be the same. Units are multiplied and divided as they are written; those of
+    sums have to be the same, and a number that is added has that of the other one. A result is stationary, or conserved, if all are that it comes
+    from.
+
+    Attributes
+    ----------
+    mean : float
+    error : float or None
+        Standard error of the mean; 0 of what is conserved, ``None`` where the run is too short for one.
+    unit : str
+        Unit; ``1`` for a pure number.
+    is_stationary : bool or None
+        Whether it was stationary while it was measured; ``None`` where that cannot be told.
+    is_conserved : bool
+        Whether it did not change at all.
+
+    Raises
+    ------
+    ValueError
+        If units do not go together, or a power is none of real numbers.
+    ZeroDivisionError
+        If a mean that something is divided by is 0.
+
+    Examples
+    --------
+    >>> z = carom.run(fluid).observables["compressibility_factor"]
+    >>> print(z)
+    3.972 +- 0.025 [1]
+    >>> other = carom.run(fluid, seed=2).observables["compressibility_factor"]
+    >>> 0.5 * (z + other) - 1
+    <Observable 2.958 +- 0.019 [1]>
+    >>> carom.Observable(8.0, 0.1, "length^2 / time") ** 0.5
+    <Observable 2.828 +- 0.018 [length / time^0.5]>
+    """
+
+    mean: float
+    error: float | None
+    unit: str
+    is_stationary: bool | None = None
+    is_conserved: bool = False
+
+    #: Numbers of NumPy leave arithmetic to this class.
+    __array_ufunc__: ClassVar[None] = None
+
+    def __add__(self, other: Observable | float) -> Observable:
+        that = _observable(other, self.unit)
+        return NotImplemented if that is None else _result(self.mean + that.mean, _common(self, that), (1.0, self), (1.0, that))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Observable | float) -> Observable:
+        that = _observable(other, self.unit)
+        return NotImplemented if that is None else _result(self.mean - that.mean, _common(self, that), (1.0, self), (-1.0, that))
+
+    def __rsub__(self, other: float) -> Observable:
+        return -self + other
+
+    def __mul__(self, other: Observable | float) -> Observable:
+        that = _observable(other)
+        if that is None:
+            return NotImplemented
+        of_both = _units.product((self.unit, 1), (that.unit, 1))
+        return _result(self.mean * that.mean, of_both, (that.mean, self), (self.mean, that))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Observable | float) -> Observable:
+        that = _observable(other)
+        if that is None:
+            return NotImplemented
+        mean, of_both = self.mean / that.mean, _units.product((self.unit, 1), (that.unit, -1))
+        return _result(mean, of_both, (1.0 / that.mean, self), (-mean / that.mean, that))
+
+    def __rtruediv__(self, other: float) -> Observable:
+        that = _observable(other)
+        return NotImplemented if that is None else that / self
+
+    def __pow__(self, other: Observable | float) -> Observable:
+        that = _observable(other)
+        return NotImplemented if that is None else _power(self, that)
+
+    def __rpow__(self, other: float) -> Observable:
+        that = _observable(other)
+        return NotImplemented if that is None else _power(that, self)
+
+    def __neg__(self) -> Observable:
+        return _result(-self.mean, self.unit, (-1.0, self))
+
+    def __pos__(self) -> Observable:
+        return self
+
+    def __abs__(self) -> Observable:
+        return -self if self.mean < 0.0 else self
+
+    def __float__(self) -> float:
+        return self.mean
+
+    def __str__(self) -> str:
+        if not self.error:
+            conserved = " (conserved)" if self.is_conserved and self.mean != 0.0 else ""
+            return f"{self.mean:.6g}{conserved} [{self.unit}]"
+        size = max(abs(self.mean), self.error)
+        if self.error < 10.0**-_DIGITS * size:
+            return f"{self.mean:.{_DIGITS}g} +- {self.error:.2g} [{self.unit}]"
+        largest = _exponent(size)
+        is_plain = -5 < largest < 7
+        scale = 1.0 if is_plain else 10.0**largest
+        # Two digits of the error.
+        digits = max(0, 1 - _exponent(float(f"{self.error / scale:.1e}")))
+        text = f"{self.mean / scale:.{digits}f} +- {self.error / scale:.{digits}f}"
+        return f"{text} [{self.unit}]" if is_plain else f"({text})e{largest} [{self.unit}]"
+
+    def __repr__(self) -> str:
+        return f"<Observable {self}>"
+
+    def _repr_html_(self) -> str:
+        value = str(self).rpartition(" [")[0].replace("+-", "&plusmn;")
+        drifts = ", not stationary" if self.is_stationary is False else ""
+        return f"<span>{value} {unit(self.unit)}{drifts}</span>"
+
+
+def _exponent(number: float) -> int:
+    return math.floor(math.log10(number))
+
+
+def _observable(value: Any, unit: str = "1") -> Observable | None:
+    """An observable, also of a number, which has no error; ``None`` for what is neither."""
+    if isinstance(value, Observable):
+        return value
+    return Observable(float(value), 0.0, unit, True, True) if is_number(value) else None
+
+
+def _common(one: Observable, other: Observable) -> str:
+    if _units.powers(one.unit) != _units.powers(other.unit):
+        raise ValueError(f"expected observables of the same unit, found {shown(one.unit)} and {shown(other.unit)}")
+    return one.unit
+
+
+def _power(base: Observable, power: Observable) -> Observable:
+    if _units.powers(power.unit) or (power.error != 0.0 and _units.powers(base.unit)):
+        raise ValueError(f"expected a power that is a pure number, of a pure number if it has an error, found {base!r} to {power!r}")
+    exact = float(power.mean).is_integer() and power.error == 0.0
+    if base.mean < 0.0 and not exact:
+        raise ValueError(f"expected a base that is not negative for a power that is not whole, found {base!r} to {power!r}")
+    mean = base.mean**power.mean
+    slope = power.mean * base.mean ** (power.mean - 1.0) if power.mean else 0.0
+    by_power = mean * math.log(base.mean) if power.error != 0.0 else 0.0
+    return _result(mean, _units.product((base.unit, power.mean)), (slope, base), (by_power, power))
+
+
+def _result(mean: float, unit: str, *terms: tuple[float, Observable]) -> Observable:
+    """Mean of a function of observables, of each its derivative with respect to it."""
+    verdicts = [it.is_stationary for _, it in terms]
+    is_stationary = False if False in verdicts else None if None in verdicts else True
+    slopes: dict[int, tuple[float, Observable]] = {}
+    for slope, it in terms:
+        slopes[id(it)] = (slopes.get(id(it), (0.0, it))[0] + slope, it)
+    errors = [None if it.error is None else slope * it.error for slope, it in slopes.values()]
+    known = [error for error in errors if error is not None]
+    error = math.hypot(*known) if len(known) == len(errors) else None
+    return Observable(mean, error, unit, is_stationary, all(it.is_conserved for _, it in terms))

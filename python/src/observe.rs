@@ -1,0 +1,153 @@
+//! Functions of a frame that users measure while a run goes on: an instrument of the run, which calls them.
+
+use std::cell::RefCell;
+
+use carom::Vector;
+use carom::analysis::SamplingTimes;
+use carom::analysis::instruments::{Curve, Instrument, Measured, Number, Sample, SystemDescription};
+use carom::analysis::statistics::{BlockAverage, Estimate};
+use carom::model::space::Boundary;
+use carom::run::Run;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde::{Deserialize, Serialize};
+
+use crate::array::array;
+
+thread_local! {
+    /// Functions of the run that this thread is at. The instruments do not hold them: their state is part of checkpoints.
+    static FUNCTIONS: RefCell<Option<Functions>> = const { RefCell::new(None) };
+}
+
+/// Functions by name, and what one of them has raised: none is called any more then.
+struct Functions {
+    by_name: Vec<(String, Py<PyAny>)>,
+    raised: Option<PyErr>,
+}
+
+/// Functions that a run is to be observed with, and how often.
+pub struct Observation {
+    by_name: Vec<(String, Py<PyAny>)>,
+    every: f64,
+}
+
+impl Observation {
+    /// Functions of a frame, as a dictionary of arrays, by name, and the time between two calls.
+    ///
+    /// # Errors
+    /// `ValueError` for a time that no run has.
+    pub fn new(by_name: Vec<(String, Py<PyAny>)>, every: f64) -> PyResult<Self> {
+        if !(1e-50..=1e50).contains(&every) {
+            return Err(PyValueError::new_err(format!("every: expected a time from 1e-50 to 1e50, found {every}")));
+        }
+        Ok(Self { by_name, every })
+    }
+
+    /// The run, with an instrument for each function.
+    pub fn of(&self, run: Run) -> Run {
+        self.by_name.iter().fold(run, |run, (name, _)| {
+            let (name, every) = (name.clone(), self.every);
+            run.instrument(&name.clone(), move |setup| Observed {
+                name,
+                times: SamplingTimes::given(setup.sample.time, every),
+                taken: Vec::new(),
+            })
+        })
+    }
+
+    /// Does what calls the functions, on this thread, and hands out the exception of one of them.
+    pub fn during<T>(self, work: impl FnOnce() -> T) -> (T, Option<PyErr>) {
+        // A function may start a run of its own.
+        let before = FUNCTIONS.replace(Some(Functions { by_name: self.by_name, raised: None }));
+        let done = work();
+        (done, FUNCTIONS.replace(before).and_then(|functions| functions.raised))
+    }
+}
+
+/// Whether a function has raised an exception, which ends the run.
+pub fn has_failed() -> bool {
+    FUNCTIONS.with_borrow(|functions| functions.as_ref().is_some_and(|functions| functions.raised.is_some()))
+}
+
+/// A function's values during the measurement.
+#[derive(Clone, Serialize, Deserialize)]
+struct Observed {
+    name: String,
+    times: SamplingTimes,
+    taken: Vec<[f64; 2]>,
+}
+
+impl Instrument for Observed {
+    fn next_sample(&self) -> f64 {
+        self.times.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        if !has_failed() {
+            match Python::attach(|py| value_of(py, &self.name, sample, system)) {
+                Ok(value) => self.taken.push([sample.time, value]),
+                Err(raised) => FUNCTIONS.with_borrow_mut(|functions| {
+                    if let Some(functions) = functions {
+                        functions.raised = Some(raised);
+                    }
+                }),
+            }
+        }
+        self.times.pass(sample.time);
+    }
+
+    fn report(&self, _system: &SystemDescription, measured: &mut Measured) {
+        let mut average = BlockAverage::new(1.0);
+        self.taken.iter().for_each(|[_, value]| average.add(*value, 1.0));
+        let method = format!("mean of a function of the user's own, at times {} apart", self.times.interval());
+        measured.numbers.push(Number::estimated(&self.name, &self.name, "1", average.estimate(), &method));
+        let values: Vec<Option<Estimate>> =
+            self.taken.iter().map(|[_, value]| Some(Estimate { mean: *value, standard_error: None })).collect();
+        let curve = Curve::new(&self.name, &self.name, "a function of the user's own along the measurement");
+        let times = self.taken.iter().map(|[time, _]| *time).collect();
+        measured.curves.push(curve.variable("time", "time", times).series(&self.name, "1", &values));
+    }
+}
+
+/// Value of a function now.
+fn value_of(py: Python<'_>, name: &str, sample: &Sample<'_>, system: &SystemDescription) -> PyResult<f64> {
+    let function = FUNCTIONS.with_borrow(|functions| {
+        let by_name = functions.iter().flat_map(|functions| &functions.by_name);
+        by_name.filter(|(known, _)| known == name).map(|(_, function)| function.clone_ref(py)).next()
+    });
+    let Some(function) = function else {
+        return Err(PyValueError::new_err(format!("observe: there is no function for {name}")));
+    };
+    function.bind(py).call1((frame_of(py, sample, system)?,))?.extract()
+}
+
+/// The particles as the keywords of `carom.Frame`.
+fn frame_of<'py>(py: Python<'py>, sample: &Sample<'_>, system: &SystemDescription) -> PyResult<Bound<'py, PyDict>> {
+    let space = &system.space;
+    let flat = |vectors: &[Vector]| array(py, vectors.iter().flat_map(|it| <[f64; 3]>::from(*it)).collect(), Some(3));
+    let mass_of = |species: usize| {
+        let first = system.species.iter().position(|it| *it as usize == species);
+        first.map_or(f64::NAN, |id| system.masses[id])
+    };
+    let masses: Vec<f64> = (0..system.species_names.len()).map(mass_of).collect();
+    let radii: Vec<f64> = system.species.iter().map(|species| 0.5 * system.diameters[*species as usize]).collect();
+    let ids: Vec<i64> = (0..).take(system.species.len()).collect();
+    let all = PyDict::new(py);
+    all.set_item("time", sample.time)?;
+    all.set_item("lower", <[f64; 3]>::from(space.lower))?;
+    all.set_item("size", <[f64; 3]>::from(space.size))?;
+    all.set_item("periodic", space.boundary.map(|boundary| boundary == Boundary::Periodic))?;
+    all.set_item("displacement", sample.displacement)?;
+    all.set_item("species_names", &system.species_names)?;
+    all.set_item("species_masses", array(py, masses, None)?)?;
+    all.set_item("ids", array(py, ids, None)?)?;
+    all.set_item("species", array(py, system.species.iter().map(|it| i64::from(*it)).collect(), None)?)?;
+    all.set_item("positions", flat(sample.positions)?)?;
+    all.set_item("velocities", flat(sample.velocities)?)?;
+    all.set_item("radii", array(py, radii, None)?)?;
+    all.set_item("images", array(py, sample.images.concat(), Some(3))?)?;
+    let ends: Vec<i64> = system.bonds.iter().flatten().map(|id| i64::from(*id)).collect();
+    all.set_item("bonds", array(py, ends, Some(2))?)?;
+    Ok(all)
+}

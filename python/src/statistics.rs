@@ -1,0 +1,28 @@
+//! Means of correlated series, with the errors and the verdict that a run has.
+
+use carom::analysis::statistics::{BlockAverage, Stationarity};
+use pyo3::prelude::*;
+
+/// The mean of numbers of the type `f8` at even times (not a number for none), its standard error, and the word that `summary.json` has for whether
+/// they are stationary.
+#[pyfunction]
+pub fn mean_and_error(py: Python<'_>, values: &[u8]) -> (f64, Option<f64>, &'static str) {
+    py.detach(|| {
+        let mut average = BlockAverage::new(1.0);
+        for bytes in values.as_chunks::<8>().0 {
+            average.add(f64::from_ne_bytes(*bytes), 1.0);
+        }
+        let estimate = average.estimate();
+        let error = estimate.and_then(|estimate| estimate.standard_error);
+        (estimate.map_or(f64::NAN, |estimate| estimate.mean), error, word(average.stationarity()))
+    })
+}
+
+fn word(verdict: Stationarity) -> &'static str {
+    match verdict {
+        Stationarity::Stationary => "stationary",
+        Stationarity::Constant => "constant",
+        Stationarity::Drifting(_) => "drifting",
+        Stationarity::Unknown => "unknown",
+    }
+}

@@ -1,0 +1,148 @@
+"""Functions of users measure a run, and change nothing of it."""
+
+from __future__ import annotations
+
+import filecmp
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import carom
+
+STAGED: dict[str, Any] = {
+    "run": {"equilibration_time": 3.0, "until_time": 20.0},
+    "stage": [{"name": "warm", "measure": True, "until_time": 2.0}],
+    "output": {"frame_interval": 0.25, "thermo_interval": 0.25, "events": True},
+}
+
+
+def first_speed(frame: carom.Frame) -> float:
+    return float((frame.velocities**2).sum(axis=1)[:10].mean())
+
+
+def test_observing_changes_nothing(fluid: dict, tmp_path: Path) -> None:
+    scene = {**fluid, **STAGED, "measure": {"radial_distribution": True}}
+    plain = carom.run(scene, tmp_path / "plain")
+    seen = carom.run(scene, tmp_path / "seen", observe={"v2": first_speed}, every=0.1)
+    names = sorted(str(path.relative_to(plain.folder)) for path in plain.folder.rglob("*") if path.is_file())
+    others = {"summary.json", "measurements.json", "checkpoint", ".carom", "report.txt"}
+    equal, differ, missing = filecmp.cmpfiles(plain.folder, seen.folder, [name for name in names if name not in others], shallow=False)
+    assert len(equal) > 10 and not differ and not missing
+    one, two = (json.loads((run.folder / "summary.json").read_text()) for run in (plain, seen))
+    for timed in (one, two, *one["stages"], *two["stages"]):
+        timed.pop("speed", None)
+    assert one == two
+    measured = json.loads((seen.folder / "measurements.json").read_text())
+    without = json.loads((plain.folder / "measurements.json").read_text())
+    for kind in ("numbers", "curves"):
+        assert [it for it in measured[kind] if it["name"] != "v2"] == without[kind]
+    assert measured["stages"] == without["stages"]
+
+
+def test_functions_see_the_frames_of_the_measurement(fluid: dict, tmp_path: Path) -> None:
+    frames: list[carom.Frame] = []
+
+    def keep(frame: carom.Frame) -> float:
+        frames.append(frame)
+        return frame.time
+
+    run = carom.run({**fluid, **STAGED}, tmp_path / "run", observe={"kept": keep, "v2": first_speed}, every=0.25)
+    # Neither in the stage nor in the equilibration, and once at each time.
+    assert [frame.time for frame in frames] == list(run.curves["kept"].x) == list(run.curves["kept"].y)
+    assert np.allclose([frame.time for frame in frames], 5.0 + 0.25 * np.arange(1, 81), atol=1e-12)
+    written = {round(frame.time, 9): frame for frame in run.frames}
+    for frame in frames:
+        other = written[round(frame.time, 9)]
+        for name in ("positions", "velocities", "images", "ids", "species", "radii", "species_masses", "lower", "size", "periodic", "bonds"):
+            assert np.array_equal(getattr(frame, name), getattr(other, name)), name
+        assert frame.species_names == other.species_names and not frame.positions.flags.writeable
+    assert (run.curves["v2"].y == [first_speed(frame) for frame in frames]).all()
+
+
+def test_it_is_a_result_like_others(fluid: dict, tmp_path: Path) -> None:
+    run = carom.run(fluid, tmp_path / "run", observe={"v2": first_speed, "drift": lambda frame: frame.time}, every=0.1)
+    for read in (run, carom.open(tmp_path / "run")):
+        series = read.curves["v2"]
+        found = read.observables["v2"]
+        assert found == carom.mean_and_error(series.y) and found.unit == "1" and found.is_stationary is True
+        assert abs(found.mean - 3.0 * 107 / 108) < 5.0 * found.error and found.error > 0.0
+        assert read.observables["drift"].is_stationary is False
+    assert (run.folder / "measurements" / "v2.csv").exists() and "v2" in run.page()
+    # A scene starts from its end, and another run replaces it.
+    assert carom.Simulation(run).advance(events=100) == "events"
+    again = carom.run(fluid, tmp_path / "run", seed=2, force=True)
+    assert "v2" not in again.observables and not (run.folder / "measurements").exists()
+
+
+def test_it_is_measured_on_threads(fluid: dict) -> None:
+    series = [carom.run(fluid, observe={"v2": first_speed}, every=0.5, threads=threads).curves["v2"].y for threads in (1, 2)]
+    assert (series[0] == series[1]).all() and len(series[0]) > 50
+
+
+class Stop(Exception):
+    pass
+
+
+def test_an_exception_ends_the_run_that_can_go_on(fluid: dict, tmp_path: Path) -> None:
+    calls = 0
+
+    def failing(frame: carom.Frame) -> float:
+        nonlocal calls
+        calls += 1
+        if calls == 20:
+            raise Stop("no more")
+        return first_speed(frame)
+
+    whole = carom.run(fluid, tmp_path / "whole", observe={"v2": first_speed}, every=0.5)
+    with pytest.raises(Stop, match="no more"):
+        carom.run(fluid, tmp_path / "run", observe={"v2": failing}, every=0.5)
+    assert calls == 20
+    cut = carom.open(tmp_path / "run")
+    assert cut.summary["ending"] == "interrupted" and len(cut.curves["v2"].x) == 19
+    for observe in ({}, {"other": first_speed}):
+        with pytest.raises(carom.SimulationError, match="`v2`.*\n.*give observe"):
+            carom.resume(tmp_path / "run", observe=observe, every=0.5 if observe else None, until_events=20_000)
+    resumed = carom.resume(tmp_path / "run", observe={"v2": first_speed}, every=0.5, until_events=20_000)
+    assert (resumed.frames[-1].positions == whole.frames[-1].positions).all()
+    # But for the value that failed, it is as if it had never stopped.
+    missing = np.isin(whole.curves["v2"].x, resumed.curves["v2"].x, invert=True)
+    assert missing.sum() >= 1 and missing[19] and not missing[:19].any()
+    assert (whole.curves["v2"].y[~missing] == resumed.curves["v2"].y).all()
+
+
+def test_a_function_may_run_something(fluid: dict) -> None:
+    def nested(frame: carom.Frame) -> float:
+        inner = carom.run(fluid, until_events=200, observe={"inner": first_speed}, every=0.05, progress=False)
+        return inner.observables["inner"].mean
+
+    run = carom.run(fluid, observe={"outer": nested}, every=10.0)
+    assert len(run.curves["outer"].y) == 3 and np.ptp(run.curves["outer"].y) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("observe", "every", "kind", "words"),
+    [
+        ({"a": first_speed}, None, ValueError, "every: expected the simulated time"),
+        ({}, 0.5, ValueError, "observe has nothing"),
+        (None, 0.5, ValueError, "observe has nothing"),
+        ({"a": first_speed}, 0.0, ValueError, "every: expected a time"),
+        ({"a": first_speed}, float("nan"), ValueError, "every"),
+        ({"a": first_speed}, "1", TypeError, "every"),
+        (first_speed, 1.0, TypeError, "observe: expected a dictionary"),
+        ({"a": 3.0}, 1.0, TypeError, "observe: expected a function of a frame for a, found 3.0"),
+        ({"": first_speed}, 1.0, ValueError, "observe: expected names"),
+        ({"a/b": first_speed}, 1.0, ValueError, "observe: expected names"),
+        ({3: first_speed}, 1.0, ValueError, "observe: expected names"),
+        ({"pressure": first_speed}, 1.0, ValueError, "what every run measures"),
+        ({"a": lambda frame: float("nan")}, 1.0, ValueError, "observe: a: expected a finite number, found nan"),
+        ({"a": lambda frame: frame.positions}, 1.0, TypeError, "observe: a: expected a number"),
+        ({"a": lambda frame: None}, 1.0, TypeError, "observe: a: expected a number, found None"),
+        ({"a": lambda: 1.0}, 1.0, TypeError, "argument"),
+    ],
+)
+def test_observing_that_is_wrong(fluid: dict, observe: Any, every: Any, kind: type, words: str) -> None:
+    with pytest.raises(kind, match=words):
+        carom.run(fluid, observe=observe, every=every)
