@@ -258,7 +258,7 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
     Err(Failure::bad_input(format!("{folder} has no trajectory.xyz"), Some(&help)))
 }
 
-/// What has several runs.
+/// Folders of several runs.
 enum Several {
     Exchange,
     Sweep,

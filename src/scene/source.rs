@@ -131,7 +131,7 @@ impl Source {
         self.overrides.iter().any(|this| this.key.split('.').map(str::trim).eq(START.split('.')))
     }
 
-    /// What the file has and the scene has not, because overrides start it from the end of a run.
+    /// Tables and keys of the file that the scene has not, because overrides start it from the end of a run.
     pub(crate) fn left_out(&self) -> Vec<&'static str> {
         let Some(document) = DeTable::parse(&self.text).ok().filter(|_| self.is_started()) else { return Vec::new() };
         BEFORE_START.into_iter().filter(|key| document.get_ref().contains_key(*key)).collect()
