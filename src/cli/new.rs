@@ -81,8 +81,8 @@ impl New {
             let widest = SCENES.iter().map(|(kind, ..)| kind.len()).max().unwrap_or(0);
             let line = |(kind, about, _): &Choice<&str>| format!("\n  {kind:widest$}  {}", about.unwrap_or_default());
             let list: String = SCENES.iter().map(line).collect();
-            let message = format!("expected a kind of scene:{list}");
-            return Err(Failure::bad_input(message, Some("carom new hopper > hopper.toml")));
+            super::warn(&format!("Kinds of scenes:{list}\n"));
+            return Err(Failure::bad_input("expected a kind of scene", Some("carom new hopper > hopper.toml")));
         };
         super::print(text)
     }
