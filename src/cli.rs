@@ -34,7 +34,8 @@ use crate::scene::SceneError;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Args, Parser, Subcommand};
 
-use failure::Failure;
+pub use failure::Failure;
+pub use verify::{Proof, prove_run};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -21,11 +21,12 @@ and ``pair``, the scene of the example of :func:`exchange`.
 ======================  ==========================================================
 to                      use
 ======================  ==========================================================
-describe what is        :class:`Scene`, from a file, TOML or a dictionary
+describe what is        :class:`Scene`, from a file, TOML or a dictionary, with arrays
 simulate step by step   :class:`Simulation`: advance, look, change, see every event
 run and measure         :func:`run`, and :func:`resume` to go on
 run many                :func:`sweep`, with any executor; :func:`exchange`
 read what is there      :func:`open`, whichever program made it
+write for others        :class:`Writer`, :meth:`Run.convert`, :meth:`Run.movie`
 ======================  ==========================================================
 """
 
@@ -38,12 +39,14 @@ from carom._carom import __version__
 from carom._errors import CaromError, CaromWarning, FolderError, SceneError, SimulationError, SweepError
 from carom._exchange import Exchange, exchange
 from carom._frame import Frame
+from carom._outputs import Proof
 from carom._run import Run, Stage, resume, run
 from carom._scene import Scene
 from carom._simulation import EVENT, EVENT_KINDS, Simulation
 from carom._sweep import Sweep, sweep
 from carom._tables import Curve, Observable, Table
 from carom._trajectory import EventLog, Trajectory
+from carom._writer import Writer
 
 __all__ = [
     "EVENT",
@@ -56,6 +59,7 @@ __all__ = [
     "FolderError",
     "Frame",
     "Observable",
+    "Proof",
     "Run",
     "Scene",
     "SceneError",
@@ -66,6 +70,7 @@ __all__ = [
     "SweepError",
     "Table",
     "Trajectory",
+    "Writer",
     "__version__",
     "exchange",
     "open",

@@ -15,6 +15,7 @@ from carom import _carom
 from carom._arguments import flag, path_of, real, threads_of, whole
 from carom._errors import FolderError, SimulationError
 from carom._folder import InFolder, json_of
+from carom._outputs import Outputs
 from carom._progress import Progress
 from carom._scene import Scene, SceneLike
 from carom._tables import Curve, Observable, Table
@@ -223,7 +224,7 @@ class Stage(Results):
         return f"<Stage {self.name}: {', '.join(self.observables)}>"
 
 
-class Run(InFolder, Results):
+class Run(Outputs, InFolder, Results):
     """A run in its folder: parameters, results, trajectory and events. What is large is read when it is asked for.
 
     It can be used in a ``with`` statement, which removes a temporary folder at its end; otherwise that goes with the object. A run is pickled as its folder,

@@ -7,11 +7,14 @@ mod array;
 mod error;
 mod exchange;
 mod frames;
+mod given;
+mod outputs;
 mod run;
 mod scene;
 mod signals;
 mod simulation;
 mod sweep;
+mod writer;
 
 use std::ffi::OsString;
 
@@ -27,6 +30,10 @@ mod _carom {
     #[pymodule_export]
     use super::frames::Trajectory;
     #[pymodule_export]
+    use super::given::Given;
+    #[pymodule_export]
+    use super::outputs::{convert, movie, render, verify, write_page};
+    #[pymodule_export]
     use super::run::{observable_units, page, resume, run};
     #[pymodule_export]
     use super::scene::{Scene, parse_toml};
@@ -34,6 +41,8 @@ mod _carom {
     use super::simulation::Simulation;
     #[pymodule_export]
     use super::sweep::Sweep;
+    #[pymodule_export]
+    use super::writer::Writer;
 
     /// The program, as the prompt has it: its exit code.
     #[pyfunction]
