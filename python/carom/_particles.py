@@ -276,9 +276,16 @@ def _bond(bond: Any) -> str | None:
     return bond
 
 
+def _array(name: str, value: Any) -> NDArray[Any]:
+    try:
+        return np.asarray(value)
+    except ValueError as error:
+        raise ValueError(f"{name}: expected an array, found rows of unequal lengths") from error
+
+
 def _rows(name: str, value: Any, columns: tuple[int, ...], count: int | None = None) -> NDArray[Any]:
     """Real numbers in rows, of one of some numbers of columns."""
-    array = np.asarray(value)
+    array = _array(name, value)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected real numbers, found an array of {array.dtype}")
     rows = "n" if count is None else str(count)
@@ -301,7 +308,7 @@ def _in_space(rows: NDArray[Any]) -> NDArray[np.float64]:
 
 def _pairs(name: str, value: Any, count: int) -> NDArray[np.int64]:
     """Numbers of particles in pairs."""
-    array = np.asarray(value)
+    array = _array(name, value)
     if array.size == 0:
         return np.zeros((0, 2), dtype=np.int64)
     if array.dtype.kind not in "iu":
@@ -317,11 +324,13 @@ def _species(name: str, value: ArrayLike, count: int, names: Names) -> tuple[lis
     """Names of species, and the number among them of the species of each particle."""
     if isinstance(value, str):
         return [value], np.zeros(count, dtype=np.int64)
-    array = np.asarray(value)
+    array = _array(name, value)
     if array.shape != (count,):
         raise ValueError(f"{name}: expected a name, or one of each of {count} particles, found an array of the shape {array.shape}")
     if array.dtype.kind in "iu":
         known = names()
+        if not known:
+            raise ValueError(f"{name}: the source lists no species that numbers could mean")
         wrong = np.flatnonzero((array < 0) | (array >= len(known)))
         if len(wrong):
             raise ValueError(f"{name}: particle {wrong[0]} has the number {array[wrong[0]]}, expected one from 0 to {len(known) - 1}")

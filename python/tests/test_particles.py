@@ -122,6 +122,7 @@ def test_a_wrong_particle_is_named(particles: dict[str, Any], key: str, message:
         ({"positions": np.zeros((1, 3))}, ValueError, "expected 'species'"),
         ([1, 2], TypeError, "expected a dictionary"),
         (replaced(bonds=[[0, 216]], bond="b"), ValueError, "from 0 to 215"),
+        (replaced(positions=[[1.0, 2.0, 3.0], [1.0, 2.0]]), ValueError, "positions: expected an array, found rows of unequal lengths"),
     ],
 )
 def test_arrays_of_other_kinds_are_refused(particles: Any, kind: type[Exception], message: str) -> None:
@@ -208,6 +209,12 @@ def test_sweeps_and_exchanges_have_arrays() -> None:
     scene = carom.Scene(BOX, particles=small, set={"run.until_events": 200})
     table = carom.sweep(scene, {"species.1.mass": [1.0, 2.0]}, out="swept", progress=False)
     assert len(table.runs) == 2 and all(run.summary["particles"] == 8 for run in table.runs)
+    exchange = {"exchange": {"temperatures": [0.6, 1.0], "interval": 2.0, "rate": 1.0}, "run": {"until_time": 100.0}}
+    for _ in range(2):
+        found = carom.exchange(carom.Scene({**BOX, **exchange}, particles=small), out="exchanged", progress=False)
+    listed = [{"species": "B", "position": place, "velocity": motion} for place, motion in zip(small["positions"], small["velocities"])]
+    same = carom.exchange({**BOX, **exchange, "particle": listed}, out="listed", progress=False)
+    assert np.array_equal(found.potential_energies, same.potential_energies)
 
 
 def test_frames_go_on_elsewhere(mixture: dict) -> None:
