@@ -25,7 +25,7 @@ use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::{self, Frames};
-use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse, unknown};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
 use crate::scene::file::{DiameterFile, OutputFile, SceneFile, SpeciesFile};
 use crate::scene::given::GivenParticles;
 pub(crate) use crate::scene::schema::words;
@@ -118,11 +118,7 @@ pub(crate) fn parts(
     given: Option<&GivenParticles>,
 ) -> Result<SceneBuilder, SceneError> {
     let mut scene = SceneBuilder::new(file.name.as_deref().unwrap_or(name));
-    scene.start = file.start.as_ref().map(|start| start::parse_start(start, &file, directory)).transpose()?;
-    if let (Some(_), Some(given)) = (&scene.start, given) {
-        let expected = "none: particles are those of the run that [start] names, so leave one of the two out";
-        return refuse(ConfigPath::root().key(given.name.clone()), "given", expected);
-    }
+    scene.start = file.start.as_ref().map(|start| start::parse_start(start, &file, directory, given)).transpose()?;
     let (dynamics, space) = (file.dynamics.unwrap_or_default(), file.space.unwrap_or_default());
     scene.parts.seed = file.seed.unwrap_or(scene.parts.seed);
     scene.parts.start_time = file.start_time.unwrap_or(0.0);
@@ -147,8 +143,7 @@ pub(crate) fn parts(
         scene.push("particle", Group::Listed(Listed::one(&particle.species, position, velocity)));
     }
     // With a fill, the box follows from that.
-    let may_give_box = file.fill.is_empty();
-    let frames = Frames { given, files: &file.file, directory, space: &space, may_give_box };
+    let frames = Frames { given, files: &file.file, directory, space: &space, may_give_box: file.fill.is_empty() };
     let sizes = coordinates::add(&frames, &mut scene)?;
     for (index, chain) in file.chain.into_iter().enumerate() {
         scene.push("chain", Group::Chain(particles::parse_chain(chain, &ConfigPath::entry("chain", index))?));
