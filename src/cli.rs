@@ -37,7 +37,8 @@ use crate::sweep::SweepFolder;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Args, Parser, Subcommand};
 
-use failure::Failure;
+pub use failure::Failure;
+pub use verify::{Proof, prove_run};
 
 const EXAMPLES: &str = "\
 Examples:

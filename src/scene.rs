@@ -17,6 +17,7 @@ mod coordinates;
 mod diagnostic;
 mod file;
 mod filling;
+mod given;
 mod groups;
 mod interactions;
 mod limits;
@@ -42,6 +43,7 @@ pub use builder::SceneBuilder;
 pub use config_path::{ConfigPath, PathStep};
 pub(crate) use continuation::LastRun;
 pub use diagnostic::{SceneError, SceneErrorKind};
+pub use given::{GivenParticles, KeptParticles};
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
 pub(crate) use source::Source;
@@ -91,16 +93,16 @@ impl Scene {
         name: impl AsRef<Path>,
         overrides: &[(&str, &str)],
     ) -> Result<Self, SceneError> {
-        Self::from_toml_and_run(text.into(), name.as_ref(), overrides, &|path| {
-            Err(SceneErrorKind::NeedsRun { path: path.to_owned() })
-        })
+        let needs_run = |path: &Path| Err(SceneErrorKind::NeedsRun { path: path.to_owned() });
+        Self::from_toml_and_run(text.into(), name.as_ref(), overrides, None, &needs_run)
     }
 
-    /// Reads a scene that may start from a run, which `open` reads.
+    /// Reads a scene that may have particles from the memory of a program, or start from a run, which `open` reads.
     pub(crate) fn from_toml_and_run(
         text: String,
         path: &Path,
         overrides: &[(&str, &str)],
+        given: Option<&GivenParticles>,
         open: &dyn Fn(&Path) -> Result<LastRun, SceneErrorKind>,
     ) -> Result<Self, SceneError> {
         let source = source::Source::new(&path.to_string_lossy(), text, overrides);
@@ -111,22 +113,24 @@ impl Scene {
             stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(100).collect();
         let name = if plain.is_empty() { "scene" } else { &plain };
         let directory = path.parent().unwrap_or(Path::new(""));
-        Self::of_file(&source, file, name, directory, open)
+        let parts = parse::parts(file, name, directory, given);
+        Self::of_builder(parts, open).map_err(|error| {
+            // What stands in no text has no line there.
+            let is_in_text = given.is_none_or(|given| !error.config_path().is_in(&given.name));
+            if is_in_text { source.located(error) } else { error }
+        })
     }
 
-    /// Scene of the tables of a file, with a name if they have none; relative paths start at `directory`.
-    fn of_file(
-        source: &source::Source,
-        file: file::SceneFile,
-        name: &str,
-        directory: &Path,
+    /// Scene of the parts that a text has.
+    fn of_builder(
+        parts: Result<SceneBuilder, SceneError>,
         open: &dyn Fn(&Path) -> Result<LastRun, SceneErrorKind>,
     ) -> Result<Self, SceneError> {
-        let build = |builder: SceneBuilder| match &builder.start {
+        let builder = parts?;
+        match &builder.start {
             None => builder.build(),
             Some(start) => builder.continued(start, open),
-        };
-        parse::parts(file, name, directory).and_then(build).map_err(|error| source.located(error))
+        }
     }
 
     /// Whether a text has only keys that a scene has, with values of their types: what can be said before a particle is placed.
@@ -154,6 +158,15 @@ impl Scene {
         let files = files.map(|path| (directory.join(path), NamedInput::File));
         let run = file.start.iter().map(|start| (directory.join(&start.from), NamedInput::Run));
         Ok(files.chain(run).collect())
+    }
+
+    /// Names of the species that a text lists, in their order.
+    ///
+    /// # Errors
+    /// [`SceneError`] if it is not the text of a scene.
+    pub fn species_named_in(text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<Vec<String>, SceneError> {
+        let file = source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read()?;
+        Ok(file.species.into_iter().map(|species| species.name).collect())
     }
 
     /// Where keys of a text lead, with the numbers of entries in place of their names, so that two keys of the same value have the same place.

@@ -21,12 +21,13 @@ and ``pair``, the scene of the example of :func:`exchange`.
 ======================  ==========================================================
 to                      use
 ======================  ==========================================================
-describe what is        :class:`Scene`, from a file, TOML or a dictionary; :func:`example` has some to start from
+describe what is        :class:`Scene`, from a file, TOML, a dictionary or arrays; :func:`example` has some to start from
 simulate step by step   :class:`Simulation`: advance, look, change, see every event
 run and measure         :func:`run`, and :func:`resume` to go on
 run many                :func:`sweep`, with any executor; :func:`exchange`
 read what is there      :func:`open`, whichever program made it
 average a series        :func:`mean_and_error`, with the errors of runs
+write for others        :class:`Writer`, :meth:`Run.convert`, :meth:`Run.movie`
 ======================  ==========================================================
 """
 
@@ -41,6 +42,7 @@ from carom._examples import example
 from carom._exchange import Exchange, exchange
 from carom._frame import Frame
 from carom._observable import Observable
+from carom._outputs import Proof
 from carom._run import Run, Stage, resume, run
 from carom._scene import Scene
 from carom._simulation import EVENT, EVENT_KINDS, Simulation
@@ -48,6 +50,7 @@ from carom._statistics import mean_and_error
 from carom._sweep import Sweep, sweep
 from carom._tables import Curve, Table
 from carom._trajectory import EventLog, Trajectory
+from carom._writer import Writer
 
 __all__ = [
     "EVENT",
@@ -60,6 +63,7 @@ __all__ = [
     "FolderError",
     "Frame",
     "Observable",
+    "Proof",
     "Run",
     "Scene",
     "SceneError",
@@ -70,6 +74,7 @@ __all__ = [
     "SweepError",
     "Table",
     "Trajectory",
+    "Writer",
     "__version__",
     "example",
     "exchange",

@@ -10,20 +10,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "Given",
     "Scene",
     "Simulation",
     "Sweep",
     "Trajectory",
+    "Writer",
     "__version__",
+    "convert",
     "examples",
     "exchange",
     "main",
     "mean_and_error",
+    "movie",
     "observable_units",
     "page",
     "parse_toml",
+    "render",
     "resume",
     "run",
+    "verify",
+    "write_page",
 ]
 
 __version__: str
@@ -31,7 +38,14 @@ __version__: str
 _Pairs = list[tuple[str, str]]
 _Callback = Callable[[str, float, float, int], None] | None
 _Functions = list[tuple[str, Callable[[dict[str, Any]], float]]]
+_Frames = tuple[int, int | None]
+_Seen = tuple[tuple[float, float, float] | None, tuple[float, float] | None, float, bool, bool]
 _Standing = list[tuple[str, str, str | None]]
+
+@final
+class Given:
+    def __new__(cls, name: str, parts: dict[str, Any], bond: str | None, known: tuple[bool, bool, bool]) -> Self: ...
+    def parts(self) -> tuple[str, dict[str, Any], str | None, list[bool]]: ...
 
 @final
 class Scene:
@@ -40,7 +54,9 @@ class Scene:
     count: int
     dimensions: int
     packing_fraction: float | None
-    def __new__(cls, text: str, name: Path, set: _Pairs) -> Self: ...
+    def __new__(cls, text: str, name: Path, set: _Pairs, given: Given | None) -> Self: ...
+    @staticmethod
+    def species_named_in(text: str, name: Path, set: _Pairs) -> list[str]: ...
     @staticmethod
     def toml_of(dictionary: Any) -> str: ...
     @staticmethod
@@ -56,6 +72,8 @@ class Scene:
     def positions(self) -> NDArray[np.float64]: ...
     def velocities(self) -> NDArray[np.float64]: ...
     def bonds(self) -> NDArray[np.int64]: ...
+    def bond_kinds(self) -> tuple[list[str], NDArray[np.int64]]: ...
+    def given(self) -> Given | None: ...
 
 @final
 class Simulation:
@@ -85,6 +103,14 @@ class Trajectory:
     def __new__(cls, path: Path) -> Self: ...
     def __len__(self) -> int: ...
     def frame(self, at: int) -> dict[str, Any]: ...
+
+@final
+class Writer:
+    def __new__(cls, path: Path, format: str | None, force: bool) -> Self: ...
+    def write(self, frame: Given) -> None: ...
+    def frames(self) -> int | None: ...
+    def finish(self) -> None: ...
+    def abandon(self) -> None: ...
 
 @final
 class Sweep:
@@ -124,6 +150,32 @@ def resume(
 ) -> str | None: ...
 def exchange(scene: Scene, out: Path, jobs: int, orders: tuple[bool, float], callback: _Callback) -> list[str]: ...
 def examples() -> dict[str, str]: ...
+def convert(run: Path, to: str, out: Path | None, frames: _Frames, force: bool) -> Path: ...
+def render(
+    run: Path,
+    out: Path | None,
+    time: float | None,
+    colour: str,
+    size: tuple[int, int] | None,
+    seen: _Seen,
+    force: bool,
+) -> Path: ...
+def movie(
+    run: Path,
+    out: Path,
+    frames: _Frames,
+    pace: tuple[int, int, float],
+    colour: str,
+    size: tuple[int, int],
+    seen: _Seen,
+    follow: int | None,
+    force: bool,
+    callback: _Callback,
+) -> Path: ...
+def verify(
+    run: Path, events: int, from_events: int | None, callback: _Callback
+) -> tuple[str, tuple[bool, int, int, float], tuple[str, str | None] | None]: ...
+def write_page(run: Path, out: Path | None, force: bool) -> Path: ...
 def main(arguments: list[str]) -> int: ...
 def mean_and_error(values: bytes) -> tuple[float, float | None, str]: ...
 def page(path: Path) -> str: ...

@@ -45,6 +45,10 @@ class Frame:
         Of the next image of the box up along y, along x, in a sheared box `[length]`.
     bonds : array of int, shape (bonds, 2)
         Ids of the two ends.
+    bond_names : list of str
+        Names of the interactions that hold bonds; empty where a file does not say.
+    bond_kinds : array of int, shape (bonds,)
+        Indices into ``bond_names``; of no bonds where these are empty.
     scalars : dict of str to array, shape (n,)
         What else was measured of each particle.
 
@@ -72,6 +76,8 @@ class Frame:
     displacement: float = 0.0
     bonds: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     scalars: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    bond_names: list[str] = field(default_factory=list)
+    bond_kinds: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @classmethod
     def _of(cls, parts: Mapping[str, Any]) -> Frame:

@@ -19,6 +19,7 @@ from carom._folder import InFolder, json_of
 from carom._html import framed
 from carom._observable import Observable
 from carom._observe import Functions, observed
+from carom._outputs import Outputs
 from carom._progress import Progress
 from carom._scene import Scene, SceneLike
 from carom._statistics import is_stationary, mean_and_error
@@ -261,7 +262,7 @@ class Stage(Results):
         return f"<Stage {self.name}: {', '.join(self.observables)}>"
 
 
-class Run(InFolder, Results):
+class Run(Outputs, InFolder, Results):
     """A run in its folder: parameters, results, trajectory and events. What is large is read when it is asked for.
 
     It can be used in a ``with`` statement, which removes a temporary folder at its end; otherwise that goes with the object. A run is pickled as its folder,

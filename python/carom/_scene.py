@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
+import operator
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from html import escape
 from pathlib import Path
 from typing import Any, Union
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from carom import _carom
 from carom._arguments import shown, whole
 from carom._arrays import fixed
 from carom._html import number, table
+from carom._errors import SceneError
+from carom._frame import Frame
+from carom._particles import (
+    Names,
+    given_again,
+    given_of_arrays,
+    given_of_ase,
+    given_of_frame,
+    given_of_gsd,
+    given_of_mdanalysis,
+    state_of,
+)
 
 __all__ = ["Scene"]
 
@@ -46,13 +59,26 @@ class Scene:
     set : dict, optional
         Replaces or adds values: keys with dots between tables, entries of lists by number (from 0) or by name, as
         ``--set`` of the program takes them.
+    particles : dict of arrays, optional
+        Particles besides those of the source, without a way through text: ``positions`` of the shape (n, 3), or (n, 2) where z is flat `[length]`;
+        ``species``, one name for all, or for each its name or its number among those of the source; ``velocities`` of the shape of the positions, at
+        rest if not given `[length / time]`; ``bonds`` of the shape (m, 2), pairs of rows, which the interaction with the name ``bond`` holds. Their ids
+        follow those of ``[[particle]]``. Positions beyond a periodic side are wrapped into the box.
+    frame : Frame, optional
+        Particles, velocities and bonds of a frame, such as ``run.frames[-1]``, in place of ``particles``, with the species of the same names; and its
+        box, unless the source gives the box a size or has a ``[[fill]]``. Time and images start anew.
+    bond : str, optional
+        Name of the interaction that holds all bonds of the frame; the one whose name the frame has if not given.
 
     Raises
     ------
     SceneError
-        With the first mistake: its key, its line, what was expected and the nearest valid key.
+        With the first mistake: its key, its line, what was expected and the nearest valid key. That of a particle has its row:
+        ``particles.positions[7][2]``.
     TypeError
-        If a value is none that a scene file can hold.
+        If a value is none that a scene file can hold, or an array has something else than numbers or names.
+    ValueError
+        If an array has another shape.
 
     Examples
     --------
@@ -61,39 +87,211 @@ class Scene:
     <Scene fluid: 108 particles in 3 dimensions, seed 7>
     >>> round(scene.packing_fraction, 12)
     0.4
+
+    With particles from arrays; a run keeps them in its folder, as ``particles.xyz``:
+
+    >>> lattice = 2.0 * np.indices((5, 5, 5)).reshape(3, -1).T
+    >>> box = {**fluid, "fill": [], "space": {"size": [10.0, 10.0, 10.0]}}
+    >>> velocities = np.random.default_rng(1).normal(size=lattice.shape)
+    >>> carom.Scene(box, particles={"species": "sphere", "positions": lattice, "velocities": velocities})
+    <Scene fluid: 125 particles in 3 dimensions, seed 1>
+
+    With those of a frame, in its box:
+
+    >>> run = carom.run(fluid)
+    >>> carom.Scene({**fluid, "fill": []}, frame=run.frames[-1]).size.round(3)
+    array([5.734, 5.734, 5.734])
     """
 
     __slots__ = ("_core",)
 
     _core: _carom.Scene
 
-    def __init__(self, source: SceneLike, *, seed: int | None = None, set: Mapping[str, Any] | None = None) -> None:
+    def __init__(
+        self,
+        source: SceneLike,
+        *,
+        seed: int | None = None,
+        set: Mapping[str, Any] | None = None,
+        particles: Mapping[str, Any] | None = None,
+        frame: Frame | None = None,
+        bond: str | None = None,
+    ) -> None:
         pairs = overrides(seed, set)
-        if isinstance(source, Scene):
-            if not pairs:
-                self._core = source._core
-                return
-            text, name, before = source._core.source()
-            replaced = {key for key, _ in pairs}
-            pairs = [pair for pair in before if pair[0] not in replaced] + pairs
-            self._core = _carom.Scene(text, name, pairs)
-        elif isinstance(source, Mapping):
-            name = source.get("name", "scene")
-            self._core = _carom.Scene(_carom.Scene.toml_of(source), Path(f"{name}.toml"), pairs)
-        elif isinstance(source, (str, os.PathLike)):
-            path = Path(source)
-            if isinstance(source, str) and "\n" in source:
-                raise TypeError("expected a path, found text of several lines: use carom.Scene.from_toml for that")
-            try:
-                text = path.read_text(encoding="utf-8")
-            except (OSError, UnicodeDecodeError) as error:
-                from carom._errors import SceneError
+        if isinstance(source, Scene) and not pairs and particles is None and frame is None:
+            self._core = source._core
+            return
+        if particles is not None and frame is not None:
+            raise TypeError("expected particles or a frame, found both")
+        if bond is not None and frame is None:
+            raise TypeError("bond: belongs to a frame; that of arrays is particles['bond']")
+        text, name, pairs, given = _parts(source, pairs)
+        if particles is not None:
+            given = given_of_arrays(particles, lambda: _carom.Scene.species_named_in(text, name, pairs))
+        if frame is not None:
+            given = given_of_frame(frame, bond)
+        self._core = _carom.Scene(text, name, pairs, given)
 
-                raise SceneError(f"cannot read {path}: {error}", problem=str(error)) from error
-            self._core = _carom.Scene(text, path, pairs)
-        else:
-            kind = type(source).__name__
-            raise TypeError(f"expected the path of a scene file, a dictionary or a Scene, found {kind}")
+    @classmethod
+    def from_ase(
+        cls,
+        atoms: Any,
+        source: SceneLike,
+        *,
+        species: ArrayLike | None = None,
+        seed: int | None = None,
+        set: Mapping[str, Any] | None = None,
+    ) -> Scene:
+        """Makes a scene with the particles of ``ase.Atoms``: their positions and velocities, and their cell.
+
+        The cell and its periodic axes are the box, unless the source gives the box a size or has a ``[[fill]]``. Axes that the source calls flat have
+        no extent. Masses and radii that the atoms have of their own, ``atoms.arrays["masses"]`` and ``["radii"]``, have to be those of the species.
+
+        Parameters
+        ----------
+        atoms : ase.Atoms
+            Such as ``ase.io.read("start.xyz")`` or :meth:`Frame.to_ase`.
+        source : path, dict or Scene
+            What else the scene has; see :class:`Scene`.
+        species : str or array, optional
+            One name for all, or for each atom its name or its number among the species of the source. If not given: the array ``species_names`` of the
+            atoms, or else their chemical symbols.
+        seed, set
+            As for :class:`Scene`.
+
+        Raises
+        ------
+        SceneError
+            With the first mistake; that of an atom has its index.
+        ValueError
+            If the cell is not rectangular, or atoms of one species have different masses.
+        ImportError
+            If ASE is not installed.
+
+        Examples
+        --------
+        >>> import ase.build  # doctest: +ASE
+        >>> argon = ase.build.bulk("Ar", "fcc", a=1.8, cubic=True).repeat(4)  # doctest: +ASE
+        >>> source = {**fluid, "fill": []}  # doctest: +ASE
+        >>> scene = carom.Scene.from_ase(argon, source, species="sphere")  # doctest: +ASE
+        >>> len(scene), scene.size  # doctest: +ASE
+        (256, array([7.2, 7.2, 7.2]))
+        """
+        return cls._with(source, (seed, set), lambda names: given_of_ase(atoms, species, names))
+
+    @classmethod
+    def from_gsd(
+        cls,
+        path: str | os.PathLike[str],
+        source: SceneLike,
+        *,
+        frame: int = -1,
+        species: ArrayLike | None = None,
+        bond: str | None = None,
+        seed: int | None = None,
+        set: Mapping[str, Any] | None = None,
+    ) -> Scene:
+        """Makes a scene with the particles of a GSD file, as HOOMD-blue and Carom write it: positions, velocities, bonds and the box.
+
+        The box is that of the file unless the source gives it a size or has a ``[[fill]]``. It is periodic, but for axes of which Carom has noted
+        otherwise, and flat along z in two dimensions. Masses and diameters in the file have to be those of the species. A file has single precision:
+        spheres that were in contact may overlap by its rounding, which ``allow_invalid_start = true`` lets the dynamics part.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+        source : path, dict or Scene
+            What else the scene has; see :class:`Scene`.
+        frame : int
+            Which frame, from 0; from -1, the last one, backwards.
+        species : str or array, optional
+            As for :meth:`from_ase`; the types of the file if not given.
+        bond : str, optional
+            Name of the interaction that holds all bonds; the one with the name of their type if not given.
+        seed, set
+            As for :class:`Scene`.
+
+        Raises
+        ------
+        SceneError
+            With the first mistake; that of a particle has its index.
+        FolderError
+            If the file cannot be read.
+        IndexError
+            If it has no such frame.
+        ValueError
+            If the box is not rectangular.
+        ImportError
+            If the package ``gsd`` is not installed.
+
+        Examples
+        --------
+        >>> run = carom.run(fluid, set={"output.formats": ["gsd"]})  # doctest: +GSD
+        >>> start = carom.Scene.from_gsd(run.folder / "trajectory.gsd", {**fluid, "fill": []}, frame=0)  # doctest: +GSD
+        >>> len(start)  # doctest: +GSD
+        108
+        """
+        at = operator.index(frame)
+        return cls._with(source, (seed, set), lambda names: given_of_gsd(path, at, species, bond, names))
+
+    @classmethod
+    def from_mdanalysis(
+        cls,
+        atoms: Any,
+        source: SceneLike,
+        *,
+        species: ArrayLike | None = None,
+        bond: str | None = None,
+        seed: int | None = None,
+        set: Mapping[str, Any] | None = None,
+    ) -> Scene:
+        """Makes a scene with the atoms of an ``MDAnalysis.Universe``, or some of them, at its present time: positions, velocities and the box.
+
+        The box is that of the universe, periodic along all axes, unless the source gives it a size or has a ``[[fill]]``. MDAnalysis has single
+        precision: see :meth:`from_gsd`. Its masses may be guesses: they are not looked at.
+
+        Parameters
+        ----------
+        atoms : MDAnalysis.Universe or AtomGroup
+            The atoms.
+        source : path, dict or Scene
+            What else the scene has; see :class:`Scene`.
+        species : str or array, optional
+            As for :meth:`from_ase`; the types of the atoms if not given.
+        bond : str, optional
+            Name of the interaction that holds their bonds; without it they have none.
+        seed, set
+            As for :class:`Scene`.
+
+        Raises
+        ------
+        SceneError
+            With the first mistake; that of an atom has its index.
+        ValueError
+            If the box has angles that are not right ones, or the atoms have no types.
+
+        Examples
+        --------
+        >>> universe = carom.Simulation(fluid).frame().to_mdanalysis()  # doctest: +MDANALYSIS
+        >>> scene = carom.Scene.from_mdanalysis(universe, {**fluid, "fill": []})  # doctest: +MDANALYSIS
+        >>> len(scene), scene.size.round(3)  # doctest: +MDANALYSIS
+        (108, array([5.734, 5.734, 5.734]))
+        """
+        return cls._with(source, (seed, set), lambda names: given_of_mdanalysis(atoms, species, bond, names))
+
+    @classmethod
+    def _with(
+        cls,
+        source: SceneLike,
+        replaced: tuple[int | None, Mapping[str, Any] | None],
+        make: Callable[[Names], _carom.Given],
+    ) -> Scene:
+        """A scene with particles that are made with the names of its species."""
+        text, name, pairs, _ = _parts(source, overrides(*replaced))
+        scene = cls.__new__(cls)
+        scene._core = _carom.Scene(text, name, pairs, make(lambda: _carom.Scene.species_named_in(text, name, pairs)))
+        return scene
 
     @classmethod
     def from_toml(
@@ -128,16 +326,17 @@ class Scene:
         if not isinstance(text, str):
             raise TypeError(f"expected the text of a scene file, found {type(text).__name__}")
         scene = cls.__new__(cls)
-        scene._core = _carom.Scene(text, Path(name), overrides(seed, set))
+        scene._core = _carom.Scene(text, Path(name), overrides(seed, set), None)
         return scene
 
     def to_toml(self) -> str:
-        """The text from which the scene can be made again anywhere: everything replaced that was to be, with absolute paths.
+        """The text from which the scene can be made again anywhere: everything replaced that was to be, with absolute paths. Particles from arrays
+        are listed one by one in it.
 
         Raises
         ------
         SceneError
-            If a file that it reads has changed.
+            If a file that it reads has changed; or if particles are from a frame of a sheared box, whose displacement no list can have.
 
         Examples
         --------
@@ -336,9 +535,31 @@ class Scene:
         rows = [[number(cell) for cell in row] for row in zip(self.species_names, counts, self.masses, self.diameters)]
         return table(caption, ["species", "particles", "mass", "diameter"], rows)
 
-    def __getstate__(self) -> tuple[str, Path, list[tuple[str, str]]]:
+    def __getstate__(self) -> tuple[Any, ...]:
         text, name, pairs = self._core.source()
-        return text, Path(os.path.abspath(name)), pairs
+        given = self._core.given()
+        return text, Path(os.path.abspath(name)), pairs, None if given is None else state_of(given)
 
-    def __setstate__(self, state: tuple[str, Path, list[tuple[str, str]]]) -> None:
-        self._core = _carom.Scene(*state)
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        text, name, pairs, *rest = state
+        self._core = _carom.Scene(text, name, pairs, given_again(rest[0]) if rest and rest[0] is not None else None)
+
+
+def _parts(source: SceneLike, pairs: list[tuple[str, str]]) -> tuple[str, Path, list[tuple[str, str]], _carom.Given | None]:
+    """Text of a scene, what stands for its file, all that replaces values, and particles that it has besides."""
+    if isinstance(source, Scene):
+        text, name, before = source._core.source()
+        replaced = {key for key, _ in pairs}
+        return text, name, [pair for pair in before if pair[0] not in replaced] + pairs, source._core.given()
+    if isinstance(source, Mapping):
+        return _carom.Scene.toml_of(source), Path(f"{source.get('name', 'scene')}.toml"), pairs, None
+    if not isinstance(source, (str, os.PathLike)):
+        kind = type(source).__name__
+        raise TypeError(f"expected the path of a scene file, a dictionary or a Scene, found {kind}")
+    path = Path(source)
+    if isinstance(source, str) and "\n" in source:
+        raise TypeError("expected a path, found text of several lines: use carom.Scene.from_toml for that")
+    try:
+        return path.read_text(encoding="utf-8"), path, pairs, None
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"cannot read {path}: {error}", problem=str(error)) from error

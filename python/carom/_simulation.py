@@ -553,6 +553,7 @@ class Simulation:
         """
         scene, core = self._scene, self._core
         species = core.species()
+        bond_names, bond_kinds = scene._core.bond_kinds()
         return Frame(
             time=core.time,
             positions=core.positions(),
@@ -568,6 +569,8 @@ class Simulation:
             periodic=scene.periodic,
             displacement=core.displacement,
             bonds=scene.bonds,
+            bond_names=bond_names,
+            bond_kinds=bond_kinds,
         )
 
     def to_ase(self) -> Any:

@@ -6,6 +6,7 @@ use carom::base::text::{printable, with_causes};
 use carom::engine::{EngineError, InvariantBroken, NeedsRun};
 use carom::exchange::{ExchangeError, ExchangeFolderError, StartError};
 use carom::io::OutputError;
+use carom::io::convert::ConvertError;
 use carom::run::RunError;
 use carom::scene::SceneError;
 use carom::sweep::SweepError;
@@ -168,7 +169,18 @@ pub fn exchange(error: &ExchangeError<OutputError>) -> PyErr {
 }
 
 pub fn report(error: &ViewError) -> PyErr {
-    cured("FolderError", &with_causes(error), error.cure())
+    cured("FolderError", &with_causes(error), error.cure().map(in_python).as_deref())
+}
+
+pub fn convert(error: &ConvertError) -> PyErr {
+    cured("FolderError", &with_causes(error), error.cure().map(in_python).as_deref())
+}
+
+/// A cure with the options of the program as arguments.
+pub fn in_python(cure: &str) -> String {
+    let words = [("--force", "force=True"), ("--from-events", "from_events"), ("with --", "with "), ("or --", "or ")];
+    let cure = words.iter().fold(cure.to_owned(), |cure, (option, argument)| cure.replace(option, argument));
+    cure.replace("choose --", "choose ").replace("smaller --", "smaller ")
 }
 
 /// An error of reading a file of a run.

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::error;
 use crate::run::{Watch, interval_of, most_bytes};
-use crate::scene::{Scene, borrowed};
+use crate::scene::Scene;
 
 /// Runs the replicas of a scene in a folder, or goes on with them. What comes back is what the audits object to.
 #[pyfunction]
@@ -29,8 +29,7 @@ pub fn exchange(
             refuse_input(&out, scene.inputs()).map_err(|error| error::output(&error))?;
             most_bytes("the exchange", ExchangeFolder::expected_bytes(&scene.model), &out, force)?;
         }
-        let record = scene.model.record_of(scene.text.clone(), &scene.name, &borrowed(&scene.set));
-        let record = record.map_err(|error| error::scene(&error))?;
+        let record = scene.complete_record()?;
         let opened = ExchangeFolder::open(&out, scene.model.clone(), &record);
         if let Opened::UnderWay(begun) = opened.map_err(|error| error::exchange_folder(&error))? {
             let (folder, exchange) = *begun;

@@ -39,14 +39,14 @@ impl Trajectory {
         };
         let frame =
             py.detach(|| frame_at(&self.path, *place)).map_err(|failure| error::unreadable(&self.path, &failure))?;
-        dictionary_of(py, &frame)
+        let mut order: Vec<usize> = (0..frame.particles.len()).collect();
+        order.sort_by_key(|at| frame.particles[*at].id);
+        dictionary_of(py, &frame, &order)
     }
 }
 
-/// A frame as arrays.
-fn dictionary_of<'py>(py: Python<'py>, frame: &Frame) -> PyResult<Bound<'py, PyDict>> {
-    let mut order: Vec<usize> = (0..frame.particles.len()).collect();
-    order.sort_by_key(|at| frame.particles[*at].id);
+/// A frame as arrays, with its particles in some order.
+pub fn dictionary_of<'py>(py: Python<'py>, frame: &Frame, order: &[usize]) -> PyResult<Bound<'py, PyDict>> {
     let particles = || order.iter().map(|at| &frame.particles[*at]);
     let all = PyDict::new(py);
     all.set_item("time", frame.time)?;
@@ -67,6 +67,9 @@ fn dictionary_of<'py>(py: Python<'py>, frame: &Frame) -> PyResult<Bound<'py, PyD
     all.set_item("images", images.map(|images| array(py, images, Some(3))).transpose()?)?;
     let ends: Vec<i64> = frame.bonds.iter().flat_map(|pair| pair.map(|id| id.0.into())).collect();
     all.set_item("bonds", array(py, ends, Some(2))?)?;
+    all.set_item("bond_names", names(py, frame.bond_names.iter().cloned())?)?;
+    let kinds: Vec<i64> = frame.bond_kinds.iter().map(|kind| (*kind).into()).collect();
+    all.set_item("bond_kinds", array(py, kinds, None)?)?;
     let scalars = PyDict::new(py);
     for scalar in &frame.scalars {
         let values: Vec<f64> = order.iter().map(|at| scalar.values[*at]).collect();

@@ -7,13 +7,16 @@ mod array;
 mod error;
 mod exchange;
 mod frames;
+mod given;
 mod observe;
+mod outputs;
 mod run;
 mod scene;
 mod signals;
 mod simulation;
 mod statistics;
 mod sweep;
+mod writer;
 
 use std::collections::HashMap;
 use std::ffi::OsString;
@@ -30,6 +33,10 @@ mod _carom {
     #[pymodule_export]
     use super::frames::Trajectory;
     #[pymodule_export]
+    use super::given::Given;
+    #[pymodule_export]
+    use super::outputs::{convert, movie, render, verify, write_page};
+    #[pymodule_export]
     use super::run::{observable_units, page, resume, run};
     #[pymodule_export]
     use super::scene::{Scene, parse_toml};
@@ -39,6 +46,8 @@ mod _carom {
     use super::statistics::mean_and_error;
     #[pymodule_export]
     use super::sweep::Sweep;
+    #[pymodule_export]
+    use super::writer::Writer;
 
     /// The program, as the prompt has it: its exit code.
     #[pyfunction]

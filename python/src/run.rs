@@ -11,8 +11,9 @@ use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
 use carom::io::{Existing, Folder, refuse_input};
 use carom::model::{Limit, Threads};
 use carom::run::{Ending, Progress, Run, Stage, expected_rate};
+use carom::scene::KeptParticles;
 use carom::view::{final_table, report};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::error;
@@ -131,7 +132,10 @@ pub fn run(
         if let Some(limit) = limit {
             model = model.with_limit(limit).map_err(|error| error::scene(&error))?;
         }
-        let record = model.record_of(scene.text.clone(), &scene.name, &borrowed(&scene.set));
+        let particles = scene.given.as_ref().map(|given| given.0.file_for(&model)).transpose();
+        let particles = particles.map_err(|error| PyRuntimeError::new_err(with_causes(&error)))?;
+        let kept = particles.as_deref().map(|content| KeptParticles::InFile(Folder::PARTICLES, content));
+        let record = model.record_with(scene.text.clone(), &scene.name, &borrowed(&scene.set), kept);
         let record = record.map_err(|error| error::scene(&error))?;
         refuse_input(&out, scene.inputs()).map_err(|error| error::output(&error))?;
         let bytes = SizeEstimate::of(&model, expected_rate(&model)).bytes;
@@ -139,6 +143,10 @@ pub fn run(
         let existing = if force { Existing::Replace } else { Existing::Keep };
         let folder = Folder::create(&out, &model, existing).map_err(|error| error::output(&error))?;
         let mut folder = folder.checkpoint_every(interval).at_most(most);
+        if let Some(content) = &particles {
+            folder.keep_particles(content).map_err(|error| error::output(&error))?;
+        }
+        drop(particles);
         folder.keep_scene(&record).map_err(|error| error::output(&error))?;
         execute(Run::without_start(model), threads, observation, folder, &mut watch)
     })

@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use carom::io::read_scene_text;
+use carom::io::{read_scene_text, read_scene_with};
 use carom::model::{ParticleId, Scene as Model};
+use carom::scene::KeptParticles;
+use carom::trajectory::Frame;
 use carom::view::description;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -14,6 +16,7 @@ use toml::{Table, Value};
 
 use crate::array::array;
 use crate::error;
+use crate::given::Given;
 
 /// A validated scene, with the text that it was read from.
 #[pyclass(frozen, module = "carom._carom")]
@@ -23,6 +26,8 @@ pub struct Scene {
     /// The file, or what stands for it.
     pub name: PathBuf,
     pub set: Vec<(String, String)>,
+    /// Particles that it has from arrays.
+    pub given: Option<Given>,
 }
 
 /// Pairs as the library takes them.
@@ -34,9 +39,18 @@ pub fn borrowed(pairs: &[(String, String)]) -> Vec<(&str, &str)> {
 impl Scene {
     /// Reads a scene from its text; `name` stands for the file.
     #[new]
-    fn new(py: Python<'_>, text: String, name: PathBuf, set: Vec<(String, String)>) -> PyResult<Self> {
-        let made = py.detach(|| read_scene_text(text.as_str(), &name, &borrowed(&set)));
-        Ok(Self { model: made.map_err(|error| error::scene(&error))?, text, name, set })
+    fn new(
+        py: Python<'_>,
+        text: String,
+        name: PathBuf,
+        set: Vec<(String, String)>,
+        given: Option<Given>,
+    ) -> PyResult<Self> {
+        let made = py.detach(|| match &given {
+            Some(Given(particles)) => read_scene_with(text.as_str(), &name, &borrowed(&set), particles),
+            None => read_scene_text(text.as_str(), &name, &borrowed(&set)),
+        });
+        Ok(Self { model: made.map_err(|error| error::scene(&error))?, text, name, set, given })
     }
 
     /// TOML of a dictionary.
@@ -50,6 +64,12 @@ impl Scene {
         }
     }
 
+    /// Names of the species that the text of a scene lists.
+    #[staticmethod]
+    fn species_named_in(text: &str, name: PathBuf, set: Vec<(String, String)>) -> PyResult<Vec<String>> {
+        Model::species_named_in(text, &name, &borrowed(&set)).map_err(|error| error::scene(&error))
+    }
+
     /// A value as the text of TOML.
     #[staticmethod]
     fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<String> {
@@ -57,9 +77,13 @@ impl Scene {
     }
 
     /// The TOML from which it can be made again anywhere.
-    fn record(&self) -> PyResult<String> {
-        let record = self.model.record_of(self.text.clone(), &self.name, &borrowed(&self.set));
-        record.map_err(|error| error::scene(&error))
+    fn record(&self, py: Python<'_>) -> PyResult<String> {
+        py.detach(|| self.complete_record())
+    }
+
+    /// What it has from arrays, if it has.
+    fn given(&self) -> Option<Given> {
+        self.given.clone()
     }
 
     fn description(&self) -> String {
@@ -133,6 +157,12 @@ impl Scene {
         array(py, all, Some(3))
     }
 
+    /// Names of the interactions that hold bonds, and which of them holds each.
+    fn bond_kinds<'py>(&self, py: Python<'py>) -> PyResult<(Vec<String>, Bound<'py, PyAny>)> {
+        let (names, kinds) = Frame::kinds_of_bonds(&self.model);
+        Ok((names, array(py, kinds.into_iter().map(i64::from).collect(), None)?))
+    }
+
     fn bonds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let ends: Vec<i64> =
             self.model.bonds().iter().flat_map(|bond| bond.pair.map(|ParticleId(id)| id.into())).collect();
@@ -141,6 +171,17 @@ impl Scene {
 }
 
 impl Scene {
+    /// The TOML from which it can be made again, with all of its particles.
+    pub fn complete_record(&self) -> PyResult<String> {
+        self.record_with(self.given.as_ref().map(|Given(particles)| KeptParticles::InTables(particles)))
+    }
+
+    /// The TOML from which it can be made again, with particles that it has from arrays in a file or in tables.
+    pub fn record_with(&self, given: Option<KeptParticles<'_>>) -> PyResult<String> {
+        let record = self.model.record_with(self.text.clone(), &self.name, &borrowed(&self.set), given);
+        record.map_err(|error| error::scene(&error))
+    }
+
     /// Input files of a run: those that its scene reads, and the scene.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.model.inputs().iter().map(|input| Path::new(&input.path)).chain([self.name.as_path()])

@@ -28,7 +28,7 @@ PAIR = {
 }
 
 #: Examples that need another package are left out where that is not installed.
-OPTIONAL = {"ASE": "ase", "MDANALYSIS": "MDAnalysis", "FREUD": "freud", "PANDAS": "pandas", "MATPLOTLIB": "matplotlib"}
+OPTIONAL = {"ASE": "ase", "MDANALYSIS": "MDAnalysis", "FREUD": "freud", "GSD": "gsd", "PANDAS": "pandas", "MATPLOTLIB": "matplotlib"}
 FLAGS = {doctest.register_optionflag(flag): module for flag, module in OPTIONAL.items()}
 
 

@@ -50,6 +50,18 @@ impl Failure {
         Self { report: Report::new(Problem { message, help: help.map(str::to_owned) }), code }
     }
 
+    /// What is wrong.
+    #[must_use]
+    pub fn message(&self) -> String {
+        self.report.to_string()
+    }
+
+    /// What can be done about it.
+    #[must_use]
+    pub fn cure(&self) -> Option<String> {
+        self.report.help().map(|help| help.to_string())
+    }
+
     /// Says what is wrong on standard error, and returns the exit code.
     pub fn report(&self) -> u8 {
         // Where standard error is closed, the exit code is still there.

@@ -1,11 +1,14 @@
 //! `carom verify`.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use crate::base::text::{self, digits, short, tiny};
-use crate::check::verify::{self, Certificate, Contact, Counts, End, EventRange, Fault, RunEnd, Violation};
+use crate::check::verify::{
+    self, Certificate, Contact, Counts, End, EventRange, Fault, RunEnd, VerifyProgress, Violation,
+};
 use crate::engine::InvariantBroken;
-use crate::io::{Folder, Summary};
+use crate::io::{Folder, Summary, read_scene};
 use crate::model::Scene;
 use crate::view::describe;
 use crate::view::final_table::{Lines, kinds};
@@ -47,44 +50,17 @@ pub struct Verify {
 impl Verify {
     pub fn execute(&self) -> Result<(), Failure> {
         let (scene, recorded) = self.load()?;
-        super::refuse_exchange(
-            &scene,
-            "leave [exchange] out, and give an Andersen thermostat of one temperature in [run]",
-        )?;
-        let range = EventRange { from: self.from_events.unwrap_or(0), events: self.events };
-        if let Some(events) = recorded.as_ref().and_then(|it| it.end.events).filter(|events| range.from >= *events) {
-            self.refuse_nothing(events)?;
-        }
-        let header = header(&scene);
-        let surfaces: Vec<String> = scene.surfaces().iter().map(|surface| surface.name.clone()).collect();
-        let starts_from_run = scene.predecessor().is_some();
         signals::watch_without_traces();
         let mut display = Display::new(&scene, self.quiet);
-        let mut watch = |progress: &verify::VerifyProgress| {
+        let mut watch = |progress: &VerifyProgress| {
             display.show(progress);
             signals::flow()
         };
-        let certificate = match &recorded {
-            Some(recorded) => verify::verify_run(scene, recorded.end, range, &mut watch),
-            None => verify::verify(scene, range, &mut watch),
-        };
+        let proof = prove(scene, recorded.as_ref(), (self.from_events, self.events), &mut watch);
         display.clear();
-        // A range behind the end of the run is a mistake.
-        let has_ended = matches!(certificate.end, End::RunEnded | End::Idle);
-        if has_ended && certificate.first_event <= range.from {
-            self.refuse_nothing(certificate.first_event - 1)?;
-        }
-        super::print(&format!("{header}{}", table(&certificate, recorded.is_some(), starts_from_run)))?;
-        verdict(&certificate, recorded.as_ref(), &surfaces)
-    }
-
-    /// Refuses to prove nothing of a run that has no more than so many events.
-    fn refuse_nothing(&self, events: u64) -> Result<(), Failure> {
-        if self.from_events.is_none() {
-            return Ok(());
-        }
-        let message = format!("the run has only {}", text::plural(events, "event"));
-        Err(Failure::bad_input(message, Some("choose a smaller --from-events")))
+        let proof = proof?;
+        super::print(&proof.table)?;
+        proof.verdict
     }
 
     /// The scene; and of a folder what its run says of itself.
@@ -93,20 +69,89 @@ impl Verify {
             return Ok((self.changes.load(&self.run)?, None));
         }
         let file = Folder::scene_of(&self.run);
-        if !file.exists() {
-            let message = format!("{} has no scene.toml", self.run.display());
-            let help = "carom run writes the scene of a run into its folder when the run is complete";
-            return Err(Failure::bad_input(message, Some(help)));
-        }
-        if !self.changes.are_none() {
+        if file.exists() && !self.changes.are_none() {
             let help = format!("prove a changed scene from its file: carom verify {}", file.display());
             return Err(Failure::bad_input("a run is proven as it was: --seed and --set are for scenes", Some(&help)));
         }
-        let recorded = Recorded::read(&self.run)?;
-        let scene = self.changes.load(&file)?;
-        recorded.refuse_other(&scene)?;
+        let (scene, recorded) = load_run(&self.run)?;
         Ok((scene, Some(recorded)))
     }
+}
+
+/// The scene of a run, and what the run says of itself.
+fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
+    let file = Folder::scene_of(run);
+    if !file.exists() {
+        let message = format!("{} has no scene.toml", run.display());
+        let help = "carom run writes the scene of a run into its folder when the run is complete";
+        return Err(Failure::bad_input(message, Some(help)));
+    }
+    let recorded = Recorded::read(run)?;
+    let scene = read_scene(&file, &[])?;
+    recorded.refuse_other(&scene)?;
+    Ok((scene, recorded))
+}
+
+/// What a proof has shown.
+#[derive(Debug)]
+pub struct Proof {
+    /// Its certificate.
+    pub certificate: Certificate,
+    /// The table that is printed.
+    pub table: String,
+    /// Why it is none, if it is none.
+    pub verdict: Result<(), Failure>,
+}
+
+/// Proves physical events of the run in a folder, from one on where that is given, and so many.
+///
+/// # Errors
+/// [`Failure`] if there is nothing that could be proven.
+pub fn prove_run(
+    run: &Path,
+    (from, events): (Option<u64>, u64),
+    watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
+) -> Result<Proof, Failure> {
+    let (scene, recorded) = load_run(run)?;
+    prove(scene, Some(&recorded), (from, events), watch)
+}
+
+fn prove(
+    scene: Scene,
+    recorded: Option<&Recorded>,
+    (from, events): (Option<u64>, u64),
+    watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
+) -> Result<Proof, Failure> {
+    super::refuse_exchange(
+        &scene,
+        "leave [exchange] out, and give an Andersen thermostat of one temperature in [run]",
+    )?;
+    let range = EventRange { from: from.unwrap_or(0), events };
+    let refuse_nothing = |events: u64| match from {
+        None => Ok(()),
+        Some(_) => {
+            let message = format!("the run has only {}", text::plural(events, "event"));
+            Err(Failure::bad_input(message, Some("choose a smaller --from-events")))
+        }
+    };
+    if let Some(events) = recorded.and_then(|it| it.end.events).filter(|events| range.from >= *events) {
+        refuse_nothing(events)?;
+    }
+    let header = header(&scene);
+    let surfaces: Vec<String> = scene.surfaces().iter().map(|surface| surface.name.clone()).collect();
+    let starts_from_run = scene.predecessor().is_some();
+    let certificate = match recorded {
+        Some(recorded) => verify::verify_run(scene, recorded.end, range, watch),
+        None => verify::verify(scene, range, watch),
+    };
+    // A range behind the end of the run is a mistake.
+    let has_ended = matches!(certificate.end, End::RunEnded | End::Idle);
+    if has_ended && certificate.first_event <= range.from {
+        refuse_nothing(certificate.first_event - 1)?;
+    }
+    let table = format!("{header}{}", table(&certificate, recorded.is_some(), starts_from_run));
+    let verdict = verdict(&certificate, recorded, &surfaces);
+    Ok(Proof { certificate, table, verdict })
 }
 
 /// Results of a run by its `summary.json`.

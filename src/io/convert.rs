@@ -14,15 +14,18 @@
 
 mod bonds;
 mod error;
+mod series;
 mod target;
 #[cfg(test)]
 pub(crate) mod tests;
 
 use std::fs::File;
 use std::io::BufReader;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 pub use error::{ConvertError, FrameError};
+pub use series::FrameSeries;
 
 pub(super) use bonds::bond_ends;
 pub(super) use target::{Draft, draft, finish, foreign_in, remove_converted};
@@ -52,6 +55,26 @@ impl Format {
         name.push(ending);
         source.with_file_name(name)
     }
+
+    /// The format that the ending of a name stands for: `.lammpstrj`, `.gsd`, `.csv` or `.xyz` of a file, `-vtk` or `-npy` of a folder.
+    #[must_use]
+    pub fn of_name(path: &Path) -> Option<Self> {
+        let name = path.file_name()?.to_str()?.to_ascii_lowercase();
+        let is_ending = |ending: &str| name.len() > ending.len() && name.ends_with(ending);
+        Self::ENDINGS.into_iter().find(|(_, ending)| is_ending(ending)).map(|(format, _)| format)
+    }
+
+    /// Endings of the names of files and folders, by format.
+    pub const ENDINGS: [(Self, &str); 8] = [
+        (Self::Lammps, ".lammpstrj"),
+        (Self::Lammps, ".lammps"),
+        (Self::Gsd, ".gsd"),
+        (Self::Vtk, "-vtk"),
+        (Self::Npy, "-npy"),
+        (Self::Csv, ".csv"),
+        (Self::Xyz, ".extxyz"),
+        (Self::Xyz, ".xyz"),
+    ];
 
     /// Whether it fills a folder with files.
     #[must_use]
@@ -111,7 +134,7 @@ pub(super) struct Moment<'a> {
 }
 
 /// Writes frames one after the other in a format.
-pub(super) trait Writer {
+pub(super) trait Writer: Send {
     fn write(&mut self, moment: &Moment) -> Result<(), FrameError>;
 
     /// Writes what can be known only at the end, and makes all files safe on the disk.
@@ -132,6 +155,18 @@ pub(super) trait Writer {
 /// - [`ConvertError::Surface`] if the file of a surface beside the trajectory cannot be read, of a format that shows surfaces;
 /// - [`ConvertError::Write`] if the target cannot be written.
 pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) -> Result<Converted, ConvertError> {
+    convert_watched((source, format, target), options, &mut || ControlFlow::Continue(()))
+}
+
+/// As [`convert`] from a source to a format in a target; `watch` is asked after each frame, and may break it off.
+///
+/// # Errors
+/// As [`convert`]; [`ConvertError::Interrupted`] if `watch` breaks. What was written is removed then.
+pub fn convert_watched(
+    (source, format, target): (&Path, Format, &Path),
+    options: &Options,
+    watch: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<Converted, ConvertError> {
     let read_error = |error| ConvertError::Read { path: source.to_owned(), source: error };
     let file =
         File::open(source).map_err(|error| read_error(ReadError::Open { path: source.into(), source: error }))?;
@@ -142,20 +177,22 @@ pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) 
         if reading.next(&mut reader).map_err(read_error)?.is_none() {
             return Err(reading.ended_early(source, options.first));
         }
+        go_on(watch)?;
     }
     let mut next = reading.next(&mut reader).map_err(read_error)?;
     if next.is_none() {
         return Err(reading.ended_early(source, options.first));
     }
     let place = target;
-    let target = Target::claim(target, format, source, options.replace)?;
-    let mut writer = open(format, &target, source)?;
+    let target = Target::claim(target, format, Some(source), options.replace)?;
+    let mut writer = open(format, &target, Some(source))?;
     let mut frames = 0;
     while let Some(frame) = next {
         let index = reading.index - 1;
         let moment = Moment { index, frame: &frame, has_velocities: reader.has_velocities() };
         writer.write(&moment).map_err(|error| error.at(source, index, target.path()))?;
         frames += 1;
+        go_on(watch)?;
         if options.last.is_some_and(|last| index >= last) {
             break;
         }
@@ -167,6 +204,10 @@ pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) 
         note(place);
     }
     Ok(Converted { frames, is_truncated: reading.is_truncated })
+}
+
+fn go_on(watch: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), ConvertError> {
+    if watch().is_break() { Err(ConvertError::Interrupted) } else { Ok(()) }
 }
 
 /// Whether a conversion of the trajectory of a run has its default name.
@@ -210,7 +251,8 @@ impl Reading {
     }
 }
 
-fn open(format: Format, target: &Target, source: &Path) -> Result<Box<dyn Writer>, ConvertError> {
+/// Writer of a format, with the surfaces beside a source.
+fn open(format: Format, target: &Target, source: Option<&Path>) -> Result<Box<dyn Writer>, ConvertError> {
     let file = || draft(target.partial()).map_err(ConvertError::write(target.partial()));
     Ok(match format {
         Format::Lammps => Box::new(lammps::Dump::new(file()?)),
@@ -219,7 +261,7 @@ fn open(format: Format, target: &Target, source: &Path) -> Result<Box<dyn Writer
         Format::Xyz => Box::new(Piece(file()?)),
         Format::Vtk => {
             let unreadable = |(path, problem)| ConvertError::Surface { path, problem };
-            let surfaces = vtk::Surfaces::beside(source).map_err(unreadable)?;
+            let surfaces = source.map(vtk::Surfaces::beside).transpose().map_err(unreadable)?.unwrap_or_default();
             Box::new(vtk::Series::new(target.partial(), surfaces))
         }
         Format::Npy => Box::new(npy::Arrays::new(target.partial())),

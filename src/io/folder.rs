@@ -45,6 +45,8 @@ pub(super) const SUMMARY: &str = "summary.json";
 pub(super) const SUMMARY_BEFORE: &str = "summary.json.before";
 /// The scene as it was run.
 pub(super) const SCENE: &str = "scene.toml";
+/// The particles that a program has given the scene, which names this file then.
+pub(super) const PARTICLES: &str = "particles.xyz";
 pub(super) const THERMO: &str = "thermo.csv";
 pub(super) const TRAJECTORY: &str = "trajectory.xyz";
 pub(super) const CONTACTS: &str = "contacts.csv";
@@ -202,6 +204,26 @@ impl Folder {
         Ok(())
     }
 
+    /// Name, in the folder, of the file that [`Self::keep_particles`] makes.
+    pub const PARTICLES: &str = PARTICLES;
+
+    /// Keeps the particles that a program has given the scene, as `particles.xyz`: the scene that [`Self::keep_scene`] keeps has the name and the
+    /// checksum of the file ([`KeptParticles::InFile`](crate::scene::KeptParticles)).
+    ///
+    /// # Errors
+    /// [`OutputError::Foreign`] if such a file is there that Carom did not write, [`OutputError::Write`] if it cannot be written.
+    pub fn keep_particles(&mut self, content: &[u8]) -> Result<(), OutputError> {
+        let names = [PARTICLES.to_owned()];
+        if let Some(outer) = &self.outer {
+            outer.allow(&names)?;
+        }
+        self.owned.claim(&names)?;
+        let mut file = PartialFile::create(self.path.join(PARTICLES))?;
+        file.write_bytes(content)?;
+        file.sync()?;
+        file.complete().map(drop)
+    }
+
     /// The state of the run in a folder, by its files.
     ///
     /// # Errors
@@ -225,7 +247,7 @@ impl Folder {
     /// The files of a run that other files are made from, whether they are there or not.
     #[must_use]
     pub fn files_of(run: &Path) -> Vec<PathBuf> {
-        let names = [SUMMARY, SCENE, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];
+        let names = [SUMMARY, SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];
         let known = names.iter().map(|name| run.join(name)).chain([checkpoints::last(run)]);
         known.chain(surfaces::surface_files(run)).collect()
     }

@@ -8,7 +8,9 @@ use std::path::{Component, Path, PathBuf};
 
 use super::convert;
 use super::error::OutputError;
-use super::folder::{CONTACTS, PAGE, PICTURE, REPORT, SCENE, SMALL_PAGE, SUMMARY, THERMO, TRAJECTORY, remove};
+use super::folder::{
+    CONTACTS, PAGE, PARTICLES, PICTURE, REPORT, SCENE, SMALL_PAGE, SUMMARY, THERMO, TRAJECTORY, remove,
+};
 use super::partial::partial_of;
 use super::{checkpoints, measurements, plain, replacement};
 use crate::model::Format;
@@ -260,7 +262,7 @@ fn read(folder: &Path) -> Option<List> {
 
 /// The files in the folder of a run whose list is lost that every run writes.
 fn known_in(folder: &Path) -> Vec<String> {
-    let known = [SCENE, THERMO, TRAJECTORY, CONTACTS, REPORT, SUMMARY, measurements::FILE];
+    let known = [SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, SUMMARY, measurements::FILE];
     let known = known.into_iter().chain(checkpoints::NAMES).map(str::to_owned);
     let is_there = |path: PathBuf| fs::symlink_metadata(path).is_ok();
     known.filter(|name| is_there(folder.join(name)) || is_there(partial_of(&folder.join(name)))).collect()

@@ -8,7 +8,7 @@ use super::owned::is_run;
 use crate::base::text::with_causes;
 use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
-use crate::scene::{LastRun, SceneError, SceneErrorKind, Source, read_text};
+use crate::scene::{GivenParticles, LastRun, SceneError, SceneErrorKind, Source, read_text};
 
 /// Reads a scene from a file, with some of its values replaced, as [`Scene::from_file_with`] does; the scene may start from a run.
 ///
@@ -37,7 +37,7 @@ use crate::scene::{LastRun, SceneError, SceneErrorKind, Source, read_text};
 /// As [`Scene::from_file_with`]; [`SceneErrorKind::NoStart`] and [`SceneErrorKind::RunChanged`] of a run that it cannot start from.
 pub fn read_scene(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Scene, SceneError> {
     let path = path.as_ref();
-    Scene::from_toml_and_run(read_text(path)?, path, overrides, &open)
+    Scene::from_toml_and_run(read_text(path)?, path, overrides, None, &open)
 }
 
 /// Tables and keys of a scene file that the overrides leave out: a scene that is started from the end of a run, by `start.from`, has particles, bonds and
@@ -57,7 +57,35 @@ pub fn read_scene_text(
     name: impl AsRef<Path>,
     overrides: &[(&str, &str)],
 ) -> Result<Scene, SceneError> {
-    Scene::from_toml_and_run(text.into(), name.as_ref(), overrides, &open)
+    Scene::from_toml_and_run(text.into(), name.as_ref(), overrides, None, &open)
+}
+
+/// Reads a scene from its text with particles from memory, as if the text named a file with them. `name` stands for the file of the text.
+///
+/// ```
+/// use carom::io::{read_scene_text, read_scene_with};
+/// use carom::scene::GivenParticles;
+/// use carom::trajectory::Frame;
+///
+/// # let text = std::fs::read_to_string("configs/hard_sphere_fluid.toml")?;
+/// // `text` is that of a scene with a `[[fill]]`.
+/// let scene = read_scene_text(text.as_str(), "fluid.toml", &[])?;
+/// let mut given = GivenParticles::new("start", Frame::start_of(&scene));
+/// given.has_box = true;
+/// let again = read_scene_with(text, "fluid.toml", &[("fill", "[]")], &given)?;
+/// assert_eq!(again.particles(), scene.particles());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`read_scene_text`]; a mistake in the particles has the name that they were given and their row.
+pub fn read_scene_with(
+    text: impl Into<String>,
+    name: impl AsRef<Path>,
+    overrides: &[(&str, &str)],
+    particles: &GivenParticles,
+) -> Result<Scene, SceneError> {
+    Scene::from_toml_and_run(text.into(), name.as_ref(), overrides, Some(particles), &open)
 }
 
 /// A run that is over, at its end.

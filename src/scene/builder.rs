@@ -207,13 +207,13 @@ impl SceneBuilder {
 
     /// One particle.
     pub fn particle(mut self, species: &str, position: Vector, velocity: Vector) -> Self {
-        self.push("particle", Group::Listed(vec![Listed { species: species.to_owned(), position, velocity }]));
+        self.push("particle", Group::Listed(Listed::one(species, position, velocity)));
         self
     }
 
     /// Inserts a particle, and gives its id. [`Self::build`] refuses it behind a fill or a surface of any number of particles.
     pub fn insert_particle(&mut self, species: &str, position: Vector, velocity: Vector) -> ParticleId {
-        self.insert("particle", Group::Listed(vec![Listed { species: species.to_owned(), position, velocity }]))
+        self.insert("particle", Group::Listed(Listed::one(species, position, velocity)))
     }
 
     /// Particles of one species by number and density; the size of the box follows if it is not given.
@@ -289,17 +289,23 @@ impl SceneBuilder {
 
     /// Adds particles that start together, an entry of a table of a scene file. Says which id the first of them has, if that is known.
     pub(crate) fn push(&mut self, table: &'static str, group: Group) -> Option<u64> {
+        let number = self.entries.entry(table).or_default();
+        let at = ConfigPath::entry(table, *number);
+        *number += 1;
+        self.push_at(at, group)
+    }
+
+    /// Adds particles that start together, which stand at some place. Says which id the first of them has, if that is known.
+    pub(crate) fn push_at(&mut self, at: ConfigPath, group: Group) -> Option<u64> {
         let first = self.next_id;
         let count = match &group {
-            Group::Listed(listed) => Some(listed.len() as u64),
+            Group::Listed(listed) => Some(listed.particles.len() as u64),
             Group::Fill(Fill { count: Some(count), as_many_as_fit: false, .. }) => Some(*count),
             Group::Chain(chain) => Some(chain.length.saturating_mul(chain.count)),
             Group::Fill(_) | Group::Surface(_) => None,
         };
         self.next_id = first.zip(count).map(|(first, count)| first.saturating_add(count));
-        let number = self.entries.entry(table).or_default();
-        self.groups.push(LocatedGroup { at: ConfigPath::entry(table, *number), group });
-        *number += 1;
+        self.groups.push(LocatedGroup { at, group });
         first
     }
 

@@ -5,7 +5,7 @@ use crate::scene::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::limits::positive;
-use crate::scene::unvalidated::{Fill, Group, InteractionDraft, Listed, LocatedGroup, Model, SpeciesDraft};
+use crate::scene::unvalidated::{Fill, Group, InteractionDraft, LocatedGroup, Model, SpeciesDraft};
 use crate::scene::validate::measure;
 
 /// Species of one scene, where some have a distribution: their pairs, 32,896, have to be countable in 16 bits.
@@ -41,9 +41,11 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
                 continue;
             }
             Group::Listed(listed) => {
-                let is_distributed = |listed: &&Listed| named(distributed, &listed.species).is_some();
-                let Some(listed) = listed.iter().find(is_distributed) else { continue };
-                (&listed.species, "a particle has one diameter")
+                let is_distributed: Vec<bool> =
+                    listed.names.iter().map(|it| named(distributed, it).is_some()).collect();
+                let mut numbers = listed.particles.iter().map(|particle| particle.species.0 as usize);
+                let Some(number) = numbers.find(|number| is_distributed.get(*number) == Some(&true)) else { continue };
+                (&listed.names[number], "a particle has one diameter")
             }
             Group::Chain(chain) => (&chain.species, "the beads of a chain are equal"),
             Group::Surface(mesh) => (&mesh.species, "the spheres of a mesh are equal"),

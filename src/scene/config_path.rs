@@ -64,6 +64,11 @@ impl ConfigPath {
         &self.0
     }
 
+    /// Whether it is within the value of a top-level key.
+    pub(crate) fn is_in(&self, key: &str) -> bool {
+        matches!(self.0.first(), Some(PathStep::Key(first)) if first == key)
+    }
+
     fn step(&self, step: PathStep) -> Self {
         let mut steps = self.0.clone();
         steps.push(step);

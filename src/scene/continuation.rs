@@ -21,6 +21,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::motion;
+use crate::scene::parse;
 use crate::scene::source::Source;
 use crate::scene::unvalidated::{SpeciesDraft, UnvalidatedStart};
 use crate::scene::validate::start::Configuration;
@@ -59,7 +60,8 @@ impl Scene {
             let checkpoint = InputFile { path: String::new(), checksum: String::new(), unused: Vec::new() };
             Ok(LastRun { simulation: simulation.clone(), checkpoint })
         };
-        Self::of_file(&source, file, &simulation.scene().name, Path::new(""), &last)
+        let parts = parse::parts(file, &simulation.scene().name, Path::new(""), None);
+        Self::of_builder(parts, &last).map_err(|error| source.located(error))
     }
 }
 

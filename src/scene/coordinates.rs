@@ -1,75 +1,132 @@
-//! A start from a file: a frame of extended XYZ, with its bonds and its box.
+//! A start from frames, with their bonds and their box: those of files in extended XYZ, and one in the memory of a program.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use crate::Vector;
 use crate::base::numbers::id;
-use crate::model::InputFile;
 use crate::model::input_file::is_checksum;
 use crate::model::space::{AXES, Boundary};
+use crate::model::{InputFile, Particle};
 use crate::scene::brought;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
 use crate::scene::file::{CoordinatesFile, SpaceFile};
+use crate::scene::given::GivenParticles;
 use crate::scene::unvalidated::{Group, Listed, UnvalidatedBond};
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{Beside, FrameReader, ReadError};
+use crate::trajectory::frame::FrameParticle;
 
-/// A frame, and what its file says about it.
+/// A frame, and what is known about it.
 #[derive(Debug)]
-struct Start {
-    frame: Frame,
+struct Start<'f> {
+    frame: Cow<'f, Frame>,
     has_box: bool,
     has_radii: bool,
     beside: Beside,
-    /// The line with the box and the bonds.
+    /// The line of a file with the box and the bonds.
     comment: usize,
 }
 
-/// Adds the particles and the bonds of coordinate files to a scene, and their box if nothing else says how large it is.
-pub(super) fn add(
-    files: &[CoordinatesFile],
-    directory: &Path,
-    space: &SpaceFile,
-    may_give_box: bool,
-    scene: &mut SceneBuilder,
-) -> Result<Vec<RadiiAndMasses>, SceneError> {
-    let mut sizes = Vec::with_capacity(files.len());
-    for (index, file) in files.iter().enumerate() {
+/// Where a frame comes from: a file, or the memory of a program.
+#[derive(Debug, Clone)]
+struct Origin {
+    at: ConfigPath,
+    path: Option<PathBuf>,
+    /// The interaction that is to hold its bonds.
+    bond: Option<String>,
+}
+
+impl Origin {
+    fn wrong(&self, line: usize, problem: String) -> SceneError {
+        match self.path.clone() {
+            Some(path) => SceneError::new(self.at.key("path"), SceneErrorKind::Coordinates { path, line, problem }),
+            None => SceneError::new(self.at.clone(), SceneErrorKind::Particles { problem }),
+        }
+    }
+}
+
+/// Frames that a scene starts from, and what it says of the box.
+pub(super) struct Frames<'a> {
+    pub given: Option<&'a GivenParticles>,
+    pub files: &'a [CoordinatesFile],
+    pub directory: &'a Path,
+    pub space: &'a SpaceFile,
+    pub may_give_box: bool,
+}
+
+/// Adds the particles and the bonds of frames to a scene, and their box if nothing else says how large it is.
+pub(super) fn add(frames: &Frames<'_>, scene: &mut SceneBuilder) -> Result<Vec<RadiiAndMasses>, SceneError> {
+    let mut sizes = Vec::with_capacity(frames.files.len());
+    if let Some(given) = frames.given {
+        let at = ConfigPath::root().key(given.name.clone());
+        let origin = Origin { at, path: None, bond: given.bond.clone() };
+        let GivenParticles { has_box, has_radii, .. } = *given;
+        let (frame, beside) = (Cow::Borrowed(&given.frame), Beside::default());
+        add_start(&Start { frame, has_box, has_radii, beside, comment: 0 }, origin, frames, (scene, &mut sizes))?;
+    }
+    for (index, file) in frames.files.iter().enumerate() {
         let at = ConfigPath::entry("file", index);
-        let path = directory.join(&file.path);
+        let path = frames.directory.join(&file.path);
         let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
         let text = brought::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
         scene.parts.inputs.push(unchanged(&path, &text, file.checksum.as_deref(), &at)?);
-        let mut start = parse(&text, file.frame).map_err(|(line, problem)| {
-            SceneError::new(at.key("path"), SceneErrorKind::Coordinates { path: path.clone(), line, problem })
-        })?;
-        if may_give_box && start.has_box && scene.size.is_none() {
-            take_box(&start.frame, space, scene)?;
-        }
-        if start.frame.displacement != 0.0 {
-            scene.parts.displacement = start.frame.displacement;
-        }
-        add_bonds(&start, file, &path, &at, scene)?;
+        let origin = Origin { at, path: Some(path), bond: file.bond.clone() };
+        let mut start = parse(&text, file.frame).map_err(|(line, problem)| origin.wrong(line, problem))?;
         if let Some(input) = scene.parts.inputs.last_mut() {
             input.unused = std::mem::take(&mut start.beside.unused);
         }
-        sizes.push(RadiiAndMasses::of(&start, path, &at, scene.groups.len()));
-        let listed = start.frame.particles.iter().map(|particle| Listed {
-            species: start.frame.species[particle.species.0 as usize].name.clone(),
-            position: particle.position,
-            velocity: particle.velocity,
-        });
-        scene.push("file", Group::Listed(listed.collect()));
+        add_start(&start, origin, frames, (scene, &mut sizes))?;
     }
     Ok(sizes)
 }
 
+fn add_start(
+    start: &Start<'_>,
+    origin: Origin,
+    frames: &Frames<'_>,
+    (scene, sizes): (&mut SceneBuilder, &mut Vec<RadiiAndMasses>),
+) -> Result<(), SceneError> {
+    let frame = &*start.frame;
+    if frames.may_give_box && start.has_box && scene.size.is_none() {
+        take_box(frame, frames.space, scene)?;
+    }
+    if frame.displacement != 0.0 {
+        scene.parts.displacement = frame.displacement;
+    }
+    add_bonds(start, &origin, scene)?;
+    let given = frames.given.filter(|_| origin.path.is_none());
+    let space = scene.parts.space.clone();
+    if given.is_some_and(|given| given.is_plane) && space.boundary[2] != Boundary::Flat {
+        let problem =
+            "positions have two columns, but z is not flat: give them three, or the scene `z = \"flat\"` in [space]";
+        return Err(origin.wrong(0, problem.to_owned()));
+    }
+    let place = |position: Vector| given.map_or(position, |given| given.placed(position, &space));
+    let particle =
+        |it: &FrameParticle| Particle { species: it.species, position: place(it.position), velocity: it.velocity };
+    let listed = Group::Listed(Listed {
+        names: frame.species.iter().map(|species| species.name.clone()).collect(),
+        particles: frame.particles.iter().map(particle).collect(),
+        are_rows: origin.path.is_none(),
+    });
+    let group = scene.groups.len();
+    match origin.path {
+        Some(_) => scene.push("file", listed),
+        None => scene.push_at(origin.at.clone(), listed),
+    };
+    sizes.push(RadiiAndMasses::of(start, origin, group));
+    Ok(())
+}
+
 /// Makes the box that of a frame. Sides that the scene does not mention are those of the frame, but for walls, which it does not have
-/// from open sides.
+/// from open sides; sides that are flat have no extent.
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
-    scene.size = Some(frame.size);
+    let boundary = scene.parts.space.boundary;
+    scene.size = Some(Vector::from_fn(|k, _| if boundary[k] == Boundary::Flat { 0.0 } else { frame.size[k] }));
     if space.lower.is_none() {
         scene.parts.space.lower = frame.lower;
     }
@@ -78,7 +135,7 @@ fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Resul
             (true, _) => Boundary::Flat,
             (false, true) => Boundary::Periodic,
             (false, false) => {
-                let why = "the box of the file is not periodic along it";
+                let why = "the box that comes with the particles is not periodic along it";
                 return Err(missing(&ConfigPath::root().key("space"), AXES[k], why));
             }
         };
@@ -88,49 +145,45 @@ fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Resul
 
 /// Adds the bonds of a frame: each is held by an interaction of the scene that has the name in the file, or the one that the scene
 /// names for all of them.
-fn add_bonds(
-    start: &Start,
-    file: &CoordinatesFile,
-    path: &Path,
-    at: &ConfigPath,
-    scene: &mut SceneBuilder,
-) -> Result<(), SceneError> {
-    let frame = &start.frame;
+fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Result<(), SceneError> {
+    let frame = &*start.frame;
     if frame.bonds.is_empty() {
         return Ok(());
     }
-    let wrong = |problem: String| {
-        let kind = SceneErrorKind::Coordinates { path: path.to_owned(), line: start.comment, problem };
-        Err(SceneError::new(at.key("path"), kind))
-    };
+    let wrong = |problem: String| Err(origin.wrong(start.comment, problem));
+    let of_file = if origin.path.is_some() { " in [[file]]" } else { "" };
     let known: Vec<&str> = scene.interactions.iter().filter_map(|draft| draft.name.as_deref()).collect();
-    let names: Vec<&str> = match &file.bond {
+    let names: Vec<&str> = match &origin.bond {
         Some(name) if known.contains(&name.as_str()) => vec![name],
-        Some(name) => return Err(unknown(&at.key("bond"), "interaction", name, known)),
-        None if frame.bond_kinds.is_empty() => {
-            return wrong(
-                "`bonds` do not say which interaction holds them: name one of the scene with `bond` in [[file]]".into(),
-            );
+        Some(name) => return Err(unknown(&origin.at.key("bond"), "interaction", name, known)),
+        None if frame.bond_kinds.len() != frame.bonds.len() => {
+            return wrong(format!(
+                "`bonds` do not say which interaction holds them: name one of the scene with `bond`{of_file}"
+            ));
         }
         None => frame.bond_names.iter().map(String::as_str).collect(),
     };
     if let Some(name) = names.iter().find(|name| !known.contains(name)) {
         return wrong(format!(
-            "bonds are held by `{name}`, expected the name of an [[interaction]] of the scene{}; `bond` in [[file]] names another",
+            "bonds are held by `{name}`, expected the name of an [[interaction]] of the scene{}; `bond`{of_file} names another",
             if known.is_empty() { ", which has none".to_owned() } else { format!(", {}", known.join(", ")) },
         ));
     }
     let first: usize =
-        scene.groups.iter().map(|placed| if let Group::Listed(it) = &placed.group { it.len() } else { 0 }).sum();
+        scene.groups.iter().map(|it| if let Group::Listed(it) = &it.group { it.particles.len() } else { 0 }).sum();
     let mut id_of = HashMap::with_capacity(frame.particles.len());
     for (place, particle) in frame.particles.iter().enumerate() {
         if id_of.insert(particle.id, id(first + place)).is_some() {
             return wrong(format!("bonds refer to ids, but two particles have the id {}", particle.id.0));
         }
     }
+    let at = if origin.path.is_some() { origin.at.key("path") } else { origin.at.clone() };
     let mut bonds = Vec::with_capacity(frame.bonds.len());
     for (index, ends) in frame.bonds.iter().enumerate() {
-        let kind = if file.bond.is_some() { 0 } else { frame.bond_kinds[index] as usize };
+        let kind = if origin.bond.is_some() { 0 } else { frame.bond_kinds[index] as usize };
+        let Some(name) = names.get(kind) else {
+            return wrong(format!("bond {}-{} is of the kind {kind}, which has no name", ends[0].0, ends[1].0));
+        };
         let mut pair = [0; 2];
         for (end, id) in ends.iter().zip(&mut pair) {
             let Some(found) = id_of.get(end) else {
@@ -141,7 +194,7 @@ fn add_bonds(
         if pair[0] == pair[1] {
             return wrong(format!("bond {}-{} holds a particle to itself", ends[0].0, ends[1].0));
         }
-        bonds.push(UnvalidatedBond { pair, interaction: names[kind].to_owned(), at: at.key("path") });
+        bonds.push(UnvalidatedBond { pair, interaction: (*name).to_owned(), at: at.clone() });
     }
     scene.bonds.extend(bonds);
     Ok(())
@@ -166,7 +219,7 @@ pub(super) fn unchanged(
 }
 
 /// A frame, or the line and what is wrong with it.
-fn parse(text: &[u8], frame: i64) -> Result<Start, (usize, String)> {
+fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
     let lines = || text.iter().filter(|&&byte| byte == b'\n').count().max(1);
     let wrong = |error: ReadError| match error.line() {
         Some(line) => (line, error.problem()),
@@ -199,7 +252,7 @@ fn parse(text: &[u8], frame: i64) -> Result<Start, (usize, String)> {
         Some(Ok(_)) if !reader.has_species() => Err((reader.frame_line() + 1, "Properties has no type:S:1".to_owned())),
         Some(Ok(frame)) => {
             let (has_box, has_radii, comment) = (reader.has_box(), reader.has_radii(), reader.frame_line() + 1);
-            Ok(Start { frame, has_box, has_radii, beside: reader.beside(), comment })
+            Ok(Start { frame: Cow::Owned(frame), has_box, has_radii, beside: reader.beside(), comment })
         }
     }
 }

@@ -106,6 +106,9 @@ pub enum SceneErrorKind {
     /// A coordinate file that cannot be understood.
     #[error("{}, line {line}: {problem}", path.display())]
     Coordinates { path: PathBuf, line: usize, problem: String },
+    /// Particles that a program has given, and that do not fit the scene.
+    #[error("{problem}")]
+    Particles { problem: String },
     /// A mesh file that cannot be understood.
     #[error("{}: {problem}", path.display())]
     Mesh { path: PathBuf, problem: Box<MeshFileProblem> },

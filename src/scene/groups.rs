@@ -8,12 +8,13 @@ use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::surfaces::Surfaces;
 use crate::model::StaticSurface;
-use crate::model::space::Space;
-use crate::model::{Bond, Particle, ParticleId, Species};
+use crate::model::limits::LARGEST;
+use crate::model::space::{Boundary, Space};
+use crate::model::{Bond, Particle, ParticleId, Species, SpeciesId};
 use crate::prepare::velocity::Drawn;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, missing};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
 use crate::scene::interactions::{Interactions, species_named};
 use crate::scene::limits::{affordable, motion, on_flat_axes};
 use crate::scene::unvalidated::{Group, Listed, LocatedGroup, SurfaceFill};
@@ -138,16 +139,48 @@ impl Groups {
 }
 
 /// Particles at given positions, those beyond a periodic side wrapped into the box.
-fn listed(listed: &[Listed], species: &[Species], space: &Space, at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
-    let mut particles = Vec::with_capacity(listed.len());
-    for Listed { species: name, position, velocity } in listed {
-        let id = species_named(species, name, &at.key("species"))?;
-        on_flat_axes(position, &space.lower, space, &at.key("position"))?;
-        on_flat_axes(velocity, &Vector::zeros(), space, &at.key("velocity"))?;
-        motion(&species[id.0 as usize], velocity, &at.key("velocity"))?;
-        particles.push(Particle { species: id, position: space.wrapped(*position), velocity: *velocity });
+fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
+    let named = |name: &String| species.iter().position(|candidate| candidate.name == *name);
+    let known: Vec<Option<usize>> = listed.names.iter().map(named).collect();
+    let mut particles = Vec::with_capacity(listed.particles.len());
+    for (row, particle) in listed.particles.iter().enumerate() {
+        let found = known.get(particle.species.0 as usize).copied().flatten();
+        // Nothing is made for messages of the many that are right.
+        let Some(kind) = found.filter(|kind| is_right(particle, &species[*kind], space)) else {
+            return Err(wrong(listed, row, (species, space), at));
+        };
+        let position = space.wrapped(particle.position);
+        particles.push(Particle { species: SpeciesId(id(kind)), position, velocity: particle.velocity });
     }
     Ok(particles)
+}
+
+/// Whether a particle may be where it is, and move as it does.
+fn is_right(particle: &Particle, species: &Species, space: &Space) -> bool {
+    let Particle { position, velocity, .. } = particle;
+    let is_on_flat =
+        |k: usize| space.boundary[k] != Boundary::Flat || (position[k] == space.lower[k] && velocity[k] == 0.0);
+    position.iter().chain(velocity.iter()).all(|x| x.abs() <= LARGEST)
+        && (0..3).all(is_on_flat)
+        && (!species.is_static() || *velocity == Vector::zeros())
+}
+
+/// Why a particle of a list is refused.
+fn wrong(listed: &Listed, row: usize, (species, space): (&[Species], &Space), at: &ConfigPath) -> SceneError {
+    let particle = &listed.particles[row];
+    let place = |keys: [&'static str; 2]| listed.place(at, keys, row);
+    let checked = || {
+        let at_species = place(["species", "species"]);
+        let Some(name) = listed.names.get(particle.species.0 as usize) else {
+            return refuse(at_species, particle.species.0, format!("a number below {}", listed.names.len()));
+        };
+        let id = species_named(species, name, &at_species)?;
+        let [position, velocity] = [["position", "positions"], ["velocity", "velocities"]].map(place);
+        on_flat_axes(&particle.position, &space.lower, space, &position)?;
+        on_flat_axes(&particle.velocity, &Vector::zeros(), space, &velocity)?;
+        motion(&species[id.0 as usize], &particle.velocity, &velocity)
+    };
+    checked().err().unwrap_or_else(|| SceneError::new(at.clone(), SceneErrorKind::value("wrong", "a particle")))
 }
 
 /// The name of a surface, or its number among the groups.

@@ -24,9 +24,10 @@ use crate::prepare::polydispersity::Class;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
-use crate::scene::coordinates;
+use crate::scene::coordinates::{self, Frames};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
 use crate::scene::file::{DiameterFile, OutputFile, SceneFile, SpeciesFile};
+use crate::scene::given::GivenParticles;
 pub(crate) use crate::scene::schema::words;
 use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
 
@@ -109,10 +110,15 @@ fn vector(components: [f64; 3]) -> Vector {
     Vector::from(components)
 }
 
-/// The parts of the scene in a file. `directory` is where relative paths start.
-pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<SceneBuilder, SceneError> {
+/// The parts of the scene in a file, with particles that a program gives. `directory` is where relative paths start.
+pub(crate) fn parts(
+    file: SceneFile,
+    name: &str,
+    directory: &Path,
+    given: Option<&GivenParticles>,
+) -> Result<SceneBuilder, SceneError> {
     let mut scene = SceneBuilder::new(file.name.as_deref().unwrap_or(name));
-    scene.start = file.start.as_ref().map(|start| start::parse_start(start, &file, directory)).transpose()?;
+    scene.start = file.start.as_ref().map(|start| start::parse_start(start, &file, directory, given)).transpose()?;
     let (dynamics, space) = (file.dynamics.unwrap_or_default(), file.space.unwrap_or_default());
     scene.parts.seed = file.seed.unwrap_or(scene.parts.seed);
     scene.parts.start_time = file.start_time.unwrap_or(0.0);
@@ -134,10 +140,11 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     }
     for particle in file.particle {
         let (position, velocity) = (vector(particle.position), vector(particle.velocity));
-        scene.push("particle", Group::Listed(vec![Listed { species: particle.species, position, velocity }]));
+        scene.push("particle", Group::Listed(Listed::one(&particle.species, position, velocity)));
     }
     // With a fill, the box follows from that.
-    let sizes = coordinates::add(&file.file, directory, &space, file.fill.is_empty(), &mut scene)?;
+    let frames = Frames { given, files: &file.file, directory, space: &space, may_give_box: file.fill.is_empty() };
+    let sizes = coordinates::add(&frames, &mut scene)?;
     for (index, chain) in file.chain.into_iter().enumerate() {
         scene.push("chain", Group::Chain(particles::parse_chain(chain, &ConfigPath::entry("chain", index))?));
     }

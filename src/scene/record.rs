@@ -6,9 +6,11 @@ use serde::Deserialize;
 use toml::de::Deserializer;
 use toml::{Table, Value};
 
+use crate::model::input_file::word;
 use crate::model::{Limit, Scene};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::given::KeptParticles;
 use crate::scene::read_text;
 use crate::scene::source::Source;
 
@@ -35,6 +37,20 @@ impl Scene {
     /// # Errors
     /// As [`Scene::from_toml_with`], if the text is not that of the scene.
     pub fn record_of(&self, text: String, path: &Path, overrides: &[(&str, &str)]) -> Result<String, SceneError> {
+        self.record_with(text, path, overrides, None)
+    }
+
+    /// TOML of [`Self::record_of`] with the particles that a program has given to the text, if it has.
+    ///
+    /// # Errors
+    /// As [`Self::record_of`]; [`SceneErrorKind::Particles`] if tables cannot hold what was given: images of a sheared box that are displaced.
+    pub fn record_with(
+        &self,
+        text: String,
+        path: &Path,
+        overrides: &[(&str, &str)],
+        given: Option<KeptParticles<'_>>,
+    ) -> Result<String, SceneError> {
         let source = Source::new(&path.to_string_lossy(), text, overrides);
         let failed = |message: String| SceneError::new(ConfigPath::root(), SceneErrorKind::Syntax { message });
         let tree = source.tree()?;
@@ -73,8 +89,40 @@ impl Scene {
                 make_absolute(from, directory);
             }
         }
+        let listed = given.map(|given| self.put_particles(given, &mut table)).transpose()?.unwrap_or_default();
         let text = toml::to_string(&table).map_err(|error| failed(error.to_string()))?;
-        Ok(format!("{HEADER}{text}"))
+        Ok(format!("{HEADER}{text}{listed}"))
+    }
+
+    /// Puts what a program has given into the tables of a record; what comes back is to stand behind them.
+    fn put_particles(&self, given: KeptParticles<'_>, table: &mut Table) -> Result<String, SceneError> {
+        match given {
+            KeptParticles::InFile(name, content) => {
+                let pairs = [("path", name.to_owned()), ("checksum", word(content))];
+                let file: Table =
+                    pairs.map(|(key, value)| (key.to_owned(), Value::String(value))).into_iter().collect();
+                let files = table.entry("file").or_insert_with(|| Value::Array(Vec::new()));
+                if let Some(files) = files.as_array_mut() {
+                    files.insert(0, Value::Table(file));
+                }
+                Ok(String::new())
+            }
+            KeptParticles::InTables(given) => {
+                if self.displacement != 0.0 {
+                    let problem = "images of a sheared box are displaced, which a scene file has only with a file of \
+                                   particles: the scene.toml of a run names one";
+                    let kind = SceneErrorKind::Particles { problem: problem.to_owned() };
+                    return Err(SceneError::new(ConfigPath::root().key(given.name.clone()), kind));
+                }
+                given.put_box(self, table);
+                let first = table.get("particle").and_then(Value::as_array).map_or(0, Vec::len);
+                // An empty list that is written as such could not be gone on with.
+                table.retain(|key, value| {
+                    !["particle", "bond"].contains(&key) || value.as_array().is_none_or(|it| !it.is_empty())
+                });
+                Ok(given.tables(self, first))
+            }
+        }
     }
 }
 

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use crate::Vector;
 use crate::model::Region;
-use crate::model::Species;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
+use crate::model::{Particle, Species, SpeciesId};
 pub use crate::prepare::lattice::Lattice;
 use crate::prepare::region::FillRegion;
 pub use crate::prepare::surface::Surface;
@@ -310,12 +310,28 @@ impl InteractionDraft {
     }
 }
 
-/// One particle at a given position.
+/// Particles at given positions.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Listed {
-    pub species: String,
-    pub position: Vector,
-    pub velocity: Vector,
+    /// Names of species, some of which may have no particles.
+    pub names: Vec<String>,
+    /// Their species are numbers of these names.
+    pub particles: Vec<Particle>,
+    /// Whether they are rows of arrays, in place of tables or a file.
+    pub are_rows: bool,
+}
+
+impl Listed {
+    /// One particle.
+    pub fn one(species: &str, position: Vector, velocity: Vector) -> Self {
+        let particle = Particle { species: SpeciesId(0), position, velocity };
+        Self { names: vec![species.to_owned()], particles: vec![particle], are_rows: false }
+    }
+
+    /// Where a value of the particle in some row stands: `position` of a table, or row of the array `positions`.
+    pub fn place(&self, at: &ConfigPath, keys: [&'static str; 2], row: usize) -> ConfigPath {
+        if self.are_rows { at.key(keys[1]).index(row) } else { at.key(keys[0]) }
+    }
 }
 
 /// One `[[bond]]`, unvalidated, or one of a coordinate file.
@@ -342,7 +358,7 @@ pub(crate) struct UnvalidatedStart {
 /// Particles that start together.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Group {
-    Listed(Vec<Listed>),
+    Listed(Listed),
     Fill(Fill),
     Chain(Chain),
     Surface(SurfaceFill),

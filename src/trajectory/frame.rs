@@ -142,7 +142,7 @@ impl Frame {
 
     /// All but the particles of a scene at its start: time, box, table and bonds.
     pub(crate) fn without_particles(scene: &Scene) -> Self {
-        let (bond_names, bond_kinds) = kinds_of_bonds(scene);
+        let (bond_names, bond_kinds) = Self::kinds_of_bonds(scene);
         Self {
             time: scene.start_time,
             lower: scene.space.lower,
@@ -166,6 +166,25 @@ impl Frame {
             scalars: Vec::new(),
             surfaces: Vec::new(),
         }
+    }
+
+    /// The names of the interactions that hold the bonds of a scene, and which of them holds each; nothing if one has no name.
+    #[must_use]
+    pub fn kinds_of_bonds(scene: &Scene) -> (Vec<String>, Vec<u32>) {
+        let mut names: Vec<String> = Vec::new();
+        let mut index_of = HashMap::new();
+        let kinds: Option<Vec<u32>> = scene
+            .bonds
+            .iter()
+            .map(|bond| {
+                let name = scene.interactions.get(bond.interaction.0 as usize)?.name.as_deref()?;
+                Some(*index_of.entry(name).or_insert_with(|| {
+                    names.push(name.to_owned());
+                    id(names.len() - 1)
+                }))
+            })
+            .collect();
+        kinds.map_or_else(Default::default, |kinds| (names, kinds))
     }
 
     /// Where the particle at a place of the list would be if it had never been wrapped `[length]`; its position where images are not
@@ -256,22 +275,4 @@ impl Frame {
     pub fn is_static(&self, particle: &FrameParticle) -> bool {
         self.species.get(particle.species.0 as usize).is_some_and(|species| species.is_static)
     }
-}
-
-/// The names of the interactions that hold the bonds of a scene, and which of them holds each; nothing if one has no name.
-fn kinds_of_bonds(scene: &Scene) -> (Vec<String>, Vec<u32>) {
-    let mut names: Vec<String> = Vec::new();
-    let mut index_of = HashMap::new();
-    let kinds: Option<Vec<u32>> = scene
-        .bonds
-        .iter()
-        .map(|bond| {
-            let name = scene.interactions.get(bond.interaction.0 as usize)?.name.as_deref()?;
-            Some(*index_of.entry(name).or_insert_with(|| {
-                names.push(name.to_owned());
-                id(names.len() - 1)
-            }))
-        })
-        .collect();
-    kinds.map_or_else(Default::default, |kinds| (names, kinds))
 }

@@ -103,6 +103,14 @@ pub struct Scalar {
     pub values: Vec<f64>,
 }
 
+impl Scalar {
+    /// A scalar of particles.
+    #[must_use]
+    pub fn new(name: &str, values: Vec<f64>) -> Self {
+        Self { name: name.to_owned(), values }
+    }
+}
+
 /// A measured function of one variable, such as a correlation function, or a field on a grid.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]

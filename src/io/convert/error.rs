@@ -49,6 +49,19 @@ pub enum ConvertError {
         /// Why.
         source: FrameError,
     },
+    /// The format cannot hold a frame of a program.
+    #[error("frame {index} cannot be written to {}", path.display())]
+    Unwritable {
+        /// The target.
+        path: PathBuf,
+        /// The place of the frame, from 0.
+        index: u64,
+        /// Why.
+        source: FrameError,
+    },
+    /// It was asked to end before it was complete.
+    #[error("interrupted; nothing is left of it")]
+    Interrupted,
     /// A file about the surfaces beside the trajectory cannot be read.
     #[error("cannot read the surface {}: {problem}", path.display())]
     Surface {

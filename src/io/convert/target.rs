@@ -23,11 +23,11 @@ pub(super) struct Target {
 
 impl Target {
     /// Makes sure that the target may be written, and makes its folder if it is one.
-    pub fn claim(path: &Path, format: Format, source: &Path, replace: bool) -> Result<Self, ConvertError> {
+    pub fn claim(path: &Path, format: Format, source: Option<&Path>, replace: bool) -> Result<Self, ConvertError> {
         let partial = partial_of(path);
         remove_abandoned(folder_of(path));
         // A run that was killed leaves a trajectory that ends on the same suffix.
-        if [path, &partial].into_iter().any(|path| is_same(path, source)) {
+        if let Some(source) = source.filter(|source| [path, &partial].into_iter().any(|path| is_same(path, source))) {
             return Err(ConvertError::Source(source.to_owned()));
         }
         // What is unfinished may belong to a run or a conversion that is still going on.

@@ -4,7 +4,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::conversions::Conversions;
-use super::{CONTACTS, Folder, PAGE, REPORT, SCENE, SMALL_PAGE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY};
+use super::{
+    CONTACTS, Folder, PAGE, PARTICLES, REPORT, SCENE, SMALL_PAGE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY,
+};
 use crate::io::atomic::sync_folder;
 use crate::io::contacts;
 use crate::io::convert::ConvertError;
@@ -59,6 +61,7 @@ impl Folder {
         let mut files: Vec<_> = files.into_iter().map(PartialFile::complete).collect::<Result<_, _>>()?;
         let Conversions { files: converted, failures } = Conversions::make(&trajectory, &self.formats);
         files.extend(converted);
+        files.extend(self.owned.names().contains(PARTICLES).then(|| self.path.join(PARTICLES)));
         let surfaces = surfaces::names(finished.simulation.scene()).into_iter().map(|name| self.path.join(name));
         files.extend(surfaces.filter(|file| file.exists()));
         sync_folder(&self.path);

@@ -7,7 +7,7 @@ pub(crate) use contacts::Contacts;
 
 use self::grid::{Grid, Taken};
 use crate::Vector;
-use crate::base::numbers::id;
+use crate::base::numbers::{id, trunc_to_u64};
 use crate::engine::surfaces::{Surface, Surfaces};
 use crate::model::Particle;
 use crate::model::space::{Boundary, Space, minimum_image};
@@ -153,6 +153,15 @@ impl<'a> Occupancy<'a> {
     }
 }
 
+/// From so many particles on, a start is searched in the order of places first: neighbours are then near in memory, too.
+const MANY: usize = 1 << 14;
+
+/// Edge of the blocks of that order, in longest contacts.
+const BLOCK: f64 = 4.0;
+
+/// Blocks along an axis at most; what is beyond them is in the last one.
+const MOST_BLOCKS: f64 = 1_048_575.0;
+
 /// The first particle whose core overlaps that of an earlier one, and that one, but for pairs with interactions of their own. The next image up
 /// of a sheared box is displaced along x by `displacement` `[length]`.
 pub(crate) fn first_overlap(
@@ -172,16 +181,38 @@ pub(crate) fn first_overlap(
     }
     let up = Vector::new(displacement, space.size.y, 0.0);
     let images: &[Vector] = if displacement == 0.0 { &[Vector::zeros()] } else { &[Vector::zeros(), up, -up] };
-    let mut occupancy = Occupancy::new(&unstacked, contacts, particles.len());
-    for (id, particle) in (0..).zip(particles) {
-        let (position, species) = (particle.position, particle.species.0);
-        let overlap = |image| occupancy.overlap(&(position + image), species, |other| !is_bonded(other, id));
-        if let Some(overlapping) = images.iter().find_map(overlap) {
-            return Some((id, overlapping));
+    let first_of = |order: &mut dyn Iterator<Item = u32>| {
+        let mut occupancy = Occupancy::new(&unstacked, contacts, particles.len());
+        let mut numbers: Vec<u32> = Vec::with_capacity(particles.len());
+        for id in order {
+            let Particle { position, species, .. } = particles[id as usize];
+            let counts = |other: u32| !is_bonded(numbers[other as usize].min(id), numbers[other as usize].max(id));
+            let overlap = |image| occupancy.overlap(&(position + image), species.0, counts);
+            if let Some(overlapping) = images.iter().find_map(overlap) {
+                return Some((id, Overlapping { other: numbers[overlapping.other as usize], ..overlapping }));
+            }
+            occupancy.take(position, species.0);
+            numbers.push(id);
         }
-        occupancy.take(position, species);
+        None
+    };
+    if particles.len() >= MANY && displacement == 0.0 {
+        // Which overlap is the first one matters only where there is one.
+        first_of(&mut by_place(particles, BLOCK * contacts.largest()).into_iter())?;
     }
-    None
+    first_of(&mut (0..id(particles.len())))
+}
+
+/// Numbers of particles, block of space by block of space.
+fn by_place(particles: &[Particle], edge: f64) -> Vec<u32> {
+    let corner = particles.iter().fold(Vector::repeat(f64::INFINITY), |corner, it| corner.inf(&it.position));
+    let block = |position: &Vector| {
+        let along = |k: usize| trunc_to_u64(((position[k] - corner[k]) / edge).clamp(0.0, MOST_BLOCKS));
+        along(2) << 40 | along(1) << 20 | along(0)
+    };
+    let mut blocks: Vec<(u64, u32)> = particles.iter().map(|it| block(&it.position)).zip(0..).collect();
+    blocks.sort_unstable();
+    blocks.into_iter().map(|(_, number)| number).collect()
 }
 
 #[cfg(test)]
@@ -277,6 +308,34 @@ mod tests {
             None::<()>
         });
         assert!(asked.get() < 100, "{}", asked.get());
+    }
+
+    #[test]
+    fn the_first_overlap_of_many_is_that_of_the_order_of_ids() {
+        let mut contacts = Contacts::new(1);
+        contacts.set(0, 0, 1.0);
+        let space = Space::periodic_cube(33.0);
+        let mut random = Random::new(8, Purpose::Placement, 0);
+        let mut places: Vec<u32> = (0..27_000).collect();
+        random.shuffle(&mut places);
+        let at = |place: &u32| {
+            let position = Vector::new(f64::from(place % 30), f64::from(place / 30 % 30), f64::from(place / 900));
+            Particle { species: crate::model::SpeciesId(0), position: 1.1 * position, velocity: Vector::zeros() }
+        };
+        let mut particles: Vec<Particle> = places.iter().map(at).collect();
+        assert!(particles.len() > MANY);
+        let first =
+            |particles: &[Particle]| first_overlap(particles, &contacts, &space, 0.0, |a, b| (a, b) == (5, 9000));
+        assert_eq!(first(&particles), None);
+        particles[9000].position = particles[5].position;
+        assert_eq!(first(&particles), None, "bonded");
+        for (one, other) in [(20_000, 26_000), (700, 15_000)] {
+            particles[other].position = particles[one].position + Vector::new(0.5, 0.0, 0.0);
+        }
+        let (second, overlapping) = first(&particles).unwrap();
+        assert_eq!(second, 15_000);
+        // It is also between others.
+        assert!(overlapping.distance < 1.0 && overlapping.other < 15_000, "{overlapping:?}");
     }
 
     #[test]

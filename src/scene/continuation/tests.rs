@@ -25,7 +25,7 @@ fn simulation(events: u64) -> Simulation {
 
 fn next(text: &str, simulation: &Simulation) -> Result<Scene, SceneError> {
     let text = format!("start.from = \"run\"\n{RUN}{text}");
-    Scene::from_toml_and_run(text, Path::new("next.toml"), &[], &|path| {
+    Scene::from_toml_and_run(text, Path::new("next.toml"), &[], None, &|path| {
         let checkpoint = InputFile::of_checkpoint(&path.join("checkpoint"), 7);
         Ok(LastRun { simulation: simulation.clone(), checkpoint })
     })

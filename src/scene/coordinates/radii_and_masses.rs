@@ -1,13 +1,11 @@
 //! Radii and masses that a file has of its particles, which are those of the species of the scene.
 
 use std::collections::{HashMap, HashSet};
-use std::path::PathBuf;
 
-use super::Start;
+use super::{Origin, Start};
 use crate::Vector;
 use crate::scene::builder::SceneBuilder;
-use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::SceneError;
 use crate::scene::unvalidated::{Group, LocatedGroup};
 use crate::trajectory::frame::FrameSpecies;
 
@@ -20,8 +18,7 @@ const ROUNDED: usize = 3;
 /// The radii and masses of a file, each once.
 #[derive(Debug)]
 pub(in crate::scene) struct RadiiAndMasses {
-    path: PathBuf,
-    at: ConfigPath,
+    origin: Origin,
     /// The line with the masses.
     comment: usize,
     species: Vec<FrameSpecies>,
@@ -35,17 +32,17 @@ pub(in crate::scene) struct RadiiAndMasses {
 }
 
 impl RadiiAndMasses {
-    pub(super) fn of(start: &Start, path: PathBuf, at: &ConfigPath, group: usize) -> Self {
+    pub(super) fn of(start: &Start<'_>, origin: Origin, group: usize) -> Self {
         let once = |values: &mut dyn Iterator<Item = (u32, f64, usize)>| {
-            let mut seen = HashSet::new();
-            values.filter(|(species, value, _)| seen.insert((*species, value.to_bits()))).collect()
+            let (mut seen, mut last) = (HashSet::new(), None);
+            let mut is_new = |key: (u32, u64)| last.replace(key) != Some(key) && seen.insert(key);
+            values.filter(|(species, value, _)| is_new((*species, value.to_bits()))).collect()
         };
         let particles = || (start.comment + 1..).zip(&start.frame.particles);
         let radii = particles().filter(|_| start.has_radii);
         let masses = particles().zip(&start.beside.masses);
         Self {
-            path,
-            at: at.clone(),
+            origin,
             comment: start.comment,
             species: start.frame.species.clone(),
             radii: once(&mut radii.map(|(line, particle)| (particle.species.0, particle.radius, line))),
@@ -60,19 +57,18 @@ impl RadiiAndMasses {
         let masses: HashMap<&str, f64> =
             scene.species.iter().filter_map(|draft| Some((draft.name.as_str(), draft.mass?))).collect();
         let Some(LocatedGroup { group: Group::Listed(listed), .. }) = scene.groups.get_mut(self.group) else { return };
-        for (particle, momentum) in listed.iter_mut().zip(&self.momenta) {
-            // Those of static particles are refused as such.
-            particle.velocity = momentum / masses.get(particle.species.as_str()).copied().unwrap_or(1.0);
+        // Those of static particles are refused as such.
+        let of_names: Vec<f64> =
+            listed.names.iter().map(|name| masses.get(name.as_str()).copied().unwrap_or(1.0)).collect();
+        for (particle, momentum) in listed.particles.iter_mut().zip(&self.momenta) {
+            particle.velocity = momentum / of_names.get(particle.species.0 as usize).copied().unwrap_or(1.0);
         }
     }
 
     /// Refuses a file whose particles have other radii or masses than the species of the scene, which would silently take their place.
     pub(in crate::scene) fn agree(&self, scene: &SceneBuilder) -> Result<(), SceneError> {
         let named = |name: &str| scene.species.iter().find(|draft| draft.name == name);
-        let wrong = |line: usize, problem: String| {
-            let kind = SceneErrorKind::Coordinates { path: self.path.clone(), line, problem };
-            Err(SceneError::new(self.at.key("path"), kind))
-        };
+        let wrong = |line: usize, problem: String| Err(self.origin.wrong(line, problem));
         for &(species, radius, line) in &self.radii {
             let Some(draft) = self.species.get(species as usize).and_then(|it| named(&it.name)) else { continue };
             if !is_same(radius, 0.5 * draft.diameter) {
@@ -110,9 +106,9 @@ impl RadiiAndMasses {
                 return wrong(
                     self.comment,
                     format!(
-                        "the species `{}` has a mass of {mass}, but {of_scene} in the scene: set its mass to {mass}, or take `species_mass` \
-                         out of the file",
-                        draft.name
+                        "the species `{}` has a mass of {mass}, but {of_scene} in the scene: set its mass to {mass}{}",
+                        draft.name,
+                        if self.origin.path.is_some() { ", or take `species_mass` out of the file" } else { "" },
                     ),
                 );
             }

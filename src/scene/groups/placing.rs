@@ -54,7 +54,7 @@ impl<'a> Placing<'a> {
     /// Number of particles of a group; that of a static surface is not known yet.
     fn count(&self, LocatedGroup { at, group }: &LocatedGroup) -> Result<u64, SceneError> {
         match group {
-            Group::Listed(listed) => Ok(listed.len() as u64),
+            Group::Listed(listed) => Ok(listed.particles.len() as u64),
             Group::Fill(fill) => Filling::count(fill, self, at),
             Group::Chain(chain) => Ok(chain.length.saturating_mul(chain.count)),
             Group::Surface(_) => Ok(0),

@@ -6,6 +6,7 @@ use crate::model::input_file::is_checksum;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::file::{SceneFile, StartFile};
+use crate::scene::given::GivenParticles;
 use crate::scene::unvalidated::UnvalidatedStart;
 
 /// A start from the end of a run, in a scene that has nothing else to start from.
@@ -13,6 +14,7 @@ pub(super) fn parse_start(
     start: &StartFile,
     file: &SceneFile,
     directory: &Path,
+    given: Option<&GivenParticles>,
 ) -> Result<UnvalidatedStart, SceneError> {
     let tables = [
         ("particle", file.particle.len()),
@@ -26,6 +28,10 @@ pub(super) fn parse_start(
         let expected = "none: particles and bonds are those of the run that [start] names, so leave out all [[particle]], [[file]], [[chain]], \
                         [[fill]], [[mesh]] and [[bond]]";
         return refuse(ConfigPath::entry(table, 0), "given", expected);
+    }
+    if let Some(given) = given {
+        let expected = "none: particles are those of the run that [start] names, so leave one of the two out";
+        return refuse(ConfigPath::root().key(given.name.clone()), "given", expected);
     }
     if file.start_time.is_some() {
         let expected = "not given: time goes on from that of the run that [start] names";

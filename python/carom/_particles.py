@@ -1,0 +1,384 @@
+"""Particles that a scene has from arrays, and from objects and files of other packages."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from typing import Any, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from carom import _carom
+from carom._arguments import path_of
+from carom._errors import FolderError
+from carom._frame import Frame
+
+__all__ = [
+    "Names",
+    "given_again",
+    "given_of_arrays",
+    "given_of_ase",
+    "given_of_frame",
+    "given_of_gsd",
+    "given_of_mdanalysis",
+    "state_of",
+]
+
+_KEYS = ("species", "positions", "velocities", "bonds", "bond")
+
+#: Largest part of an edge by which a box may be askew: single precision leaves as much.
+_SKEW = 1e-6
+
+#: Above so many names, an array of them is sorted in place of one search for each.
+_FEW_NAMES = 64
+
+#: Given particles as they are pickled: their word in messages, the frame, the interaction of its bonds, and what is known of it.
+State = tuple[str, Frame, Union[str, None], tuple[bool, bool, bool]]
+
+#: Names of the species of a scene, for species that are given by number.
+Names = Callable[[], list[str]]
+
+
+def given_of_arrays(particles: Mapping[str, Any], names: Names) -> _carom.Given:
+    """Particles of a dictionary of arrays."""
+    if not isinstance(particles, Mapping):
+        kind = type(particles).__name__
+        raise TypeError(f"particles: expected a dictionary with 'species' and 'positions', found {kind}")
+    unknown = [key for key in particles if key not in _KEYS]
+    if unknown:
+        raise ValueError(f"particles: there is no {unknown[0]!r}, expected {', '.join(map(repr, _KEYS))}")
+    missing = [key for key in _KEYS[:2] if particles.get(key) is None]
+    if missing:
+        raise ValueError(f"particles: expected {missing[0]!r}, one of the two that are needed: 'species' and 'positions'")
+    positions = _rows("particles: positions", particles["positions"], (3, 2))
+    is_plane = positions.shape[1] == 2
+    velocities = particles.get("velocities")
+    if velocities is not None:
+        velocities = _rows("particles: velocities", velocities, positions.shape[1:], len(positions))
+    species_names, species = _species("particles: species", particles["species"], len(positions), names)
+    bonds = particles.get("bonds")
+    frame = _frame(
+        positions=_in_space(positions),
+        velocities=None if velocities is None else _in_space(velocities),
+        species_names=species_names,
+        species=species,
+        bonds=None if bonds is None else _pairs("particles: bonds", bonds, len(positions)),
+    )
+    return _given("particles", frame, _bond(particles.get("bond")), (False, False, is_plane))
+
+
+def given_of_frame(frame: Frame, bond: str | None) -> _carom.Given:
+    """Particles, bonds and box of a frame."""
+    if not isinstance(frame, Frame):
+        raise TypeError(f"frame: expected a carom.Frame, such as run.frames[-1], found {type(frame).__name__}")
+    positions = _rows("frame: positions", frame.positions, (3,))
+    count = len(positions)
+    _rows("frame: velocities", frame.velocities, (3,), count)
+    for name in ("ids", "species", "radii"):
+        if np.shape(getattr(frame, name)) != (count,):
+            raise ValueError(f"frame: expected {name} of the shape ({count},), found {np.shape(getattr(frame, name))}")
+    return _given("frame", frame, _bond(bond), (True, True, False))
+
+
+def given_of_ase(atoms: Any, species: Any, names: Names) -> _carom.Given:
+    """Particles and cell of ``ase.Atoms``."""
+    from ase import Atoms
+    from ase.data import chemical_symbols
+
+    if not isinstance(atoms, Atoms):
+        raise TypeError(f"atoms: expected ase.Atoms, found {type(atoms).__name__}")
+    count = len(atoms)
+    if species is not None:
+        species_names, numbers = _species("species", species, count, names)
+    elif "species_names" in atoms.arrays:
+        species_names, numbers = _species("species_names", atoms.arrays["species_names"], count, names)
+    else:
+        found, numbers = np.unique(atoms.numbers, return_inverse=True)
+        species_names = [chemical_symbols[number] for number in found]
+    # As Frame.to_ase has them; files of ASE have the corner that Carom has written, and positions that are not moved.
+    origin = np.asarray(atoms.info.get("origin", np.zeros(3)), dtype=np.float64).reshape(3)
+    corner = np.asarray(atoms.info.get("Origin", np.zeros(3)), dtype=np.float64).reshape(3) + origin
+    masses = _mass_of_each("atoms", atoms.get_masses(), numbers, species_names) if atoms.has("masses") else None
+    radii = atoms.arrays.get("radii")
+    cell = np.array(atoms.cell)
+    frame = _frame(
+        positions=np.asarray(atoms.positions, dtype=np.float64) + origin,
+        velocities=atoms.get_velocities() if atoms.has("momenta") else None,
+        species_names=species_names,
+        species=numbers,
+        species_masses=masses,
+        radii=radii,
+        lower=corner,
+        size=cell.diagonal(),
+        periodic=np.array(atoms.pbc, dtype=bool),
+        displacement=_displacement("atoms", cell),
+    )
+    return _given("atoms", frame, None, (bool(cell.any()), radii is not None, False))
+
+
+def given_of_gsd(path: str | os.PathLike[str], frame: int, species: Any, bond: str | None, names: Names) -> _carom.Given:
+    """Particles, bonds and box of a frame of a GSD file."""
+    import gsd.hoomd
+
+    file = path_of("path", path)
+    try:
+        with gsd.hoomd.open(str(file), "r") as trajectory:
+            count = len(trajectory)
+            if not -count <= frame < count:
+                raise IndexError(f"frame {frame} of {count} in {file}")
+            at = frame % count
+            snapshot = trajectory[at]
+            # What is not in the file has the default of HOOMD-blue.
+            has = {name: any(trajectory.file.chunk_exists(it, f"particles/{name}") for it in (0, at)) for name in _OPTIONAL}
+    except (OSError, RuntimeError) as error:
+        raise FolderError(f"cannot read {file}: {error}") from error
+    return _given_of_snapshot(snapshot, has, (species, bond), names)
+
+
+_OPTIONAL = ("mass", "diameter", "velocity")
+
+
+def _given_of_snapshot(snapshot: Any, has: Mapping[str, bool], named: tuple[Any, str | None], names: Names) -> _carom.Given:
+    species, bond = named
+    particles, bonds = snapshot.particles, snapshot.bonds
+    edges = np.asarray(snapshot.configuration.box, dtype=np.float64)
+    cell = np.diag(edges[:3])
+    cell[1, 0], cell[2, 0], cell[2, 1] = edges[3] * edges[1], edges[4] * edges[2], edges[5] * edges[2]
+    size, is_plane = edges[:3].copy(), snapshot.configuration.dimensions == 2
+    if is_plane:
+        size[2] = 0.0
+    centre = np.asarray(snapshot.log.get("carom/centre", np.zeros(3)), dtype=np.float64).reshape(3)
+    periodic = np.asarray(snapshot.log.get("carom/periodic", np.ones(3)), dtype=bool).reshape(3) & (size > 0.0)
+    count = int(particles.N)
+    types, kinds = list(particles.types), np.asarray(particles.typeid, dtype=np.int64)
+    if species is not None:
+        types, kinds = _species("species", species, count, names)
+    masses = _mass_of_each("particles", particles.mass, kinds, types) if has["mass"] else None
+    holds = None if not bonds.N else np.asarray(bonds.group, dtype=np.int64)
+    frame = _frame(
+        positions=np.asarray(particles.position, dtype=np.float64) + centre,
+        velocities=particles.velocity if has["velocity"] else None,
+        species_names=types,
+        species=kinds,
+        species_masses=masses,
+        radii=0.5 * np.asarray(particles.diameter, dtype=np.float64) if has["diameter"] else None,
+        lower=centre - 0.5 * size,
+        size=size,
+        periodic=periodic,
+        displacement=_displacement("the box", cell),
+        bonds=holds,
+        bond_names=[] if holds is None else list(bonds.types),
+        bond_kinds=None if holds is None else np.asarray(bonds.typeid, dtype=np.int64),
+    )
+    return _given("particles", frame, _bond(bond), (bool((edges[:3] > 0.0).any()), has["diameter"], False))
+
+
+def given_of_mdanalysis(atoms: Any, species: Any, bond: str | None, names: Names) -> _carom.Given:
+    """Particles, bonds and box of a universe, or of some of its atoms, at its present time."""
+    group = getattr(atoms, "atoms", None)
+    if group is None or not hasattr(group, "universe"):
+        raise TypeError(f"atoms: expected a Universe or an AtomGroup of MDAnalysis, found {type(atoms).__name__}")
+    count, step = len(group), group.universe.trajectory.ts
+    if species is None and not hasattr(group, "types"):
+        raise ValueError("the universe has no types of its atoms: give species")
+    species_names, numbers = _species("species", group.types if species is None else species, count, names)
+    box = None if step.dimensions is None else np.asarray(step.dimensions, dtype=np.float64)
+    has_box = box is not None and bool((box[:3] > 0.0).any())
+    if box is not None and has_box and (np.abs(box[3:] - 90.0) > 1e-3).any():
+        raise ValueError(f"atoms: expected a box with right angles, found angles of {box[3:].tolist()} degrees")
+    size = np.zeros(3) if box is None else box[:3]
+    bonds = None
+    if bond is not None and hasattr(group, "bonds") and len(group.bonds):
+        place = np.full(len(group.universe.atoms), -1, dtype=np.int64)
+        place[group.ix] = np.arange(count)
+        ends = place[np.asarray(group.bonds.to_indices(), dtype=np.int64)]
+        bonds = ends[(ends >= 0).all(axis=1)]
+    frame = _frame(
+        positions=group.positions,
+        velocities=group.velocities if step.has_velocities else None,
+        species_names=species_names,
+        species=numbers,
+        size=size,
+        periodic=size > 0.0,
+        bonds=bonds,
+    )
+    return _given("atoms", frame, _bond(bond), (has_box, False, False))
+
+
+def _frame(
+    *,
+    positions: Any,
+    velocities: Any,
+    species_names: list[str],
+    species: NDArray[np.int64],
+    species_masses: Any = None,
+    radii: Any = None,
+    lower: Any = None,
+    size: Any = None,
+    periodic: Any = None,
+    displacement: float = 0.0,
+    bonds: Any = None,
+    bond_names: list[str] | None = None,
+    bond_kinds: Any = None,
+) -> Frame:
+    """A frame of which some parts are not known."""
+    count = len(positions)
+    return Frame(
+        time=0.0,
+        positions=np.asarray(positions, dtype=np.float64),
+        velocities=np.zeros((count, 3)) if velocities is None else np.asarray(velocities, dtype=np.float64),
+        images=None,
+        ids=np.arange(count, dtype=np.int64),
+        species=species,
+        radii=np.zeros(count) if radii is None else np.asarray(radii, dtype=np.float64),
+        species_names=species_names,
+        species_masses=np.full(len(species_names), np.nan) if species_masses is None else species_masses,
+        lower=np.zeros(3) if lower is None else lower,
+        size=np.zeros(3) if size is None else np.asarray(size, dtype=np.float64),
+        periodic=np.ones(3, dtype=bool) if periodic is None else periodic,
+        displacement=displacement,
+        bonds=np.zeros((0, 2), dtype=np.int64) if bonds is None else bonds,
+        bond_names=bond_names or [],
+        bond_kinds=np.zeros(0, dtype=np.int64) if bond_kinds is None else bond_kinds,
+    )
+
+
+def _given(name: str, frame: Frame, bond: str | None, known: tuple[bool, bool, bool]) -> _carom.Given:
+    """The frame in the compiled part, with whether its box and its radii are known and its z is not."""
+    kinds = {"positions": "f8", "velocities": "f8", "radii": "f8", "species_masses": "f8"}
+    kinds |= {"ids": "i8", "species": "i8", "bonds": "i8", "bond_kinds": "i8"}
+    parts: dict[str, Any] = {it: np.asarray(getattr(frame, it), dtype=kind).tobytes() for it, kind in kinds.items()}
+    images = np.zeros((0, 3)) if frame.images is None else frame.images
+    parts["images"] = np.asarray(images, dtype=np.int32).tobytes()
+    for part in ("lower", "size", "periodic"):
+        parts[part] = np.asarray(getattr(frame, part)).tolist()
+    scalars = {str(it): np.asarray(values, dtype=np.float64).tobytes() for it, values in frame.scalars.items()}
+    parts |= {"scalars": scalars, "time": float(frame.time), "displacement": float(frame.displacement)}
+    parts |= {"species_names": list(frame.species_names), "bond_names": list(frame.bond_names)}
+    return _carom.Given(name, parts, bond, known)
+
+
+def given_again(state: State) -> _carom.Given:
+    """Particles that were pickled."""
+    return _given(*state)
+
+
+def state_of(given: _carom.Given) -> State:
+    """Particles that are to be pickled."""
+    name, parts, bond, (has_box, has_radii, is_plane) = given.parts()
+    return name, Frame._of(parts), bond, (has_box, has_radii, is_plane)
+
+
+def _bond(bond: Any) -> str | None:
+    if bond is not None and not isinstance(bond, str):
+        raise TypeError(f"bond: expected the name of an interaction of the scene, found {type(bond).__name__}")
+    return bond
+
+
+def _array(name: str, value: Any) -> NDArray[Any]:
+    try:
+        return np.asarray(value)
+    except ValueError as error:
+        raise ValueError(f"{name}: expected an array, found rows of unequal lengths") from error
+
+
+def _rows(name: str, value: Any, columns: tuple[int, ...], count: int | None = None) -> NDArray[Any]:
+    """Real numbers in rows, of one of some numbers of columns."""
+    array = _array(name, value)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: expected real numbers, found an array of {array.dtype}")
+    rows = "n" if count is None else str(count)
+    if array.ndim != 2 or array.shape[1] not in columns or (count is not None and len(array) != count):
+        shapes = " or ".join(f"({rows}, {number})" for number in columns)
+        raise ValueError(f"{name}: expected an array of the shape {shapes}, found {array.shape}")
+    if np.ma.is_masked(value):
+        raise ValueError(f"{name}: expected real numbers, found a masked array with numbers that are masked")
+    return array
+
+
+def _in_space(rows: NDArray[Any]) -> NDArray[np.float64]:
+    """Three columns, the last of which is 0 where there are two."""
+    if rows.shape[1] == 3:
+        return rows.astype(np.float64, copy=False)
+    space = np.zeros((len(rows), 3))
+    space[:, :2] = rows
+    return space
+
+
+def _pairs(name: str, value: Any, count: int) -> NDArray[np.int64]:
+    """Numbers of particles in pairs."""
+    array = _array(name, value)
+    if array.size == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    if array.dtype.kind not in "iu":
+        raise TypeError(f"{name}: expected whole numbers, found an array of {array.dtype}")
+    if array.ndim != 2 or array.shape[1] != 2:
+        raise ValueError(f"{name}: expected an array of the shape (m, 2), found {array.shape}")
+    if array.min() < 0 or array.max() >= count:
+        raise ValueError(f"{name}: expected rows of particles, from 0 to {count - 1}, found {array.min()} to {array.max()}")
+    return array.astype(np.int64)
+
+
+def _species(name: str, value: ArrayLike, count: int, names: Names) -> tuple[list[str], NDArray[np.int64]]:
+    """Names of species, and the number among them of the species of each particle."""
+    if isinstance(value, str):
+        return [value], np.zeros(count, dtype=np.int64)
+    array = _array(name, value)
+    if array.shape != (count,):
+        raise ValueError(f"{name}: expected a name, or one of each of {count} particles, found an array of the shape {array.shape}")
+    if array.dtype.kind in "iu":
+        known = names()
+        if not known:
+            raise ValueError(f"{name}: the source lists no species that numbers could mean")
+        wrong = np.flatnonzero((array < 0) | (array >= len(known)))
+        if len(wrong):
+            raise ValueError(f"{name}: particle {wrong[0]} has the number {array[wrong[0]]}, expected one from 0 to {len(known) - 1}")
+        return known, array.astype(np.int64)
+    if count and (array.dtype.kind not in "UO" or not isinstance(array[0], str)):
+        raise TypeError(f"{name}: expected names or numbers of species, found an array of {array.dtype}")
+    return _numbered(name, array)
+
+
+def _numbered(name: str, array: NDArray[Any]) -> tuple[list[str], NDArray[np.int64]]:
+    """Names, each once, and the number of each of an array."""
+    found: list[str] = []
+    numbers = np.full(len(array), -1, dtype=np.int64)
+    first = 0
+    while first < len(array) and len(found) < _FEW_NAMES:
+        numbers[np.asarray(array == array[first])] = len(found)
+        found.append(array[first])
+        left = np.flatnonzero(numbers[first:] < 0)
+        first = len(array) if len(left) == 0 else first + int(left[0])
+    if first < len(array):
+        every = array.tolist()
+        found = list(dict.fromkeys(every))
+        places = {it: place for place, it in enumerate(found)}
+        numbers = np.array([places[it] for it in every], dtype=np.int64)
+    wrong = [it for it in found if not isinstance(it, str)]
+    if wrong:
+        raise TypeError(f"{name}: expected names of species, found {wrong[0]!r} among them")
+    return [str(it) for it in found], numbers
+
+
+def _mass_of_each(name: str, masses: Any, species: NDArray[np.int64], names: list[str]) -> NDArray[np.float64]:
+    """Mass of each species, which all of its particles have; not a number where it is none, as of what is static."""
+    all_masses = np.asarray(masses, dtype=np.float64)
+    of_each = np.full(len(names), np.nan)
+    for number, of_name in enumerate(names):
+        its = all_masses[species == number]
+        if not len(its) or not its[0] > 0.0:
+            continue
+        if (its != its[0]).any():
+            raise ValueError(f"{name}: species `{of_name}` has particles of the masses {its.min()} to {its.max()}, expected one mass")
+        of_each[number] = its[0]
+    return of_each
+
+
+def _displacement(name: str, cell: NDArray[np.float64]) -> float:
+    """How far the next image up of a box is displaced along x; a box that is askew in any other way is refused."""
+    askew = cell - np.diag(cell.diagonal())
+    askew[1, 0] = 0.0
+    if (np.abs(askew) > _SKEW * np.abs(cell).max(initial=0.0)).any() or (cell.diagonal() < 0.0).any():
+        raise ValueError(f"{name}: expected a rectangular box along x, y and z, found the vectors {cell.tolist()}")
+    return float(cell[1, 0]) if abs(cell[1, 0]) > _SKEW * cell[0, 0] else 0.0

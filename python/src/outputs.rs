@@ -1,0 +1,180 @@
+//! What is made of the files of a run: other formats, pictures, movies, pages and proofs.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use carom::Vector;
+use carom::cli::prove_run;
+use carom::io::convert::{ConvertError, Options, convert_watched};
+use carom::io::{Existing, Folder, refuse_input, refuse_link};
+use carom::model::ParticleId;
+use carom::view::movie::{self as movies, Follow, Movie};
+use carom::view::render::{self as images, ColourBy, Style};
+use carom::view::{ViewError, report};
+use pyo3::prelude::*;
+
+use crate::error;
+use crate::run::Watch;
+use crate::writer::format_of;
+
+/// First and last frame.
+type Frames = (u64, Option<u64>);
+
+/// From where: a side, or an azimuth and an elevation in degrees; magnification; whether the box and the ground are drawn.
+type Seen = (Option<[f64; 3]>, Option<[f64; 2]>, f64, bool, bool);
+
+fn existing(force: bool) -> Existing {
+    if force { Existing::Replace } else { Existing::Keep }
+}
+
+/// The trajectory of a run, and whether a file may be made beside it: none of the run's own, nor a link under a name that was not given.
+fn trajectory(run: &Path, out: &Path, is_named: bool) -> PyResult<PathBuf> {
+    if !is_named {
+        refuse_link(out).map_err(|failed| error::output(&failed))?;
+    }
+    refuse_input(out, Folder::files_of(run)).map_err(|failed| error::output(&failed))?;
+    Ok(run.join("trajectory.xyz"))
+}
+
+/// Converts the trajectory of a run; the path that was written, and the number of frames.
+#[pyfunction]
+pub fn convert(
+    py: Python<'_>,
+    run: PathBuf,
+    to: &str,
+    out: Option<PathBuf>,
+    frames: Frames,
+    force: bool,
+) -> PyResult<PathBuf> {
+    let (first, last) = frames;
+    let format = format_of(&run, Some(to))?;
+    let target = out.clone().unwrap_or_else(|| format.target_beside(&run.join("trajectory.xyz")));
+    let source = trajectory(&run, &target, true)?;
+    let mut watch = Watch::new(None);
+    let options = Options { first, last, replace: force };
+    let done = py.detach(|| {
+        convert_watched((&source, format, &target), &options, &mut || watch.tell("converting", 0.0, 0.0, 0))
+    });
+    match (done, watch.raised.take()) {
+        (Err(ConvertError::Interrupted), Some(raised)) => Err(raised),
+        (Err(failed), _) => Err(error::convert(&failed)),
+        (Ok(_), _) => Ok(target),
+    }
+}
+
+/// A style with what is the same for pictures and movies.
+fn style(colour: &str, size: Option<(u32, u32)>, seen: Seen) -> Style {
+    let (from, angles, zoom, has_box, has_ground) = seen;
+    let colour_by = if colour == "speed" { ColourBy::Speed } else { ColourBy::Species };
+    let mut style = Style { colour_by, zoom, has_box, has_ground, ..Style::default() };
+    if let Some((width, height)) = size {
+        style = Style { width, height, is_cut: false, ..style };
+    }
+    if let Some(side) = from {
+        style = Style { from: Some(Vector::from(side)), azimuth: 0.0, ..style };
+    }
+    if let Some([azimuth, elevation]) = angles {
+        style = Style { azimuth, elevation, ..style };
+    }
+    style
+}
+
+/// Draws the frame of a run that is nearest to a time, or the last one.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "all are keywords of one method of Python")]
+pub fn render(
+    py: Python<'_>,
+    run: PathBuf,
+    out: Option<PathBuf>,
+    time: Option<f64>,
+    colour: &str,
+    size: Option<(u32, u32)>,
+    seen: Seen,
+    force: bool,
+) -> PyResult<PathBuf> {
+    let target = out.clone().unwrap_or_else(|| run.join("picture.png"));
+    let source = trajectory(&run, &target, out.is_some())?;
+    let style = style(colour, size, seen);
+    py.detach(|| {
+        let image = images::of_trajectory(&source, time, &style)?;
+        image.write_png(&target, existing(force))
+    })
+    .map_err(|failed| error::report(&failed))?;
+    Ok(target)
+}
+
+/// Draws all frames of a run as a movie.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "all are keywords of one method of Python")]
+pub fn movie(
+    py: Python<'_>,
+    run: PathBuf,
+    out: PathBuf,
+    frames: Frames,
+    pace: (u64, u32, f64),
+    colour: &str,
+    size: (u32, u32),
+    seen: Seen,
+    follow: Option<i64>,
+    force: bool,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<PathBuf> {
+    let ((first, last), (every, fps, turn)) = (frames, pace);
+    let source = trajectory(&run, &out, true)?;
+    // A movie has the size that was asked for.
+    let style = Style { is_cut: Style::default().is_cut, ..style(colour, Some(size), seen) };
+    let follow = follow.map(|id| u32::try_from(id).map_or(Follow::CentreOfMass, |id| Follow::Particle(ParticleId(id))));
+    let movie = Movie { style, frames_per_second: fps, first, last, every, turn, follow };
+    let mut watch = Watch::new(callback);
+    let done = py.detach(|| {
+        movies::write(&source, &out, &movie, existing(force), &mut |progress| {
+            let stage = if progress.is_drawing { "drawing" } else { "reading" };
+            watch.tell(stage, progress.fraction, progress.time, progress.frames)
+        })
+    });
+    match (done, watch.raised.take()) {
+        (Err(ViewError::Interrupted), Some(raised)) => Err(raised),
+        (Err(failed), _) => Err(error::report(&failed)),
+        (Ok(_), _) => Ok(out),
+    }
+}
+
+/// Writes the page of a run.
+#[pyfunction]
+pub fn write_page(py: Python<'_>, run: PathBuf, out: Option<PathBuf>, force: bool) -> PyResult<PathBuf> {
+    let target = out.clone().unwrap_or_else(|| run.join("report.html"));
+    trajectory(&run, &target, out.is_some())?;
+    py.detach(|| report::write(&report::page(&run)?, &target, existing(force)))
+        .map_err(|failed| error::report(&failed))?;
+    Ok(target)
+}
+
+/// Proves events of a run: what the program prints, numbers of the certificate, and why it is none with the cure, if it is none.
+#[pyfunction]
+#[allow(clippy::type_complexity, reason = "a tuple of Python")]
+pub fn verify(
+    py: Python<'_>,
+    run: PathBuf,
+    events: u64,
+    from_events: Option<u64>,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<(String, (bool, u64, u64, f64), Option<(String, Option<String>)>)> {
+    let mut watch = Watch::new(callback);
+    let proof = py.detach(|| {
+        prove_run(&run, (from_events, events), &mut |progress| -> ControlFlow<()> {
+            let stage = if progress.is_proving { "proving" } else { "replaying" };
+            watch.tell(stage, progress.fraction(), 0.0, progress.events)
+        })
+    });
+    if let Some(raised) = watch.raised.take() {
+        return Err(raised);
+    }
+    let in_python = |cure: Option<String>| cure.map(|cure| error::in_python(&cure));
+    let proof =
+        proof.map_err(|failed| error::cured("FolderError", &failed.message(), in_python(failed.cure()).as_deref()))?;
+    let failure = proof.verdict.err().map(|failed| (failed.message(), in_python(failed.cure())));
+    let certificate = &proof.certificate;
+    let numbers =
+        (certificate.is_proven(), certificate.first_event, certificate.counts.events(), certificate.largest_gap);
+    Ok((proof.table, numbers, failure))
+}

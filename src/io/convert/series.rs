@@ -1,0 +1,83 @@
+//! Frames of a program in the formats of other programs, one after the other.
+
+use std::path::Path;
+
+use super::target::Target;
+use super::{ConvertError, FrameError, Moment, Writer, open};
+use crate::model::Format;
+use crate::trajectory::Frame;
+use crate::trajectory::extended_xyz::WriteError;
+
+/// Frames that a program writes one after the other, in the format of another program.
+///
+/// They are written beside the final name, which they get at the end; what is not finished is removed.
+///
+/// ```
+/// use carom::io::convert::FrameSeries;
+/// use carom::model::{Format, Scene};
+/// use carom::trajectory::Frame;
+///
+/// let scene = Scene::from_file("configs/hard_sphere_fluid.toml")?;
+/// # let directory = tempfile::tempdir()?;
+/// # let path = directory.path().join("start.gsd");
+/// let mut series = FrameSeries::create(&path, Format::Gsd, false)?;
+/// series.write(&Frame::start_of(&scene))?;
+/// series.finish()?;
+/// assert!(path.exists());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct FrameSeries {
+    writer: Box<dyn Writer>,
+    target: Target,
+    /// Frames so far.
+    frames: u64,
+}
+
+impl FrameSeries {
+    /// A series that will be in a file, or in a folder where that is what the format has.
+    ///
+    /// # Errors
+    /// [`ConvertError::Exists`] or [`ConvertError::Foreign`] if the target may not be replaced, [`ConvertError::Write`] if it cannot be written.
+    pub fn create(path: &Path, format: Format, replace: bool) -> Result<Self, ConvertError> {
+        let target = Target::claim(path, format, None, replace)?;
+        Ok(Self { writer: open(format, &target, None)?, target, frames: 0 })
+    }
+
+    /// Number of frames that have been written.
+    #[must_use]
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// [`ConvertError::Unwritable`] if the format cannot hold it, [`ConvertError::Write`] if the target cannot be written.
+    pub fn write(&mut self, frame: &Frame) -> Result<(), ConvertError> {
+        let moment = Moment { index: self.frames, frame, has_velocities: true };
+        self.writer.write(&moment).map_err(|error| failed(error, self.frames, self.target.path()))?;
+        self.frames += 1;
+        Ok(())
+    }
+
+    /// Gives the file or folder its name, with all that was written.
+    ///
+    /// # Errors
+    /// [`ConvertError::Write`] if the target cannot be written, [`ConvertError::Exists`] if another one has been made in the meantime.
+    pub fn finish(self) -> Result<(), ConvertError> {
+        let last = self.frames.saturating_sub(1);
+        self.writer.finish().map_err(|error| failed(error, last, self.target.path()))?;
+        self.target.complete()
+    }
+}
+
+/// An error with its place: what failed to be written is the target's fault, all else that of a frame.
+fn failed(error: FrameError, index: u64, target: &Path) -> ConvertError {
+    let path = target.to_owned();
+    match error {
+        FrameError::Io(source) | FrameError::ExtendedXyz(WriteError::Io(source)) => {
+            ConvertError::Write { path, source }
+        }
+        source => ConvertError::Unwritable { path, index, source },
+    }
+}
