@@ -9,7 +9,7 @@ pub mod exhaustion;
 mod failure;
 mod live;
 mod movie;
-pub mod new;
+mod new;
 mod processes;
 mod progress;
 mod render;
@@ -38,6 +38,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, Value
 use clap::{Args, Parser, Subcommand};
 
 pub use failure::Failure;
+pub use new::scenes;
 pub use verify::{Proof, prove_run};
 
 const EXAMPLES: &str = "\

@@ -58,7 +58,7 @@ mod _carom {
     /// Kinds of scenes to start from, each with its text.
     #[pyfunction]
     fn examples() -> HashMap<&'static str, &'static str> {
-        carom::cli::new::scenes().collect()
+        carom::cli::scenes().collect()
     }
 
     #[pymodule_init]
