@@ -21,7 +21,7 @@ _IN_PYTHON = (
 )
 
 #: An option of the program; commands that are for the prompt keep theirs.
-_OPTION = re.compile(r"`carom [^`]*`|(?<![\w-])--(out|force|jobs|until-time|until-events)\b")
+_OPTION = re.compile(r"`carom [^`]*`|(?<![\w-])--(out|force|jobs|until-time|until-events|from-events|events|size|frames|fps)\b")
 
 #: Characters of a line of a message: an array in the wrong place has millions of them.
 _MOST = 240

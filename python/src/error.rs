@@ -169,18 +169,11 @@ pub fn exchange(error: &ExchangeError<OutputError>) -> PyErr {
 }
 
 pub fn report(error: &ViewError) -> PyErr {
-    cured("FolderError", &with_causes(error), error.cure().map(in_python).as_deref())
+    cured("FolderError", &with_causes(error), error.cure())
 }
 
 pub fn convert(error: &ConvertError) -> PyErr {
-    cured("FolderError", &with_causes(error), error.cure().map(in_python).as_deref())
-}
-
-/// A cure with the options of the program as arguments.
-pub fn in_python(cure: &str) -> String {
-    let words = [("--force", "force=True"), ("--from-events", "from_events"), ("with --", "with "), ("or --", "or ")];
-    let cure = words.iter().fold(cure.to_owned(), |cure, (option, argument)| cure.replace(option, argument));
-    cure.replace("choose --", "choose ").replace("smaller --", "smaller ")
+    cured("FolderError", &with_causes(error), error.cure())
 }
 
 /// An error of reading a file of a run.

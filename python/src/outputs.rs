@@ -169,10 +169,8 @@ pub fn verify(
     if let Some(raised) = watch.raised.take() {
         return Err(raised);
     }
-    let in_python = |cure: Option<String>| cure.map(|cure| error::in_python(&cure));
-    let proof =
-        proof.map_err(|failed| error::cured("FolderError", &failed.message(), in_python(failed.cure()).as_deref()))?;
-    let failure = proof.verdict.err().map(|failed| (failed.message(), in_python(failed.cure())));
+    let proof = proof.map_err(|failed| error::cured("FolderError", &failed.message(), failed.cure().as_deref()))?;
+    let failure = proof.verdict.err().map(|failed| (failed.message(), failed.cure()));
     let certificate = &proof.certificate;
     let numbers =
         (certificate.is_proven(), certificate.first_event, certificate.counts.events(), certificate.largest_gap);
