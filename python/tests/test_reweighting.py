@@ -51,7 +51,7 @@ def test_the_curves_are_those_of_pymbar(scene: dict, program: str, tmp_path: Pat
     energies, temperatures = result.potential_energies, result.temperatures
     states = np.concatenate([temperatures, between])
     counts = [energies.shape[1]] * len(temperatures) + [0] * len(between)
-    all_energies = energies.ravel()
+    all_energies = energies.flatten()
     solver = ({"method": "adaptive", "options": {"min_sc_iter": 0}, "tol": 1e-13, "continuation": True},)
     mbar = pymbar.MBAR(all_energies[None] / states[:, None], counts, solver_protocol=solver)
     u, square = (mbar.compute_expectations(x)["mu"][len(temperatures) :] for x in (all_energies, all_energies**2))
