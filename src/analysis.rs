@@ -3,6 +3,7 @@
 pub mod instruments;
 pub mod observables;
 pub mod published;
+pub mod reweighting;
 pub(crate) mod sampling_times;
 pub mod statistics;
 

@@ -2,7 +2,7 @@
 //!
 //! A system that a low temperature holds in one of its states for long is at a high one free to go to others; swaps bring these down. An [`Exchange`]
 //! runs the replicas of a scene that has the table `[exchange]`, in several threads, and has their averages at each temperature with standard errors:
-//! [`ExchangeResults`]. An [`ExchangeFolder`] keeps rows, trajectories and checkpoints, from which it goes on to the same bits.
+//! [`ExchangeResults`], and [`ThermalCurves`] between the temperatures. An [`ExchangeFolder`] keeps rows, trajectories and checkpoints, from which it goes on to the same bits.
 //!
 //! ```
 //! use carom::Vector;
@@ -28,6 +28,8 @@
 //! ```
 
 mod averages;
+mod curves;
+mod equilibrium;
 mod error;
 mod execute;
 mod folder;
@@ -38,6 +40,7 @@ mod summary;
 mod tables;
 mod walk;
 
+pub use curves::{HeatCapacityPeak, PotentialEnergies, ThermalCurves, ThermalPoint};
 pub use error::{ExchangeError, ExchangeFolderError, StartError};
 pub use execute::ExchangeRecorder;
 pub use folder::{ExchangeFolder, Opened};

@@ -205,6 +205,31 @@ class Exchange(InFolder):
         return Table.read(self.folder / "energies.csv")
 
     @cached_property
+    def curves(self) -> Table:
+        """Curves between the temperatures, from the energies at all of them together (MBAR): ``temperature`` `[energy]`, and with their errors, as
+        ``heat_capacity_per_particle_error``, ``potential_energy_per_particle`` `[energy]`, ``heat_capacity_per_particle`` (in units of k_B), ``entropy_per_particle`` and
+        ``reduced_free_energy_per_particle``, the last two less those at the highest temperature.
+
+        Examples
+        --------
+        >>> curves = carom.exchange(pair).curves
+        >>> bool(curves["temperature"][0] == 0.4 and (np.diff(curves["potential_energy_per_particle"]) > 0).all())
+        True
+        """
+        return Table.read(self.folder / "curves.csv")
+
+    @property
+    def warnings(self) -> list[str]:
+        """Why the exchange may not be in equilibrium: temperatures that are frozen, too few round trips; empty where nothing speaks against it.
+
+        Examples
+        --------
+        >>> carom.exchange(pair).warnings
+        []
+        """
+        return list(self.summary.get("warnings", []))
+
+    @cached_property
     def attempts(self) -> Table:
         """Rows of ``exchange.csv``, one for each attempt to swap: ``time``, and at each temperature ``replica_1``, ``potential_1`` and so on.
 

@@ -129,5 +129,5 @@ def test_an_exchange_is_that_of_the_program(program: str, tmp_path: Path) -> Non
     scene.write_text(carom.Scene(PAIR).to_toml())
     subprocess.run([program, "exchange", scene, "--out", tmp_path / "a", "--quiet"], check=True, capture_output=True)
     carom.exchange(scene, tmp_path / "b", jobs=1)
-    for name in ("exchange.csv", "energies.csv", "trajectory-1.xyz"):
+    for name in ("exchange.csv", "energies.csv", "curves.csv", "trajectory-1.xyz"):
         assert filecmp.cmp(tmp_path / "a" / name, tmp_path / "b" / name, shallow=False), name

@@ -22,7 +22,7 @@ const FEWEST_VALUES: usize = 8;
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
 /// A mean with its standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The mean over the whole series.
     pub mean: f64,
@@ -295,6 +295,31 @@ pub fn standard_error(series: &[f64]) -> Option<f64> {
 /// I. A. Stegun, 26.7.5), 0.1 % off at seven of them.
 pub(crate) fn student(freedom: f64) -> f64 {
     1.0 + 0.5 / freedom + 0.25 / (freedom * freedom)
+}
+
+/// How correlated the values of a series are.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Correlation {
+    /// The statistical inefficiency: how many values are worth an independent one; at least one.
+    pub inefficiency: f64,
+    /// By what factor it may be larger, where most of the correlation is as slow as can be seen.
+    pub doubt: f64,
+}
+
+/// How correlated the values of a series are; of constants, not at all. `None` where there is no [`standard_error`] of their mean.
+pub(crate) fn correlation(series: &[f64]) -> Option<Correlation> {
+    let n = series.len() as f64;
+    if series.len() < FEWEST_VALUES {
+        return None;
+    }
+    let mean = series.iter().sum::<f64>() / n;
+    let deviations: Vec<f64> = series.iter().map(|x| x - mean).collect();
+    let variance = deviations.iter().map(|x| x * x).sum::<f64>() / (n - 1.0);
+    if variance.sqrt() <= ROUNDING * mean.abs() {
+        return Some(Correlation { inefficiency: 1.0, doubt: 1.0 });
+    }
+    let density = spectrum::density_at_zero(&deviations, variance)?;
+    Some(Correlation { inefficiency: density.at_zero.max(1.0), doubt: density.doubt })
 }
 
 #[cfg(test)]

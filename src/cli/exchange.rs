@@ -164,7 +164,7 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     report::write(&page, &report::exchange_page_in(path), Existing::Replace)?;
     let complete = if was_there { "It was complete already. " } else { "" };
     super::print(&format!(
-        "{}\n{complete}The files are in {}: summary.json, exchange.csv, energies.csv, exchange.html\n",
+        "{}\n{complete}The files are in {}: summary.json, exchange.csv, energies.csv, curves.csv, exchange.html\n",
         text(summary),
         path.display()
     ))?;
@@ -200,6 +200,11 @@ fn text(summary: &ExchangeSummary) -> String {
     lines.extend(columns(&rows));
     let trips: Vec<String> = results.round_trips.iter().map(u64::to_string).collect();
     lines.push(format!("  round trips of the replicas: {}", trips.join(", ")));
+    lines.extend(summary.heat_capacity_peak.map(|peak| {
+        let [height, at] = [peak.heat_capacity_per_particle, peak.temperature].map(|it| cell(Some(it)));
+        format!("  the heat capacity is highest at T = {at}: {height}")
+    }));
+    lines.extend(summary.warnings.iter().map(|warning| format!("  warning: {warning}")));
     lines.join("\n") + "\n"
 }
 

@@ -88,6 +88,12 @@ impl Averages {
         }
     }
 
+    /// Number of particles that move, and of axes along which they do.
+    pub fn size(&self) -> [f64; 2] {
+        let applicable = self.temperatures.first().map(|at| at.observer.applicable());
+        applicable.map_or([0.0, 0.0], |it| [it.moving as f64, it.dimensions])
+    }
+
     /// Adds an attempt to swap a temperature with the next one.
     pub fn attempt(&mut self, pair: usize, is_swapped: bool) {
         self.swaps[pair].add(if is_swapped { 1.0 } else { 0.0 }, 1.0);

@@ -1,10 +1,11 @@
 //! The folder of an exchange: its tables, a trajectory for each temperature, its checkpoint and its summary.
 
 mod mark;
+mod rows;
 mod size;
 
 use std::fs::{self, File};
-use std::io::{self, BufRead, BufReader};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -30,6 +31,7 @@ use crate::scene::without_limit;
 const SCENE: &str = "scene.toml";
 const ROWS: &str = "exchange.csv";
 const ENERGIES: &str = "energies.csv";
+const CURVES: &str = "curves.csv";
 const CHECKPOINT: &str = "exchange.checkpoint";
 /// The page, which is no longer true of an exchange that goes on to a later end.
 const PAGE: &str = "exchange.html";
@@ -99,7 +101,7 @@ impl ExchangeFolder {
         let path = path.as_ref();
         let mark = mark::locked(path)?;
         let places = scene.exchange().map_or(0, |plan| plan.temperatures.len());
-        let names = [SCENE, ROWS, ENERGIES, CHECKPOINT, PAGE, SUMMARY].map(str::to_owned).into_iter();
+        let names = [SCENE, ROWS, ENERGIES, CURVES, CHECKPOINT, PAGE, SUMMARY].map(str::to_owned).into_iter();
         let names = names.chain(surfaces::names(&scene));
         names.chain((0..places).map(trajectory_of)).try_for_each(|name| plain::refuse_others(path, &name))?;
         let kept = path.join(SCENE);
@@ -131,7 +133,7 @@ impl ExchangeFolder {
         }
         if has_other_end {
             // From here on the results are no longer those of the scene. A process that is killed before it has the new scene comes to the old end again.
-            [SUMMARY, ENERGIES, PAGE].iter().try_for_each(|name| remove(&path.join(name)))?;
+            [SUMMARY, ENERGIES, CURVES, PAGE].iter().try_for_each(|name| remove(&path.join(name)))?;
             write_text(&kept, record)?;
         }
         Ok(Opened::UnderWay(Box::new(Self::resume(path, mark, exchange, &files)?)))
@@ -216,7 +218,7 @@ impl ExchangeFolder {
     /// The files of an exchange that its page is made from, or that it goes on from, whether they are there or not.
     #[must_use]
     pub fn files_of(path: &Path) -> Vec<PathBuf> {
-        [SCENE, ROWS, ENERGIES, CHECKPOINT, SUMMARY].map(|name| path.join(name)).into()
+        [SCENE, ROWS, ENERGIES, CURVES, CHECKPOINT, SUMMARY].map(|name| path.join(name)).into()
     }
 
     /// Gives all files their names and writes the results, `summary.json` last.
@@ -224,11 +226,14 @@ impl ExchangeFolder {
     /// # Errors
     /// [`ExchangeFolderError::Output`] if a file cannot be written; there is no `summary.json` then.
     pub fn complete(mut self, exchange: &Exchange) -> Result<ExchangeSummary, ExchangeFolderError> {
-        let mut summary = ExchangeSummary::of(exchange);
-        let energies = tables::energies(&summary.results);
-        write_text(&self.path.join(ENERGIES), &energies)?;
         self.rows.sync()?;
-        let checksums = [(ENERGIES, checksum(energies.as_bytes())), (ROWS, self.rows.keep(&self.path)?.checksum)];
+        let curves = rows::curves(&PartialFile::present(&self.path.join(ROWS)), exchange)?;
+        let mut summary = ExchangeSummary::of(exchange).with_curves(curves);
+        let (energies, curves) = (tables::energies(&summary.results), tables::curves(&summary.curves));
+        write_text(&self.path.join(ENERGIES), &energies)?;
+        write_text(&self.path.join(CURVES), &curves)?;
+        let [of_energies, of_curves] = [&energies, &curves].map(|text| checksum(text.as_bytes()));
+        let checksums = [(ENERGIES, of_energies), (CURVES, of_curves), (ROWS, self.rows.keep(&self.path)?.checksum)];
         summary.tables = checksums.map(|(name, checksum)| (name.to_owned(), spelled(checksum))).into();
         self.trajectories.iter_mut().try_for_each(PartialFile::sync)?;
         for file in [self.rows].into_iter().chain(self.trajectories) {
@@ -258,6 +263,12 @@ impl ExchangeFolder {
         let energies = text(ENERGIES)?;
         refuse_other(path, ENERGIES, &summary, || Ok(checksum(energies.as_bytes())))?;
         tables::read_energies(&energies, &mut summary.results).map_err(|why| damaged(ENERGIES, why))?;
+        // One of a version that had no curves is complete without them.
+        if summary.tables.contains_key(CURVES) {
+            let curves = text(CURVES)?;
+            refuse_other(path, CURVES, &summary, || Ok(checksum(curves.as_bytes())))?;
+            summary.curves = tables::read_curves(&curves).map_err(|why| damaged(CURVES, why))?;
+        }
         refuse_other(path, ROWS, &summary, || {
             let mut rows = Checked::new(io::sink());
             let copied = File::open(path.join(ROWS)).and_then(|mut file| io::copy(&mut file, &mut rows));
@@ -272,20 +283,7 @@ impl ExchangeFolder {
     /// # Errors
     /// [`ExchangeFolderError::Read`] if the table is missing or damaged.
     pub fn read_places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64, Vec<usize>)>, ExchangeFolderError> {
-        let path = path.join(ROWS);
-        let wrong = |source| ExchangeFolderError::Read { path: path.clone(), source };
-        let lines = BufReader::new(File::open(&path).map_err(wrong)?).lines();
-        let mut places = Vec::new();
-        for (number, line) in lines.enumerate().skip(1).take(rows).step_by(every.max(1)) {
-            let line = line.map_err(wrong)?;
-            let place = tables::places(&line).ok_or_else(|| {
-                let why =
-                    format!("line {}: expected a time, and a replica and an energy for each temperature", number + 1);
-                wrong(io::Error::new(io::ErrorKind::InvalidData, why))
-            })?;
-            places.push(place);
-        }
-        Ok(places)
+        rows::places(&path.join(ROWS), every, rows)
     }
 }
 

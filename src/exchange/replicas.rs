@@ -185,6 +185,11 @@ impl Exchange {
         total.is_some()
     }
 
+    /// Number of particles that move, and of axes along which they do.
+    pub(super) fn size(&self) -> [f64; 2] {
+        self.averages.size()
+    }
+
     /// Attempts before averages begin.
     #[must_use]
     pub fn equilibration(&self) -> u64 {

@@ -1,7 +1,8 @@
-//! The tables of an exchange: `exchange.csv`, a row for each attempt to swap, and `energies.csv`, the populations.
+//! The tables of an exchange: `exchange.csv`, a row for each attempt to swap, `energies.csv`, the populations, and `curves.csv`.
 
 use std::fmt::Write;
 
+use super::curves::ThermalPoint;
 use super::replicas::ExchangeRow;
 use super::results::{ExchangeResults, Population};
 use crate::analysis::statistics::Estimate;
@@ -32,6 +33,49 @@ pub(super) fn places(line: &str) -> Option<(f64, Vec<usize>)> {
     let time = cells.next()?.parse().ok()?;
     let replicas = cells.step_by(2).map(|cell| cell.parse::<usize>().ok()?.checked_sub(1));
     Some((time, replicas.collect::<Option<_>>()?))
+}
+
+/// Reads the potential energies of a line into `energies`; says whether they are there.
+pub(super) fn potential(line: &str, energies: &mut Vec<f64>) -> bool {
+    energies.clear();
+    let mut cells = line.split(',').skip(2).step_by(2).map(str::parse::<f64>);
+    cells.all(|cell| cell.map(|energy| energies.push(energy)).is_ok())
+}
+
+/// The first line of `curves.csv`.
+fn heads_of_curves() -> String {
+    let names = ThermalPoint::default().quantities().map(|(name, _)| format!(",{name},{name}_error"));
+    format!("temperature{}", names.concat())
+}
+
+/// `curves.csv`.
+pub(super) fn curves(points: &[ThermalPoint]) -> String {
+    let mut text = heads_of_curves() + "\n";
+    for point in points {
+        text.push_str(&Cell(Some(point.temperature)).to_string());
+        for (_, it) in point.quantities() {
+            // Writing to a string cannot fail.
+            let _ = write!(text, ",{},{}", Cell(Some(it.mean)), Cell(it.standard_error));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Reads the curves back; otherwise says what is wrong.
+pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
+    let (mut lines, heads) = (text.lines(), heads_of_curves());
+    if lines.next() != Some(heads.as_str()) {
+        return Err(format!("line 1: expected `{heads}`"));
+    }
+    let point = |(number, line): (usize, &str)| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let cell = |at: usize| cells.get(at).and_then(|cell| cell.parse::<f64>().ok());
+        let estimate = |at: usize| Some(Estimate { mean: cell(2 * at + 1)?, standard_error: cell(2 * at + 2) });
+        let point = || Some(ThermalPoint::new(cell(0)?, &[estimate(0)?, estimate(1)?, estimate(2)?, estimate(3)?]));
+        point().ok_or_else(|| format!("line {number}: expected a temperature, and numbers with their errors"))
+    };
+    (2..).zip(lines).map(point).collect()
 }
 
 const HEADS: &str = "temperature,energy,width,population,population_error";

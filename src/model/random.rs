@@ -19,6 +19,8 @@ pub(crate) enum Purpose {
     Exchange,
     /// Thermal surfaces.
     Surface,
+    /// Samples that are drawn again for errors.
+    Bootstrap,
 }
 
 impl Purpose {
@@ -28,6 +30,7 @@ impl Purpose {
         match self {
             Self::Growth => (1 << 63) + group as u64,
             Self::Exchange => (1 << 62) + group as u64,
+            Self::Bootstrap => (1 << 61) + group as u64,
             Self::Surface => (1 << 42) + 4 * group as u64 + 3,
             _ => 4 * group as u64 + self as u64,
         }
@@ -139,6 +142,7 @@ mod tests {
         assert_eq!(first_four.map(|purpose| purpose.stream(3)), [12, 13, 14, 15]);
         assert_eq!([Purpose::Growth, Purpose::Exchange].map(|it| it.stream(3)), [(1 << 63) + 3, (1 << 62) + 3]);
         assert_eq!(Purpose::Surface.stream(3), (1 << 42) + 15);
+        assert_eq!(Purpose::Bootstrap.stream(3), (1 << 61) + 3);
     }
 
     #[test]

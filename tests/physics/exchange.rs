@@ -1,10 +1,11 @@
 //! Replica exchange of systems whose populations are known exactly: two particles in a square well, and a chain of four.
 
 use std::f64::consts::PI;
+use std::ops::ControlFlow;
 
 use carom::Vector;
 use carom::analysis::statistics::Estimate;
-use carom::exchange::{Exchange, ExchangeResults};
+use carom::exchange::{Exchange, ExchangeResults, PotentialEnergies, ThermalCurves};
 use carom::model::exchange_plan::ExchangePlan;
 use carom::model::{Limit, Potential, RunPlan, Scene, Space};
 use carom::scene::SceneBuilder;
@@ -21,9 +22,57 @@ fn scene(builder: SceneBuilder, seed: u64, temperatures: &[f64], interval: f64, 
 }
 
 fn results(scene: Scene) -> ExchangeResults {
-    let results = Exchange::new(scene).unwrap().finish().unwrap().results();
+    results_and_curves(scene).0
+}
+
+fn results_and_curves(scene: Scene) -> (ExchangeResults, ThermalCurves) {
+    let mut energies = PotentialEnergies::default();
+    let watch = &mut |_| ControlFlow::Continue(());
+    let exchange = Exchange::new(scene).unwrap().execute(2, &mut energies, watch).unwrap();
+    let results = exchange.results();
     assert_eq!(results.faults, [""; 0]);
-    results
+    (results, energies.curves(&exchange))
+}
+
+/// Mean and variance of the energy and the logarithm of the partition function of levels `-k DEPTH` that have known volumes.
+fn moments(volumes: &[f64], temperature: f64) -> [f64; 3] {
+    let weights: Vec<f64> = (0..).zip(volumes).map(|(k, it)| it * (DEPTH * f64::from(k) / temperature).exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    let mean =
+        |power: i32| (0..).zip(&weights).map(|(k, it)| it * (-DEPTH * f64::from(k)).powi(power)).sum::<f64>() / sum;
+    [mean(1), mean(2) - mean(1) * mean(1), sum.ln()]
+}
+
+/// Compares curves with those of levels `-k DEPTH` that have known volumes, at all temperatures, and returns the largest deviation in standard errors.
+fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f64]) -> f64 {
+    let highest = curves.points.last().unwrap().temperature;
+    let [top_mean, _, top_log] = moments(volumes, highest);
+    let heat_capacity = |t: f64| 1.5 + moments(volumes, t)[1] / (particles * t * t);
+    let mut largest: f64 = 0.0;
+    for point in &curves.points {
+        let t = point.temperature;
+        let [mean, _, log] = moments(volumes, t);
+        let log_ratio = (log - top_log) / particles + 1.5 * (t / highest).ln();
+        let entropy = log_ratio + (mean / t - top_mean / highest) / particles;
+        let expected = [mean / particles, heat_capacity(t), entropy, -log_ratio];
+        for ((name, measured), expected) in point.quantities().into_iter().zip(expected) {
+            // Of what is zero by definition.
+            if t == highest && expected == 0.0 {
+                assert_eq!(measured.mean, 0.0, "{name}");
+                continue;
+            }
+            let deviation = deviation(measured, expected);
+            assert!(deviation.abs() < 3.0, "{name} at {t}: {measured:?}, expected {expected}");
+            largest = largest.max(deviation.abs());
+        }
+    }
+    if let Some(peak) = curves.peak {
+        let near = |k: u32| curves.points[0].temperature + f64::from(k) * 1e-4;
+        let expected = (0..10_000).map(near).max_by(|a, b| heat_capacity(*a).total_cmp(&heat_capacity(*b))).unwrap();
+        assert!(deviation(peak.temperature, expected).abs() < 3.0, "{peak:?}, expected {expected}");
+        assert!(deviation(peak.heat_capacity_per_particle, heat_capacity(expected)).abs() < 3.0, "{peak:?}");
+    }
+    largest
 }
 
 /// Two particles of unequal masses with a square well.
@@ -60,7 +109,11 @@ fn population(results: &ExchangeResults, place: usize, energy: f64) -> Estimate 
 
 #[test]
 fn two_particles_in_a_well_have_their_exact_populations() {
-    let results = results(scene(pair(), 1, &TEMPERATURES, 2.0, 20_000));
+    let (results, curves) = results_and_curves(scene(pair(), 1, &TEMPERATURES, 2.0, 20_000));
+    let [bound_volume, free_volume] = [bound(1.0) * (-DEPTH).exp(), 1.0 - bound(1.0)];
+    let largest = refuse_other_curves(&curves, 2.0, &[free_volume, bound_volume]);
+    println!("a pair, the largest deviation of a curve: {largest:.2}");
+    assert_eq!((curves.peak, results.warnings()), (None, Vec::<String>::new()));
     for (place, temperature) in TEMPERATURES.into_iter().enumerate() {
         let p = bound(temperature);
         let of = |name: &str| results.temperatures[place].observables[name];
@@ -181,7 +234,9 @@ fn a_chain_of_four_has_the_populations_of_its_volumes() {
         let builder = builder.particle("bead", Vector::new(1.0 + 1.1 * f64::from(bead), 4.0, 4.0), Vector::zeros());
         if bead > 0 { builder.bond(bead - 1, bead, "bond") } else { builder }
     });
-    let results = results(scene(builder, 5, &temperatures, 2.0, 12_000));
+    let (results, curves) = results_and_curves(scene(builder, 5, &temperatures, 2.0, 12_000));
+    let largest = refuse_other_curves(&curves, 4.0, &volumes);
+    println!("a chain of four, the largest deviation of a curve: {largest:.2}");
     for (place, temperature) in temperatures.into_iter().enumerate() {
         let depth = |wells: u32| DEPTH * f64::from(wells);
         let weights: Vec<f64> = (0..4).zip(&volumes).map(|(n, it)| it * (depth(n) / temperature).exp()).collect();
@@ -198,4 +253,32 @@ fn a_chain_of_four_has_the_populations_of_its_volumes() {
             );
         }
     }
+}
+
+#[test]
+fn errors_of_curves_are_those_of_the_scatter_of_seeds() {
+    let mut squares = [0.0; 2];
+    let seeds = 24;
+    for seed in 1..=seeds {
+        let (_, curves) = results_and_curves(scene(pair(), seed, &TEMPERATURES, 2.0, 500));
+        let point = curves.points.iter().find(|point| point.temperature > 0.5).unwrap();
+        let t = point.temperature;
+        let (p, n) = (bound(t), 2.0);
+        let expected = [-DEPTH * p / n, 1.5 + DEPTH * DEPTH * p * (1.0 - p) / (n * t * t)];
+        for ((square, (_, it)), expected) in squares.iter_mut().zip(point.quantities()).zip(expected) {
+            *square += deviation(it, expected).powi(2);
+        }
+    }
+    // Of independent deviates 1 +- sqrt(2 / 24).
+    let means = squares.map(|sum| sum / seeds as f64);
+    assert!(means.iter().all(|mean| (0.4..1.9).contains(mean)), "{means:?}");
+}
+
+/// A temperature at which the pair never unbinds.
+#[test]
+fn a_frozen_temperature_is_named() {
+    let results = results(scene(pair(), 1, &[0.02, 40.0], 0.5, 60));
+    let warnings = results.warnings();
+    assert!(warnings.iter().any(|it| it.starts_with("frozen at T = 0.02")), "{warnings:?}");
+    assert!(warnings.iter().any(|it| it.starts_with("equilibrium is not shown")), "{warnings:?}");
 }

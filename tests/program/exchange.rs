@@ -67,6 +67,7 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
     let folder = "runs/chain-exchange";
     let expected = [
         ".exchange",
+        "curves.csv",
         "energies.csv",
         "exchange.checkpoint",
         "exchange.csv",

@@ -133,6 +133,8 @@ fn no_exchange_writes_through_a_link() {
         "exchange.csv",
         "energies.csv",
         "energies.csv.partial",
+        "curves.csv",
+        "curves.csv.partial",
         "trajectory-2.xyz.partial",
         "exchange.html",
         "scene.toml",

@@ -10,7 +10,7 @@ use super::{Page, scene_text, shell, verdict};
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::Estimate;
 use crate::base::text::{digits, plural, unit};
-use crate::exchange::{ExchangeFolder, ExchangeFolderError, ExchangeSummary, TemperatureResult};
+use crate::exchange::{ExchangeFolder, ExchangeFolderError, ExchangeSummary, TemperatureResult, ThermalPoint};
 
 /// Rows of which replica paths are drawn at most, and from how many of all that are chosen: those of some round trips.
 const MOST_ROWS: u64 = 120;
@@ -28,6 +28,9 @@ const LONG: f64 = 10.0;
 /// Heat capacity, which follows from fluctuations and has its place beside the observables.
 const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
+/// Caption of curves between the temperatures.
+const TOGETHER: &str = "Curve: from the energies at all temperatures together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
+
 /// Quantities that an exchange is mostly about; all else follows.
 const FIRST: [&str; 3] = ["temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
 
@@ -42,8 +45,12 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     let scene = std::fs::read_to_string(ExchangeFolder::scene_of(folder)).unwrap_or_default();
     let results = &summary.results;
     let verdict = verdict(&results.faults);
+    let state = match summary.warnings.is_empty() {
+        true => "<span class=\"verdict sound\">✓ mixed</span>",
+        false => "<span class=\"verdict failed\">✗ equilibrium not shown</span>",
+    };
     let heading = format!(
-        "<h1>{} {verdict}</h1>\n<p class=\"subtitle\">Replica exchange of {} at {}</p>\n<p class=\"facts\">seed {} · {} · carom {}</p>\n",
+        "<h1>{} {verdict} {state}</h1>\n<p class=\"subtitle\">Replica exchange of {} at {}</p>\n<p class=\"facts\">seed {} · {} · carom {}</p>\n",
         escape(&summary.scene),
         plural(summary.particles as u64, "particle"),
         plural(results.temperatures.len() as u64, "temperature"),
@@ -59,7 +66,19 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
         ("scene", "The scene", scene_text(again, &scene)),
     ];
     let notes = results.faults.clone();
-    Ok(Page { html: shell(&summary.scene, &heading, &super::notes(&notes), &sections), notes })
+    let above = warnings(&summary.warnings) + &super::notes(&notes);
+    Ok(Page { html: shell(&summary.scene, &heading, &above, &sections), notes })
+}
+
+/// Why the exchange may not be in equilibrium.
+fn warnings(warnings: &[String]) -> String {
+    if warnings.is_empty() {
+        return String::new();
+    }
+    let items: String = warnings.iter().map(|warning| format!("<li>{}</li>\n", escape(warning))).collect();
+    format!(
+        "<aside class=\"notes\" aria-label=\"Equilibrium\">\n<p>It may not be in equilibrium:</p>\n<ul>\n{items}</ul>\n</aside>\n"
+    )
 }
 
 /// Rows that are drawn: every N-th, up to a last one.
@@ -132,8 +151,17 @@ fn temperatures(summary: &ExchangeSummary) -> String {
     let caption =
         format!("Averages over {} attempts to swap, a time of {}", results.attempts, digits(results.duration));
     table(&caption, &heads, &rows)
+        + &peak(summary)
         + "<p class=\"aside\">Averages of a temperature are over whichever replica was there. The heat capacity is that at constant volume, in units of k_B: D / 2 \
            and the fluctuations of the potential energy. The same numbers are in <code>summary.json</code>.</p>\n"
+}
+
+/// The sentence on the maximum of the heat capacity; empty without one.
+fn peak(summary: &ExchangeSummary) -> String {
+    summary.heat_capacity_peak.map_or_else(String::new, |peak| {
+        let [height, at] = [peak.heat_capacity_per_particle, peak.temperature].map(|it| mean(Some(it)));
+        format!("<p>Between the temperatures, the heat capacity per particle is highest at T = {at}: {height}.</p>\n")
+    })
 }
 
 fn swaps(summary: &ExchangeSummary) -> String {
@@ -159,6 +187,7 @@ fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     let of_quantities = quantities(summary).into_iter().filter(|(name, _)| *name != "temperature");
     let figures = of_quantities.filter_map(|(name, unit)| against_temperature(summary, name, &unit, is_logarithmic));
     let others = [acceptance(summary, is_logarithmic), populations(summary), paths(summary, places, is_logarithmic)];
+    let figures = figures.chain(entropy(summary, is_logarithmic));
     let figures: String = figures.chain(others.into_iter().flatten()).collect();
     format!("<div class=\"plots\">\n{figures}</div>\n")
 }
@@ -178,8 +207,32 @@ fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_log
     let temperatures = summary.results.temperatures.iter().map(|at| at.temperature);
     let points = temperatures.zip(means()).map(|(x, it)| dot(x, it?)).collect();
     let titles = ["temperature [energy]".to_owned(), quantity(&words(name), unit)];
-    let curves = measured_curve(&capitalised(&words(name)), titles, is_logarithmic, points);
-    curves_figure(&curves.label, &curves, "Error bars: standard errors.")
+    let mut curves = measured_curve(&capitalised(&words(name)), titles, is_logarithmic, points);
+    let between = between(summary, name);
+    if between.is_empty() {
+        return curves_figure(&curves.label, &curves, "Error bars: standard errors.");
+    }
+    curves.lines[0].label = "at each temperature".to_owned();
+    let label = "from all temperatures together".to_owned();
+    curves.lines.push(Line { label, points: between, ..Line::default() });
+    curves_figure(&curves.label, &curves, TOGETHER)
+}
+
+/// The points of a curve between the temperatures, of those quantities that have one.
+fn between(summary: &ExchangeSummary, name: &str) -> Vec<Option<Dot>> {
+    let point = |point: &ThermalPoint| {
+        let (_, it) = point.quantities().into_iter().find(|(own, _)| *own == name)?;
+        dot(point.temperature, it)
+    };
+    let points: Vec<Option<Dot>> = summary.curves.iter().map(point).collect();
+    if points.iter().any(Option::is_some) { points } else { Vec::new() }
+}
+
+fn entropy(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String> {
+    let titles = ["temperature [energy]".to_owned(), "entropy per particle".to_owned()];
+    let points = between(summary, "entropy_per_particle");
+    let curves = measured_curve("Entropy per particle", titles, is_logarithmic, points);
+    curves_figure(&curves.label, &curves, &format!("Less that at the highest temperature, in units of k_B. {TOGETHER}"))
 }
 
 /// A curve against temperature.

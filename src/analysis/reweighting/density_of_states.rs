@@ -1,0 +1,235 @@
+//! The density of states that energies at several temperatures determine together.
+
+/// Steps of Newton's method, and halvings of a step that leads too far; a few of both are usual.
+const MOST_STEPS: usize = 100;
+const MOST_HALVINGS: u32 = 30;
+
+/// The last step of Newton's method in a logarithm of a partition function: the error that is left is of the order of its square.
+const LAST_STEP: f64 = 1e-9;
+
+/// Relative rounding error of the function that is made least.
+const ROUNDING: f64 = 1e-12;
+
+/// Samples that two groups of temperatures share at least. The variance of the difference of their free energies, over the temperature, is one over this: with
+/// less it would be uncertain by more than one.
+const LEAST_SHARED: f64 = 1.0;
+
+/// Histograms of the potential energy at several temperatures, together.
+///
+/// Of the samples of all temperatures only the sum of their histograms matters: it is a sufficient statistic of the density of states.
+#[derive(Debug, Clone, Copy)]
+pub struct MultiHistogram<'h> {
+    /// The temperatures `[energy]`.
+    pub temperatures: &'h [f64],
+    /// Number of samples at each of them.
+    pub samples: &'h [f64],
+    /// The levels of the energy `[energy]`.
+    pub energies: &'h [f64],
+    /// Number of samples of all temperatures in each level.
+    pub counts: &'h [f64],
+}
+
+/// The density of states of the potential energy, `g(E)`, but for a factor: what the samples at all temperatures say of it together.
+///
+/// With `N_k` samples at the temperature `T_k`, and `H(E)` samples of all temperatures in the level `E`,
+/// `g(E) = H(E) / sum_k N_k exp(f_k - E / T_k)` with the free energies `exp(-f_k) = sum_E g(E) exp(-E / T_k)`.
+///
+/// These equations are those of the multi-histogram method: A. M. Ferrenberg and R. H. Swendsen, Phys. Rev. Lett. 63, 1195 (1989),
+/// [doi:10.1103/PhysRevLett.63.1195](https://doi.org/10.1103/PhysRevLett.63.1195). With a level for each energy that occurs, and so for stepped potentials, they are
+/// the estimator MBAR: M. R. Shirts and J. D. Chodera, J. Chem. Phys. 129, 124105 (2008),
+/// [doi:10.1063/1.2978177](https://doi.org/10.1063/1.2978177).
+#[doc(alias = "WHAM")]
+#[doc(alias = "MBAR")]
+#[derive(Debug, Clone, PartialEq)]
+pub struct DensityOfStates {
+    energies: Vec<f64>,
+    /// Of the energies within each level.
+    variances: Vec<f64>,
+    /// Logarithm of the density of states of each level; minus infinity where there is no sample.
+    logarithms: Vec<f64>,
+    /// `f_k`, that of the first temperature being zero.
+    free_energies: Vec<f64>,
+}
+
+/// Moments of the potential energy in the canonical ensemble.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moments {
+    /// Logarithm of the configurational partition function, `ln sum_E g(E) exp(-E / T)`, but for a constant.
+    pub log_partition: f64,
+    /// `<U>` `[energy]`.
+    pub mean: f64,
+    /// `<(U - <U>)^2>` `[energy^2]`.
+    pub variance: f64,
+}
+
+/// The function that is made least, with its derivatives along all free energies but the first.
+struct Expansion {
+    value: f64,
+    gradient: Vec<f64>,
+    /// The lower triangle, row by row.
+    hessian: Vec<Vec<f64>>,
+}
+
+impl MultiHistogram<'_> {
+    /// Solves the equations by Newton's method, from free energies near the solution: the minimum of the convex function
+    /// `sum_E H(E) ln sum_k N_k exp(f_k - E / T_k) - sum_k N_k f_k`.
+    ///
+    /// `None` where the energies at some of the temperatures do not overlap with those at the others, so that nothing is known of the difference of their free energies, or where there are
+    /// no samples.
+    #[must_use]
+    pub fn solve(&self, start: &[f64]) -> Option<DensityOfStates> {
+        let first = start.first()?;
+        let mut free_energies: Vec<f64> = start.iter().map(|f| f - first).collect();
+        let mut here = self.expansion(&free_energies);
+        for _ in 0..MOST_STEPS {
+            let (mut step, is_determined) = downhill(here.hessian, &here.gradient);
+            let length = step.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let (mut next, mut there) = self.beyond(&free_energies, &step);
+            for _ in 0..MOST_HALVINGS {
+                if there.value <= here.value + ROUNDING * here.value.abs() {
+                    break;
+                }
+                step.iter_mut().for_each(|x| *x *= 0.5);
+                (next, there) = self.beyond(&free_energies, &step);
+            }
+            (free_energies, here) = (next, there);
+            if length <= LAST_STEP {
+                return is_determined.then(|| self.density(free_energies));
+            }
+        }
+        None
+    }
+
+    /// Free energies to begin with, from the mean energy at each temperature: `df / d(1/T) = <U>` by the trapezoidal rule.
+    #[must_use]
+    pub fn start(temperatures: &[f64], means: &[f64]) -> Vec<f64> {
+        let mut free_energies = vec![0.0; temperatures.len().min(1)];
+        let mut last = 0.0;
+        for (pair, means) in temperatures.windows(2).zip(means.windows(2)) {
+            last += 0.5 * (means[0] + means[1]) * (pair[1].recip() - pair[0].recip());
+            free_energies.push(last);
+        }
+        free_energies
+    }
+
+    fn beyond(&self, free_energies: &[f64], step: &[f64]) -> (Vec<f64>, Expansion) {
+        let steps = std::iter::once(0.0).chain(step.iter().copied());
+        let next: Vec<f64> = free_energies.iter().zip(steps).map(|(f, step)| f + step).collect();
+        let expansion = self.expansion(&next);
+        (next, expansion)
+    }
+
+    /// For each temperature `ln N_k + f_k`, which is minus infinity without samples.
+    fn offsets(&self, free_energies: &[f64]) -> Vec<f64> {
+        self.samples.iter().zip(free_energies).map(|(samples, f)| libm::log(*samples) + f).collect()
+    }
+
+    /// Writes `ln N_k + f_k - E / T_k` into `terms`, and returns the logarithm of the sum of their exponentials.
+    fn terms(&self, offsets: &[f64], energy: f64, terms: &mut [f64]) -> f64 {
+        for ((term, offset), temperature) in terms.iter_mut().zip(offsets).zip(self.temperatures) {
+            *term = offset - energy / temperature;
+        }
+        log_sum(terms)
+    }
+
+    fn expansion(&self, free_energies: &[f64]) -> Expansion {
+        let count = free_energies.len();
+        let offsets = self.offsets(free_energies);
+        let mut terms = vec![0.0; count];
+        let mut value = -self.samples.iter().zip(free_energies).map(|(samples, f)| samples * f).sum::<f64>();
+        let mut gradient: Vec<f64> = self.samples.iter().skip(1).map(|samples| -samples).collect();
+        let mut hessian: Vec<Vec<f64>> = (1..count).map(|length| vec![0.0; length]).collect();
+        for (energy, samples) in self.energies.iter().zip(self.counts).filter(|(_, samples)| **samples > 0.0) {
+            let sum = self.terms(&offsets, *energy, &mut terms);
+            value += samples * sum;
+            // The probabilities that a sample of this level is one of each temperature.
+            terms.iter_mut().for_each(|term| *term = libm::exp(*term - sum));
+            for (row, own) in terms[1..].iter().enumerate().filter(|(_, own)| **own > 0.0) {
+                gradient[row] += samples * own;
+                hessian[row].iter_mut().zip(&terms[1..]).for_each(|(it, other)| *it -= samples * own * other);
+                hessian[row][row] += samples * own;
+            }
+        }
+        Expansion { value, gradient, hessian }
+    }
+
+    fn density(&self, free_energies: Vec<f64>) -> DensityOfStates {
+        let offsets = self.offsets(&free_energies);
+        let mut terms = vec![0.0; free_energies.len()];
+        let logarithm = |(energy, samples): (&f64, &f64)| {
+            let sum = self.terms(&offsets, *energy, &mut terms);
+            if *samples > 0.0 { libm::log(*samples) - sum } else { f64::NEG_INFINITY }
+        };
+        let logarithms = self.energies.iter().zip(self.counts).map(logarithm).collect();
+        let energies = self.energies.to_vec();
+        DensityOfStates { variances: vec![0.0; energies.len()], energies, logarithms, free_energies }
+    }
+}
+
+impl DensityOfStates {
+    /// Takes into account that the energies of a level differ: their variance in each, `[energy^2]`.
+    #[must_use]
+    pub fn with_variances(mut self, variances: &[f64]) -> Self {
+        self.variances = variances.to_vec();
+        self
+    }
+
+    /// `f_k` at the temperatures of the samples, those over the temperature, without the part of the velocities; zero at the first.
+    #[must_use]
+    pub fn free_energies(&self) -> &[f64] {
+        &self.free_energies
+    }
+
+    /// The levels, with the logarithm of the density of states of each: minus infinity where there is no sample.
+    pub fn levels(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.energies.iter().copied().zip(self.logarithms.iter().copied())
+    }
+
+    /// Moments of the potential energy at a temperature `[energy]`, one of the samples or any other.
+    #[must_use]
+    pub fn at(&self, temperature: f64) -> Moments {
+        let exponents = || self.levels().map(|(energy, logarithm)| logarithm - energy / temperature);
+        let most = exponents().fold(f64::NEG_INFINITY, f64::max);
+        let weights: Vec<f64> = exponents().map(|exponent| libm::exp(exponent - most)).collect();
+        let sum: f64 = weights.iter().sum();
+        let mean = weights.iter().zip(&self.energies).map(|(weight, energy)| weight * energy).sum::<f64>() / sum;
+        let square = |(energy, variance): (&f64, &f64)| (energy - mean) * (energy - mean) + variance;
+        let squares = self.energies.iter().zip(&self.variances).map(square);
+        let variance = weights.iter().zip(squares).map(|(weight, square)| weight * square).sum::<f64>() / sum;
+        Moments { log_partition: most + libm::log(sum), mean, variance }
+    }
+}
+
+/// The logarithm of a sum of exponentials.
+fn log_sum(terms: &[f64]) -> f64 {
+    let most = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    most + libm::log(terms.iter().map(|term| libm::exp(term - most)).sum())
+}
+
+/// The step of Newton's method, by Cholesky's decomposition of a matrix of which there is the lower triangle, and whether the samples determine it. Where they do not, it leads
+/// downhill still.
+fn downhill(mut matrix: Vec<Vec<f64>>, gradient: &[f64]) -> (Vec<f64>, bool) {
+    let count = gradient.len();
+    let mut is_determined = true;
+    for row in 0..count {
+        let (done, rest) = matrix.split_at_mut(row);
+        let own = &mut rest[0];
+        for (column, other) in done.iter().enumerate() {
+            let sum: f64 = own[..column].iter().zip(&other[..column]).map(|(a, b)| a * b).sum();
+            own[column] = (own[column] - sum) / other[column];
+        }
+        let pivot = own[row] - own[..row].iter().map(|x| x * x).sum::<f64>();
+        is_determined &= pivot >= LEAST_SHARED;
+        own[row] = pivot.max(LEAST_SHARED).sqrt();
+    }
+    let mut step = vec![0.0; count];
+    for row in 0..count {
+        let sum: f64 = matrix[row][..row].iter().zip(&step).map(|(a, b)| a * b).sum();
+        step[row] = (-gradient[row] - sum) / matrix[row][row];
+    }
+    for row in (0..count).rev() {
+        let sum: f64 = (row + 1..count).map(|below| matrix[below][row] * step[below]).sum();
+        step[row] = (step[row] - sum) / matrix[row][row];
+    }
+    (step, is_determined)
+}

@@ -1,0 +1,209 @@
+//! Histograms of the potential energy of all temperatures together, in blocks of time.
+
+use super::density_of_states::MultiHistogram;
+
+/// More energies than these are put into as many bins of even width.
+const MOST_LEVELS: usize = 4096;
+
+/// Energies are the same level where they differ by less than this part of themselves: rounding of their sums.
+const SAME: f64 = 1e-9;
+
+/// There are no more blocks than these, of as many rows each.
+const MOST_BLOCKS: u64 = 512;
+
+/// The levels of the energies that occur: the first of two passes through them.
+///
+/// Energies of stepped potentials are few, and each is a level. Of energies that are continuous, or too many, there are 4096 bins of even width.
+#[derive(Debug, Clone, Default)]
+pub struct EnergyLevels {
+    /// In ascending order; of bins, their lower edges.
+    levels: Vec<f64>,
+    /// Width of the bins; `None` for levels.
+    width: Option<f64>,
+    ends: Option<[f64; 2]>,
+    rows: u64,
+}
+
+impl EnergyLevels {
+    /// Looks at the energies at all temperatures at a time `[energy]`.
+    pub fn see(&mut self, energies: &[f64]) {
+        self.rows += 1;
+        for energy in energies.iter().copied().filter(|energy| energy.is_finite()) {
+            let [least, most] = self.ends.unwrap_or([energy, energy]);
+            self.ends = Some([least.min(energy), most.max(energy)]);
+            if self.levels.len() <= MOST_LEVELS
+                && let Err(place) = self.find(energy)
+            {
+                self.levels.insert(place, energy);
+            }
+        }
+    }
+
+    /// The level of an energy, or the place where it belongs.
+    fn find(&self, energy: f64) -> Result<usize, usize> {
+        let tolerance = SAME * energy.abs();
+        let place = self.levels.partition_point(|level| *level < energy - tolerance);
+        let is_it = self.levels.get(place).is_some_and(|level| *level <= energy + tolerance);
+        if is_it { Ok(place) } else { Err(place) }
+    }
+
+    /// Makes bins of levels that are too many.
+    fn closed(mut self) -> Self {
+        if let Some([least, most]) = self.ends.filter(|_| self.levels.len() > MOST_LEVELS) {
+            let width = (most - least) / MOST_LEVELS as f64;
+            self.levels = (0..MOST_LEVELS).map(|bin| least + bin as f64 * width).collect();
+            self.width = Some(width);
+        }
+        self
+    }
+
+    /// The level or bin of an energy that was seen.
+    fn place(&self, energy: f64) -> usize {
+        match self.width {
+            Some(_) => self.levels.partition_point(|edge| *edge <= energy).saturating_sub(1),
+            None => self.find(energy).unwrap_or_else(|place| place.min(self.levels.len() - 1)),
+        }
+    }
+}
+
+/// A block of time.
+#[derive(Debug, Clone)]
+struct Block {
+    rows: u64,
+    /// Samples of all temperatures in each level.
+    counts: Vec<u32>,
+    /// Sum of the energies at each temperature.
+    sums: Vec<f64>,
+}
+
+/// Sums over the samples of a level: how many there are, and of their deviations from what stands for it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Spread {
+    count: f64,
+    sum: f64,
+    squares: f64,
+}
+
+/// Histograms of the potential energy at several temperatures, of samples that were taken of all of them together, in blocks of time: the second pass through them.
+#[derive(Debug, Clone)]
+pub struct EnergyHistograms {
+    temperatures: Vec<f64>,
+    levels: EnergyLevels,
+    rows_per_block: u64,
+    blocks: Vec<Block>,
+    spreads: Vec<Spread>,
+}
+
+/// Counts of all levels, and the number of rows that they are from.
+#[derive(Debug, Clone)]
+pub(super) struct Counts {
+    pub rows: f64,
+    pub levels: Vec<f64>,
+}
+
+impl EnergyHistograms {
+    /// Without samples, for those of which the levels are known.
+    #[must_use]
+    pub fn new(temperatures: &[f64], levels: EnergyLevels) -> Self {
+        let levels = levels.closed();
+        Self {
+            temperatures: temperatures.to_vec(),
+            rows_per_block: levels.rows.div_ceil(MOST_BLOCKS).max(1),
+            blocks: Vec::new(),
+            spreads: vec![Spread::default(); levels.levels.len()],
+            levels,
+        }
+    }
+
+    /// Adds the energies at all temperatures at a time, in their order; none where one of them is not finite.
+    pub fn add(&mut self, energies: &[f64]) {
+        let is_whole = energies.len() == self.temperatures.len() && energies.iter().all(|energy| energy.is_finite());
+        if self.levels.levels.is_empty() || !is_whole {
+            return;
+        }
+        if self.blocks.last().is_none_or(|block| block.rows == self.rows_per_block) {
+            let (counts, sums) = (vec![0; self.spreads.len()], vec![0.0; energies.len()]);
+            self.blocks.push(Block { rows: 0, counts, sums });
+        }
+        let Some(block) = self.blocks.last_mut() else { return };
+        block.rows += 1;
+        for (energy, sum) in energies.iter().zip(&mut block.sums) {
+            let place = self.levels.place(*energy);
+            block.counts[place] += 1;
+            *sum += energy;
+            let (spread, deviation) = (&mut self.spreads[place], energy - self.levels.levels[place]);
+            spread.count += 1.0;
+            spread.sum += deviation;
+            spread.squares += deviation * deviation;
+        }
+    }
+
+    /// The temperatures `[energy]`.
+    #[must_use]
+    pub fn temperatures(&self) -> &[f64] {
+        &self.temperatures
+    }
+
+    /// Number of levels, or of bins.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.spreads.len()
+    }
+
+    /// Whether there are no samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// Number of blocks of time.
+    pub(super) fn blocks(&self) -> usize {
+        self.blocks.len()
+    }
+
+    /// Means of the energy at a temperature, by its place, in the blocks.
+    pub(super) fn series(&self, place: usize) -> Vec<f64> {
+        self.blocks.iter().map(|block| block.sums[place] / block.rows as f64).collect()
+    }
+
+    /// The mean of the energy at each temperature.
+    pub(super) fn means(&self) -> Vec<f64> {
+        let rows: u64 = self.blocks.iter().map(|block| block.rows).sum();
+        let sum = |place| self.blocks.iter().map(|block| block.sums[place]).sum::<f64>();
+        (0..self.temperatures.len()).map(|place| sum(place) / rows as f64).collect()
+    }
+
+    /// Counts of some blocks together.
+    pub(super) fn counts(&self, blocks: std::ops::Range<usize>) -> Counts {
+        let mut all = Counts { rows: 0.0, levels: vec![0.0; self.spreads.len()] };
+        for block in &self.blocks[blocks] {
+            all.rows += block.rows as f64;
+            all.levels.iter_mut().zip(&block.counts).for_each(|(sum, count)| *sum += f64::from(*count));
+        }
+        all
+    }
+
+    /// The energy of each level, that is the mean of those in it, and their variance.
+    pub(super) fn energies(&self) -> (Vec<f64>, Vec<f64>) {
+        let of_level = |(level, spread): (&f64, &Spread)| {
+            let count = spread.count.max(1.0);
+            let mean = spread.sum / count;
+            (level + mean, (spread.squares / count - mean * mean).max(0.0))
+        };
+        self.levels.levels.iter().zip(&self.spreads).map(of_level).unzip()
+    }
+}
+
+impl Counts {
+    /// Adds those of other blocks.
+    pub fn add(&mut self, other: &Self) {
+        self.rows += other.rows;
+        self.levels.iter_mut().zip(&other.levels).for_each(|(sum, count)| *sum += count);
+    }
+
+    /// As histograms of some temperatures, of which each has as many samples.
+    pub fn solve(&self, temperatures: &[f64], energies: &[f64], start: &[f64]) -> Option<super::DensityOfStates> {
+        let samples = vec![self.rows; temperatures.len()];
+        MultiHistogram { temperatures, samples: &samples, energies, counts: &self.levels }.solve(start)
+    }
+}

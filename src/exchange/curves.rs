@@ -1,0 +1,251 @@
+//! Energy, heat capacity and entropy at all temperatures between those of an exchange.
+
+use serde::{Deserialize, Serialize};
+
+use super::execute::ExchangeRecorder;
+use super::replicas::{Exchange, ExchangeRow};
+use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLevels, Moments, Reweighting};
+use crate::analysis::statistics::Estimate;
+use std::convert::Infallible;
+
+/// Temperatures of a curve, of those between two neighbours about as many, at even ratios.
+const POINTS: usize = 120;
+
+/// Halvings of the place of a peak.
+const HALVINGS: u32 = 30;
+
+/// Thermal quantities at a temperature, per particle that moves, in the canonical ensemble.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[non_exhaustive]
+pub struct ThermalPoint {
+    /// The temperature `T` `[energy]`.
+    pub temperature: f64,
+    /// `<U> / N` `[energy]`.
+    pub potential_energy_per_particle: Estimate,
+    /// Heat capacity at constant volume in units of k_B, `D / 2 + <(U - <U>)^2> / (N T^2)`: that of the velocities and that of the positions.
+    pub heat_capacity_per_particle: Estimate,
+    /// Entropy in units of k_B, less that at the highest temperature: of velocities and positions.
+    pub entropy_per_particle: Estimate,
+    /// Free energy over the temperature, `A / (N T)`, less that at the highest temperature: of velocities and positions, with `A = E - T S`.
+    pub reduced_free_energy_per_particle: Estimate,
+}
+
+/// A maximum of the heat capacity between the ends of the temperatures.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct HeatCapacityPeak {
+    /// Its temperature `[energy]`.
+    pub temperature: Estimate,
+    /// The heat capacity there, in units of k_B.
+    pub heat_capacity_per_particle: Estimate,
+}
+
+/// Curves of thermal quantities over all temperatures of an exchange and between them, from the potential energies at all of them together:
+/// [`DensityOfStates`], with errors by [`Reweighting`].
+#[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
+pub struct ThermalCurves {
+    /// At ascending temperatures, among them all that were simulated. There are none where all energies are the same, or where those of some temperatures do not overlap with those of others.
+    pub points: Vec<ThermalPoint>,
+    /// The highest maximum of the heat capacity that is not at an end.
+    pub peak: Option<HeatCapacityPeak>,
+    /// Whether the energies at some temperatures do not overlap with those at the others.
+    pub is_torn: bool,
+}
+
+/// Potential energies of an exchange, kept in memory: a recorder for exchanges without a folder.
+///
+/// ```
+/// # use carom::Vector;
+/// # use carom::model::{ExchangePlan, Limit, Potential, RunPlan, Space};
+/// # use carom::scene::SceneBuilder;
+/// use carom::exchange::{Exchange, PotentialEnergies};
+/// use std::ops::ControlFlow;
+///
+/// # let scene = SceneBuilder::new("pair")
+/// #     .space(Space::periodic_cube(4.0))
+/// #     .species("A", 1.0, 1.0)
+/// #     .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0)?, 1.0)
+/// #     .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
+/// #     .particle("A", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
+/// #     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0 })
+/// #     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
+/// #     .build()?;
+/// let mut energies = PotentialEnergies::default();
+/// let exchange = Exchange::new(scene)?.execute(2, &mut energies, &mut |_| ControlFlow::Continue(()))?;
+/// let curves = energies.curves(&exchange);
+/// assert_eq!(curves.points[0].temperature, 0.4);
+/// let bound = -2.0 * curves.points[0].potential_energy_per_particle.mean;
+/// assert!((bound - 0.709).abs() < 0.1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct PotentialEnergies {
+    rows: Vec<Vec<f64>>,
+}
+
+impl ExchangeRecorder for PotentialEnergies {
+    type Error = Infallible;
+
+    fn row(&mut self, row: &ExchangeRow<'_>) -> Result<(), Infallible> {
+        self.rows.push(row.potential.to_vec());
+        Ok(())
+    }
+}
+
+impl PotentialEnergies {
+    /// The energies at all temperatures at each attempt `[energy]`.
+    #[must_use]
+    pub fn rows(&self) -> &[Vec<f64>] {
+        &self.rows
+    }
+
+    /// Curves of the exchange that they are from.
+    #[must_use]
+    pub fn curves(&self, exchange: &Exchange) -> ThermalCurves {
+        let visit = |see: &mut dyn FnMut(&[f64])| {
+            self.rows.iter().for_each(|row| see(row));
+            Ok::<(), Infallible>(())
+        };
+        ThermalCurves::of(exchange, visit).unwrap_or_else(|none| match none {})
+    }
+}
+
+/// What curves per particle are made with.
+struct System {
+    particles: f64,
+    dimensions: f64,
+    highest: f64,
+}
+
+impl System {
+    /// `D / 2 + <(U - <U>)^2> / (N T^2)`.
+    fn heat_capacity(&self, temperature: f64, moments: &Moments) -> f64 {
+        0.5 * self.dimensions + moments.variance / (self.particles * temperature * temperature)
+    }
+
+    /// The four quantities of a [`ThermalPoint`].
+    fn quantities(&self, temperature: f64, here: &Moments, highest: &Moments) -> [f64; 4] {
+        let of_velocities = 0.5 * self.dimensions * libm::log(temperature / self.highest);
+        let log_ratio = (here.log_partition - highest.log_partition) / self.particles + of_velocities;
+        let energies = (here.mean / temperature - highest.mean / self.highest) / self.particles;
+        let energy = here.mean / self.particles;
+        [energy, self.heat_capacity(temperature, here), log_ratio + energies, -log_ratio]
+    }
+
+    /// Where the heat capacity is highest near one of some ascending temperatures, and how high, by the golden section.
+    fn peak_near(&self, density: &DensityOfStates, grid: &[f64], place: usize) -> [f64; 2] {
+        const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        let height = |temperature: f64| self.heat_capacity(temperature, &density.at(temperature));
+        let (mut from, mut to) = (grid[place.saturating_sub(1)], grid[(place + 1).min(grid.len() - 1)]);
+        let inner = |from: f64, to: f64| [to - GOLDEN * (to - from), from + GOLDEN * (to - from)];
+        let mut inside = inner(from, to);
+        let mut heights = inside.map(height);
+        for _ in 0..HALVINGS {
+            if heights[0] >= heights[1] {
+                to = inside[1];
+                inside = [inner(from, to)[0], inside[0]];
+                heights = [height(inside[0]), heights[0]];
+            } else {
+                from = inside[0];
+                inside = [inside[1], inner(from, to)[1]];
+                heights = [heights[1], height(inside[1])];
+            }
+        }
+        [0.5 * (from + to), height(0.5 * (from + to))]
+    }
+}
+
+impl ThermalCurves {
+    /// Of the energies of an exchange, which are visited twice.
+    pub(super) fn of<E>(
+        exchange: &Exchange,
+        mut visit: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
+    ) -> Result<Self, E> {
+        let mut levels = EnergyLevels::default();
+        visit(&mut |row| levels.see(row))?;
+        let mut histograms = EnergyHistograms::new(exchange.temperatures(), levels);
+        visit(&mut |row| histograms.add(row))?;
+        let [particles, dimensions] = exchange.size();
+        let highest = exchange.temperatures().iter().copied().fold(0.0, f64::max);
+        Ok(Self::made(&histograms, exchange.scene().seed(), &System { particles, dimensions, highest }))
+    }
+
+    fn made(histograms: &EnergyHistograms, seed: u64, system: &System) -> Self {
+        // Of hard bodies nothing depends on the temperature.
+        if histograms.len() < 2 {
+            return Self::default();
+        }
+        let Some(reweighting) = Reweighting::new(histograms, seed) else {
+            return Self { is_torn: true, ..Self::default() };
+        };
+        let grid = grid(histograms.temperatures());
+        let heat_capacities = |density: &DensityOfStates| -> Vec<f64> {
+            grid.iter().map(|temperature| system.heat_capacity(*temperature, &density.at(*temperature))).collect()
+        };
+        let has_peak = (1..grid.len().max(1) - 1).contains(&highest(&heat_capacities(reweighting.density())));
+        let all = reweighting.estimates(|density| {
+            let moments: Vec<Moments> = grid.iter().map(|temperature| density.at(*temperature)).collect();
+            let top = density.at(system.highest);
+            let quantities = grid.iter().zip(&moments).map(|(t, here)| system.quantities(*t, here, &top));
+            let mut all: Vec<f64> = quantities.flatten().collect();
+            if has_peak {
+                let heights: Vec<f64> = all.iter().skip(1).step_by(4).copied().collect();
+                all.extend(system.peak_near(density, &grid, highest(&heights)));
+            }
+            all
+        });
+        let (of_points, of_peak) = all.split_at(4 * grid.len());
+        let peak = match of_peak {
+            [temperature, height] => {
+                Some(HeatCapacityPeak { temperature: *temperature, heat_capacity_per_particle: *height })
+            }
+            _ => None,
+        };
+        let points =
+            grid.iter().zip(of_points.chunks_exact(4)).map(|(temperature, it)| ThermalPoint::new(*temperature, it));
+        Self { points: points.collect(), peak, is_torn: false }
+    }
+}
+
+impl ThermalPoint {
+    /// Of its four quantities in order.
+    pub(super) fn new(temperature: f64, of: &[Estimate]) -> Self {
+        Self {
+            temperature,
+            potential_energy_per_particle: of[0],
+            heat_capacity_per_particle: of[1],
+            entropy_per_particle: of[2],
+            reduced_free_energy_per_particle: of[3],
+        }
+    }
+
+    /// Its quantities by name, in the order of the columns of `curves.csv`.
+    #[must_use]
+    pub fn quantities(&self) -> [(&'static str, Estimate); 4] {
+        [
+            ("potential_energy_per_particle", self.potential_energy_per_particle),
+            ("heat_capacity_per_particle", self.heat_capacity_per_particle),
+            ("entropy_per_particle", self.entropy_per_particle),
+            ("reduced_free_energy_per_particle", self.reduced_free_energy_per_particle),
+        ]
+    }
+}
+
+/// The place of the largest number.
+fn highest(numbers: &[f64]) -> usize {
+    (1..numbers.len()).fold(0, |best, place| if numbers[place] > numbers[best] { place } else { best })
+}
+
+/// Temperatures in ascending order, with others at even ratios between each two.
+fn grid(temperatures: &[f64]) -> Vec<f64> {
+    let mut ascending = temperatures.to_vec();
+    ascending.sort_by(f64::total_cmp);
+    let parts = POINTS.div_ceil(ascending.len().max(2) - 1);
+    let between = |pair: &[f64]| {
+        let (from, ratio) = (pair[0], pair[1] / pair[0]);
+        (0..parts).map(move |part| if part == 0 { from } else { from * libm::pow(ratio, part as f64 / parts as f64) })
+    };
+    let inner: Vec<f64> = ascending.windows(2).flat_map(between).collect();
+    inner.into_iter().chain(ascending.last().copied()).collect()
+}

@@ -1,0 +1,68 @@
+//! Whether an exchange is in equilibrium, by the ways of its replicas.
+
+use super::results::{ExchangeResults, TemperatureResult};
+use crate::base::text::{digits, plural};
+
+/// Round trips of all replicas together that an exchange has at least: with fewer, replicas have not forgotten where they began often enough for errors to be trusted.
+const FEWEST_TRIPS: u64 = 10;
+
+/// Why there are no curves.
+pub(super) const TORN: &str = "there are no curves: the energies at some temperatures do not overlap with those at the others; add temperatures between them";
+
+impl ExchangeResults {
+    /// Why the exchange may not be in equilibrium, in words; empty where nothing speaks against it.
+    ///
+    /// A replica that makes a round trip between the lowest and the highest temperature has forgotten there the state that it was in: the number of round trips is that of independent visits to the
+    /// lowest temperature. H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer, J. Stat. Mech. P03018 (2006),
+    /// [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018). Named are
+    /// - temperatures whose replica was never swapped with a neighbour;
+    /// - temperatures at which the potential energy never changed, where it does at others: there is one state only, or the replicas are frozen in it;
+    /// - an exchange with fewer than ten round trips, or fewer than it has replicas.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let alone: Vec<f64> = (0..self.temperatures.len()).filter_map(|place| self.alone(place)).collect();
+        if let Some(all) = list(&alone) {
+            warnings.push(format!("frozen at {all}: no replica there was ever swapped; add temperatures beside it"));
+        }
+        let changes = self.temperatures.iter().any(|at| at.populations.len() > 1);
+        let same: Vec<f64> =
+            self.temperatures.iter().filter(|at| changes && constant(at).is_some()).map(|at| at.temperature).collect();
+        if let Some(all) = list(&same) {
+            let what = "the potential energy never changed, so that nothing is known of its error";
+            warnings.push(format!("frozen at {all}: {what}"));
+        }
+        let trips: u64 = self.round_trips.iter().sum();
+        if trips < FEWEST_TRIPS.max(self.round_trips.len() as u64) {
+            let trips = if trips == 0 {
+                "no replica made a round trip".to_owned()
+            } else {
+                format!("the replicas made {} only", plural(trips, "round trip"))
+            };
+            warnings.push(format!(
+                "equilibrium is not shown: {trips} between the lowest and the highest temperature; run it for longer"
+            ));
+        }
+        warnings
+    }
+
+    /// The temperature of a place, if its replica was never swapped.
+    fn alone(&self, place: usize) -> Option<f64> {
+        let pairs = self.neighbours.iter().enumerate().filter(|(pair, _)| *pair == place || pair + 1 == place);
+        let mut tried = pairs.filter(|(_, it)| it.attempts > 0).peekable();
+        let is_alone = tried.peek().is_some() && tried.all(|(_, it)| it.accepted == 0);
+        is_alone.then_some(self.temperatures[place].temperature)
+    }
+}
+
+/// The energy that all samples at a temperature have.
+fn constant(at: &TemperatureResult) -> Option<f64> {
+    let all = at.populations.iter().find(|it| it.population.mean >= 1.0)?;
+    (all.width == 0.0).then_some(all.energy)
+}
+
+/// Temperatures in words.
+fn list(temperatures: &[f64]) -> Option<String> {
+    let all: Vec<String> = temperatures.iter().map(|it| digits(*it)).collect();
+    (!all.is_empty()).then(|| format!("T = {}", all.join(", ")))
+}
