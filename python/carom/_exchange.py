@@ -167,7 +167,8 @@ class Exchange(InFolder):
         if any(it is None for it in found):
             names = ", ".join(self.summary["temperatures"][0]["observables"])
             raise KeyError(f"no quantity {name!r}; there are {names}")
-        return [Observable(it["mean"], it["standard_error"], units.get(name, "1")) for it in found]
+        unit = "length^2" if name.startswith("mean_square_") else units.get(name, "1")
+        return [Observable(it["mean"], it["standard_error"], unit) for it in found]
 
     @property
     def acceptance(self) -> list[Observable]:
@@ -208,7 +209,8 @@ class Exchange(InFolder):
     def curves(self) -> Table:
         """Curves between the temperatures, from the energies at all of them together (MBAR): ``temperature`` `[energy]`, and with their errors, as
         ``heat_capacity_per_particle_error``, ``potential_energy_per_particle`` `[energy]`, ``heat_capacity_per_particle`` (in units of k_B), ``entropy_per_particle`` and
-        ``reduced_free_energy_per_particle``, the last two less those at the highest temperature.
+        ``reduced_free_energy_per_particle``, the last two less those at the highest temperature; of a scene with bonds also ``mean_square_radius_of_gyration`` and
+        ``mean_square_end_to_end_distance`` `[length^2]`.
 
         Examples
         --------

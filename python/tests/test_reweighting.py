@@ -66,7 +66,7 @@ def test_the_curves_are_those_of_pymbar(scene: dict, program: str, tmp_path: Pat
     for name, values in expected.items():
         difference = np.abs(curves[name][::10] - values).max()
         print(f"{scene['name']}, {name}: {difference:.1e}")
-        assert difference < 1e-7, name
+        assert difference < 1e-10, name
         errors = curves[f"{name}_error"]
         assert (errors[:-1] > 0.0).all()
     peak = json.loads((tmp_path / "out" / "summary.json").read_text())["heat_capacity_peak"]

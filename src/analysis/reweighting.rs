@@ -64,7 +64,7 @@ impl Reweighting {
         let start = MultiHistogram::start(histograms.temperatures(), &histograms.means());
         let solve = |counts: &histograms::Counts, start: &[f64]| {
             let density = counts.solve(histograms.temperatures(), &energies, start)?;
-            Some(density.with_variances(&variances))
+            Some(density.with_variances(&variances).with_means(counts.means()))
         };
         let density = solve(&histograms.counts(0..histograms.blocks()), &start)?;
         let Some(Blocks { ends, factor }) = Blocks::of(histograms) else {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::populations::Populations;
 use super::results::{NeighbouringTemperatures, TemperatureResult};
-use crate::analysis::observables::Observer;
+use crate::analysis::observables::{ApplicableObservables, Observer};
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
 use crate::model::Scene;
@@ -20,12 +20,14 @@ pub(super) struct AtTemperature {
     energy: BlockAverage,
     square: BlockAverage,
     first: Option<f64>,
+    /// Of what is measured beside the energies.
+    others: Vec<BlockAverage>,
 }
 
 impl AtTemperature {
     pub fn new(scene: &Scene) -> Self {
         let empty = BlockAverage::new(1.0);
-        Self { observer: Observer::new(scene), energy: empty.clone(), square: empty, first: None }
+        Self { observer: Observer::new(scene), energy: empty.clone(), square: empty, first: None, others: Vec::new() }
     }
 
     /// Begins an interval with the replica that is there now.
@@ -39,15 +41,17 @@ impl AtTemperature {
         self.observer.row(simulation);
     }
 
-    /// Adds a potential energy.
-    fn add(&mut self, energy: f64) {
+    /// Adds a potential energy, and what is measured with it.
+    fn add(&mut self, energy: f64, others: &[f64]) {
+        self.others.resize(others.len(), BlockAverage::new(1.0));
+        self.others.iter_mut().zip(others).for_each(|(average, value)| average.add(*value, 1.0));
         let deviation = energy - *self.first.get_or_insert(energy);
         self.energy.add(deviation, 1.0);
         self.square.add(deviation * deviation, 1.0);
     }
 
-    /// Means at a temperature.
-    fn measured(&self, temperature: f64) -> Vec<(&'static str, Estimate)> {
+    /// Means at a temperature, with those of other quantities.
+    fn measured(&self, temperature: f64, names: &[&'static str]) -> Vec<(&'static str, Estimate)> {
         let applicable = self.observer.applicable();
         let (particles, dimensions) = (applicable.moving as f64, applicable.dimensions);
         let all = self.observer.estimates().into_iter().filter(|(name, _)| *name != POTENTIAL);
@@ -63,6 +67,7 @@ impl AtTemperature {
             ("heat_capacity_per_particle", heat_capacity)
         });
         all.extend(heat_capacity);
+        all.extend(names.iter().zip(&self.others).filter_map(|(name, average)| Some((*name, average.estimate()?))));
         all
     }
 }
@@ -88,10 +93,9 @@ impl Averages {
         }
     }
 
-    /// Number of particles that move, and of axes along which they do.
-    pub fn size(&self) -> [f64; 2] {
-        let applicable = self.temperatures.first().map(|at| at.observer.applicable());
-        applicable.map_or([0.0, 0.0], |it| [it.moving as f64, it.dimensions])
+    /// Observables that mean something, the same ones at all temperatures.
+    pub fn applicable(&self) -> &ApplicableObservables {
+        self.temperatures[0].observer.applicable()
     }
 
     /// Adds an attempt to swap a temperature with the next one.
@@ -101,17 +105,20 @@ impl Averages {
         self.counts[pair][1] += u64::from(is_swapped);
     }
 
-    /// Adds the potential energies at all temperatures.
-    pub fn sample(&mut self, energies: &[f64]) {
-        self.temperatures.iter_mut().zip(energies).for_each(|(at, energy)| at.add(*energy));
+    /// Adds the potential energies at all temperatures, and what is measured with them: all of the first temperature, then of the second and so on.
+    pub fn sample(&mut self, energies: &[f64], others: &[f64]) {
+        let each = others.len() / energies.len().max(1);
+        for (place, (at, energy)) in self.temperatures.iter_mut().zip(energies).enumerate() {
+            at.add(*energy, &others[place * each..(place + 1) * each]);
+        }
         self.populations.add(energies);
     }
 
     /// Means at each temperature.
-    pub fn results(&self, temperatures: &[f64]) -> Vec<TemperatureResult> {
+    pub fn results(&self, temperatures: &[f64], names: &[&'static str]) -> Vec<TemperatureResult> {
         let result = |(place, (temperature, at)): (usize, (&f64, &AtTemperature))| TemperatureResult {
             temperature: *temperature,
-            observables: at.measured(*temperature).into_iter().map(|(name, it)| (name.to_owned(), it)).collect(),
+            observables: at.measured(*temperature, names).into_iter().map(|(name, it)| (name.to_owned(), it)).collect(),
             populations: self.populations.at(place),
         };
         temperatures.iter().zip(&self.temperatures).enumerate().map(result).collect()

@@ -1,5 +1,7 @@
 //! Energy, heat capacity and entropy at all temperatures between those of an exchange.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::execute::ExchangeRecorder;
@@ -15,7 +17,7 @@ const POINTS: usize = 120;
 const HALVINGS: u32 = 30;
 
 /// Thermal quantities at a temperature, per particle that moves, in the canonical ensemble.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ThermalPoint {
     /// The temperature `T` `[energy]`.
@@ -28,6 +30,8 @@ pub struct ThermalPoint {
     pub entropy_per_particle: Estimate,
     /// Free energy over the temperature, `A / (N T)`, less that at the highest temperature: of velocities and positions, with `A = E - T S`.
     pub reduced_free_energy_per_particle: Estimate,
+    /// Means by name of what is measured with the energies: of bonded particles those of [`Exchange::measured_names`].
+    pub others: BTreeMap<String, Estimate>,
 }
 
 /// A maximum of the heat capacity between the ends of the temperatures.
@@ -82,6 +86,7 @@ pub struct ThermalCurves {
 #[derive(Debug, Clone, Default)]
 pub struct PotentialEnergies {
     rows: Vec<Vec<f64>>,
+    others: Vec<Vec<f64>>,
 }
 
 impl ExchangeRecorder for PotentialEnergies {
@@ -89,6 +94,7 @@ impl ExchangeRecorder for PotentialEnergies {
 
     fn row(&mut self, row: &ExchangeRow<'_>) -> Result<(), Infallible> {
         self.rows.push(row.potential.to_vec());
+        self.others.push(row.measured.to_vec());
         Ok(())
     }
 }
@@ -103,19 +109,21 @@ impl PotentialEnergies {
     /// Curves of the exchange that they are from.
     #[must_use]
     pub fn curves(&self, exchange: &Exchange) -> ThermalCurves {
-        let visit = |see: &mut dyn FnMut(&[f64])| {
-            self.rows.iter().for_each(|row| see(row));
+        let visit = |see: &mut dyn FnMut(&[f64], &[f64])| {
+            self.rows.iter().zip(&self.others).for_each(|(row, others)| see(row, others));
             Ok::<(), Infallible>(())
         };
         ThermalCurves::of(exchange, visit).unwrap_or_else(|none| match none {})
     }
 }
 
-/// What curves per particle are made with.
+/// Numbers of a system by which curves become those of a particle.
 struct System {
     particles: f64,
     dimensions: f64,
     highest: f64,
+    /// Of what is measured with the energies.
+    names: &'static [&'static str],
 }
 
 impl System {
@@ -124,13 +132,18 @@ impl System {
         0.5 * self.dimensions + moments.variance / (self.particles * temperature * temperature)
     }
 
-    /// The four quantities of a [`ThermalPoint`].
-    fn quantities(&self, temperature: f64, here: &Moments, highest: &Moments) -> [f64; 4] {
+    /// The quantities of a [`ThermalPoint`].
+    fn quantities(&self, temperature: f64, density: &DensityOfStates, highest: &Moments) -> Vec<f64> {
+        let here = &density.at(temperature);
         let of_velocities = 0.5 * self.dimensions * libm::log(temperature / self.highest);
         let log_ratio = (here.log_partition - highest.log_partition) / self.particles + of_velocities;
         let energies = (here.mean / temperature - highest.mean / self.highest) / self.particles;
         let energy = here.mean / self.particles;
-        [energy, self.heat_capacity(temperature, here), log_ratio + energies, -log_ratio]
+        let mut all = vec![energy, self.heat_capacity(temperature, here), log_ratio + energies, -log_ratio];
+        if !self.names.is_empty() {
+            all.extend(density.means_at(temperature));
+        }
+        all
     }
 
     /// Where the heat capacity is highest near one of some ascending temperatures, and how high, by the golden section.
@@ -160,20 +173,21 @@ impl ThermalCurves {
     /// Of the energies of an exchange, which are visited twice.
     pub(super) fn of<E>(
         exchange: &Exchange,
-        mut visit: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
+        mut visit: impl FnMut(&mut dyn FnMut(&[f64], &[f64])) -> Result<(), E>,
     ) -> Result<Self, E> {
         let mut levels = EnergyLevels::default();
-        visit(&mut |row| levels.see(row))?;
-        let mut histograms = EnergyHistograms::new(exchange.temperatures(), levels);
-        visit(&mut |row| histograms.add(row))?;
+        visit(&mut |row, _| levels.see(row))?;
+        let names = exchange.measured_names();
+        let mut histograms = EnergyHistograms::new(exchange.temperatures(), levels, names.len());
+        visit(&mut |row, others| histograms.add(row, others))?;
         let [particles, dimensions] = exchange.size();
         let highest = exchange.temperatures().iter().copied().fold(0.0, f64::max);
-        Ok(Self::made(&histograms, exchange.scene().seed(), &System { particles, dimensions, highest }))
+        Ok(Self::made(&histograms, exchange.scene().seed(), &System { particles, dimensions, highest, names }))
     }
 
     fn made(histograms: &EnergyHistograms, seed: u64, system: &System) -> Self {
         // Of hard bodies nothing depends on the temperature.
-        if histograms.len() < 2 {
+        if histograms.levels() < 2 {
             return Self::default();
         }
         let Some(reweighting) = Reweighting::new(histograms, seed) else {
@@ -183,52 +197,55 @@ impl ThermalCurves {
         let heat_capacities = |density: &DensityOfStates| -> Vec<f64> {
             grid.iter().map(|temperature| system.heat_capacity(*temperature, &density.at(*temperature))).collect()
         };
+        let each = 4 + system.names.len();
         let has_peak = (1..grid.len().max(1) - 1).contains(&highest(&heat_capacities(reweighting.density())));
         let all = reweighting.estimates(|density| {
-            let moments: Vec<Moments> = grid.iter().map(|temperature| density.at(*temperature)).collect();
             let top = density.at(system.highest);
-            let quantities = grid.iter().zip(&moments).map(|(t, here)| system.quantities(*t, here, &top));
-            let mut all: Vec<f64> = quantities.flatten().collect();
+            let mut all: Vec<f64> = grid.iter().flat_map(|t| system.quantities(*t, density, &top)).collect();
             if has_peak {
-                let heights: Vec<f64> = all.iter().skip(1).step_by(4).copied().collect();
+                let heights: Vec<f64> = all.iter().skip(1).step_by(each).copied().collect();
                 all.extend(system.peak_near(density, &grid, highest(&heights)));
             }
             all
         });
-        let (of_points, of_peak) = all.split_at(4 * grid.len());
+        let (of_points, of_peak) = all.split_at(each * grid.len());
         let peak = match of_peak {
             [temperature, height] => {
                 Some(HeatCapacityPeak { temperature: *temperature, heat_capacity_per_particle: *height })
             }
             _ => None,
         };
-        let points =
-            grid.iter().zip(of_points.chunks_exact(4)).map(|(temperature, it)| ThermalPoint::new(*temperature, it));
+        let points = grid
+            .iter()
+            .zip(of_points.chunks_exact(each))
+            .map(|(temperature, it)| ThermalPoint::new(*temperature, it, system.names));
         Self { points: points.collect(), peak, is_torn: false }
     }
 }
 
 impl ThermalPoint {
-    /// Of its four quantities in order.
-    pub(super) fn new(temperature: f64, of: &[Estimate]) -> Self {
+    /// Of its quantities in order: the four that it always has, and those of some names.
+    pub(super) fn new(temperature: f64, of: &[Estimate], names: &[&str]) -> Self {
         Self {
             temperature,
             potential_energy_per_particle: of[0],
             heat_capacity_per_particle: of[1],
             entropy_per_particle: of[2],
             reduced_free_energy_per_particle: of[3],
+            others: names.iter().map(|name| (*name).to_owned()).zip(of[4..].iter().copied()).collect(),
         }
     }
 
     /// Its quantities by name, in the order of the columns of `curves.csv`.
     #[must_use]
-    pub fn quantities(&self) -> [(&'static str, Estimate); 4] {
-        [
+    pub fn quantities(&self) -> Vec<(&str, Estimate)> {
+        let always = [
             ("potential_energy_per_particle", self.potential_energy_per_particle),
             ("heat_capacity_per_particle", self.heat_capacity_per_particle),
             ("entropy_per_particle", self.entropy_per_particle),
             ("reduced_free_energy_per_particle", self.reduced_free_energy_per_particle),
-        ]
+        ];
+        always.into_iter().chain(self.others.iter().map(|(name, it)| (name.as_str(), *it))).collect()
     }
 }
 

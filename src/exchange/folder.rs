@@ -143,7 +143,7 @@ impl ExchangeFolder {
         let frames = Frames::of(&scene);
         let exchange = Exchange::new(scene)?;
         let count = exchange.temperatures().len();
-        let rows = PartialFile::with_text(path.join(ROWS), &tables::header(count))?;
+        let rows = PartialFile::with_text(path.join(ROWS), &tables::header(count, exchange.measured_names()))?;
         let create = |place| PartialFile::create(trajectory_in(path, place));
         let trajectories = (0..count).map(create).collect::<Result<_, _>>()?;
         let folder = Self {

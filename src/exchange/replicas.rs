@@ -1,5 +1,7 @@
 //! The replicas of an exchange, and how they are swapped.
 
+use std::sync::OnceLock;
+
 use serde::{Deserialize, Serialize};
 
 use super::averages::Averages;
@@ -7,6 +9,7 @@ use super::error::StartError;
 use super::results::ExchangeResults;
 use super::walk::Walk;
 use crate::Vector;
+use crate::analysis::instruments::chains::ChainSizes;
 use crate::engine::{EngineError, Simulation, Until};
 use crate::model::random::{Purpose, Random};
 use crate::model::{ExchangePlan, Scene, Species, Thermostat};
@@ -59,6 +62,11 @@ pub struct Exchange {
     places: Vec<usize>,
     /// Its potential energy at the last attempt.
     energies: Vec<f64>,
+    /// Quantities that were measured of it then: all of the first temperature, then of the second and so on.
+    measured: Vec<f64>,
+    /// Follows from the scene.
+    #[serde(skip)]
+    chains: OnceLock<ChainSizes>,
     random: Random,
     averages: Averages,
     walk: Walk,
@@ -74,6 +82,8 @@ pub struct ExchangeRow<'e> {
     pub replicas: &'e [usize],
     /// Its potential energy `[energy]`.
     pub potential: &'e [f64],
+    /// The quantities of [`Exchange::measured_names`]: all of the first temperature, then those of the second and so on.
+    pub measured: &'e [f64],
 }
 
 /// Attempts between two frames, of so many that are measured: those of the interval in the scene, or so many that the frames of all temperatures have room.
@@ -110,6 +120,8 @@ impl Exchange {
             replicas: (0..count).map(|number| Replica::new(&scene, &plan, number)).collect::<Result<_, _>>()?,
             places: (0..count).collect(),
             energies: vec![0.0; count],
+            measured: Vec::new(),
+            chains: OnceLock::new(),
             random: Random::new(seed, Purpose::Exchange, 0),
             averages: Averages::new(&example, count),
             walk: Walk::new(&plan.temperatures),
@@ -187,7 +199,8 @@ impl Exchange {
 
     /// Number of particles that move, and of axes along which they do.
     pub(super) fn size(&self) -> [f64; 2] {
-        self.averages.size()
+        let applicable = self.averages.applicable();
+        [applicable.moving as f64, applicable.dimensions]
     }
 
     /// Attempts before averages begin.
@@ -205,7 +218,12 @@ impl Exchange {
     /// The state after the last attempt.
     #[must_use]
     pub fn row(&self) -> ExchangeRow<'_> {
-        ExchangeRow { time: self.time_of(self.attempts), replicas: &self.places, potential: &self.energies }
+        ExchangeRow {
+            time: self.time_of(self.attempts),
+            replicas: &self.places,
+            potential: &self.energies,
+            measured: &self.measured,
+        }
     }
 
     /// Whether averages have begun.
@@ -258,9 +276,29 @@ impl Exchange {
         }
         self.walk.see(&self.places, self.is_measured());
         if self.is_measured() {
-            self.averages.sample(&self.energies);
+            self.measured = self.now_measured();
+            self.averages.sample(&self.energies, &self.measured);
         }
         self.begin_intervals(Some(&changed));
+    }
+
+    /// Names of what is measured at each attempt beside the energies: of a scene with bonded particles `mean_square_radius_of_gyration`, and where there are linear chains
+    /// `mean_square_end_to_end_distance`, `[length^2]`, over all of them.
+    #[must_use]
+    pub fn measured_names(&self) -> &'static [&'static str] {
+        self.chains().names()
+    }
+
+    fn chains(&self) -> &ChainSizes {
+        self.chains.get_or_init(|| ChainSizes::of_simulation(self.example(), self.averages.applicable()))
+    }
+
+    fn now_measured(&self) -> Vec<f64> {
+        let chains = self.chains();
+        if chains.names().is_empty() {
+            return Vec::new();
+        }
+        self.simulations().flat_map(|simulation| chains.at(&simulation.snapshot())).collect()
     }
 
     /// Probability to swap a temperature with the next one.
@@ -309,7 +347,7 @@ impl Exchange {
             start: self.time_of(self.equilibration),
             duration: measured as f64 * self.plan.interval,
             attempts: measured,
-            temperatures: self.averages.results(temperatures),
+            temperatures: self.averages.results(temperatures, self.measured_names()),
             neighbours: self.averages.neighbours(temperatures),
             round_trips: self.walk.trips().to_vec(),
             faults: faults.collect(),

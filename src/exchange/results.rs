@@ -24,7 +24,8 @@ pub struct TemperatureResult {
     /// The temperature `[energy]`.
     pub temperature: f64,
     /// Means by name: those of [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that mean something for the scene, and
-    /// `heat_capacity_per_particle` (at constant volume, in units of k_B), `D / 2 + <(U - <U>)^2> / (N T^2)`.
+    /// `heat_capacity_per_particle` (at constant volume, in units of k_B), `D / 2 + <(U - <U>)^2> / (N T^2)`, and the names of
+    /// [`Exchange::measured_names`](super::Exchange::measured_names).
     pub observables: BTreeMap<String, Estimate>,
     /// Populations of the levels of the potential energy, in ascending order; in `energies.csv`, not in `summary.json`.
     #[serde(skip)]

@@ -9,11 +9,16 @@ use crate::analysis::statistics::Estimate;
 use crate::io::number::Cell;
 
 /// The first line of `exchange.csv`; temperatures and replicas count from 1.
-pub(super) fn header(temperatures: usize) -> String {
+pub(super) fn header(temperatures: usize, measured: &[&str]) -> String {
     let mut line = "time".to_owned();
     for place in 1..=temperatures {
         // Writing to a string cannot fail.
         let _ = write!(line, ",replica_{place},potential_{place}");
+    }
+    for place in 1..=temperatures {
+        for name in measured {
+            let _ = write!(line, ",{name}_{place}");
+        }
     }
     line + "\n"
 }
@@ -24,33 +29,53 @@ pub(super) fn line(row: &ExchangeRow<'_>) -> String {
     for (replica, energy) in row.replicas.iter().zip(row.potential) {
         let _ = write!(line, ",{},{}", replica + 1, Cell(Some(*energy)));
     }
+    for number in row.measured {
+        let _ = write!(line, ",{}", Cell(Some(*number)));
+    }
     line + "\n"
 }
 
-/// The time of a line, and the replica at each temperature, from 0.
-pub(super) fn places(line: &str) -> Option<(f64, Vec<usize>)> {
+/// How many temperatures a table has, by its heads.
+pub(super) fn temperatures(heads: &str) -> usize {
+    heads.split(',').filter(|head| head.starts_with("replica_")).count()
+}
+
+/// The time of a line, and the replica at each of so many temperatures, from 0.
+pub(super) fn places(line: &str, temperatures: usize) -> Option<(f64, Vec<usize>)> {
     let mut cells = line.split(',');
     let time = cells.next()?.parse().ok()?;
-    let replicas = cells.step_by(2).map(|cell| cell.parse::<usize>().ok()?.checked_sub(1));
-    Some((time, replicas.collect::<Option<_>>()?))
+    let replicas = cells.step_by(2).take(temperatures).map(|cell| cell.parse::<usize>().ok()?.checked_sub(1));
+    let replicas: Vec<usize> = replicas.collect::<Option<_>>()?;
+    (replicas.len() == temperatures).then_some((time, replicas))
 }
 
-/// Reads the potential energies of a line into `energies`; says whether they are there.
-pub(super) fn potential(line: &str, energies: &mut Vec<f64>) -> bool {
+/// Reads the potential energies of a line at so many temperatures, and what was measured with them; says whether all are there.
+pub(super) fn numbers(line: &str, temperatures: usize, energies: &mut Vec<f64>, measured: &mut Vec<f64>) -> bool {
     energies.clear();
-    let mut cells = line.split(',').skip(2).step_by(2).map(str::parse::<f64>);
-    cells.all(|cell| cell.map(|energy| energies.push(energy)).is_ok())
+    measured.clear();
+    let mut cells = line.split(',').skip(1).map(str::parse::<f64>).enumerate();
+    let are_numbers = cells.all(|(at, cell)| {
+        let list = if at < 2 * temperatures { &mut *energies } else { &mut *measured };
+        // Replicas and energies take turns.
+        cell.map(|number| {
+            if at % 2 == 1 || at >= 2 * temperatures {
+                list.push(number)
+            }
+        })
+        .is_ok()
+    });
+    are_numbers && energies.len() == temperatures
 }
 
-/// The first line of `curves.csv`.
-fn heads_of_curves() -> String {
-    let names = ThermalPoint::default().quantities().map(|(name, _)| format!(",{name},{name}_error"));
-    format!("temperature{}", names.concat())
+/// Names of the columns of a point: without errors, and with them.
+fn heads_of(point: &ThermalPoint) -> String {
+    let names = point.quantities().into_iter().map(|(name, _)| format!(",{name},{name}_error"));
+    format!("temperature{}", names.collect::<String>())
 }
 
 /// `curves.csv`.
 pub(super) fn curves(points: &[ThermalPoint]) -> String {
-    let mut text = heads_of_curves() + "\n";
+    let mut text = heads_of(points.first().unwrap_or(&ThermalPoint::default())) + "\n";
     for point in points {
         text.push_str(&Cell(Some(point.temperature)).to_string());
         for (_, it) in point.quantities() {
@@ -64,16 +89,19 @@ pub(super) fn curves(points: &[ThermalPoint]) -> String {
 
 /// Reads the curves back; otherwise says what is wrong.
 pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
-    let (mut lines, heads) = (text.lines(), heads_of_curves());
-    if lines.next() != Some(heads.as_str()) {
-        return Err(format!("line 1: expected `{heads}`"));
-    }
+    let (mut lines, heads) = (text.lines(), heads_of(&ThermalPoint::default()));
+    let Some(others) = lines.next().and_then(|line| line.strip_prefix(heads.as_str())) else {
+        return Err(format!("line 1: expected `{heads}` and others"));
+    };
+    // An empty cell before the first comma, and then names and errors in turns.
+    let names: Vec<&str> = others.split(',').skip(1).step_by(2).collect();
     let point = |(number, line): (usize, &str)| {
         let cells: Vec<&str> = line.split(',').collect();
         let cell = |at: usize| cells.get(at).and_then(|cell| cell.parse::<f64>().ok());
         let estimate = |at: usize| Some(Estimate { mean: cell(2 * at + 1)?, standard_error: cell(2 * at + 2) });
-        let point = || Some(ThermalPoint::new(cell(0)?, &[estimate(0)?, estimate(1)?, estimate(2)?, estimate(3)?]));
-        point().ok_or_else(|| format!("line {number}: expected a temperature, and numbers with their errors"))
+        let all = (0..4 + names.len()).map(estimate).collect::<Option<Vec<_>>>();
+        let point = cell(0).zip(all).map(|(temperature, all)| ThermalPoint::new(temperature, &all, &names));
+        point.ok_or_else(|| format!("line {number}: expected a temperature, and numbers with their errors"))
     };
     (2..).zip(lines).map(point).collect()
 }

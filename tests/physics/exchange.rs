@@ -282,3 +282,51 @@ fn a_frozen_temperature_is_named() {
     assert!(warnings.iter().any(|it| it.starts_with("frozen at T = 0.02")), "{warnings:?}");
     assert!(warnings.iter().any(|it| it.starts_with("equilibrium is not shown")), "{warnings:?}");
 }
+
+/// Means of a chain of three at a temperature: the squares of the radius of gyration and of the end-to-end distance, over bonds `r_1`, `r_2` and the square `s` of the distance of the ends with the
+/// element of volume `r_1 r_2 dr_1 dr_2 ds`.
+fn squares_of_three(temperature: f64) -> [f64; 2] {
+    let rule: Vec<(f64, f64)> = gauss(12).into_iter().map(|(x, w)| (1.0 + (BOND - 1.0) * x, w)).collect();
+    let (well, boost) = (LAMBDA * LAMBDA, (DEPTH / temperature).exp());
+    let mut sums = [0.0; 3];
+    for &(r1, w1) in &rule {
+        for &(r2, w2) in &rule {
+            let most = (r1 + r2) * (r1 + r2);
+            for (from, to, factor) in [(1.0, well, boost), (well, most, 1.0)] {
+                let weight = r1 * r2 * w1 * w2 * factor;
+                let (volume, first) = (weight * (to - from), weight * 0.5 * (to * to - from * from));
+                sums[0] += volume;
+                sums[1] += ((r1 * r1 + r2 * r2) * volume + first) / 9.0;
+                sums[2] += first;
+            }
+        }
+    }
+    [sums[1] / sums[0], sums[2] / sums[0]]
+}
+
+#[test]
+fn a_chain_of_three_has_its_exact_extent_at_all_temperatures() {
+    let builder = SceneBuilder::new("chain")
+        .space(Space::periodic_cube(7.0))
+        .species("bead", 1.3, 1.0)
+        .interaction("bead", "bead", Potential::square_well(1.0, LAMBDA, DEPTH).unwrap(), 1.0)
+        .bond_interaction("bond", Potential::bond(1.0, BOND).unwrap(), 1.0);
+    let builder = (0..3).fold(builder, |builder, bead| {
+        // Across a side of the box.
+        let builder =
+            builder.particle("bead", Vector::new((5.5 + 1.1 * f64::from(bead)) % 7.0, 4.0, 4.0), Vector::zeros());
+        if bead > 0 { builder.bond(bead - 1, bead, "bond") } else { builder }
+    });
+    let (results, curves) = results_and_curves(scene(builder, 3, &[0.35, 0.6, 1.2], 2.0, 8000));
+    let names = ["mean_square_radius_of_gyration", "mean_square_end_to_end_distance"];
+    for at in &results.temperatures {
+        for (name, expected) in names.into_iter().zip(squares_of_three(at.temperature)) {
+            assert!(deviation(at.observables[name], expected).abs() < 3.0, "{name} {at:?}, expected {expected}");
+        }
+    }
+    for point in &curves.points {
+        for (name, expected) in names.into_iter().zip(squares_of_three(point.temperature)) {
+            assert!(deviation(point.others[name], expected).abs() < 3.0, "{name} {point:?}, expected {expected}");
+        }
+    }
+}

@@ -85,7 +85,8 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
     // What the tables have is what the summary says.
     let rows = place.read(&format!("{folder}/exchange.csv"));
     let mut lines = rows.lines();
-    let heads = "time,replica_1,potential_1,replica_2,potential_2,replica_3,potential_3";
+    let heads = "time,replica_1,potential_1,replica_2,potential_2,replica_3,potential_3,mean_square_radius_of_gyration_1,mean_square_end_to_end_distance_1,\
+                 mean_square_radius_of_gyration_2,mean_square_end_to_end_distance_2,mean_square_radius_of_gyration_3,mean_square_end_to_end_distance_3";
     assert_eq!(lines.next(), Some(heads));
     let rows: Vec<Vec<f64>> =
         lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect::<Vec<f64>>()).collect();
@@ -112,12 +113,49 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
         assert_eq!(trajectory.matches("Properties").count(), 20);
     }
     let page = place.read(&format!("{folder}/exchange.html"));
-    for word in ["Populations", "Heat capacity per particle", "Replica paths", "Round trips", "audit sound"] {
+    let words = ["Populations", "Heat capacity per particle", "Replica paths", "Round trips", "audit sound", "✓ mixed"];
+    for word in words.into_iter().chain(["Entropy per particle", "Mean square end to end distance"]) {
         assert!(page.contains(word), "{word}");
     }
     // Each trajectory is one like any other.
     let output = place.carom(&["convert", "runs/chain-exchange/trajectory-2.xyz", "--to", "csv"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
+}
+
+#[test]
+fn an_exchange_has_curves_through_its_temperatures() {
+    let place = Place::with(CHAIN);
+    assert_eq!(code(&place.carom(&exchange(&[]))), 0);
+    let (summary, curves) = (place.summary("runs/chain-exchange"), place.read("runs/chain-exchange/curves.csv"));
+    assert_eq!(summary["warnings"], serde_json::json!([]));
+    let heads =
+        "temperature,potential_energy_per_particle,potential_energy_per_particle_error,heat_capacity_per_particle,";
+    assert!(curves.starts_with(heads) && curves.lines().count() == 122, "{curves}");
+    let rows: Vec<Vec<f64>> =
+        curves.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    // Errors of what is measured at a temperature alone are larger than those from all together.
+    for at in summary["temperatures"].as_array().unwrap() {
+        let row = rows.iter().find(|row| Some(row[0]) == at["temperature"].as_f64()).unwrap();
+        let names = ["potential_energy_per_particle", "heat_capacity_per_particle"];
+        for (name, column) in names.into_iter().zip([1, 3]) {
+            let of = |key: &str| at["observables"][name][key].as_f64().unwrap();
+            let deviation = (row[column] - of("mean")) / of("standard_error");
+            assert!(deviation.abs() < 3.0 && row[column + 1] < 1.5 * of("standard_error"), "{name}: {row:?} {at}");
+        }
+    }
+}
+
+#[test]
+fn an_exchange_without_round_trips_is_not_shown_as_sound() {
+    let place = Place::with(CHAIN);
+    let frozen = exchange(&["--until-time", "60", "--set", "exchange.temperatures=[0.02, 40.0]"]);
+    let output = place.carom(&frozen);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(words(&output).contains("warning: equilibrium is not shown"), "{}", words(&output));
+    let page = place.read("runs/chain-exchange/exchange.html");
+    assert!(
+        page.contains("✗ equilibrium not shown") && page.contains("between the lowest and the highest temperature")
+    );
 }
 
 #[test]

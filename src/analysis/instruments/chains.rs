@@ -1,6 +1,7 @@
 //! Sizes of bonded particles: bond lengths, end-to-end distances, radii of gyration.
 
 mod report;
+mod sizes;
 pub(super) mod topology;
 
 use super::budgeted_times::budgeted_times;
@@ -16,6 +17,8 @@ use crate::model::measurement_plan::{BINS, MOST_BINS};
 use crate::model::space::nearest_image;
 use serde::{Deserialize, Serialize};
 use topology::{Component, components};
+
+pub(crate) use sizes::{ChainSizes, UNIT_OF_SIZES};
 
 /// Sizes of components that are reported one by one: the smallest ones.
 const MOST_GROUPS: usize = 256;

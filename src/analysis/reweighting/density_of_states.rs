@@ -49,6 +49,8 @@ pub struct DensityOfStates {
     logarithms: Vec<f64>,
     /// `f_k`, that of the first temperature being zero.
     free_energies: Vec<f64>,
+    /// Means in each level of what was measured with the energies.
+    means: Vec<Vec<f64>>,
 }
 
 /// Moments of the potential energy in the canonical ensemble.
@@ -162,7 +164,7 @@ impl MultiHistogram<'_> {
         };
         let logarithms = self.energies.iter().zip(self.counts).map(logarithm).collect();
         let energies = self.energies.to_vec();
-        DensityOfStates { variances: vec![0.0; energies.len()], energies, logarithms, free_energies }
+        DensityOfStates { variances: vec![0.0; energies.len()], energies, logarithms, free_energies, means: Vec::new() }
     }
 }
 
@@ -171,6 +173,13 @@ impl DensityOfStates {
     #[must_use]
     pub fn with_variances(mut self, variances: &[f64]) -> Self {
         self.variances = variances.to_vec();
+        self
+    }
+
+    /// Gives each of some other quantities its mean in each level.
+    #[must_use]
+    pub fn with_means(mut self, means: Vec<Vec<f64>>) -> Self {
+        self.means = means;
         self
     }
 
@@ -185,13 +194,27 @@ impl DensityOfStates {
         self.energies.iter().copied().zip(self.logarithms.iter().copied())
     }
 
-    /// Moments of the potential energy at a temperature `[energy]`, one of the samples or any other.
-    #[must_use]
-    pub fn at(&self, temperature: f64) -> Moments {
+    /// Weights of the levels at a temperature, their sum, and the logarithm of the largest.
+    fn weights(&self, temperature: f64) -> (Vec<f64>, f64, f64) {
         let exponents = || self.levels().map(|(energy, logarithm)| logarithm - energy / temperature);
         let most = exponents().fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<f64> = exponents().map(|exponent| libm::exp(exponent - most)).collect();
-        let sum: f64 = weights.iter().sum();
+        let sum = weights.iter().sum();
+        (weights, sum, most)
+    }
+
+    /// Means of the other quantities at a temperature `[energy]`: `<A> = sum_E <A>_E g(E) exp(-E / T) / sum_E g(E) exp(-E / T)`, with the mean `<A>_E` in each level.
+    #[must_use]
+    pub fn means_at(&self, temperature: f64) -> Vec<f64> {
+        let (weights, sum, _) = self.weights(temperature);
+        let mean = |of: &Vec<f64>| weights.iter().zip(of).map(|(weight, mean)| weight * mean).sum::<f64>() / sum;
+        self.means.iter().map(mean).collect()
+    }
+
+    /// Moments of the potential energy at a temperature `[energy]`, one of the samples or any other.
+    #[must_use]
+    pub fn at(&self, temperature: f64) -> Moments {
+        let (weights, sum, most) = self.weights(temperature);
         let mean = weights.iter().zip(&self.energies).map(|(weight, energy)| weight * energy).sum::<f64>() / sum;
         let square = |(energy, variance): (&f64, &f64)| (energy - mean) * (energy - mean) + variance;
         let squares = self.energies.iter().zip(&self.variances).map(square);

@@ -74,6 +74,8 @@ struct Block {
     counts: Vec<u32>,
     /// Sum of the energies at each temperature.
     sums: Vec<f64>,
+    /// Of each other quantity, its sum over the samples in each level.
+    others: Vec<Vec<f64>>,
 }
 
 /// Sums over the samples of a level: how many there are, and of their deviations from what stands for it.
@@ -92,6 +94,8 @@ pub struct EnergyHistograms {
     rows_per_block: u64,
     blocks: Vec<Block>,
     spreads: Vec<Spread>,
+    /// Number of other quantities.
+    others: usize,
 }
 
 /// Counts of all levels, and the number of rows that they are from.
@@ -99,12 +103,14 @@ pub struct EnergyHistograms {
 pub(super) struct Counts {
     pub rows: f64,
     pub levels: Vec<f64>,
+    /// Of each other quantity, its sum over the samples in each level.
+    pub others: Vec<Vec<f64>>,
 }
 
 impl EnergyHistograms {
-    /// Without samples, for those of which the levels are known.
+    /// Without samples, for those of which the levels are known, and for so many other quantities that are measured with the energies.
     #[must_use]
-    pub fn new(temperatures: &[f64], levels: EnergyLevels) -> Self {
+    pub fn new(temperatures: &[f64], levels: EnergyLevels, others: usize) -> Self {
         let levels = levels.closed();
         Self {
             temperatures: temperatures.to_vec(),
@@ -112,23 +118,32 @@ impl EnergyHistograms {
             blocks: Vec::new(),
             spreads: vec![Spread::default(); levels.levels.len()],
             levels,
+            others,
         }
     }
 
-    /// Adds the energies at all temperatures at a time, in their order; none where one of them is not finite.
-    pub fn add(&mut self, energies: &[f64]) {
-        let is_whole = energies.len() == self.temperatures.len() && energies.iter().all(|energy| energy.is_finite());
+    /// Adds the energies at all temperatures at a time, in their order, and the other quantities: all of the first temperature, then those of the second and so on. Nothing is added where
+    /// one of them is not finite.
+    pub fn add(&mut self, energies: &[f64], others: &[f64]) {
+        let count = self.temperatures.len();
+        let is_whole = energies.len() == count
+            && others.len() == self.others * count
+            && energies.iter().chain(others).all(|number| number.is_finite());
         if self.levels.levels.is_empty() || !is_whole {
             return;
         }
         if self.blocks.last().is_none_or(|block| block.rows == self.rows_per_block) {
-            let (counts, sums) = (vec![0; self.spreads.len()], vec![0.0; energies.len()]);
-            self.blocks.push(Block { rows: 0, counts, sums });
+            let levels = self.spreads.len();
+            let others = vec![vec![0.0; levels]; self.others];
+            self.blocks.push(Block { rows: 0, counts: vec![0; levels], sums: vec![0.0; count], others });
         }
         let Some(block) = self.blocks.last_mut() else { return };
         block.rows += 1;
-        for (energy, sum) in energies.iter().zip(&mut block.sums) {
+        for (at, (energy, sum)) in energies.iter().zip(&mut block.sums).enumerate() {
             let place = self.levels.place(*energy);
+            for (own, value) in block.others.iter_mut().zip(&others[at * self.others..]) {
+                own[place] += value;
+            }
             block.counts[place] += 1;
             *sum += energy;
             let (spread, deviation) = (&mut self.spreads[place], energy - self.levels.levels[place]);
@@ -146,7 +161,7 @@ impl EnergyHistograms {
 
     /// Number of levels, or of bins.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub fn levels(&self) -> usize {
         self.spreads.len()
     }
 
@@ -175,10 +190,15 @@ impl EnergyHistograms {
 
     /// Counts of some blocks together.
     pub(super) fn counts(&self, blocks: std::ops::Range<usize>) -> Counts {
-        let mut all = Counts { rows: 0.0, levels: vec![0.0; self.spreads.len()] };
+        let mut all = Counts {
+            rows: 0.0,
+            levels: vec![0.0; self.spreads.len()],
+            others: vec![vec![0.0; self.spreads.len()]; self.others],
+        };
         for block in &self.blocks[blocks] {
             all.rows += block.rows as f64;
             all.levels.iter_mut().zip(&block.counts).for_each(|(sum, count)| *sum += f64::from(*count));
+            add_each(&mut all.others, &block.others);
         }
         all
     }
@@ -199,11 +219,25 @@ impl Counts {
     pub fn add(&mut self, other: &Self) {
         self.rows += other.rows;
         self.levels.iter_mut().zip(&other.levels).for_each(|(sum, count)| *sum += count);
+        add_each(&mut self.others, &other.others);
+    }
+
+    /// Means of the other quantities in each level; zero in those without samples.
+    pub fn means(&self) -> Vec<Vec<f64>> {
+        let mean = |(sum, count): (&f64, &f64)| if *count > 0.0 { sum / count } else { 0.0 };
+        self.others.iter().map(|sums| sums.iter().zip(&self.levels).map(mean).collect()).collect()
     }
 
     /// As histograms of some temperatures, of which each has as many samples.
     pub fn solve(&self, temperatures: &[f64], energies: &[f64], start: &[f64]) -> Option<super::DensityOfStates> {
         let samples = vec![self.rows; temperatures.len()];
         MultiHistogram { temperatures, samples: &samples, energies, counts: &self.levels }.solve(start)
+    }
+}
+
+/// Adds lists of numbers to others.
+fn add_each(sums: &mut [Vec<f64>], more: &[Vec<f64>]) {
+    for (sums, more) in sums.iter_mut().zip(more) {
+        sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
     }
 }

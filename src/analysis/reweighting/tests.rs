@@ -66,8 +66,8 @@ fn mbar(temperatures: &[f64], energies: &[Vec<f64>]) -> Vec<f64> {
 fn histograms(temperatures: &[f64], rows: &[Vec<f64>]) -> EnergyHistograms {
     let mut levels = EnergyLevels::default();
     rows.iter().for_each(|row| levels.see(row));
-    let mut histograms = EnergyHistograms::new(temperatures, levels);
-    rows.iter().for_each(|row| histograms.add(row));
+    let mut histograms = EnergyHistograms::new(temperatures, levels, 0);
+    rows.iter().for_each(|row| histograms.add(row, &[]));
     histograms
 }
 
@@ -121,7 +121,7 @@ fn many_energies_become_bins_of_which_the_moments_are_known() {
     let mut harmonic = |t: &f64| t * (0..3).map(|_| random.exponential()).sum::<f64>();
     let rows: Vec<Vec<f64>> = (0..20_000).map(|_| TEMPERATURES.iter().map(&mut harmonic).collect()).collect();
     let histograms = histograms(&TEMPERATURES, &rows);
-    assert_eq!(histograms.len(), 4096);
+    assert_eq!(histograms.levels(), 4096);
     let reweighting = Reweighting::new(&histograms, 1).unwrap();
     let temperatures = [0.36, 0.6, 1.0, 1.3];
     let found = reweighting.estimates(|density| {
@@ -176,7 +176,7 @@ fn errors_repeat_and_follow_from_the_seed() {
 fn temperatures_without_overlap_and_short_series_have_no_curves_or_no_errors() {
     let rows: Vec<Vec<f64>> = (0..100).map(|k| vec![-50.0 + f64::from(k % 2), f64::from(k % 3)]).collect();
     assert!(Reweighting::new(&histograms(&[0.1, 5.0], &rows), 1).is_none());
-    assert!(Reweighting::new(&EnergyHistograms::new(&[0.1, 5.0], EnergyLevels::default()), 1).is_none());
+    assert!(Reweighting::new(&EnergyHistograms::new(&[0.1, 5.0], EnergyLevels::default(), 0), 1).is_none());
     let few = Reweighting::new(&histograms(&TEMPERATURES, &sampled(1, 7, 0.0)), 1).unwrap();
     assert_eq!(few.estimates(|density| vec![density.at(0.6).mean])[0].standard_error, None);
     // Of energies that are all the same, everything is known.
@@ -184,4 +184,32 @@ fn temperatures_without_overlap_and_short_series_have_no_curves_or_no_errors() {
     let found = same.estimates(|density| vec![density.at(0.7).mean, density.at(0.7).variance]);
     assert!(found.iter().all(|it| it.standard_error == Some(0.0)), "{found:?}");
     assert_eq!([found[0].mean, found[1].mean], [-2.0, 0.0]);
+}
+
+#[test]
+fn other_quantities_follow_from_their_means_in_the_levels() {
+    // Two of them: one that is noise about a value of each level, and one that is the square of the energy.
+    let (values, mut random) = ([7.0, -1.0, 3.0, 0.5], Random::new(8, Purpose::Placement, 0));
+    let rows = sampled(4, 4000, 0.3);
+    let mut levels = EnergyLevels::default();
+    rows.iter().for_each(|row| levels.see(row));
+    let mut histograms = EnergyHistograms::new(&TEMPERATURES, levels, 2);
+    for row in &rows {
+        let mut both = |e: &f64| {
+            let level = ENERGIES.iter().position(|it| it == e).unwrap();
+            [values[level] + random.uniform() - 0.5, e * e]
+        };
+        histograms.add(row, &row.iter().flat_map(&mut both).collect::<Vec<f64>>());
+    }
+    let reweighting = Reweighting::new(&histograms, 1).unwrap();
+    for temperature in [0.36, 0.6, 1.1] {
+        let found = reweighting.estimates(|density| density.means_at(temperature));
+        let exact = |of: [f64; 4]| populations(temperature).iter().zip(of).map(|(p, x)| p * x).sum::<f64>();
+        for (it, expected) in found.iter().zip([exact(values), exact(ENERGIES.map(|e| e * e))]) {
+            let error = it.standard_error.unwrap();
+            assert!((it.mean - expected).abs() < 3.5 * error && error < 0.1, "{it:?}, expected {expected}");
+        }
+        let moments = reweighting.density().at(temperature);
+        assert!(close(found[1].mean, moments.variance + moments.mean * moments.mean));
+    }
 }

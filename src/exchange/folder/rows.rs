@@ -7,10 +7,12 @@ use std::path::Path;
 use crate::exchange::curves::ThermalCurves;
 use crate::exchange::{Exchange, ExchangeFolderError, tables};
 
-/// Lines of a table without its heads, numbered from 2.
-fn lines(path: &Path) -> Result<impl Iterator<Item = (usize, io::Result<String>)>, ExchangeFolderError> {
+/// The heads of a table, and its other lines with their numbers.
+fn lines(path: &Path) -> Result<(String, impl Iterator<Item = (usize, io::Result<String>)>), ExchangeFolderError> {
     let file = File::open(path).map_err(|source| read(path, source))?;
-    Ok((1..).zip(BufReader::new(file).lines()).skip(1))
+    let mut lines = BufReader::new(file).lines();
+    let heads = lines.next().transpose().map_err(|source| read(path, source))?;
+    Ok((heads.unwrap_or_default(), (2..).zip(lines)))
 }
 
 fn read(path: &Path, source: io::Error) -> ExchangeFolderError {
@@ -24,24 +26,28 @@ fn damaged(path: &Path, number: usize) -> ExchangeFolderError {
 
 /// The replica at each temperature by time: every N-th of the first rows.
 pub(super) fn places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64, Vec<usize>)>, ExchangeFolderError> {
+    let (heads, lines) = lines(path)?;
+    let temperatures = tables::temperatures(&heads);
     let place = |(number, line): (usize, io::Result<String>)| {
         let line = line.map_err(|source| read(path, source))?;
-        tables::places(&line).ok_or_else(|| damaged(path, number))
+        tables::places(&line, temperatures).ok_or_else(|| damaged(path, number))
     };
-    lines(path)?.take(rows).step_by(every.max(1)).map(place).collect()
+    lines.take(rows).step_by(every.max(1)).map(place).collect()
 }
 
 /// Curves from the energies of all rows, which are read twice, so that any number of them needs no more memory.
 pub(super) fn curves(path: &Path, exchange: &Exchange) -> Result<ThermalCurves, ExchangeFolderError> {
     let count = exchange.temperatures().len();
-    let mut energies = Vec::with_capacity(count);
+    let of_each = exchange.measured_names().len();
+    let (mut energies, mut measured) = (Vec::new(), Vec::new());
     ThermalCurves::of(exchange, |see| {
-        for (number, line) in lines(path)? {
+        for (number, line) in lines(path)?.1 {
             let line = line.map_err(|source| read(path, source))?;
-            if !tables::potential(&line, &mut energies) || energies.len() != count {
+            let is_whole = tables::numbers(&line, count, &mut energies, &mut measured);
+            if !is_whole || measured.len() != of_each * count {
                 return Err(damaged(path, number));
             }
-            see(&energies);
+            see(&energies, &measured);
         }
         Ok(())
     })

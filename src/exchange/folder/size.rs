@@ -1,6 +1,7 @@
 //! Expected size of an exchange on the disk.
 
 use super::ExchangeFolder;
+use crate::analysis::instruments::chains::ChainSizes;
 use crate::exchange::replicas::frame_every;
 use crate::model::Scene;
 use crate::run::FrameLimit;
@@ -14,9 +15,10 @@ impl ExchangeFolder {
         const NUMBER: f64 = 12.0;
         let Some(plan) = scene.exchange() else { return 0.0 };
         let (temperatures, time) = (plan.temperatures.len() as f64, scene.run().limit.time.unwrap_or(0.0));
+        let measured = ChainSizes::of(scene).names().len() as f64;
         let rows = time / plan.interval;
         let of_frames = Self::expected_frames(scene) * frame_bytes(scene);
-        rows * NUMBER * (1.0 + 2.0 * temperatures) + of_frames
+        rows * NUMBER * (1.0 + (2.0 + measured) * temperatures) + of_frames
     }
 
     /// How many frames the exchange of a scene will write, those of all temperatures together.

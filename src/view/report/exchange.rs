@@ -7,6 +7,7 @@ use super::html::{self, cell, escape, quantity};
 use super::plot::{Curves, Key, Line, LineStyle, Point as Dot, extent};
 use super::results::value;
 use super::{Page, scene_text, shell, verdict};
+use crate::analysis::instruments::chains::UNIT_OF_SIZES;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::Estimate;
 use crate::base::text::{digits, plural, unit};
@@ -30,6 +31,10 @@ const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
 /// Caption of curves between the temperatures.
 const TOGETHER: &str = "Curve: from the energies at all temperatures together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
+
+/// The extent of bonded particles, which is measured at the attempts.
+const SIZES: [(&str, &str); 2] =
+    [("mean_square_radius_of_gyration", UNIT_OF_SIZES), ("mean_square_end_to_end_distance", UNIT_OF_SIZES)];
 
 /// Quantities that an exchange is mostly about; all else follows.
 const FIRST: [&str; 3] = ["temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
@@ -98,7 +103,8 @@ pub fn exchange_page_in(folder: &Path) -> PathBuf {
 /// Quantities with a mean at some temperature, with their units.
 fn quantities(summary: &ExchangeSummary) -> Vec<(&'static str, String)> {
     let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
-    let mut all: Vec<_> = OBSERVABLES.into_iter().chain([HEAT_CAPACITY]).filter(|(name, _)| has(name)).collect();
+    let mut all: Vec<_> =
+        OBSERVABLES.into_iter().chain([HEAT_CAPACITY]).chain(SIZES).filter(|(name, _)| has(name)).collect();
     all.sort_by_key(|(name, _)| FIRST.iter().position(|first| first == name).unwrap_or(FIRST.len()));
     all.into_iter().map(|(name, of)| (name, unit(of, summary.dimensions))).collect()
 }

@@ -1,0 +1,63 @@
+//! Mean squares of the extent of bonded particles at one time.
+
+use super::topology::{Component, components};
+use super::{gyration, unwrapped};
+use crate::Vector;
+use crate::analysis::instruments::system::{Sample, SystemDescription};
+use crate::analysis::observables::ApplicableObservables;
+use crate::engine::{Simulation, Snapshot};
+use crate::model::Scene;
+
+/// Name of the mean square radius of gyration, `<sum_i |r_i - mean r|^2 / n>`, and that of the mean square end-to-end distance of linear chains, `<|r_n - r_1|^2>`.
+const NAMES: [&str; 2] = ["mean_square_radius_of_gyration", "mean_square_end_to_end_distance"];
+
+/// Unit of both.
+pub(crate) const UNIT_OF_SIZES: &str = "length^2";
+
+/// Bonded particles of a scene, of which the extent is measured now and then: the mean over all components, unwrapped along their bonds.
+#[derive(Debug, Clone)]
+pub(crate) struct ChainSizes {
+    system: SystemDescription,
+    components: Vec<Component>,
+}
+
+impl ChainSizes {
+    /// Of a scene; there are no components in one without bonds.
+    pub fn of(scene: &Scene) -> Self {
+        Self::with(SystemDescription::of(scene))
+    }
+
+    /// Of a simulation, which may have let go of the start of its scene.
+    pub fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
+        Self::with(SystemDescription::of_simulation(simulation, applicable))
+    }
+
+    fn with(system: SystemDescription) -> Self {
+        Self { components: components(&system), system }
+    }
+
+    /// The quantities that mean something: none without bonds, no distance of ends without linear chains.
+    pub fn names(&self) -> &'static [&'static str] {
+        match (self.components.is_empty(), self.components.iter().any(|it| it.is_linear)) {
+            (true, _) => &[],
+            (false, false) => &NAMES[..1],
+            (false, true) => &NAMES,
+        }
+    }
+
+    /// Their values at a time `[length^2]`.
+    pub fn at(&self, snapshot: &Snapshot) -> Vec<f64> {
+        let sample = Sample::of(snapshot);
+        let [mut gyrations, mut ends, mut linear] = [0.0; 3];
+        for component in &self.components {
+            let path = unwrapped(component, &sample, &self.system);
+            gyrations += gyration(&path);
+            if component.is_linear {
+                ends += path.last().map_or(0.0, Vector::norm_squared);
+                linear += 1.0;
+            }
+        }
+        let means = [gyrations / self.components.len() as f64, ends / linear];
+        means[..self.names().len()].to_vec()
+    }
+}
