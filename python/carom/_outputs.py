@@ -60,7 +60,7 @@ class Proof:
 
 
 class Outputs:
-    """What a run makes of its files."""
+    """Products of the files of a run."""
 
     def _open(self) -> Path:
         raise NotImplementedError

@@ -1,4 +1,4 @@
-//! What is made of the files of a run: other formats, pictures, movies, pages and proofs.
+//! Products of the files of a run: other formats, pictures, movies, pages and proofs.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};

@@ -81,7 +81,7 @@ impl Scene {
         py.detach(|| self.complete_record())
     }
 
-    /// What it has from arrays, if it has.
+    /// Particles from arrays, if it has some.
     fn given(&self) -> Option<Given> {
         self.given.clone()
     }

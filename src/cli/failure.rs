@@ -50,13 +50,13 @@ impl Failure {
         Self { report: Report::new(Problem { message, help: help.map(str::to_owned) }), code }
     }
 
-    /// What is wrong.
+    /// Message: the mistake or failure.
     #[must_use]
     pub fn message(&self) -> String {
         self.report.to_string()
     }
 
-    /// What can be done about it.
+    /// Cure, if there is one.
     #[must_use]
     pub fn cure(&self) -> Option<String> {
         self.report.help().map(|help| help.to_string())

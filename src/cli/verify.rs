@@ -92,7 +92,7 @@ fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
     Ok((scene, recorded))
 }
 
-/// What a proof has shown.
+/// Result of a proof.
 #[derive(Debug)]
 pub struct Proof {
     /// Its certificate.
