@@ -24,15 +24,16 @@ mod verify;
 use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::sync::Arc;
 
 use crate::base::text::printable;
 use crate::engine::Transport;
 use crate::exchange::ExchangeFolder;
 use crate::io::estimate::allowed;
-use crate::io::{Existing, Folder, left_out, read_scene};
+use crate::io::{Existing, Folder, read_scene_text};
 use crate::model::Scene;
-use crate::scene::SceneError;
+use crate::scene::{SceneError, Source, read_text};
 use crate::sweep::SweepFolder;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -139,18 +140,16 @@ struct Changes {
 }
 
 impl Changes {
-    fn load(&self, scene: &Path) -> Result<Scene, SceneError> {
-        let all = self.all();
-        let loaded = read_scene(scene, &borrowed(&all))?;
-        let left_out = left_out(scene, &borrowed(&all));
+    fn load(&self, path: &Path) -> Result<Scene, SceneError> {
+        let (text, all) = (read_text(path)?, self.all());
+        let source = Source::new(&path.to_string_lossy(), text.clone(), &borrowed(&all));
+        let scene = read_scene_text(text, path, &borrowed(&all))?;
+        let in_file = |key: &str| if key == "start_time" { key.to_owned() } else { format!("[[{key}]]") };
+        let left_out: Vec<String> = source.left_out().into_iter().map(in_file).collect();
         if !left_out.is_empty() {
-            let names: Vec<String> = left_out
-                .iter()
-                .map(|key| if *key == "start_time" { (*key).to_owned() } else { format!("[[{key}]]") })
-                .collect();
-            warn(&format!("left out of the scene: {}; its start is the end of the run", names.join(", ")));
+            warn(&format!("left out of the scene: {}; its start is the end of the run", left_out.join(", ")));
         }
-        Ok(loaded)
+        Ok(scene)
     }
 
     fn are_none(&self) -> bool {
@@ -196,6 +195,15 @@ fn key_and_value(text: &str) -> Result<(String, String), String> {
 
 /// Joins the processes that this one was started together with, if there are any.
 pub type Join = fn() -> Option<Arc<dyn Transport>>;
+
+/// The program: does what was typed when it was started. To be called first, before there is a second thread.
+#[must_use]
+pub fn program(join: Join) -> ExitCode {
+    exhaustion::take_stack();
+    exhaustion::give_back_large_arrays();
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    ExitCode::from(main(&arguments, join))
+}
 
 /// Does what was typed: `arguments` begin with the name of the program. All messages go to the standard output and error, and interrupts pause what runs.
 ///

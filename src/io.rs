@@ -37,6 +37,6 @@ pub use inputs::{refuse_input, refuse_link};
 pub use measurements::{Measurements, StageMeasured};
 pub use occupied::FolderState;
 pub(crate) use owned::note;
-pub use scenes::{left_out, read_scene, read_scene_text, read_scene_with};
+pub use scenes::{read_scene, read_scene_text, read_scene_with};
 pub use summary::Summary;
 pub use surfaces::{ListedSurface, listed_surfaces, surface_files};

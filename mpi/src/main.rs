@@ -3,17 +3,14 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use carom::cli::{self, exhaustion};
+use carom::cli::{exhaustion::Reporting, program};
 use carom::engine::Transport;
 use carom_mpi::Mpi;
 
 /// Memory that ends is an error like any other, with exit code 1.
 #[global_allocator]
-static ALLOCATOR: exhaustion::Reporting = exhaustion::Reporting;
+static ALLOCATOR: Reporting = Reporting;
 
 fn main() -> ExitCode {
-    exhaustion::take_stack();
-    exhaustion::give_back_large_arrays();
-    let arguments: Vec<_> = std::env::args_os().collect();
-    ExitCode::from(cli::main(&arguments, || Mpi::join().map(|mpi| Arc::new(mpi) as Arc<dyn Transport>)))
+    program(|| Mpi::join().map(|mpi| Arc::new(mpi) as Arc<dyn Transport>))
 }

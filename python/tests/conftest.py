@@ -21,6 +21,16 @@ FLUID = {
     "run": {"until_events": 20_000},
 }
 
+#: A ball that comes to rest in infinitely many bounces, which ends a run as a failure.
+FALLING = {
+    "name": "stack",
+    "species": [{"name": "ball", "mass": 1.0, "diameter": 1.0}],
+    "space": {"size": [4.0, 4.0, 4.0], "z": {"lower": "wall", "upper": "open", "restitution": 0.5}},
+    "dynamics": {"gravity": [0.0, 0.0, -1.0]},
+    "particle": [{"species": "ball", "position": [2.0, 2.0, 1.5]}],
+    "run": {"until_time": 100.0},
+}
+
 #: Two species of unequal masses and diameters, wells, walls along one axis, gravity, restitution: every column has something in it.
 MIXTURE = {
     "name": "mixture",

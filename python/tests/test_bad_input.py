@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import carom
+from conftest import FALLING
 
 N = 108
 GOOD = np.zeros((N, 3))
@@ -393,16 +394,8 @@ def test_a_temporary_run_lives_as_long_as_what_it_gave(fluid: dict) -> None:
 
 
 def test_a_run_that_fails(fluid: dict, tmp_path: Path) -> None:
-    falling = {
-        "name": "stack",
-        "species": [{"name": "ball", "mass": 1.0, "diameter": 1.0}],
-        "space": {"size": [4.0, 4.0, 4.0], "z": {"lower": "wall", "upper": "open", "restitution": 0.5}},
-        "dynamics": {"gravity": [0.0, 0.0, -1.0]},
-        "particle": [{"species": "ball", "position": [2.0, 2.0, 1.5]}],
-        "run": {"until_time": 100.0},
-    }
     with pytest.raises(carom.SimulationError) as caught:
-        carom.run(falling, tmp_path / "run")
+        carom.run(FALLING, tmp_path / "run")
     assert caught.value.folder == tmp_path / "run"
     assert not carom.open(caught.value.folder).is_sound
 

@@ -12,19 +12,10 @@ import pytest
 
 import carom
 from carom._errors import in_python
-from conftest import ROOT
+from conftest import FALLING, ROOT
 
 #: Where the library says what to do about an error.
 SOURCES = ["io/error.rs", "sweep/error.rs", "exchange/error.rs", "run/checkpoint/error.rs", "io/scenes.rs"]
-
-FALLING = {
-    "name": "stack",
-    "species": [{"name": "ball", "mass": 1.0, "diameter": 1.0}],
-    "space": {"size": [4.0, 4.0, 4.0], "z": {"lower": "wall", "upper": "open", "restitution": 0.5}},
-    "dynamics": {"gravity": [0.0, 0.0, -1.0]},
-    "particle": [{"species": "ball", "position": [2.0, 2.0, 1.5]}],
-    "run": {"until_time": 100.0},
-}
 
 
 def test_cures_are_those_of_python(fluid: dict, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ pub use curve::CurveAverage;
 pub use stationarity::{Stationarity, stationarity};
 
 use serde::{Deserialize, Serialize};
+use spectrum::Density;
 
 /// Bins are merged pairwise when there are this many.
 const MOST_BINS: usize = 1024;
@@ -274,6 +275,23 @@ fn halved(blocks: &[f64]) -> Vec<f64> {
 /// to `sqrt(3)`.
 #[must_use]
 pub fn standard_error(series: &[f64]) -> Option<f64> {
+    let Spread { variance, density } = spread(series)?;
+    let n = series.len() as f64;
+    let Some(density) = density else { return Some((variance / n).sqrt()) };
+    let independent = n.min(n / density.at_zero);
+    (independent >= FEWEST_INDEPENDENT)
+        .then(|| student(independent - 1.0) * (density.at_zero * density.doubt * variance / n).sqrt())
+}
+
+/// How the values of a series spread about their mean.
+struct Spread {
+    variance: f64,
+    /// Spectral density at frequency zero; none of constants, of which there is nothing but rounding, which is no noise.
+    density: Option<Density>,
+}
+
+/// `None` for fewer than eight values, and where the density cannot be told.
+fn spread(series: &[f64]) -> Option<Spread> {
     let n = series.len() as f64;
     if series.len() < FEWEST_VALUES {
         return None;
@@ -281,14 +299,10 @@ pub fn standard_error(series: &[f64]) -> Option<f64> {
     let mean = series.iter().sum::<f64>() / n;
     let deviations: Vec<f64> = series.iter().map(|x| x - mean).collect();
     let variance = deviations.iter().map(|x| x * x).sum::<f64>() / (n - 1.0);
-    // Of a constant there is nothing but rounding, which is no noise.
     if variance.sqrt() <= ROUNDING * mean.abs() {
-        return Some((variance / n).sqrt());
+        return Some(Spread { variance, density: None });
     }
-    let density = spectrum::density_at_zero(&deviations, variance)?;
-    let independent = n.min(n / density.at_zero);
-    (independent >= FEWEST_INDEPENDENT)
-        .then(|| student(independent - 1.0) * (density.at_zero * density.doubt * variance / n).sqrt())
+    Some(Spread { variance, density: Some(spectrum::density_at_zero(&deviations, variance)?) })
 }
 
 /// How much wider the middle 68.27 % of Student's distribution are than those of a Gaussian, by the degrees of freedom: the expansion in their inverse, to the second order (M. Abramowitz and
@@ -308,18 +322,9 @@ pub(crate) struct Correlation {
 
 /// How correlated the values of a series are; of constants, not at all. `None` where there is no [`standard_error`] of their mean.
 pub(crate) fn correlation(series: &[f64]) -> Option<Correlation> {
-    let n = series.len() as f64;
-    if series.len() < FEWEST_VALUES {
-        return None;
-    }
-    let mean = series.iter().sum::<f64>() / n;
-    let deviations: Vec<f64> = series.iter().map(|x| x - mean).collect();
-    let variance = deviations.iter().map(|x| x * x).sum::<f64>() / (n - 1.0);
-    if variance.sqrt() <= ROUNDING * mean.abs() {
-        return Some(Correlation { inefficiency: 1.0, doubt: 1.0 });
-    }
-    let density = spectrum::density_at_zero(&deviations, variance)?;
-    Some(Correlation { inefficiency: density.at_zero.max(1.0), doubt: density.doubt })
+    let none = Correlation { inefficiency: 1.0, doubt: 1.0 };
+    let of = |density: Density| Correlation { inefficiency: density.at_zero.max(1.0), doubt: density.doubt };
+    Some(spread(series)?.density.map_or(none, of))
 }
 
 #[cfg(test)]

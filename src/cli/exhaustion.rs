@@ -38,7 +38,7 @@ unsafe impl GlobalAlloc for Reporting {
 
 /// Has large arrays given back to the system when they are freed. By itself the allocator of the GNU system keeps up to 32 MB at a place once it has
 /// freed so much, and what is left between arrays that stay is some of the memory of a large system.
-pub fn give_back_large_arrays() {
+pub(super) fn give_back_large_arrays() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
         /// Below, it is faster to keep it `[bytes]`.
@@ -53,7 +53,7 @@ pub fn give_back_large_arrays() {
 
 /// Takes as much of the stack as the program needs. It grows by itself, and where memory has ended by then the system ends the program with a signal.
 #[inline(never)] // else the room would be that of the caller, and what follows beyond it
-pub fn take_stack() {
+pub(super) fn take_stack() {
     /// To read a checkpoint takes 0.7 MB `[bytes]`.
     const NEEDED: usize = 3 << 19;
     std::hint::black_box(&mut [0_u8; NEEDED]);

@@ -8,7 +8,7 @@ use super::owned::is_run;
 use crate::base::text::with_causes;
 use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
-use crate::scene::{GivenParticles, LastRun, SceneError, SceneErrorKind, Source, read_text};
+use crate::scene::{GivenParticles, LastRun, SceneError, SceneErrorKind, read_text};
 
 /// Reads a scene from a file, with some of its values replaced, as [`Scene::from_file_with`] does; the scene may start from a run.
 ///
@@ -38,14 +38,6 @@ use crate::scene::{GivenParticles, LastRun, SceneError, SceneErrorKind, Source, 
 pub fn read_scene(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Scene, SceneError> {
     let path = path.as_ref();
     Scene::from_toml_and_run(read_text(path)?, path, overrides, None, &open)
-}
-
-/// Tables and keys of a scene file that the overrides leave out: a scene that is started from the end of a run, by `start.from`, has particles, bonds and
-/// time of that.
-#[must_use]
-pub fn left_out(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Vec<&'static str> {
-    let path = path.as_ref();
-    read_text(path).map_or(Vec::new(), |text| Source::new(&path.to_string_lossy(), text, overrides).left_out())
 }
 
 /// Reads a scene from its text, as [`Scene::from_toml_with`] does; the scene may start from a run. `name` stands for the file.
