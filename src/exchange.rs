@@ -7,7 +7,7 @@
 //! ```
 //! use carom::Vector;
 //! use carom::exchange::Exchange;
-//! use carom::model::{ExchangePlan, Limit, Potential, RunPlan, Space};
+//! use carom::model::{ExchangeEnsemble, ExchangePlan, Limit, Potential, RunPlan, Space};
 //! use carom::scene::SceneBuilder;
 //!
 //! let scene = SceneBuilder::new("pair")
@@ -16,7 +16,7 @@
 //!     .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0)?, 1.0)
 //!     .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
 //!     .particle("A", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
-//!     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0 })
+//!     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0, ensemble: ExchangeEnsemble::Canonical })
 //!     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
 //!     .build()?;
 //! let results = Exchange::new(scene)?.finish()?.results();
@@ -27,13 +27,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod attempt;
 mod averages;
 mod curves;
 mod equilibrium;
 mod error;
 mod execute;
 mod folder;
+mod levels;
+mod multicanonical;
 mod populations;
+mod replica;
 mod replicas;
 mod results;
 mod summary;
@@ -44,6 +48,7 @@ pub use curves::{HeatCapacityPeak, PotentialEnergies, ThermalCurves, ThermalPoin
 pub use error::{ExchangeError, ExchangeFolderError, StartError};
 pub use execute::ExchangeRecorder;
 pub use folder::{ExchangeFolder, Opened};
+pub use levels::LevelDensity;
 pub use replicas::{Exchange, ExchangeRow};
 pub use results::{ExchangeResults, NeighbouringTemperatures, Population, TemperatureResult};
 pub use summary::ExchangeSummary;

@@ -2,6 +2,7 @@
 //!
 //! Nothing here depends on a file or a key that a user typed; [`Scene`] is what all other layers read.
 
+mod energy_weights;
 pub mod error;
 pub mod exchange_plan;
 pub mod input_file;
@@ -24,8 +25,9 @@ pub mod thermostat;
 pub mod threads;
 pub mod triangle_mesh;
 
+pub use energy_weights::EnergyWeights;
 pub use error::PotentialError;
-pub use exchange_plan::ExchangePlan;
+pub use exchange_plan::{ExchangeEnsemble, ExchangePlan};
 pub use input_file::InputFile;
 pub use live_plan::{Colouring, LivePlan, Slider, SliderScale};
 pub use measurement_plan::MeasurementPlan;

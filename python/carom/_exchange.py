@@ -220,6 +220,18 @@ class Exchange(InFolder):
         """
         return Table.read(self.folder / "curves.csv")
 
+    @cached_property
+    def density_of_states(self) -> Table:
+        """Density of states of the levels of the potential energy: ``energy`` `[energy]`, ``log_density_of_states`` and ``log_density_of_states_error``, the natural logarithm over
+        that of the level that is most probable at the highest temperature.
+
+        Examples
+        --------
+        >>> carom.exchange(pair).density_of_states["energy"]
+        array([-1.,  0.])
+        """
+        return Table.read(self.folder / "density_of_states.csv")
+
     @property
     def warnings(self) -> list[str]:
         """Why the exchange may not be in equilibrium: temperatures that are frozen, too few round trips; empty where nothing speaks against it.

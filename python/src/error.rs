@@ -164,6 +164,9 @@ pub fn exchange(error: &ExchangeError<OutputError>) -> PyErr {
     match error {
         ExchangeError::Recorder(error) => output(error),
         ExchangeError::Engine { source, .. } => engine(source),
+        ExchangeError::NoOverlap => {
+            cured("SimulationError", &with_causes(error), Some(ExchangeError::<OutputError>::NO_OVERLAP_CURE))
+        }
         error => cured("SimulationError", &with_causes(error), None),
     }
 }

@@ -1,25 +1,28 @@
 //! Averages at temperatures that were not simulated, from the energies at those that were.
 //!
-//! Samples of the potential energy at several temperatures are gathered in [`EnergyHistograms`], in two passes: the first finds the levels that occur. Together they determine the
+//! Samples of the potential energy of several ensembles, at several temperatures or with weights of the energy, are gathered in [`EnergyHistograms`], in two passes: the first finds the levels that occur. Together they determine the
 //! [`DensityOfStates`], and that the moments of the energy at all temperatures between. [`Reweighting`] has errors, too.
 //!
 //! ```
-//! use carom::analysis::reweighting::MultiHistogram;
+//! use carom::analysis::reweighting::{Ensemble, MultiHistogram};
 //!
 //! // Two levels, of which the upper one has three states: at T = 1, 3 / (3 + e) of the samples are in the upper one.
 //! let upper = |t: f64| 3.0 / (3.0 + (1.0 / t).exp());
-//! let (temperatures, samples) = ([0.5, 2.0], [1e4, 1e4]);
+//! let (ensembles, samples) = (Ensemble::canonical(&[0.5, 2.0]), [1e4, 1e4]);
 //! let in_upper = 1e4 * (upper(0.5) + upper(2.0));
 //! let histogram =
-//!     MultiHistogram { temperatures: &temperatures, samples: &samples, energies: &[-1.0, 0.0], counts: &[2e4 - in_upper, in_upper] };
+//!     MultiHistogram { ensembles: &ensembles, samples: &samples, energies: &[-1.0, 0.0], counts: &[2e4 - in_upper, in_upper] };
 //! let density = histogram.solve(&[0.0, 0.0]).expect("the energies at both temperatures overlap");
 //! assert!((density.at(1.0).mean + 1.0 - upper(1.0)).abs() < 1e-12);
 //! ```
 
 mod density_of_states;
+mod ensemble;
 mod histograms;
+mod spacing;
 
 pub use density_of_states::{DensityOfStates, Moments, MultiHistogram};
+pub use ensemble::Ensemble;
 pub use histograms::{EnergyHistograms, EnergyLevels};
 
 use super::statistics::{Correlation, Estimate, correlation, student};
@@ -39,8 +42,8 @@ const FEWEST_INDEPENDENT: f64 = 8.0;
 
 /// The density of states with densities of other samples of the same kind, from which errors of all that follows from it are known.
 ///
-/// Time is cut into blocks of five correlation times of the energy: those of the temperature at which it is slowest. Of these, as many as there are are drawn with replacement, 200 times, the same blocks at all
-/// temperatures, because replicas that are swapped correlate them. The standard deviation of what follows from the samples that were drawn is the error. It is
+/// Time is cut into blocks of five correlation times of the energy: those of the ensemble in which it is slowest. Of these, as many as there are are drawn with replacement, 200 times, the same blocks of all
+/// ensembles, because replicas that are swapped correlate them. The standard deviation of what follows from the samples that were drawn is the error. It is
 /// larger by what blocks of this length do not have in them of the correlation, and by what Student's distribution says of so many blocks.
 ///
 /// H. R. Künsch, Ann. Statist. 17, 1217 (1989), [doi:10.1214/aos/1176347265](https://doi.org/10.1214/aos/1176347265).
@@ -54,16 +57,16 @@ pub struct Reweighting {
 }
 
 impl Reweighting {
-    /// Of histograms; the blocks that are drawn follow from a seed. `None` where energies at the temperatures do not overlap, or where there are none.
+    /// Of histograms; the blocks that are drawn follow from a seed. `None` where energies of the ensembles do not overlap, or where there are none.
     #[must_use]
     pub fn new(histograms: &EnergyHistograms, seed: u64) -> Option<Self> {
         if histograms.is_empty() {
             return None;
         }
         let (energies, variances) = histograms.energies();
-        let start = MultiHistogram::start(histograms.temperatures(), &histograms.means());
+        let start = MultiHistogram::start(histograms.ensembles(), &histograms.means());
         let solve = |counts: &histograms::Counts, start: &[f64]| {
-            let density = counts.solve(histograms.temperatures(), &energies, start)?;
+            let density = counts.solve(histograms.ensembles(), &energies, start)?;
             Some(density.with_variances(&variances).with_means(counts.means()))
         };
         let density = solve(&histograms.counts(0..histograms.blocks()), &start)?;
@@ -126,7 +129,7 @@ impl Blocks {
     fn of(histograms: &EnergyHistograms) -> Option<Self> {
         let count = histograms.blocks();
         let mut slowest = Correlation { inefficiency: 1.0, doubt: 1.0 };
-        for place in 0..histograms.temperatures().len() {
+        for place in 0..histograms.ensembles().len() {
             let here = correlation(&histograms.series(place))?;
             if here.inefficiency > slowest.inefficiency {
                 slowest = here;

@@ -8,7 +8,7 @@ use crate::analysis::statistics::Estimate;
 use crate::base::text::digits;
 use crate::exchange::{Exchange, ExchangeFolder, ExchangeSummary, Opened};
 use crate::io::{Existing, read_scene, refuse_input, refuse_link};
-use crate::model::Scene;
+use crate::model::{ExchangeEnsemble, Scene};
 use crate::view::{describe, report};
 use clap::Args;
 
@@ -23,6 +23,7 @@ The scene has a table [exchange]:
   temperatures = [0.4, 0.6, 1.0]   ascending or descending
   interval = 2.0                   simulated time between attempts to swap
   rate = 1.0                       how often each particle gets a velocity from the heat bath
+  ensemble = \"multicanonical\"      if wanted: all replicas walk through all energies between those of the temperatures
 and in [run] until_time and, if wanted, equilibration_time. Neither --jobs nor an interruption changes a bit: the same command goes on where it
 stopped, from its last checkpoint. With a later end an exchange goes on that was complete, as if it had been meant to come there.
 
@@ -30,7 +31,8 @@ Examples:
   carom exchange chain.toml
   carom exchange chain.toml --set 'exchange.temperatures=[0.3, 0.4, 0.55, 0.8]' --seed 2 --out runs/second
   carom exchange runs/chain-exchange         goes on with the exchange in this folder
-  carom exchange runs/chain-exchange --until-time 40000      goes on to another end, also if it was complete")]
+  carom exchange runs/chain-exchange --until-time 40000      goes on to another end, also if it was complete
+  carom exchange runs/chain-exchange --temperatures-for 0.3  temperatures with which 30 % of all swaps are accepted, for --set")]
 pub struct ExchangeCommand {
     /// A scene with [exchange], or the folder of an exchange
     path: PathBuf,
@@ -42,6 +44,9 @@ pub struct ExchangeCommand {
     /// Measures for this simulated time, whatever the scene says; an exchange that is there goes on to it, also if it was complete
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = super::run::duration)]
     until_time: Option<f64>,
+    /// Of an exchange that is complete: says at which temperatures all swaps would be accepted with at least this probability
+    #[arg(long, value_name = "ACCEPTANCE", value_parser = probability, conflicts_with_all = ["until_time", "out"])]
+    temperatures_for: Option<f64>,
     /// The folder of the results; runs/NAME-exchange if not given, where NAME is that of the scene
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -58,6 +63,9 @@ pub struct ExchangeCommand {
 
 impl ExchangeCommand {
     pub fn execute(&self) -> Result<(), Failure> {
+        if let Some(acceptance) = self.temperatures_for {
+            return self.choose_temperatures(acceptance);
+        }
         let opened = if self.path.is_dir() { self.kept() } else { self.given() };
         let (scene, record, path) = match opened {
             // Its scene may be of files that are gone by now; its results are not.
@@ -72,6 +80,19 @@ impl ExchangeCommand {
             }
             _ => end(&ExchangeFolder::read(&path)?, &path, true),
         }
+    }
+
+    /// Prints temperatures for an acceptance, as `--set` takes them.
+    fn choose_temperatures(&self, acceptance: f64) -> Result<(), Failure> {
+        let summary = ExchangeFolder::read(&self.path)?;
+        let Some(temperatures) = summary.temperatures_for(acceptance) else {
+            let message = format!("{} has no density of states from which temperatures follow", self.path.display());
+            let help =
+                "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
+            return Err(Failure::bad_input(message, Some(help)));
+        };
+        let all: Vec<String> = temperatures.iter().map(|temperature| digits(*temperature)).collect();
+        super::print(&format!("exchange.temperatures=[{}]\n", all.join(", ")))
     }
 
     /// Whether this is about the results of an exchange that is complete.
@@ -157,6 +178,12 @@ impl ExchangeCommand {
     }
 }
 
+/// A number between 0 and 1.
+fn probability(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| 0.0 < *number && *number < 1.0);
+    number.ok_or_else(|| "expected a number between 0 and 1".to_owned())
+}
+
 /// Page, table and verdict.
 fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Failure> {
     refuse_link(&report::exchange_page_in(path))?;
@@ -164,7 +191,7 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     report::write(&page, &report::exchange_page_in(path), Existing::Replace)?;
     let complete = if was_there { "It was complete already. " } else { "" };
     super::print(&format!(
-        "{}\n{complete}The files are in {}: summary.json, exchange.csv, energies.csv, curves.csv, exchange.html\n",
+        "{}\n{complete}The files are in {}: summary.json, exchange.csv, energies.csv, curves.csv, density_of_states.csv, exchange.html\n",
         text(summary),
         path.display()
     ))?;
@@ -189,14 +216,18 @@ fn text(summary: &ExchangeSummary) -> String {
     let results = &summary.results;
     let has = |name: &str| results.temperatures.iter().any(|at| at.observables.contains_key(name));
     let shown: Vec<(&str, &str)> = SHOWN.into_iter().filter(|(name, _)| has(name)).take(4).collect();
-    let heads = ["temperature", "swaps"].into_iter().chain(shown.iter().map(|(_, head)| *head)).map(str::to_owned);
+    let is_swapped = summary.ensemble == ExchangeEnsemble::Canonical;
+    let heads = std::iter::once("temperature").chain(is_swapped.then_some("swaps"));
+    let heads = heads.chain(shown.iter().map(|(_, head)| *head)).map(str::to_owned);
     let mut rows: Vec<Vec<String>> = vec![heads.collect()];
     for (place, at) in results.temperatures.iter().enumerate() {
         let acceptance = results.neighbours.get(place).and_then(|it| it.acceptance);
         let cells = shown.iter().map(|(name, _)| cell(at.observables.get(*name).copied()));
-        rows.push([digits(at.temperature), cell(acceptance)].into_iter().chain(cells).collect());
+        let swaps = is_swapped.then(|| cell(acceptance));
+        rows.push(std::iter::once(digits(at.temperature)).chain(swaps).chain(cells).collect());
     }
-    let mut lines = vec![format!("{}, {} attempts to swap", summary.scene, results.attempts)];
+    let what = if is_swapped { "attempts to swap" } else { "samples of each replica in a multicanonical ensemble" };
+    let mut lines = vec![format!("{}, {} {what}", summary.scene, results.attempts)];
     lines.extend(columns(&rows));
     let trips: Vec<String> = results.round_trips.iter().map(u64::to_string).collect();
     lines.push(format!("  round trips of the replicas: {}", trips.join(", ")));

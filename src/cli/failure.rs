@@ -134,6 +134,9 @@ impl From<ExchangeError<OutputError>> for Failure {
     fn from(error: ExchangeError<OutputError>) -> Self {
         match error {
             ExchangeError::Recorder(error) => error.into(),
+            ExchangeError::NoOverlap => {
+                Self::failed(error.to_string(), Some(ExchangeError::<OutputError>::NO_OVERLAP_CURE))
+            }
             ExchangeError::Engine { ref source, .. } => {
                 let cure = match source {
                     EngineError::Arrest(arrest) => Some(arrest.cure()),

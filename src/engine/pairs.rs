@@ -1,11 +1,13 @@
 //! Pairs: the table of interactions by species, the states of captured pairs, and contact times of the TC model.
 
+pub mod bias;
 pub mod contacts;
 pub mod rows;
 pub mod rules;
 pub mod states;
 
 use crate::model::Scene;
+use bias::Bias;
 use contacts::ContactTimes;
 use rules::Rules;
 use serde::{Deserialize, Serialize};
@@ -22,6 +24,8 @@ pub struct Pairs {
     pub contact_times: Option<ContactTimes>,
     /// Whether some pairs have interactions of their own that do not hold them together.
     pub has_own_interactions: bool,
+    /// Weights of the potential energy in place of it.
+    pub bias: Option<Box<Bias>>,
 }
 
 impl Pairs {
@@ -34,6 +38,7 @@ impl Pairs {
             states: CapturedPairs::new(if has_states { count } else { 0 }),
             contact_times: scene.contact_time().map(|contact_time| ContactTimes::new(contact_time, count)),
             has_own_interactions: scene.has_loose_bonds(),
+            bias: None,
         }
     }
 }

@@ -5,13 +5,19 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::execute::ExchangeRecorder;
+use super::levels::{LevelDensity, populations};
 use super::replicas::{Exchange, ExchangeRow};
+use super::results::Population;
 use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLevels, Moments, Reweighting};
 use crate::analysis::statistics::Estimate;
+use crate::model::ExchangeEnsemble;
 use std::convert::Infallible;
 
 /// Temperatures of a curve, of those between two neighbours about as many, at even ratios.
 const POINTS: usize = 120;
+
+/// Quantities that are less those at the highest temperature.
+const RELATIVE: [&str; 2] = ["entropy_per_particle", "reduced_free_energy_per_particle"];
 
 /// Halvings of the place of a peak.
 const HALVINGS: u32 = 30;
@@ -55,13 +61,17 @@ pub struct ThermalCurves {
     pub peak: Option<HeatCapacityPeak>,
     /// Whether the energies at some temperatures do not overlap with those at the others.
     pub is_torn: bool,
+    /// The density of states of all levels that were visited, by ascending energy.
+    pub density_of_states: Vec<LevelDensity>,
+    /// Of a multicanonical exchange the populations of the levels at each of its temperatures, in the order of the scene; of another one they are measured at each temperature, and these are none.
+    pub populations: Vec<Vec<Population>>,
 }
 
 /// Potential energies of an exchange, kept in memory: a recorder for exchanges without a folder.
 ///
 /// ```
 /// # use carom::Vector;
-/// # use carom::model::{ExchangePlan, Limit, Potential, RunPlan, Space};
+/// # use carom::model::{ExchangeEnsemble, ExchangePlan, Limit, Potential, RunPlan, Space};
 /// # use carom::scene::SceneBuilder;
 /// use carom::exchange::{Exchange, PotentialEnergies};
 /// use std::ops::ControlFlow;
@@ -72,7 +82,7 @@ pub struct ThermalCurves {
 /// #     .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0)?, 1.0)
 /// #     .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
 /// #     .particle("A", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
-/// #     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0 })
+/// #     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0, ensemble: ExchangeEnsemble::Canonical })
 /// #     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
 /// #     .build()?;
 /// let mut energies = PotentialEnergies::default();
@@ -178,49 +188,61 @@ impl ThermalCurves {
         let mut levels = EnergyLevels::default();
         visit(&mut |row, _| levels.see(row))?;
         let names = exchange.measured_names();
-        let mut histograms = EnergyHistograms::new(exchange.temperatures(), levels, names.len());
+        let mut histograms = EnergyHistograms::new(exchange.ensembles(), levels, names.len());
         visit(&mut |row, others| histograms.add(row, others))?;
         let [particles, dimensions] = exchange.size();
         let highest = exchange.temperatures().iter().copied().fold(0.0, f64::max);
-        Ok(Self::made(&histograms, exchange.scene().seed(), &System { particles, dimensions, highest, names }))
+        let system = System { particles, dimensions, highest, names };
+        Ok(Self::made(&histograms, exchange, &system))
     }
 
-    fn made(histograms: &EnergyHistograms, seed: u64, system: &System) -> Self {
+    fn made(histograms: &EnergyHistograms, exchange: &Exchange, system: &System) -> Self {
         // Of hard bodies nothing depends on the temperature.
         if histograms.levels() < 2 {
             return Self::default();
         }
-        let Some(reweighting) = Reweighting::new(histograms, seed) else {
+        let Some(reweighting) = Reweighting::new(histograms, exchange.scene().seed()) else {
             return Self { is_torn: true, ..Self::default() };
         };
-        let grid = grid(histograms.temperatures());
-        let heat_capacities = |density: &DensityOfStates| -> Vec<f64> {
-            grid.iter().map(|temperature| system.heat_capacity(*temperature, &density.at(*temperature))).collect()
+        let temperatures = exchange.temperatures();
+        let (points, peak) = curve(&reweighting, &grid(temperatures), system);
+        let populations = match exchange.plan().ensemble {
+            ExchangeEnsemble::Canonical => Vec::new(),
+            ExchangeEnsemble::Multicanonical => populations(&reweighting, temperatures),
         };
-        let each = 4 + system.names.len();
-        let has_peak = (1..grid.len().max(1) - 1).contains(&highest(&heat_capacities(reweighting.density())));
-        let all = reweighting.estimates(|density| {
-            let top = density.at(system.highest);
-            let mut all: Vec<f64> = grid.iter().flat_map(|t| system.quantities(*t, density, &top)).collect();
-            if has_peak {
-                let heights: Vec<f64> = all.iter().skip(1).step_by(each).copied().collect();
-                all.extend(system.peak_near(density, &grid, highest(&heights)));
-            }
-            all
-        });
-        let (of_points, of_peak) = all.split_at(each * grid.len());
-        let peak = match of_peak {
-            [temperature, height] => {
-                Some(HeatCapacityPeak { temperature: *temperature, heat_capacity_per_particle: *height })
-            }
-            _ => None,
-        };
-        let points = grid
-            .iter()
-            .zip(of_points.chunks_exact(each))
-            .map(|(temperature, it)| ThermalPoint::new(*temperature, it, system.names));
-        Self { points: points.collect(), peak, is_torn: false }
+        let density_of_states = LevelDensity::all(&reweighting, system.highest);
+        Self { points, peak, is_torn: false, density_of_states, populations }
     }
+}
+
+/// The points of the curves at some temperatures, and the peak of the heat capacity if there is one.
+fn curve(reweighting: &Reweighting, grid: &[f64], system: &System) -> (Vec<ThermalPoint>, Option<HeatCapacityPeak>) {
+    let heat_capacities = |density: &DensityOfStates| -> Vec<f64> {
+        grid.iter().map(|temperature| system.heat_capacity(*temperature, &density.at(*temperature))).collect()
+    };
+    let each = 4 + system.names.len();
+    let has_peak = (1..grid.len().max(1) - 1).contains(&highest(&heat_capacities(reweighting.density())));
+    let all = reweighting.estimates(|density| {
+        let top = density.at(system.highest);
+        let mut all: Vec<f64> = grid.iter().flat_map(|t| system.quantities(*t, density, &top)).collect();
+        if has_peak {
+            let heights: Vec<f64> = all.iter().skip(1).step_by(each).copied().collect();
+            all.extend(system.peak_near(density, grid, highest(&heights)));
+        }
+        all
+    });
+    let (of_points, of_peak) = all.split_at(each * grid.len());
+    let peak = match of_peak {
+        [temperature, height] => {
+            Some(HeatCapacityPeak { temperature: *temperature, heat_capacity_per_particle: *height })
+        }
+        _ => None,
+    };
+    let points = grid
+        .iter()
+        .zip(of_points.chunks_exact(each))
+        .map(|(temperature, it)| ThermalPoint::new(*temperature, it, system.names));
+    (points.collect(), peak)
 }
 
 impl ThermalPoint {
@@ -234,6 +256,13 @@ impl ThermalPoint {
             reduced_free_energy_per_particle: of[3],
             others: names.iter().map(|name| (*name).to_owned()).zip(of[4..].iter().copied()).collect(),
         }
+    }
+
+    /// Those of its quantities that are means at the temperature, by name.
+    pub(super) fn means(&self) -> BTreeMap<String, Estimate> {
+        let all = self.quantities().into_iter();
+        let of = |(name, it): (&str, Estimate)| (name.to_owned(), it);
+        all.filter(|(name, _)| !RELATIVE.contains(name)).map(of).collect()
     }
 
     /// Its quantities by name, in the order of the columns of `curves.csv`.

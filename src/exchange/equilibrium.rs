@@ -40,7 +40,12 @@ impl ExchangeResults {
                 format!("the replicas made {} only", plural(trips, "round trip"))
             };
             warnings.push(format!(
-                "equilibrium is not shown: {trips} between the lowest and the highest temperature; run it for longer"
+                "equilibrium is not shown: {trips} between the {}; run it for longer",
+                if self.neighbours.is_empty() {
+                    "mean energies of the lowest and of the highest temperature"
+                } else {
+                    "lowest and the highest temperature"
+                }
             ));
         }
         warnings

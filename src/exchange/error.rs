@@ -28,6 +28,11 @@ pub enum ExchangeError<E> {
     /// Something could not be kept.
     #[error(transparent)]
     Recorder(E),
+    /// A multicanonical exchange found no weights.
+    #[error(
+        "no multicanonical weights: in the equilibration, the energies at some temperatures did not overlap with those at the others"
+    )]
+    NoOverlap,
     /// A replica could not go on.
     #[error("replica {}, at temperature {temperature}: {source}", replica + 1)]
     Engine {
@@ -38,6 +43,11 @@ pub enum ExchangeError<E> {
         /// Why.
         source: EngineError,
     },
+}
+
+impl<E> ExchangeError<E> {
+    /// Cure of [`Self::NoOverlap`]: what the user can do.
+    pub const NO_OVERLAP_CURE: &str = "add temperatures between them, or give a longer equilibration_time";
 }
 
 /// Error of the folder of an exchange.

@@ -10,7 +10,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::error::ExchangeError;
-use super::replicas::{Exchange, ExchangeRow, Replica};
+use super::multicanonical::Torn;
+use super::replica::Replica;
+use super::replicas::{Exchange, ExchangeRow};
 use crate::engine::{EngineError, Simulation};
 
 /// Wall time between two questions whether to go on.
@@ -94,7 +96,8 @@ impl Exchange {
     /// `watch` gets the attempts so far and in all, every few hundredths of a second. Neither it, nor the recorder, nor `jobs` changes a bit.
     ///
     /// # Errors
-    /// [`ExchangeError::Recorder`] if something cannot be kept, [`ExchangeError::Engine`] if a replica cannot go on.
+    /// [`ExchangeError::Recorder`] if something cannot be kept, [`ExchangeError::Engine`] if a replica cannot go on, [`ExchangeError::NoOverlap`] where no
+    /// multicanonical weights follow from the equilibration.
     pub fn execute<R: ExchangeRecorder>(
         mut self,
         jobs: usize,
@@ -126,7 +129,7 @@ impl Exchange {
     /// Runs to the end in one thread, and keeps only what it returns.
     ///
     /// # Errors
-    /// [`ExchangeError::Engine`] if a replica cannot go on.
+    /// [`ExchangeError::Engine`] if a replica cannot go on, [`ExchangeError::NoOverlap`] as for [`Self::execute`].
     pub fn finish(self) -> Result<Self, ExchangeError<Infallible>> {
         self.execute(1, &mut (), &mut |_| ControlFlow::Continue(()))
     }
@@ -141,7 +144,7 @@ impl Exchange {
         while !self.is_over() && !watch.is_over {
             let is_there = advance(self, recorder, watch).map_err(|failed| self.failure(failed))?;
             if is_there {
-                self.attempt();
+                self.attempt().map_err(|Torn| ExchangeError::NoOverlap)?;
                 if self.is_measured() {
                     recorder.row(&self.row()).map_err(ExchangeError::Recorder)?;
                 }

@@ -32,6 +32,7 @@ const SCENE: &str = "scene.toml";
 const ROWS: &str = "exchange.csv";
 const ENERGIES: &str = "energies.csv";
 const CURVES: &str = "curves.csv";
+const DENSITY: &str = "density_of_states.csv";
 const CHECKPOINT: &str = "exchange.checkpoint";
 /// The page, which is no longer true of an exchange that goes on to a later end.
 const PAGE: &str = "exchange.html";
@@ -101,7 +102,7 @@ impl ExchangeFolder {
         let path = path.as_ref();
         let mark = mark::locked(path)?;
         let places = scene.exchange().map_or(0, |plan| plan.temperatures.len());
-        let names = [SCENE, ROWS, ENERGIES, CURVES, CHECKPOINT, PAGE, SUMMARY].map(str::to_owned).into_iter();
+        let names = [SCENE, ROWS, ENERGIES, CURVES, DENSITY, CHECKPOINT, PAGE, SUMMARY].map(str::to_owned).into_iter();
         let names = names.chain(surfaces::names(&scene));
         names.chain((0..places).map(trajectory_of)).try_for_each(|name| plain::refuse_others(path, &name))?;
         let kept = path.join(SCENE);
@@ -133,7 +134,7 @@ impl ExchangeFolder {
         }
         if has_other_end {
             // From here on the results are no longer those of the scene. A process that is killed before it has the new scene comes to the old end again.
-            [SUMMARY, ENERGIES, CURVES, PAGE].iter().try_for_each(|name| remove(&path.join(name)))?;
+            [SUMMARY, ENERGIES, CURVES, DENSITY, PAGE].iter().try_for_each(|name| remove(&path.join(name)))?;
             write_text(&kept, record)?;
         }
         Ok(Opened::UnderWay(Box::new(Self::resume(path, mark, exchange, &files)?)))
@@ -218,7 +219,7 @@ impl ExchangeFolder {
     /// The files of an exchange that its page is made from, or that it goes on from, whether they are there or not.
     #[must_use]
     pub fn files_of(path: &Path) -> Vec<PathBuf> {
-        [SCENE, ROWS, ENERGIES, CURVES, CHECKPOINT, SUMMARY].map(|name| path.join(name)).into()
+        [SCENE, ROWS, ENERGIES, CURVES, DENSITY, CHECKPOINT, SUMMARY].map(|name| path.join(name)).into()
     }
 
     /// Gives all files their names and writes the results, `summary.json` last.
@@ -229,12 +230,17 @@ impl ExchangeFolder {
         self.rows.sync()?;
         let curves = rows::curves(&PartialFile::present(&self.path.join(ROWS)), exchange)?;
         let mut summary = ExchangeSummary::of(exchange).with_curves(curves);
-        let (energies, curves) = (tables::energies(&summary.results), tables::curves(&summary.curves));
-        write_text(&self.path.join(ENERGIES), &energies)?;
-        write_text(&self.path.join(CURVES), &curves)?;
-        let [of_energies, of_curves] = [&energies, &curves].map(|text| checksum(text.as_bytes()));
-        let checksums = [(ENERGIES, of_energies), (CURVES, of_curves), (ROWS, self.rows.keep(&self.path)?.checksum)];
-        summary.tables = checksums.map(|(name, checksum)| (name.to_owned(), spelled(checksum))).into();
+        let texts = [
+            (ENERGIES, tables::energies(&summary.results)),
+            (CURVES, tables::curves(&summary.curves)),
+            (DENSITY, tables::density_of_states(&summary.density_of_states)),
+        ];
+        for (name, text) in &texts {
+            write_text(&self.path.join(name), text)?;
+        }
+        let checksums = texts.map(|(name, text)| (name, checksum(text.as_bytes()))).into_iter();
+        let checksums = checksums.chain([(ROWS, self.rows.keep(&self.path)?.checksum)]);
+        summary.tables = checksums.map(|(name, checksum)| (name.to_owned(), spelled(checksum))).collect();
         self.trajectories.iter_mut().try_for_each(PartialFile::sync)?;
         for file in [self.rows].into_iter().chain(self.trajectories) {
             file.complete()?;
@@ -263,11 +269,20 @@ impl ExchangeFolder {
         let energies = text(ENERGIES)?;
         refuse_other(path, ENERGIES, &summary, || Ok(checksum(energies.as_bytes())))?;
         tables::read_energies(&energies, &mut summary.results).map_err(|why| damaged(ENERGIES, why))?;
-        // One of a version that had no curves is complete without them.
-        if summary.tables.contains_key(CURVES) {
-            let curves = text(CURVES)?;
-            refuse_other(path, CURVES, &summary, || Ok(checksum(curves.as_bytes())))?;
-            summary.curves = tables::read_curves(&curves).map_err(|why| damaged(CURVES, why))?;
+        // One of a version that had no such table is complete without it.
+        let table = |name: &str| {
+            summary.tables.get(name).map_or(Ok(None), |_| {
+                let text = text(name)?;
+                refuse_other(path, name, &summary, || Ok(checksum(text.as_bytes())))?;
+                Ok::<_, ExchangeFolderError>(Some(text))
+            })
+        };
+        let [curves, levels] = [table(CURVES)?, table(DENSITY)?];
+        if let Some(text) = curves {
+            summary.curves = tables::read_curves(&text).map_err(|why| damaged(CURVES, why))?;
+        }
+        if let Some(text) = levels {
+            summary.density_of_states = tables::read_density_of_states(&text).map_err(|why| damaged(DENSITY, why))?;
         }
         refuse_other(path, ROWS, &summary, || {
             let mut rows = Checked::new(io::sink());

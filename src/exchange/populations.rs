@@ -136,6 +136,23 @@ impl Populations {
     }
 }
 
+/// Levels or bins of them for so many energies, which ascend: of each its energy, its width, and the places of the energies in it.
+pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> {
+    let ([first, .., last], true) = (energies, energies.len() > MOST_LEVELS) else {
+        return energies.iter().enumerate().map(|(place, energy)| (*energy, 0.0, place..place + 1)).collect();
+    };
+    let width = power_of_two((last - first) / BINS);
+    let mut bins: Vec<(f64, f64, std::ops::Range<usize>)> = Vec::new();
+    for (place, energy) in energies.iter().enumerate() {
+        let middle = ((energy / width).floor() + 0.5) * width;
+        match bins.last_mut().filter(|bin| bin.0 == middle) {
+            Some(bin) => bin.2.end = place + 1,
+            None => bins.push((middle, width, place..place + 1)),
+        }
+    }
+    bins
+}
+
 /// The least power of two that is not below a positive number, so that edges of bins are exact.
 fn power_of_two(number: f64) -> f64 {
     libm::exp2(libm::log2(number.max(f64::MIN_POSITIVE)).ceil())

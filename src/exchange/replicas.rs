@@ -6,25 +6,16 @@ use serde::{Deserialize, Serialize};
 
 use super::averages::Averages;
 use super::error::StartError;
+use super::multicanonical::Multicanonical;
+use super::replica::{Replica, bath};
 use super::results::ExchangeResults;
 use super::walk::Walk;
-use crate::Vector;
 use crate::analysis::instruments::chains::ChainSizes;
-use crate::engine::{EngineError, Simulation, Until};
+use crate::analysis::reweighting::Ensemble;
+use crate::engine::Simulation;
 use crate::model::random::{Purpose, Random};
-use crate::model::{ExchangePlan, Scene, Species, Thermostat};
+use crate::model::{ExchangeEnsemble, ExchangePlan, Scene};
 use crate::run::FrameLimit;
-use crate::run::audit::Ledger;
-
-/// Steps of the engine between two questions whether to pause: some milliseconds.
-const STEPS: u64 = 1 << 14;
-
-/// A replica with the books of its energy.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Replica {
-    pub simulation: Simulation,
-    ledger: Ledger,
-}
 
 /// Replica exchange of a scene (parallel tempering): one replica for each temperature, swapped between neighbours at even times.
 ///
@@ -37,6 +28,11 @@ pub(super) struct Replica {
 /// All random numbers follow from the seed of the scene, and each replica, each swap and each heat bath has a stream of its own: the results
 /// are the same bits for any number of threads, and wherever the exchange has paused.
 ///
+/// Of a plan with [`ExchangeEnsemble::Multicanonical`] that is the first half of the equilibration only. From its energies follow weights `exp(-w(U))` with which all replicas visit the energies between the
+/// mean ones of the lowest and of the highest temperature equally often: each moves as if its potential energy were `T w(U)`, in a heat bath of the highest temperature `T`, and nothing is swapped. Means at
+/// temperatures follow from what is measured by reweighting, [`ThermalCurves`](super::ThermalCurves). Weights are improved once, after three quarters of the equilibration:
+/// Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000), [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
+///
 /// R. H. Swendsen and J.-S. Wang, Phys. Rev. Lett. 57, 2607 (1986), [doi:10.1103/PhysRevLett.57.2607](https://doi.org/10.1103/PhysRevLett.57.2607);
 /// K. Hukushima and K. Nemoto, J. Phys. Soc. Jpn. 65, 1604 (1996), [doi:10.1143/JPSJ.65.1604](https://doi.org/10.1143/JPSJ.65.1604); in
 /// molecular dynamics Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 314, 141 (1999),
@@ -45,31 +41,33 @@ pub(super) struct Replica {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[must_use = "an exchange does nothing until `execute` or `finish`"]
 pub struct Exchange {
-    plan: ExchangePlan,
+    pub(super) plan: ExchangePlan,
     seed: u64,
     /// Number of the first stream of the heat baths.
-    first_stream: usize,
+    pub(super) first_stream: usize,
     /// Simulated time at the start `[time]`.
     start: f64,
     /// Attempts before averages begin, in all, and between two frames.
-    equilibration: u64,
+    pub(super) equilibration: u64,
     total: u64,
     frame_every: u64,
     /// Attempts so far.
-    attempts: u64,
+    pub(super) attempts: u64,
     pub(super) replicas: Vec<Replica>,
     /// The replica at each temperature.
-    places: Vec<usize>,
+    pub(super) places: Vec<usize>,
     /// Its potential energy at the last attempt.
-    energies: Vec<f64>,
+    pub(super) energies: Vec<f64>,
     /// Quantities that were measured of it then: all of the first temperature, then of the second and so on.
-    measured: Vec<f64>,
+    pub(super) measured: Vec<f64>,
     /// Follows from the scene.
     #[serde(skip)]
     chains: OnceLock<ChainSizes>,
-    random: Random,
-    averages: Averages,
-    walk: Walk,
+    pub(super) random: Random,
+    pub(super) averages: Averages,
+    pub(super) walk: Walk,
+    /// Of an exchange in a multicanonical ensemble.
+    pub(super) multicanonical: Option<Multicanonical>,
 }
 
 /// State after an attempt to swap.
@@ -125,6 +123,8 @@ impl Exchange {
             random: Random::new(seed, Purpose::Exchange, 0),
             averages: Averages::new(&example, count),
             walk: Walk::new(&plan.temperatures),
+            multicanonical: (plan.ensemble == ExchangeEnsemble::Multicanonical)
+                .then(|| Multicanonical::new(equilibration)),
             plan,
         };
         for number in 0..count {
@@ -132,14 +132,6 @@ impl Exchange {
         }
         exchange.begin_intervals(None);
         Ok(exchange)
-    }
-
-    /// Gives a replica the heat bath of a temperature, with random numbers that no other bath has.
-    fn heat(&mut self, replica: usize, place: usize) {
-        // A stream for each replica and attempt: at most 1000 of 1e12, far below the 2^61 that there are.
-        let attempt = crate::base::numbers::index(self.attempts);
-        let stream = self.first_stream + attempt * self.places.len() + replica;
-        self.replicas[replica].simulation.set_planned_thermostat(Some(&bath(&self.plan, place)), stream);
     }
 
     /// Exchange plan of the scene.
@@ -157,6 +149,15 @@ impl Exchange {
     #[must_use]
     pub fn temperatures(&self) -> &[f64] {
         &self.plan.temperatures
+    }
+
+    /// The ensemble in which the energies at each place of a row are measured.
+    #[must_use]
+    pub fn ensembles(&self) -> Vec<Ensemble> {
+        match self.multicanonical.as_ref().and_then(|it| it.weights()) {
+            None => Ensemble::canonical(self.temperatures()),
+            Some(weights) => vec![Ensemble::Multicanonical(weights.clone()); self.places.len()],
+        }
     }
 
     /// The simulation of the replica that is at a temperature, by its place in [`Self::temperatures`]; `None` if there is no such place.
@@ -246,42 +247,6 @@ impl Exchange {
         self.time_of(self.attempts + 1)
     }
 
-    /// Swaps neighbours where the rule says so, when all replicas have come to the time of the attempt.
-    pub(super) fn attempt(&mut self) {
-        let was_measured = self.attempts >= self.equilibration;
-        self.attempts += 1;
-        for place in 0..self.places.len() {
-            let replica = &mut self.replicas[self.places[place]];
-            let energy = replica.simulation.energy();
-            replica.ledger.note(&replica.simulation, &energy);
-            self.energies[place] = energy.potential;
-            if was_measured {
-                self.averages.temperatures[place].end(&replica.simulation);
-            }
-        }
-        let mut changed = vec![false; self.places.len()];
-        // Of two temperatures there is one pair.
-        let first = if self.places.len() == 2 { 0 } else { usize::from(self.attempts.is_multiple_of(2)) };
-        for lower in (first..self.places.len() - 1).step_by(2) {
-            // Drawn in any case, so that no decision moves the numbers of later ones.
-            let number = self.random.uniform();
-            let is_swapped = number < self.acceptance(lower);
-            if is_swapped {
-                self.swap(lower);
-                (changed[lower], changed[lower + 1]) = (true, true);
-            }
-            if self.is_measured() {
-                self.averages.attempt(lower, is_swapped);
-            }
-        }
-        self.walk.see(&self.places, self.is_measured());
-        if self.is_measured() {
-            self.measured = self.now_measured();
-            self.averages.sample(&self.energies, &self.measured);
-        }
-        self.begin_intervals(Some(&changed));
-    }
-
     /// Names of what is measured at each attempt beside the energies: of a scene with bonded particles `mean_square_radius_of_gyration`, and where there are linear chains
     /// `mean_square_end_to_end_distance`, `[length^2]`, over all of them.
     #[must_use]
@@ -293,45 +258,12 @@ impl Exchange {
         self.chains.get_or_init(|| ChainSizes::of_simulation(self.example(), self.averages.applicable()))
     }
 
-    fn now_measured(&self) -> Vec<f64> {
+    pub(super) fn now_measured(&self) -> Vec<f64> {
         let chains = self.chains();
         if chains.names().is_empty() {
             return Vec::new();
         }
         self.simulations().flat_map(|simulation| chains.at(&simulation.snapshot())).collect()
-    }
-
-    /// Probability to swap a temperature with the next one.
-    fn acceptance(&self, lower: usize) -> f64 {
-        let [beta, other] = [lower, lower + 1].map(|place| self.plan.temperatures[place].recip());
-        let exponent = (beta - other) * (self.energies[lower] - self.energies[lower + 1]);
-        // A number below 1 is always smaller than what is not.
-        libm::exp(exponent)
-    }
-
-    fn swap(&mut self, lower: usize) {
-        self.places.swap(lower, lower + 1);
-        self.energies.swap(lower, lower + 1);
-        for (place, before) in [(lower, lower + 1), (lower + 1, lower)] {
-            let number = self.places[place];
-            let factor = (self.plan.temperatures[place] / self.plan.temperatures[before]).sqrt();
-            let replica = &mut self.replicas[number];
-            replica.simulation.scale_velocities(factor, &Vector::zeros());
-            replica.ledger.note(&replica.simulation, &replica.simulation.energy());
-            self.heat(number, place);
-        }
-    }
-
-    /// Begins the intervals of the averages, or goes on with those of replicas that stayed where they were.
-    fn begin_intervals(&mut self, changed: Option<&[bool]>) {
-        if self.attempts < self.equilibration {
-            return;
-        }
-        for (place, at) in self.averages.temperatures.iter_mut().enumerate() {
-            if self.attempts == self.equilibration || changed.is_none_or(|changed| changed[place]) {
-                at.begin(&self.replicas[self.places[place]].simulation);
-            }
-        }
     }
 
     /// Results so far.
@@ -340,56 +272,19 @@ impl Exchange {
         let temperatures = &self.plan.temperatures;
         let measured = self.attempts.saturating_sub(self.equilibration);
         let faults = self.replicas.iter().enumerate().flat_map(|(number, replica)| {
-            let audit = replica.ledger.close(&replica.simulation);
-            audit.faults().into_iter().map(move |fault| format!("replica {}: {fault}", number + 1))
+            replica.faults().into_iter().map(move |fault| format!("replica {}: {fault}", number + 1))
         });
         ExchangeResults {
             start: self.time_of(self.equilibration),
             duration: measured as f64 * self.plan.interval,
             attempts: measured,
             temperatures: self.averages.results(temperatures, self.measured_names()),
-            neighbours: self.averages.neighbours(temperatures),
+            neighbours: match self.plan.ensemble {
+                ExchangeEnsemble::Canonical => self.averages.neighbours(temperatures),
+                ExchangeEnsemble::Multicanonical => Vec::new(),
+            },
             round_trips: self.walk.trips().to_vec(),
             faults: faults.collect(),
         }
     }
-}
-
-impl Replica {
-    /// A replica of a scene, by its number, which is also that of its first temperature.
-    fn new(scene: &Scene, plan: &ExchangePlan, number: usize) -> Result<Self, StartError> {
-        let mut own = scene.clone();
-        own.exchange = None;
-        own.run.thermostat = Some(bath(plan, number));
-        let mut random = Random::new(scene.seed(), Purpose::Exchange, 1 + number);
-        let velocity = |species: &Species| match species.is_static() {
-            true => Vector::zeros(),
-            false => random.normal_vector(&scene.space) * (plan.temperatures[number] / species.mass).sqrt(),
-        };
-        let species = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
-        let velocities: Vec<Vector> = species.map(velocity).collect();
-        let keeps_start = scene.species.iter().any(Species::is_static);
-        let mut simulation = Simulation::begin(own, keeps_start);
-        let mut ledger = Ledger::open(&simulation, false);
-        simulation.set_velocities(&velocities)?;
-        ledger.note(&simulation, &simulation.energy());
-        Ok(Self { simulation, ledger })
-    }
-
-    /// Goes on to a time, or pauses where it is told to on the way; says whether it came there.
-    pub fn go(&mut self, time: f64, mut pauses: impl FnMut() -> bool) -> Result<bool, EngineError> {
-        loop {
-            if self.simulation.advance_for(STEPS, Until::time(time), None)?.is_some() {
-                return Ok(true);
-            }
-            if pauses() {
-                return Ok(false);
-            }
-        }
-    }
-}
-
-/// The heat bath at a temperature.
-fn bath(plan: &ExchangePlan, place: usize) -> Thermostat {
-    Thermostat::Andersen { temperature: plan.temperatures[place], rate: plan.rate, axes: [true; 3] }
 }

@@ -58,9 +58,9 @@ pub struct ExchangeResults {
     pub attempts: u64,
     /// By temperature, in the order of the scene.
     pub temperatures: Vec<TemperatureResult>,
-    /// Each temperature with the next one.
+    /// Each temperature with the next one; none of a multicanonical exchange, in which nothing is swapped.
     pub neighbours: Vec<NeighbouringTemperatures>,
-    /// Round trips from the highest temperature to the lowest and back, by replica.
+    /// Round trips from the highest temperature to the lowest and back, by replica; of a multicanonical exchange between the mean potential energies of these temperatures.
     pub round_trips: Vec<u64>,
     /// Faults that the audits of the replicas found, in words; empty for a sound exchange.
     pub faults: Vec<String>,

@@ -6,11 +6,13 @@ use serde::{Deserialize, Serialize};
 
 use super::curves::{HeatCapacityPeak, ThermalCurves, ThermalPoint};
 use super::equilibrium;
+use super::levels::LevelDensity;
 use super::replicas::Exchange;
 use super::results::ExchangeResults;
-use crate::model::InputFile;
+use crate::analysis::reweighting::DensityOfStates;
+use crate::model::{ExchangeEnsemble, InputFile};
 
-/// Summary of an exchange: the content of its `summary.json`, with the populations of `energies.csv` and the curves of `curves.csv`. No number is one of the clock.
+/// Summary of an exchange: the content of its `summary.json`, with the populations of `energies.csv`, the curves of `curves.csv` and the density of states of `density_of_states.csv`. No number is one of the clock.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ExchangeSummary {
@@ -35,6 +37,9 @@ pub struct ExchangeSummary {
     pub interval: f64,
     /// Of the heat baths, for each particle `[1 / time]`.
     pub rate: f64,
+    /// Ensemble in which replicas were measured. Of a multicanonical one, means and populations at the temperatures follow by reweighting.
+    #[serde(default)]
+    pub ensemble: ExchangeEnsemble,
     /// The results.
     #[serde(flatten)]
     pub results: ExchangeResults,
@@ -47,6 +52,9 @@ pub struct ExchangeSummary {
     /// Curves between the temperatures; in `curves.csv`, not in `summary.json`. There are none before the exchange is complete.
     #[serde(skip)]
     pub curves: Vec<ThermalPoint>,
+    /// The density of states; in `density_of_states.csv`, not in `summary.json`. There is none before the exchange is complete.
+    #[serde(skip)]
+    pub density_of_states: Vec<LevelDensity>,
 }
 
 impl ExchangeSummary {
@@ -65,18 +73,39 @@ impl ExchangeSummary {
             dimensions: simulation.dimensions(),
             interval: exchange.plan().interval,
             rate: exchange.plan().rate,
+            ensemble: exchange.plan().ensemble,
             heat_capacity_peak: None,
             warnings: results.warnings(),
             curves: Vec::new(),
+            density_of_states: Vec::new(),
             results,
         }
     }
 
     /// With the curves of the exchange.
     #[must_use]
-    pub(super) fn with_curves(mut self, curves: ThermalCurves) -> Self {
+    pub(super) fn with_curves(mut self, mut curves: ThermalCurves) -> Self {
         self.warnings.extend(curves.is_torn.then(|| equilibrium::TORN.to_owned()));
-        Self { heat_capacity_peak: curves.peak, curves: curves.points, ..self }
+        for (at, populations) in self.results.temperatures.iter_mut().zip(std::mem::take(&mut curves.populations)) {
+            at.populations = populations;
+            let point = curves.points.iter().find(|point| point.temperature == at.temperature);
+            at.observables = point.map(ThermalPoint::means).unwrap_or_default();
+        }
+        let ThermalCurves { points, peak, density_of_states, .. } = curves;
+        Self { heat_capacity_peak: peak, curves: points, density_of_states, ..self }
+    }
+
+    /// Ascending temperatures from the lowest to the highest one of the exchange, as few as there can be with the same acceptance of all swaps, at least the one asked for: by the density of states.
+    /// `None` where that is unknown, or for a number that is not between 0 and 1.
+    #[must_use]
+    pub fn temperatures_for(&self, acceptance: f64) -> Option<Vec<f64>> {
+        let levels = self.density_of_states.iter().map(|level| (level.energy, level.log_density_of_states.mean));
+        let all = || self.results.temperatures.iter().map(|at| at.temperature);
+        let ends = [all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max)];
+        if self.density_of_states.is_empty() {
+            return None;
+        }
+        DensityOfStates::of_levels(levels).temperatures_for(ends, acceptance)
     }
 
     /// As it is written.

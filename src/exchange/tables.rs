@@ -1,8 +1,9 @@
-//! The tables of an exchange: `exchange.csv`, a row for each attempt to swap, `energies.csv`, the populations, and `curves.csv`.
+//! The tables of an exchange: `exchange.csv`, a row for each attempt to swap, `energies.csv`, the populations, `curves.csv` and `density_of_states.csv`.
 
 use std::fmt::Write;
 
 use super::curves::ThermalPoint;
+use super::levels::LevelDensity;
 use super::replicas::ExchangeRow;
 use super::results::{ExchangeResults, Population};
 use crate::analysis::statistics::Estimate;
@@ -104,6 +105,35 @@ pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
         point.ok_or_else(|| format!("line {number}: expected a temperature, and numbers with their errors"))
     };
     (2..).zip(lines).map(point).collect()
+}
+
+const DENSITY_HEADS: &str = "energy,log_density_of_states,log_density_of_states_error";
+
+/// `density_of_states.csv`.
+pub(super) fn density_of_states(levels: &[LevelDensity]) -> String {
+    let mut text = format!("{DENSITY_HEADS}\n");
+    for LevelDensity { energy, log_density_of_states: it, .. } in levels {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{},{},{}", Cell(Some(*energy)), Cell(Some(it.mean)), Cell(it.standard_error));
+    }
+    text
+}
+
+/// Reads the density of states back; otherwise says what is wrong.
+pub(super) fn read_density_of_states(text: &str) -> Result<Vec<LevelDensity>, String> {
+    let mut lines = text.lines();
+    if lines.next() != Some(DENSITY_HEADS) {
+        return Err(format!("line 1: expected `{DENSITY_HEADS}`"));
+    }
+    let level = |(number, line): (usize, &str)| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let cell = |at: usize| cells.get(at).and_then(|cell| cell.parse::<f64>().ok());
+        let found = cell(0)
+            .zip(cell(1))
+            .map(|(energy, mean)| LevelDensity::new(energy, Estimate { mean, standard_error: cell(2) }));
+        found.ok_or_else(|| format!("line {number}: expected an energy, and a number with its error"))
+    };
+    (2..).zip(lines).map(level).collect()
 }
 
 const HEADS: &str = "temperature,energy,width,population,population_error";

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use super::*;
 use crate::Vector;
 use crate::engine::{NeedsRun, Simulation};
-use crate::model::{ExchangePlan, Limit, OutputPlan, Potential, RunPlan, Scene, Space};
+use crate::model::{ExchangeEnsemble, ExchangePlan, Limit, OutputPlan, Potential, RunPlan, Scene, Space};
 use crate::scene::{Amount, Lattice, SceneBuilder};
 
 fn fluid(interval: f64, attempts: u32) -> Scene {
@@ -16,7 +16,12 @@ fn fluid(interval: f64, attempts: u32) -> Scene {
         .species("A", 1.3, 1.0)
         .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
         .fill(Lattice::SimpleCubic, "A", 27, Amount::NumberDensity(0.4))
-        .exchange(ExchangePlan { temperatures: vec![2.0, 1.4, 1.0], interval, rate: 1.0 })
+        .exchange(ExchangePlan {
+            temperatures: vec![2.0, 1.4, 1.0],
+            interval,
+            rate: 1.0,
+            ensemble: ExchangeEnsemble::Canonical,
+        })
         .output(OutputPlan { frame_interval: Some(2.0 * interval), ..OutputPlan::default() })
         .run(RunPlan { equilibration: Limit::time(interval), limit, ..RunPlan::default() })
         .build()
@@ -142,7 +147,12 @@ fn only_an_exchange_runs_what_a_scene_plans_of_one() {
 
 #[test]
 fn one_falling_particle_has_the_barometric_energy() {
-    let plan = ExchangePlan { temperatures: vec![0.5, 1.0, 2.0], interval: 3.0, rate: 0.5 };
+    let plan = ExchangePlan {
+        temperatures: vec![0.5, 1.0, 2.0],
+        interval: 3.0,
+        rate: 0.5,
+        ensemble: ExchangeEnsemble::Canonical,
+    };
     let walls = [
         crate::model::space::Boundary::Periodic,
         crate::model::space::Boundary::walls(1.0),

@@ -1,4 +1,4 @@
-//! The way of each replica through the temperatures: round trips from the highest to the lowest and back.
+//! The way of each replica through the temperatures, or through the energies: round trips from the upper end to the lower one and back.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,13 +7,13 @@ use serde::{Deserialize, Serialize};
 enum Heading {
     /// Neither end yet.
     Nowhere,
-    /// From the highest temperature.
+    /// From the upper end.
     Down,
-    /// From the lowest temperature, which it came to from the highest.
+    /// From the lower end, which it came to from the upper one.
     Up,
 }
 
-/// Round trips of all replicas between the ends of the temperatures.
+/// Round trips of all replicas between the ends of the temperatures, or of the energies.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Walk {
     /// Places of the highest and of the lowest temperature.
@@ -34,13 +34,24 @@ impl Walk {
     /// Takes note of which replica is at each temperature now; trips that end before the measurement are not counted.
     pub fn see(&mut self, places: &[usize], is_measured: bool) {
         let [highest, lowest] = self.ends.map(|end| places[end]);
-        if self.headings[highest] == Heading::Up && is_measured {
-            self.trips[highest] += 1;
+        self.visit(highest, [false, true], is_measured);
+        self.visit(lowest, [true, false], is_measured);
+    }
+
+    /// Takes note of a replica that is at the lower end or at the upper one.
+    pub fn visit(&mut self, replica: usize, [is_low, is_high]: [bool; 2], is_measured: bool) {
+        let heading = &mut self.headings[replica];
+        if is_high {
+            self.trips[replica] += u64::from(*heading == Heading::Up && is_measured);
+            *heading = Heading::Down;
+        } else if is_low && *heading == Heading::Down {
+            *heading = Heading::Up;
         }
-        self.headings[highest] = Heading::Down;
-        if self.headings[lowest] == Heading::Down {
-            self.headings[lowest] = Heading::Up;
-        }
+    }
+
+    /// Forgets where all replicas have come from.
+    pub fn begin(&mut self) {
+        self.headings.fill(Heading::Nowhere);
     }
 
     /// Round trips so far, by replica.

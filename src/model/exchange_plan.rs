@@ -11,6 +11,25 @@ pub struct ExchangePlan {
     pub interval: f64,
     /// How often each particle gets a velocity from the heat bath of its replica, in the mean `[1 / time]`.
     pub rate: f64,
+    /// How replicas sample the energies between those of the temperatures.
+    pub ensemble: ExchangeEnsemble,
+}
+
+/// Ensemble in which replicas are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ExchangeEnsemble {
+    /// At each temperature a canonical ensemble, whose replicas are swapped.
+    #[default]
+    Canonical,
+    /// All replicas in one multicanonical ensemble, which visits all energies between those of the temperatures equally often.
+    Multicanonical,
+}
+
+impl ExchangeEnsemble {
+    /// All of them, by their names in a scene.
+    pub const NAMES: [(&'static str, Self); 2] =
+        [("canonical", Self::Canonical), ("multicanonical", Self::Multicanonical)];
 }
 
 impl ExchangePlan {
@@ -38,7 +57,12 @@ mod tests {
 
     #[test]
     fn durations_are_whole_numbers_of_intervals() {
-        let plan = ExchangePlan { temperatures: vec![1.0, 2.0], interval: 0.1, rate: 1.0 };
+        let plan = ExchangePlan {
+            temperatures: vec![1.0, 2.0],
+            interval: 0.1,
+            rate: 1.0,
+            ensemble: ExchangeEnsemble::Canonical,
+        };
         assert_eq!(plan.attempts(0.3), Some(3));
         assert_eq!(plan.attempts(1e6), Some(10_000_000));
         assert_eq!([plan.attempts(0.35), plan.attempts(0.04), plan.attempts(1e50)], [None; 3]);

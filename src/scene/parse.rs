@@ -168,7 +168,7 @@ pub(crate) fn parts(
     }
     scene.parts.run = plan::parse_run(file.run, file.stage)?;
     scene.parts.measure = plan::parse_measure(file.measure);
-    scene.parts.exchange = file.exchange.map(plan::parse_exchange);
+    scene.parts.exchange = file.exchange.map(plan::parse_exchange).transpose()?;
     let inputs;
     (scene.parts.output, inputs) = parse_output(file.output, directory)?;
     scene.parts.inputs.extend(inputs);

@@ -18,8 +18,8 @@ use crate::engine::EngineChoice;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{
-    Equilibration, ExchangePlan, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId,
-    StagePlan, Thermostat,
+    Equilibration, ExchangeEnsemble, ExchangePlan, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene,
+    Species, SpeciesId, StagePlan, Thermostat,
 };
 
 /// Numbers of particles of each species.
@@ -248,8 +248,12 @@ pub fn stage(stage: &StagePlan) -> String {
 #[must_use]
 pub fn exchange(plan: &ExchangePlan) -> String {
     let temperatures: Vec<String> = plan.temperatures.iter().map(|temperature| digits(*temperature)).collect();
+    let then = match plan.ensemble {
+        ExchangeEnsemble::Canonical => "",
+        ExchangeEnsemble::Multicanonical => " and measured in a multicanonical ensemble",
+    };
     format!(
-        "{} replicas at temperatures {}, in heat baths of rate {}, are swapped at intervals of {}; `carom exchange` runs it",
+        "{} replicas at temperatures {}, in heat baths of rate {}, are swapped at intervals of {}{then}; `carom exchange` runs it",
         temperatures.len(),
         temperatures.join(", "),
         digits(plan.rate),

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use carom::Vector;
 use carom::analysis::statistics::Estimate;
 use carom::exchange::{Exchange, ExchangeResults, PotentialEnergies, ThermalCurves};
-use carom::model::exchange_plan::ExchangePlan;
+use carom::model::exchange_plan::{ExchangeEnsemble, ExchangePlan};
 use carom::model::{Limit, Potential, RunPlan, Scene, Space};
 use carom::scene::SceneBuilder;
 
@@ -16,9 +16,20 @@ const LAMBDA: f64 = 1.5;
 const DEPTH: f64 = 0.9;
 
 fn scene(builder: SceneBuilder, seed: u64, temperatures: &[f64], interval: f64, attempts: u32) -> Scene {
-    let plan = ExchangePlan { temperatures: temperatures.to_vec(), interval, rate: 0.7 };
-    let [equilibration, limit] = [50, attempts].map(|count| Limit::time(f64::from(count) * interval));
-    builder.seed(seed).exchange(plan).run(RunPlan { equilibration, limit, ..RunPlan::default() }).build().unwrap()
+    in_ensemble(ExchangeEnsemble::Canonical, builder.seed(seed), temperatures, interval, [50, attempts])
+}
+
+/// A scene whose replicas are measured in an ensemble, with so many attempts to equilibrate and to measure.
+fn in_ensemble(
+    ensemble: ExchangeEnsemble,
+    builder: SceneBuilder,
+    temperatures: &[f64],
+    interval: f64,
+    attempts: [u32; 2],
+) -> Scene {
+    let plan = ExchangePlan { temperatures: temperatures.to_vec(), interval, rate: 0.7, ensemble };
+    let [equilibration, limit] = attempts.map(|count| Limit::time(f64::from(count) * interval));
+    builder.exchange(plan).run(RunPlan { equilibration, limit, ..RunPlan::default() }).build().unwrap()
 }
 
 fn results(scene: Scene) -> ExchangeResults {
@@ -213,6 +224,19 @@ fn volumes(points: u32) -> [f64; 4] {
     volumes
 }
 
+/// A straight chain of four, whose states have the volumes [`volumes`].
+fn chain_of_four() -> SceneBuilder {
+    let builder = SceneBuilder::new("chain")
+        .space(Space::periodic_cube(9.0))
+        .species("bead", 1.3, 1.0)
+        .interaction("bead", "bead", Potential::square_well(1.0, LAMBDA, DEPTH).unwrap(), 1.0)
+        .bond_interaction("bond", Potential::bond(1.0, BOND).unwrap(), 1.0);
+    (0..4).fold(builder, |builder, bead| {
+        let builder = builder.particle("bead", Vector::new(1.0 + 1.1 * f64::from(bead), 4.0, 4.0), Vector::zeros());
+        if bead > 0 { builder.bond(bead - 1, bead, "bond") } else { builder }
+    })
+}
+
 /// Limit of twenty deviations, in errors that are estimates themselves: over 16 seeds the deviations have a mean within 0.5 and a standard deviation of 0.6 to
 /// 1.5, and the largest of 320 is 4.
 const LIMIT: f64 = 4.5;
@@ -225,16 +249,7 @@ fn a_chain_of_four_has_the_populations_of_its_volumes() {
         assert!((coarse - fine).abs() < 1e-3 * total, "{coarse} {fine}");
     }
     let temperatures = [1.2, 0.7, 0.45, 0.35];
-    let builder = SceneBuilder::new("chain")
-        .space(Space::periodic_cube(9.0))
-        .species("bead", 1.3, 1.0)
-        .interaction("bead", "bead", Potential::square_well(1.0, LAMBDA, DEPTH).unwrap(), 1.0)
-        .bond_interaction("bond", Potential::bond(1.0, BOND).unwrap(), 1.0);
-    let builder = (0..4).fold(builder, |builder, bead| {
-        let builder = builder.particle("bead", Vector::new(1.0 + 1.1 * f64::from(bead), 4.0, 4.0), Vector::zeros());
-        if bead > 0 { builder.bond(bead - 1, bead, "bond") } else { builder }
-    });
-    let (results, curves) = results_and_curves(scene(builder, 5, &temperatures, 2.0, 12_000));
+    let (results, curves) = results_and_curves(scene(chain_of_four(), 5, &temperatures, 2.0, 12_000));
     let largest = refuse_other_curves(&curves, 4.0, &volumes);
     println!("a chain of four, the largest deviation of a curve: {largest:.2}");
     for (place, temperature) in temperatures.into_iter().enumerate() {
@@ -253,6 +268,75 @@ fn a_chain_of_four_has_the_populations_of_its_volumes() {
             );
         }
     }
+}
+
+/// A pair and a chain of four whose replicas all walk through all energies.
+#[test]
+fn multicanonical_replicas_have_the_exact_density_of_states() {
+    let of_pair = [1.0 - bound(1.0), bound(1.0) * (-DEPTH).exp()];
+    let of_chain = volumes(10);
+    for (builder, volumes, particles, temperatures) in [
+        (pair(), of_pair.as_slice(), 2.0, TEMPERATURES),
+        (chain_of_four(), of_chain.as_slice(), 4.0, [1.2, 0.7, 0.45, 0.2]),
+    ] {
+        let ensemble = ExchangeEnsemble::Multicanonical;
+        let scene = in_ensemble(ensemble, builder.seed(2), &temperatures, 2.0, [4000, 12_000]);
+        let mut energies = PotentialEnergies::default();
+        let watch = &mut |_| ControlFlow::Continue(());
+        let exchange = Exchange::new(scene).unwrap().execute(2, &mut energies, watch).unwrap();
+        let (results, curves) = (exchange.results(), energies.curves(&exchange));
+        assert_eq!((&results.faults, &results.warnings()), (&Vec::new(), &Vec::new()));
+        let largest = refuse_other_curves(&curves, particles, volumes);
+        println!("{particles} particles, the largest deviation of a curve: {largest:.2}");
+        let highest = *temperatures.iter().max_by(|a, b| a.total_cmp(b)).unwrap();
+        let weight = |k: usize| volumes[k] * (DEPTH * k as f64 / highest).exp();
+        let reference = (0..volumes.len()).max_by(|a, b| weight(*a).total_cmp(&weight(*b))).unwrap();
+        assert_eq!(curves.density_of_states.len(), volumes.len());
+        for (level, (k, volume)) in curves.density_of_states.iter().rev().zip(volumes.iter().enumerate()) {
+            assert!((level.energy + DEPTH * k as f64).abs() < 1e-12);
+            let (it, expected) = (level.log_density_of_states, (volume / volumes[reference]).ln());
+            let is_right = if k == reference { it.mean == 0.0 } else { deviation(it, expected).abs() < 3.0 };
+            assert!(is_right, "{level:?}, expected {expected}");
+        }
+        // Of a flat histogram: all levels about as often, where a canonical ensemble at 0.2 has next to none of the upper one.
+        let rows = energies.rows();
+        for k in 0..volumes.len() {
+            let is_there = |energy: &&f64| (**energy + DEPTH * k as f64).abs() < 1e-9;
+            let part = rows.iter().flatten().filter(is_there).count() as f64 / (rows.len() * temperatures.len()) as f64;
+            let even = 1.0 / volumes.len() as f64;
+            assert!((0.6 * even..1.6 * even).contains(&part), "level {k}: {part}");
+        }
+        for (place, temperature) in temperatures.into_iter().enumerate() {
+            let weights: Vec<f64> =
+                volumes.iter().enumerate().map(|(k, it)| it * (DEPTH * k as f64 / temperature).exp()).collect();
+            for (found, weight) in curves.populations[place].iter().rev().zip(&weights) {
+                let expected = weight / weights.iter().sum::<f64>();
+                assert!(
+                    deviation(found.population, expected).abs() < 3.0,
+                    "{temperature}: {found:?}, expected {expected}"
+                );
+            }
+        }
+        assert!(results.round_trips.iter().all(|trips| *trips > 100), "{:?}", results.round_trips);
+    }
+}
+
+/// Errors of the density of states, of a multicanonical chain, are those of seeds.
+#[test]
+fn multicanonical_errors_are_those_of_the_scatter_of_seeds() {
+    let expected = (bound(1.0) * (-DEPTH).exp() / (1.0 - bound(1.0))).ln();
+    let mut sum = 0.0;
+    let seeds = 24;
+    for seed in 1..=seeds {
+        let ensemble = ExchangeEnsemble::Multicanonical;
+        let scene = in_ensemble(ensemble, pair().seed(seed), &TEMPERATURES, 2.0, [400, 500]);
+        let (_, curves) = results_and_curves(scene);
+        sum += deviation(curves.density_of_states[0].log_density_of_states, expected).powi(2);
+    }
+    // Of independent deviates 1 +- sqrt(2 / 24).
+    let mean = sum / seeds as f64;
+    println!("mean square of deviations in errors: {mean:.2}");
+    assert!((0.4..1.9).contains(&mean), "{mean}");
 }
 
 #[test]

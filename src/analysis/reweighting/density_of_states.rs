@@ -1,4 +1,6 @@
-//! The density of states that energies at several temperatures determine together.
+//! The density of states that energies of several ensembles determine together.
+
+use super::ensemble::Ensemble;
 
 /// Steps of Newton's method, and halvings of a step that leads too far; a few of both are usual.
 const MOST_STEPS: usize = 100;
@@ -10,29 +12,29 @@ const LAST_STEP: f64 = 1e-9;
 /// Relative rounding error of the function that is made least.
 const ROUNDING: f64 = 1e-12;
 
-/// Samples that two groups of temperatures share at least. The variance of the difference of their free energies, over the temperature, is one over this: with
+/// Samples that two groups of ensembles share at least. The variance of the difference of their free energies, over the temperature, is one over this: with
 /// less it would be uncertain by more than one.
 const LEAST_SHARED: f64 = 1.0;
 
-/// Histograms of the potential energy at several temperatures, together.
+/// Histograms of the potential energy of several ensembles, mostly canonical ones at several temperatures, together.
 ///
-/// Of the samples of all temperatures only the sum of their histograms matters: it is a sufficient statistic of the density of states.
+/// Of the samples of all ensembles only the sum of their histograms matters: it is a sufficient statistic of the density of states.
 #[derive(Debug, Clone, Copy)]
 pub struct MultiHistogram<'h> {
-    /// The temperatures `[energy]`.
-    pub temperatures: &'h [f64],
+    /// The ensembles.
+    pub ensembles: &'h [Ensemble],
     /// Number of samples at each of them.
     pub samples: &'h [f64],
     /// The levels of the energy `[energy]`.
     pub energies: &'h [f64],
-    /// Number of samples of all temperatures in each level.
+    /// Number of samples of all ensembles in each level.
     pub counts: &'h [f64],
 }
 
-/// The density of states of the potential energy, `g(E)`, but for a factor: what the samples at all temperatures say of it together.
+/// The density of states of the potential energy, `g(E)`, but for a factor: what the samples of all ensembles say of it together.
 ///
-/// With `N_k` samples at the temperature `T_k`, and `H(E)` samples of all temperatures in the level `E`,
-/// `g(E) = H(E) / sum_k N_k exp(f_k - E / T_k)` with the free energies `exp(-f_k) = sum_E g(E) exp(-E / T_k)`.
+/// With `N_k` samples of the ensemble `k`, in which configurations of the energy `E` have the weight `exp(-u_k(E))`, that is `u_k(E) = E / T_k` at a temperature, and `H(E)` samples of all ensembles in
+/// the level `E`, `g(E) = H(E) / sum_k N_k exp(f_k - u_k(E))` with the free energies `exp(-f_k) = sum_E g(E) exp(-u_k(E))`.
 ///
 /// These equations are those of the multi-histogram method: A. M. Ferrenberg and R. H. Swendsen, Phys. Rev. Lett. 63, 1195 (1989),
 /// [doi:10.1103/PhysRevLett.63.1195](https://doi.org/10.1103/PhysRevLett.63.1195). With a level for each energy that occurs, and so for stepped potentials, they are
@@ -47,7 +49,7 @@ pub struct DensityOfStates {
     variances: Vec<f64>,
     /// Logarithm of the density of states of each level; minus infinity where there is no sample.
     logarithms: Vec<f64>,
-    /// `f_k`, that of the first temperature being zero.
+    /// `f_k`, that of the first ensemble being zero.
     free_energies: Vec<f64>,
     /// Means in each level of what was measured with the energies.
     means: Vec<Vec<f64>>,
@@ -74,77 +76,78 @@ struct Expansion {
 
 impl MultiHistogram<'_> {
     /// Solves the equations by Newton's method, from free energies near the solution: the minimum of the convex function
-    /// `sum_E H(E) ln sum_k N_k exp(f_k - E / T_k) - sum_k N_k f_k`.
+    /// `sum_E H(E) ln sum_k N_k exp(f_k - u_k(E)) - sum_k N_k f_k`.
     ///
-    /// `None` where the energies at some of the temperatures do not overlap with those at the others, so that nothing is known of the difference of their free energies, or where there are
+    /// `None` where the energies of some of the ensembles do not overlap with those of the others, so that nothing is known of the difference of their free energies, or where there are
     /// no samples.
     #[must_use]
     pub fn solve(&self, start: &[f64]) -> Option<DensityOfStates> {
         let first = start.first()?;
+        let reduced = self.reduced_energies();
         let mut free_energies: Vec<f64> = start.iter().map(|f| f - first).collect();
-        let mut here = self.expansion(&free_energies);
+        let mut here = self.expansion(&reduced, &free_energies);
         for _ in 0..MOST_STEPS {
             let (mut step, is_determined) = downhill(here.hessian, &here.gradient);
             let length = step.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-            let (mut next, mut there) = self.beyond(&free_energies, &step);
+            let (mut next, mut there) = self.beyond(&reduced, &free_energies, &step);
             for _ in 0..MOST_HALVINGS {
                 if there.value <= here.value + ROUNDING * here.value.abs() {
                     break;
                 }
                 step.iter_mut().for_each(|x| *x *= 0.5);
-                (next, there) = self.beyond(&free_energies, &step);
+                (next, there) = self.beyond(&reduced, &free_energies, &step);
             }
             (free_energies, here) = (next, there);
             if length <= LAST_STEP {
-                return is_determined.then(|| self.density(free_energies));
+                return is_determined.then(|| self.density(&reduced, free_energies));
             }
         }
         None
     }
 
-    /// Free energies to begin with, from the mean energy at each temperature: `df / d(1/T) = <U>` by the trapezoidal rule.
+    /// Free energies to begin with, from the mean energy of each ensemble: at temperatures `df / d(1/T) = <U>` by the trapezoidal rule, and as before where weights follow from energies.
     #[must_use]
-    pub fn start(temperatures: &[f64], means: &[f64]) -> Vec<f64> {
-        let mut free_energies = vec![0.0; temperatures.len().min(1)];
+    pub fn start(ensembles: &[Ensemble], means: &[f64]) -> Vec<f64> {
+        let mut free_energies = vec![0.0; ensembles.len().min(1)];
         let mut last = 0.0;
-        for (pair, means) in temperatures.windows(2).zip(means.windows(2)) {
-            last += 0.5 * (means[0] + means[1]) * (pair[1].recip() - pair[0].recip());
+        for (pair, means) in ensembles.windows(2).zip(means.windows(2)) {
+            if let [Ensemble::Canonical { temperature: one }, Ensemble::Canonical { temperature: other }] = pair {
+                last += 0.5 * (means[0] + means[1]) * (other.recip() - one.recip());
+            }
             free_energies.push(last);
         }
         free_energies
     }
 
-    fn beyond(&self, free_energies: &[f64], step: &[f64]) -> (Vec<f64>, Expansion) {
+    /// By level `u_k(E)` of each ensemble.
+    fn reduced_energies(&self) -> Vec<Vec<f64>> {
+        let of = |energy: &f64| self.ensembles.iter().map(|ensemble| ensemble.reduced_energy(*energy)).collect();
+        self.energies.iter().map(of).collect()
+    }
+
+    fn beyond(&self, reduced: &[Vec<f64>], free_energies: &[f64], step: &[f64]) -> (Vec<f64>, Expansion) {
         let steps = std::iter::once(0.0).chain(step.iter().copied());
         let next: Vec<f64> = free_energies.iter().zip(steps).map(|(f, step)| f + step).collect();
-        let expansion = self.expansion(&next);
+        let expansion = self.expansion(reduced, &next);
         (next, expansion)
     }
 
-    /// For each temperature `ln N_k + f_k`, which is minus infinity without samples.
+    /// For each ensemble `ln N_k + f_k`, which is minus infinity without samples.
     fn offsets(&self, free_energies: &[f64]) -> Vec<f64> {
         self.samples.iter().zip(free_energies).map(|(samples, f)| libm::log(*samples) + f).collect()
     }
 
-    /// Writes `ln N_k + f_k - E / T_k` into `terms`, and returns the logarithm of the sum of their exponentials.
-    fn terms(&self, offsets: &[f64], energy: f64, terms: &mut [f64]) -> f64 {
-        for ((term, offset), temperature) in terms.iter_mut().zip(offsets).zip(self.temperatures) {
-            *term = offset - energy / temperature;
-        }
-        log_sum(terms)
-    }
-
-    fn expansion(&self, free_energies: &[f64]) -> Expansion {
+    fn expansion(&self, reduced: &[Vec<f64>], free_energies: &[f64]) -> Expansion {
         let count = free_energies.len();
         let offsets = self.offsets(free_energies);
         let mut terms = vec![0.0; count];
         let mut value = -self.samples.iter().zip(free_energies).map(|(samples, f)| samples * f).sum::<f64>();
         let mut gradient: Vec<f64> = self.samples.iter().skip(1).map(|samples| -samples).collect();
         let mut hessian: Vec<Vec<f64>> = (1..count).map(|length| vec![0.0; length]).collect();
-        for (energy, samples) in self.energies.iter().zip(self.counts).filter(|(_, samples)| **samples > 0.0) {
-            let sum = self.terms(&offsets, *energy, &mut terms);
+        for (reduced, samples) in reduced.iter().zip(self.counts).filter(|(_, samples)| **samples > 0.0) {
+            let sum = fill(&offsets, reduced, &mut terms);
             value += samples * sum;
-            // The probabilities that a sample of this level is one of each temperature.
+            // The probabilities that a sample of this level is one of each ensemble.
             terms.iter_mut().for_each(|term| *term = libm::exp(*term - sum));
             for (row, own) in terms[1..].iter().enumerate().filter(|(_, own)| **own > 0.0) {
                 gradient[row] += samples * own;
@@ -155,20 +158,28 @@ impl MultiHistogram<'_> {
         Expansion { value, gradient, hessian }
     }
 
-    fn density(&self, free_energies: Vec<f64>) -> DensityOfStates {
+    fn density(&self, reduced: &[Vec<f64>], free_energies: Vec<f64>) -> DensityOfStates {
         let offsets = self.offsets(&free_energies);
         let mut terms = vec![0.0; free_energies.len()];
-        let logarithm = |(energy, samples): (&f64, &f64)| {
-            let sum = self.terms(&offsets, *energy, &mut terms);
+        let logarithm = |(reduced, samples): (&Vec<f64>, &f64)| {
+            let sum = fill(&offsets, reduced, &mut terms);
             if *samples > 0.0 { libm::log(*samples) - sum } else { f64::NEG_INFINITY }
         };
-        let logarithms = self.energies.iter().zip(self.counts).map(logarithm).collect();
+        let logarithms = reduced.iter().zip(self.counts).map(logarithm).collect();
         let energies = self.energies.to_vec();
         DensityOfStates { variances: vec![0.0; energies.len()], energies, logarithms, free_energies, means: Vec::new() }
     }
 }
 
 impl DensityOfStates {
+    /// Density of states that is known: energies, which ascend `[energy]`, with the logarithm of the density of each.
+    #[must_use]
+    pub fn of_levels(levels: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let (energies, logarithms): (Vec<f64>, Vec<f64>) = levels.into_iter().unzip();
+        let variances = vec![0.0; energies.len()];
+        Self { energies, variances, logarithms, free_energies: Vec::new(), means: Vec::new() }
+    }
+
     /// Takes into account that the energies of a level differ: their variance in each, `[energy^2]`.
     #[must_use]
     pub fn with_variances(mut self, variances: &[f64]) -> Self {
@@ -183,7 +194,7 @@ impl DensityOfStates {
         self
     }
 
-    /// `f_k` at the temperatures of the samples, those over the temperature, without the part of the velocities; zero at the first.
+    /// `f_k` of the ensembles of the samples, at a temperature that over it, without the part of the velocities; zero of the first.
     #[must_use]
     pub fn free_energies(&self) -> &[f64] {
         &self.free_energies
@@ -192,6 +203,14 @@ impl DensityOfStates {
     /// The levels, with the logarithm of the density of states of each: minus infinity where there is no sample.
     pub fn levels(&self) -> impl Iterator<Item = (f64, f64)> {
         self.energies.iter().copied().zip(self.logarithms.iter().copied())
+    }
+
+    /// Probabilities of the levels at a temperature `[energy]`, in their order: `g(E) exp(-E / T) / sum_E g(E) exp(-E / T)`.
+    #[must_use]
+    pub fn probabilities_at(&self, temperature: f64) -> Vec<f64> {
+        let (mut weights, sum, _) = self.weights(temperature);
+        weights.iter_mut().for_each(|weight| *weight /= sum);
+        weights
     }
 
     /// Weights of the levels at a temperature, their sum, and the logarithm of the largest.
@@ -221,6 +240,14 @@ impl DensityOfStates {
         let variance = weights.iter().zip(squares).map(|(weight, square)| weight * square).sum::<f64>() / sum;
         Moments { log_partition: most + libm::log(sum), mean, variance }
     }
+}
+
+/// Writes `ln N_k + f_k - u_k(E)` into `terms`, and returns the logarithm of the sum of their exponentials.
+fn fill(offsets: &[f64], reduced: &[f64], terms: &mut [f64]) -> f64 {
+    for ((term, offset), reduced) in terms.iter_mut().zip(offsets).zip(reduced) {
+        *term = offset - reduced;
+    }
+    log_sum(terms)
 }
 
 /// The logarithm of a sum of exponentials.

@@ -1,6 +1,7 @@
-//! Histograms of the potential energy of all temperatures together, in blocks of time.
+//! Histograms of the potential energy of all ensembles together, in blocks of time.
 
-use super::density_of_states::MultiHistogram;
+use super::density_of_states::{DensityOfStates, MultiHistogram};
+use super::ensemble::Ensemble;
 
 /// More energies than these are put into as many bins of even width.
 const MOST_LEVELS: usize = 4096;
@@ -25,7 +26,7 @@ pub struct EnergyLevels {
 }
 
 impl EnergyLevels {
-    /// Looks at the energies at all temperatures at a time `[energy]`.
+    /// Looks at the energies of all ensembles at a time `[energy]`.
     pub fn see(&mut self, energies: &[f64]) {
         self.rows += 1;
         for energy in energies.iter().copied().filter(|energy| energy.is_finite()) {
@@ -70,9 +71,9 @@ impl EnergyLevels {
 #[derive(Debug, Clone)]
 struct Block {
     rows: u64,
-    /// Samples of all temperatures in each level.
+    /// Samples of all ensembles in each level.
     counts: Vec<u32>,
-    /// Sum of the energies at each temperature.
+    /// Sum of the energies of each ensemble.
     sums: Vec<f64>,
     /// Of each other quantity, its sum over the samples in each level.
     others: Vec<Vec<f64>>,
@@ -86,10 +87,10 @@ struct Spread {
     squares: f64,
 }
 
-/// Histograms of the potential energy at several temperatures, of samples that were taken of all of them together, in blocks of time: the second pass through them.
+/// Histograms of the potential energy of several ensembles, mostly at several temperatures, of samples that were taken of all of them together, in blocks of time: the second pass through them.
 #[derive(Debug, Clone)]
 pub struct EnergyHistograms {
-    temperatures: Vec<f64>,
+    ensembles: Vec<Ensemble>,
     levels: EnergyLevels,
     rows_per_block: u64,
     blocks: Vec<Block>,
@@ -110,10 +111,10 @@ pub(super) struct Counts {
 impl EnergyHistograms {
     /// Without samples, for those of which the levels are known, and for so many other quantities that are measured with the energies.
     #[must_use]
-    pub fn new(temperatures: &[f64], levels: EnergyLevels, others: usize) -> Self {
+    pub fn new(ensembles: Vec<Ensemble>, levels: EnergyLevels, others: usize) -> Self {
         let levels = levels.closed();
         Self {
-            temperatures: temperatures.to_vec(),
+            ensembles,
             rows_per_block: levels.rows.div_ceil(MOST_BLOCKS).max(1),
             blocks: Vec::new(),
             spreads: vec![Spread::default(); levels.levels.len()],
@@ -122,10 +123,10 @@ impl EnergyHistograms {
         }
     }
 
-    /// Adds the energies at all temperatures at a time, in their order, and the other quantities: all of the first temperature, then those of the second and so on. Nothing is added where
+    /// Adds the energies of all ensembles at a time, in their order, and the other quantities: all of the first ensemble, then those of the second and so on. Nothing is added where
     /// one of them is not finite.
     pub fn add(&mut self, energies: &[f64], others: &[f64]) {
-        let count = self.temperatures.len();
+        let count = self.ensembles.len();
         let is_whole = energies.len() == count
             && others.len() == self.others * count
             && energies.iter().chain(others).all(|number| number.is_finite());
@@ -153,10 +154,10 @@ impl EnergyHistograms {
         }
     }
 
-    /// The temperatures `[energy]`.
+    /// The ensembles.
     #[must_use]
-    pub fn temperatures(&self) -> &[f64] {
-        &self.temperatures
+    pub fn ensembles(&self) -> &[Ensemble] {
+        &self.ensembles
     }
 
     /// Number of levels, or of bins.
@@ -171,21 +172,31 @@ impl EnergyHistograms {
         self.blocks.is_empty()
     }
 
+    /// The density of states that all samples together determine. `None` where energies of the ensembles do not overlap, or where there are none.
+    #[must_use]
+    pub fn density_of_states(&self) -> Option<DensityOfStates> {
+        if self.is_empty() {
+            return None;
+        }
+        let start = MultiHistogram::start(&self.ensembles, &self.means());
+        self.counts(0..self.blocks()).solve(&self.ensembles, &self.energies().0, &start)
+    }
+
     /// Number of blocks of time.
     pub(super) fn blocks(&self) -> usize {
         self.blocks.len()
     }
 
-    /// Means of the energy at a temperature, by its place, in the blocks.
+    /// Means of the energy of an ensemble, by its place, in the blocks.
     pub(super) fn series(&self, place: usize) -> Vec<f64> {
         self.blocks.iter().map(|block| block.sums[place] / block.rows as f64).collect()
     }
 
-    /// The mean of the energy at each temperature.
+    /// The mean of the energy of each ensemble.
     pub(super) fn means(&self) -> Vec<f64> {
         let rows: u64 = self.blocks.iter().map(|block| block.rows).sum();
         let sum = |place| self.blocks.iter().map(|block| block.sums[place]).sum::<f64>();
-        (0..self.temperatures.len()).map(|place| sum(place) / rows as f64).collect()
+        (0..self.ensembles.len()).map(|place| sum(place) / rows as f64).collect()
     }
 
     /// Counts of some blocks together.
@@ -228,10 +239,10 @@ impl Counts {
         self.others.iter().map(|sums| sums.iter().zip(&self.levels).map(mean).collect()).collect()
     }
 
-    /// As histograms of some temperatures, of which each has as many samples.
-    pub fn solve(&self, temperatures: &[f64], energies: &[f64], start: &[f64]) -> Option<super::DensityOfStates> {
-        let samples = vec![self.rows; temperatures.len()];
-        MultiHistogram { temperatures, samples: &samples, energies, counts: &self.levels }.solve(start)
+    /// As histograms of some ensembles, of which each has as many samples.
+    pub fn solve(&self, ensembles: &[Ensemble], energies: &[f64], start: &[f64]) -> Option<DensityOfStates> {
+        let samples = vec![self.rows; ensembles.len()];
+        MultiHistogram { ensembles, samples: &samples, energies, counts: &self.levels }.solve(start)
     }
 }
 

@@ -27,8 +27,8 @@ fn expected_counts_give_the_exact_density_of_states() {
     let samples = [1e4, 3e3, 2e4, 1e3];
     let count = |k: usize| (0..4).map(|at| samples[at] * populations(TEMPERATURES[at])[k]).sum::<f64>();
     let counts: Vec<f64> = (0..4).map(count).collect();
-    let histogram =
-        MultiHistogram { temperatures: &TEMPERATURES, samples: &samples, energies: &ENERGIES, counts: &counts };
+    let ensembles = Ensemble::canonical(&TEMPERATURES);
+    let histogram = MultiHistogram { ensembles: &ensembles, samples: &samples, energies: &ENERGIES, counts: &counts };
     // From far away, too.
     for start in [[0.0; 4], [0.0, -3.0, 50.0, -40.0]] {
         let density = histogram.solve(&start).unwrap();
@@ -66,7 +66,7 @@ fn mbar(temperatures: &[f64], energies: &[Vec<f64>]) -> Vec<f64> {
 fn histograms(temperatures: &[f64], rows: &[Vec<f64>]) -> EnergyHistograms {
     let mut levels = EnergyLevels::default();
     rows.iter().for_each(|row| levels.see(row));
-    let mut histograms = EnergyHistograms::new(temperatures, levels, 0);
+    let mut histograms = EnergyHistograms::new(Ensemble::canonical(temperatures), levels, 0);
     rows.iter().for_each(|row| histograms.add(row, &[]));
     histograms
 }
@@ -176,7 +176,10 @@ fn errors_repeat_and_follow_from_the_seed() {
 fn temperatures_without_overlap_and_short_series_have_no_curves_or_no_errors() {
     let rows: Vec<Vec<f64>> = (0..100).map(|k| vec![-50.0 + f64::from(k % 2), f64::from(k % 3)]).collect();
     assert!(Reweighting::new(&histograms(&[0.1, 5.0], &rows), 1).is_none());
-    assert!(Reweighting::new(&EnergyHistograms::new(&[0.1, 5.0], EnergyLevels::default(), 0), 1).is_none());
+    assert!(
+        Reweighting::new(&EnergyHistograms::new(Ensemble::canonical(&[0.1, 5.0]), EnergyLevels::default(), 0), 1)
+            .is_none()
+    );
     let few = Reweighting::new(&histograms(&TEMPERATURES, &sampled(1, 7, 0.0)), 1).unwrap();
     assert_eq!(few.estimates(|density| vec![density.at(0.6).mean])[0].standard_error, None);
     // Of energies that are all the same, everything is known.
@@ -193,7 +196,7 @@ fn other_quantities_follow_from_their_means_in_the_levels() {
     let rows = sampled(4, 4000, 0.3);
     let mut levels = EnergyLevels::default();
     rows.iter().for_each(|row| levels.see(row));
-    let mut histograms = EnergyHistograms::new(&TEMPERATURES, levels, 2);
+    let mut histograms = EnergyHistograms::new(Ensemble::canonical(&TEMPERATURES), levels, 2);
     for row in &rows {
         let mut both = |e: &f64| {
             let level = ENERGIES.iter().position(|it| it == e).unwrap();

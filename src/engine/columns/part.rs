@@ -32,6 +32,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 states: self.pairs.states.permuted(order),
                 contact_times: self.pairs.contact_times.as_ref().map(|column| column.permuted(order)),
                 has_own_interactions: self.pairs.has_own_interactions,
+                bias: None,
             },
             images: self.images.clone(),
             distances: self.distances,

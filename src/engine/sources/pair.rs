@@ -40,7 +40,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let pair = self.frame(i, j, side, surface);
         self.note_state(&pair, &seen, flown);
-        let (outcome, change) = self.respond(&pair, &seen, restitution, time);
+        let (outcome, mut change) = self.respond(&pair, &self.weighted(&seen), restitution, time);
+        self.note_weighted(&mut change, seen.energy_step, matches!(outcome, Outcome::Capture | Outcome::Release));
         self.set_state_after(i, j, outcome, state, interaction)?;
         Ok(self.apply(&change, observe))
     }

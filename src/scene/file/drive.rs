@@ -10,7 +10,7 @@ use crate::model::Threads;
 use crate::model::exchange_plan::MOST_TEMPERATURES;
 use crate::model::space::AXES;
 use crate::scene::names::WORDS;
-use crate::scene::parse::plan::{AUTOMATIC, THERMOSTATS};
+use crate::scene::parse::plan::{AUTOMATIC, ENSEMBLES, THERMOSTATS};
 use crate::scene::schema::{keys_by_kind, words};
 
 /// `[[stage]]`: a stretch before the run, until a time, a number of events or the end of growth.
@@ -114,4 +114,7 @@ pub(crate) struct ExchangeFile {
     /// How often a particle gets a new velocity from the heat bath of its replica `[1 / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
+    /// Ensemble that is measured: `canonical` at each temperature, with swaps, or one `multicanonical` ensemble of all replicas, which visits all energies between those of the temperatures equally often.
+    #[schemars(extend("enum" = ENSEMBLES, "default" = ENSEMBLES[0]))]
+    pub ensemble: Option<String>,
 }

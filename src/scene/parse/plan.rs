@@ -5,7 +5,9 @@ use crate::base::numbers::trunc_to_usize;
 use crate::base::text::shortest;
 use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
-use crate::model::{Equilibration, ExchangePlan, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat, Threads};
+use crate::model::{
+    Equilibration, ExchangeEnsemble, ExchangePlan, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat, Threads,
+};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
 use crate::scene::file::{ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile, ThreadsFile};
@@ -126,10 +128,24 @@ fn parse_axes(words: &[String], at: &ConfigPath) -> Result<[bool; 3], SceneError
 }
 
 /// Replicas at several temperatures.
-pub(crate) fn parse_exchange(file: ExchangeFile) -> ExchangePlan {
-    let ExchangeFile { temperatures, interval, rate } = file;
-    ExchangePlan { temperatures, interval, rate }
+pub(crate) fn parse_exchange(file: ExchangeFile) -> Result<ExchangePlan, SceneError> {
+    let ExchangeFile { temperatures, interval, rate, ensemble } = file;
+    let known = |word: &str| ExchangeEnsemble::NAMES.into_iter().find(|(name, _)| *name == word);
+    let ensemble = match ensemble {
+        None => ExchangeEnsemble::default(),
+        Some(word) => match known(&word) {
+            Some((_, ensemble)) => ensemble,
+            None => {
+                let at = ConfigPath::root().key("exchange").key("ensemble");
+                return Err(unknown(&at, "ensemble", &word, ENSEMBLES));
+            }
+        },
+    };
+    Ok(ExchangePlan { temperatures, interval, rate, ensemble })
 }
+
+/// Names of the ensembles of an exchange.
+pub(crate) const ENSEMBLES: [&str; 2] = [ExchangeEnsemble::NAMES[0].0, ExchangeEnsemble::NAMES[1].0];
 
 /// Measurement plan from the table `[measure]`.
 pub(crate) fn parse_measure(file: MeasureFile) -> MeasurementPlan {

@@ -1,9 +1,12 @@
 //! Validates the table `[exchange]`: temperatures, whole numbers of intervals, what else the scene may have, and whether there is an equilibrium.
 
+use crate::Vector;
 use crate::base::text::shortest;
 use crate::model::exchange_plan::{MOST_ATTEMPTS, MOST_TEMPERATURES};
 use crate::model::space::{AXES, Boundary, Face};
-use crate::model::{ExchangePlan, Format, MeasurementPlan, Scene, SceneParts, SceneSurface, SurfaceLaw, Threads};
+use crate::model::{
+    ExchangeEnsemble, ExchangePlan, Format, MeasurementPlan, Scene, SceneParts, SceneSurface, SurfaceLaw, Threads,
+};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -19,6 +22,7 @@ impl SceneParts {
         positive(plan.interval, at.key("interval"))?;
         positive(plan.rate, at.key("rate"))?;
         self.check_times(plan)?;
+        self.check_learning(plan)?;
         self.check_company()
     }
 
@@ -58,6 +62,24 @@ impl SceneParts {
             }
         }
         Ok(())
+    }
+
+    /// An equilibration that is long enough to find multicanonical weights in.
+    fn check_learning(&self, plan: &ExchangePlan) -> Result<(), SceneError> {
+        if plan.ensemble == ExchangeEnsemble::Canonical {
+            return Ok(());
+        }
+        let at = ConfigPath::root().key("run");
+        let expected = format!(
+            "at least {LEAST_LEARNING} times exchange.interval beside the ensemble \"multicanonical\", whose weights follow from the energies of its equilibration"
+        );
+        match self.run.equilibration.time {
+            None => Err(missing(&at, "equilibration_time", &expected)),
+            Some(time) if plan.attempts(time).is_none_or(|attempts| attempts < LEAST_LEARNING) => {
+                refuse(at.key("equilibration_time"), shortest(time), expected)
+            }
+            Some(_) => Ok(()),
+        }
     }
 
     /// Tables and keys that only a run has a use for.
@@ -140,11 +162,34 @@ impl SceneBuilder {
         if scene.particles.iter().all(|particle| scene.species[particle.species.0 as usize].is_static()) {
             return refuse(at, "given for a scene in which nothing moves", "particles that move");
         }
+        check_energies(scene, plan)?;
         affordable((scene.particles.len() as u64).saturating_mul(plan.temperatures.len() as u64), &at)
     }
 }
 
+/// Attempts that the equilibration of a multicanonical exchange has at least: five of them are the first energies that weights are made of.
+const LEAST_LEARNING: u64 = 20;
+
 const LOSSLESS: &str = "1 beside [exchange]: what loses energy in contacts has no equilibrium";
+
+/// Energies that change in steps only, for weights of them.
+fn check_energies(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> {
+    if plan.ensemble == ExchangeEnsemble::Canonical {
+        return Ok(());
+    }
+    let at = ConfigPath::root().key("exchange").key("ensemble");
+    let value = "\"multicanonical\"";
+    if scene.species.iter().any(|species| !species.is_static() && species.acceleration != Vector::zeros()) {
+        let expected = "\"canonical\" in a scene with gravity: weights are of energies that change in steps, and that of a falling particle does not";
+        return refuse(at, value, expected);
+    }
+    let energies = || scene.interactions.iter().flat_map(|it| it.potential.energies());
+    if !energies().any(|energy| energy.is_finite() && *energy != 0.0) {
+        let expected = "\"canonical\" in a scene of hard bodies: their potential energy is always zero";
+        return refuse(at, value, expected);
+    }
+    Ok(())
+}
 
 /// Several positive temperatures, one after the other.
 fn check_temperatures(temperatures: &[f64]) -> Result<(), SceneError> {

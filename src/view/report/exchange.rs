@@ -12,6 +12,7 @@ use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::Estimate;
 use crate::base::text::{digits, plural, unit};
 use crate::exchange::{ExchangeFolder, ExchangeFolderError, ExchangeSummary, TemperatureResult, ThermalPoint};
+use crate::model::ExchangeEnsemble;
 
 /// Rows of which replica paths are drawn at most, and from how many of all that are chosen: those of some round trips.
 const MOST_ROWS: u64 = 120;
@@ -55,8 +56,9 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
         false => "<span class=\"verdict failed\">✗ equilibrium not shown</span>",
     };
     let heading = format!(
-        "<h1>{} {verdict} {state}</h1>\n<p class=\"subtitle\">Replica exchange of {} at {}</p>\n<p class=\"facts\">seed {} · {} · carom {}</p>\n",
+        "<h1>{} {verdict} {state}</h1>\n<p class=\"subtitle\">{} of {} at {}</p>\n<p class=\"facts\">seed {} · {} · carom {}</p>\n",
         escape(&summary.scene),
+        if is_swapped(&summary) { "Replica exchange" } else { "Multicanonical ensemble" },
         plural(summary.particles as u64, "particle"),
         plural(results.temperatures.len() as u64, "temperature"),
         summary.seed,
@@ -67,12 +69,21 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     let sections = [
         ("temperatures", "Temperatures", temperatures(&summary)),
         ("plots", "Plots", plots(&summary, &places)),
-        ("swaps", "Swaps", swaps(&summary)),
+        if is_swapped(&summary) {
+            ("swaps", "Swaps", swaps(&summary))
+        } else {
+            ("trips", "Round trips", trips(&summary))
+        },
         ("scene", "The scene", scene_text(again, &scene)),
     ];
     let notes = results.faults.clone();
     let above = warnings(&summary.warnings) + &super::notes(&notes);
     Ok(Page { html: shell(&summary.scene, &heading, &above, &sections), notes })
+}
+
+/// Whether replicas are swapped between temperatures, instead of all of them visiting all energies.
+fn is_swapped(summary: &ExchangeSummary) -> bool {
+    summary.ensemble == ExchangeEnsemble::Canonical
 }
 
 /// Why the exchange may not be in equilibrium.
@@ -142,25 +153,34 @@ fn given(number: f64) -> String {
 
 fn temperatures(summary: &ExchangeSummary) -> String {
     let (results, quantities) = (&summary.results, quantities(summary));
-    let fixed = ["temperature [energy]", "swaps with the next"].map(str::to_owned);
+    let is_swapped = is_swapped(summary);
+    let fixed = std::iter::once("temperature [energy]").chain(is_swapped.then_some("swaps with the next"));
     let names = quantities.iter().map(|(name, unit)| match *name {
         "temperature" => quantity("kinetic temperature", unit),
         name => quantity(&words(name), unit),
     });
-    let heads: Vec<String> = fixed.into_iter().chain(names).collect();
+    let heads: Vec<String> = fixed.map(str::to_owned).chain(names).collect();
     let row = |(place, at): (usize, &TemperatureResult)| {
         let acceptance = results.neighbours.get(place).and_then(|it| it.acceptance);
         let means = quantities.iter().map(|(name, _)| mean(measured(at, name)));
-        [given(at.temperature), mean(acceptance)].into_iter().chain(means).collect()
+        let swaps = is_swapped.then(|| mean(acceptance));
+        std::iter::once(given(at.temperature)).chain(swaps).chain(means).collect()
     };
     let rows: Vec<Vec<String>> = results.temperatures.iter().enumerate().map(row).collect();
-    let caption =
-        format!("Averages over {} attempts to swap, a time of {}", results.attempts, digits(results.duration));
+    let (what, whose) =
+        if is_swapped { ("attempts to swap", OVER_REPLICAS) } else { ("samples of each replica", REWEIGHTED) };
+    let caption = format!("Averages over {} {what}, a time of {}", results.attempts, digits(results.duration));
     table(&caption, &heads, &rows)
         + &peak(summary)
-        + "<p class=\"aside\">Averages of a temperature are over whichever replica was there. The heat capacity is that at constant volume, in units of k_B: D / 2 \
+        + &format!(
+            "<p class=\"aside\">{whose} The heat capacity is that at constant volume, in units of k_B: D / 2 \
            and the fluctuations of the potential energy. The same numbers are in <code>summary.json</code>.</p>\n"
+        )
 }
+
+/// Whose averages those at a temperature are.
+const OVER_REPLICAS: &str = "Averages of a temperature are over whichever replica was there.";
+const REWEIGHTED: &str = "Averages at the temperatures follow from the energies of all replicas by reweighting.";
 
 /// The sentence on the maximum of the heat capacity; empty without one.
 fn peak(summary: &ExchangeSummary) -> String {
@@ -178,12 +198,22 @@ fn swaps(summary: &ExchangeSummary) -> String {
         vec![one, other, it.attempts.to_string(), it.accepted.to_string(), mean(it.acceptance)]
     };
     let rows: Vec<Vec<String>> = results.neighbours.iter().map(row).collect();
-    let trips = |(trips, number): (&u64, u64)| vec![number.to_string(), trips.to_string()];
-    let of_replicas: Vec<Vec<String>> = results.round_trips.iter().zip(1..).map(trips).collect();
     table("Swaps between neighbouring temperatures", &heads, &rows)
-        + &table("Round trips of the replicas", &["replica", "round trips"].map(str::to_owned), &of_replicas)
-        + "<p class=\"aside\">A round trip leads from the highest temperature to the lowest and back. A low acceptance asks for more temperatures there, few round trips \
-           for a longer run. The replica at each temperature, and its potential energy, are in <code>exchange.csv</code>.</p>\n"
+        + &trips(summary)
+        + "<p class=\"aside\">A low acceptance asks for more temperatures there, few round trips for a longer run. The replica at each temperature, and its potential energy, are in \
+           <code>exchange.csv</code>.</p>\n"
+}
+
+/// Round trips of the replicas.
+fn trips(summary: &ExchangeSummary) -> String {
+    let trips = |(trips, number): (&u64, u64)| vec![number.to_string(), trips.to_string()];
+    let rows: Vec<Vec<String>> = summary.results.round_trips.iter().zip(1..).map(trips).collect();
+    let ends = match is_swapped(summary) {
+        true => "the highest temperature to the lowest and back",
+        false => "the mean potential energy at the highest temperature to that at the lowest and back",
+    };
+    table("Round trips of the replicas", &["replica", "round trips"].map(str::to_owned), &rows)
+        + &format!("<p class=\"aside\">A round trip leads from {ends}.</p>\n")
 }
 
 fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
@@ -193,7 +223,7 @@ fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     let of_quantities = quantities(summary).into_iter().filter(|(name, _)| *name != "temperature");
     let figures = of_quantities.filter_map(|(name, unit)| against_temperature(summary, name, &unit, is_logarithmic));
     let others = [acceptance(summary, is_logarithmic), populations(summary), paths(summary, places, is_logarithmic)];
-    let figures = figures.chain(entropy(summary, is_logarithmic));
+    let figures = figures.chain(entropy(summary, is_logarithmic)).chain(density_of_states(summary));
     let figures: String = figures.chain(others.into_iter().flatten()).collect();
     format!("<div class=\"plots\">\n{figures}</div>\n")
 }
@@ -241,6 +271,16 @@ fn entropy(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String> {
     curves_figure(&curves.label, &curves, &format!("Less that at the highest temperature, in units of k_B. {TOGETHER}"))
 }
 
+fn density_of_states(summary: &ExchangeSummary) -> Option<String> {
+    let points: Vec<Option<Dot>> =
+        summary.density_of_states.iter().map(|level| dot(level.energy, level.log_density_of_states)).collect();
+    let titles = ["potential energy [energy]".to_owned(), "ln density of states".to_owned()];
+    let lines = vec![Line { points, ..Line::default() }];
+    let curves = Curves { label: "Density of states".to_owned(), titles, lines, ..Curves::default() };
+    let text = "Natural logarithm, over that of the level that is most probable at the highest temperature. Error bars: standard errors. From <code>density_of_states.csv</code>.";
+    curves_figure(&curves.label, &curves, text)
+}
+
 /// A curve against temperature.
 fn measured_curve(label: &str, titles: [String; 2], is_logarithmic: bool, points: Vec<Option<Dot>>) -> Curves {
     let lines = vec![Line { points, ..Line::default() }];
@@ -281,6 +321,9 @@ fn populations(summary: &ExchangeSummary) -> Option<String> {
 }
 
 fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic: bool) -> Option<String> {
+    if !is_swapped(summary) {
+        return None;
+    }
     let temperatures = &summary.results.temperatures;
     let shown: Vec<usize> = (0..temperatures.len()).step_by(temperatures.len().div_ceil(MOST_PATHS)).collect();
     let line = |replica: &usize| Line {

@@ -1,0 +1,126 @@
+//! What happens when all replicas have come to the time of an attempt: energies are taken, neighbours swapped, weights learned.
+
+use super::multicanonical::Torn;
+use super::replica::bath;
+use super::replicas::Exchange;
+
+impl Exchange {
+    /// Takes the energies, and swaps neighbours where the rule says so, when all replicas have come to the time of the attempt.
+    pub(super) fn attempt(&mut self) -> Result<(), Torn> {
+        let was_measured = self.attempts >= self.equilibration;
+        self.attempts += 1;
+        for place in 0..self.places.len() {
+            let replica = &mut self.replicas[self.places[place]];
+            self.energies[place] = replica.note();
+            if was_measured && self.multicanonical.is_none() {
+                self.averages.temperatures[place].end(&replica.simulation);
+            }
+        }
+        match self.multicanonical.as_ref().and_then(|it| it.weights()) {
+            None => self.swap_neighbours(),
+            Some(weights) => {
+                for (number, energy) in self.places.iter().zip(&self.energies) {
+                    self.walk.visit(*number, weights.is_beyond(*energy), self.attempts > self.equilibration);
+                }
+                if self.is_measured() {
+                    self.measured = self.now_measured();
+                }
+            }
+        }
+        self.learn()
+    }
+
+    /// Swaps neighbouring temperatures, and takes note of the averages.
+    fn swap_neighbours(&mut self) {
+        let mut changed = vec![false; self.places.len()];
+        // Of two temperatures there is one pair.
+        let first = if self.places.len() == 2 { 0 } else { usize::from(self.attempts.is_multiple_of(2)) };
+        for lower in (first..self.places.len() - 1).step_by(2) {
+            // Drawn in any case, so that no decision moves the numbers of later ones.
+            let number = self.random.uniform();
+            let is_swapped = number < self.acceptance(lower);
+            if is_swapped {
+                self.swap(lower);
+                (changed[lower], changed[lower + 1]) = (true, true);
+            }
+            if self.is_measured() {
+                self.averages.attempt(lower, is_swapped);
+            }
+        }
+        self.walk.see(&self.places, self.is_measured());
+        if self.is_measured() {
+            self.measured = self.now_measured();
+            self.averages.sample(&self.energies, &self.measured);
+        }
+        self.begin_intervals(Some(&changed));
+    }
+
+    /// Gives all replicas new weights of the energy, where it is time for that.
+    fn learn(&mut self) -> Result<(), Torn> {
+        let Some(learning) = &mut self.multicanonical else { return Ok(()) };
+        let is_first = learning.weights().is_none();
+        if !learning.see(self.attempts, &self.energies, &self.plan.temperatures)? {
+            return Ok(());
+        }
+        if is_first {
+            self.walk.begin();
+        }
+        let highest = self.highest();
+        let temperature = self.plan.temperatures[highest];
+        for place in 0..self.places.len() {
+            let number = self.places[place];
+            if is_first {
+                self.replicas[number].scale_velocities((temperature / self.plan.temperatures[place]).sqrt());
+            }
+            self.heat(number, highest);
+            let weights = self.multicanonical.as_ref().and_then(|it| it.weights());
+            self.replicas[number].simulation.set_energy_weights(weights.map(|weights| (weights, temperature)));
+        }
+        Ok(())
+    }
+
+    /// The place of the highest temperature.
+    fn highest(&self) -> usize {
+        let temperatures = &self.plan.temperatures;
+        if temperatures[0] > temperatures[temperatures.len() - 1] { 0 } else { temperatures.len() - 1 }
+    }
+
+    /// Gives a replica the heat bath of a temperature, with random numbers that no other bath has.
+    pub(super) fn heat(&mut self, replica: usize, place: usize) {
+        // A stream for each replica and attempt: at most 1000 of 1e12, far below the 2^61 that there are.
+        let attempt = crate::base::numbers::index(self.attempts);
+        let stream = self.first_stream + attempt * self.places.len() + replica;
+        self.replicas[replica].simulation.set_planned_thermostat(Some(&bath(&self.plan, place)), stream);
+    }
+
+    /// Probability to swap a temperature with the next one.
+    fn acceptance(&self, lower: usize) -> f64 {
+        let [beta, other] = [lower, lower + 1].map(|place| self.plan.temperatures[place].recip());
+        let exponent = (beta - other) * (self.energies[lower] - self.energies[lower + 1]);
+        // A number below 1 is always smaller than what is not.
+        libm::exp(exponent)
+    }
+
+    fn swap(&mut self, lower: usize) {
+        self.places.swap(lower, lower + 1);
+        self.energies.swap(lower, lower + 1);
+        for (place, before) in [(lower, lower + 1), (lower + 1, lower)] {
+            let number = self.places[place];
+            let factor = (self.plan.temperatures[place] / self.plan.temperatures[before]).sqrt();
+            self.replicas[number].scale_velocities(factor);
+            self.heat(number, place);
+        }
+    }
+
+    /// Begins the intervals of the averages, or goes on with those of replicas that stayed where they were.
+    pub(super) fn begin_intervals(&mut self, changed: Option<&[bool]>) {
+        if self.attempts < self.equilibration || self.multicanonical.is_some() {
+            return;
+        }
+        for (place, at) in self.averages.temperatures.iter_mut().enumerate() {
+            if self.attempts == self.equilibration || changed.is_none_or(|changed| changed[place]) {
+                at.begin(&self.replicas[self.places[place]].simulation);
+            }
+        }
+    }
+}

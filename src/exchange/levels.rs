@@ -1,0 +1,56 @@
+//! Levels of the potential energy in the samples of all replicas together: their density of states, and their populations at temperatures.
+
+use super::populations::bins;
+use super::results::Population;
+use crate::analysis::reweighting::{DensityOfStates, Reweighting};
+use crate::analysis::statistics::Estimate;
+
+/// Density of states of a level of the potential energy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct LevelDensity {
+    /// The energy of the level `[energy]`.
+    pub energy: f64,
+    /// Natural logarithm of the density of states over that of the level that is most probable at the highest temperature. Without an error where some of the samples that are drawn for it have not
+    /// been there.
+    pub log_density_of_states: Estimate,
+}
+
+impl LevelDensity {
+    pub(super) fn new(energy: f64, log_density_of_states: Estimate) -> Self {
+        Self { energy, log_density_of_states }
+    }
+
+    /// Of all levels that have samples.
+    pub(super) fn all(reweighting: &Reweighting, highest: f64) -> Vec<Self> {
+        let density = reweighting.density();
+        let probabilities = density.probabilities_at(highest);
+        let most = (0..probabilities.len()).max_by(|a, b| probabilities[*a].total_cmp(&probabilities[*b]));
+        let Some(reference) = most else { return Vec::new() };
+        let relative = |density: &DensityOfStates| -> Vec<f64> {
+            let all: Vec<f64> = density.levels().map(|(_, logarithm)| logarithm).collect();
+            all.iter().map(|logarithm| logarithm - all[reference]).collect()
+        };
+        let all = density.levels().zip(reweighting.estimates(relative));
+        all.filter(|(_, it)| it.mean.is_finite()).map(|((energy, _), it)| Self::new(energy, it)).collect()
+    }
+}
+
+/// Populations of the levels at some temperatures, by reweighting; more than a hundred of them in bins.
+pub(super) fn populations(reweighting: &Reweighting, temperatures: &[f64]) -> Vec<Vec<Population>> {
+    let energies: Vec<f64> = reweighting.density().levels().map(|(energy, _)| energy).collect();
+    let bins = bins(&energies);
+    let of = |temperature: &f64| {
+        let found = reweighting.estimates(|density| {
+            let all = density.probabilities_at(*temperature);
+            bins.iter().map(|(_, _, places)| all[places.clone()].iter().sum()).collect()
+        });
+        let population = |((energy, width, _), population): (&(f64, f64, _), Estimate)| Population {
+            energy: *energy,
+            width: *width,
+            population,
+        };
+        bins.iter().zip(found).map(population).collect()
+    };
+    temperatures.iter().map(of).collect()
+}

@@ -1,0 +1,77 @@
+//! One of the replicas of an exchange.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::StartError;
+use crate::Vector;
+use crate::engine::{EngineError, Simulation, Until};
+use crate::model::random::{Purpose, Random};
+use crate::model::{ExchangePlan, Scene, Species, Thermostat};
+use crate::run::audit::Ledger;
+
+/// Steps of the engine between two questions whether to pause: some milliseconds.
+const STEPS: u64 = 1 << 14;
+
+/// A replica with the books of its energy.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Replica {
+    pub simulation: Simulation,
+    ledger: Ledger,
+}
+
+impl Replica {
+    /// A replica of a scene, by its number, which is also that of its first temperature.
+    pub fn new(scene: &Scene, plan: &ExchangePlan, number: usize) -> Result<Self, StartError> {
+        let mut own = scene.clone();
+        own.exchange = None;
+        own.run.thermostat = Some(bath(plan, number));
+        let mut random = Random::new(scene.seed(), Purpose::Exchange, 1 + number);
+        let velocity = |species: &Species| match species.is_static() {
+            true => Vector::zeros(),
+            false => random.normal_vector(&scene.space) * (plan.temperatures[number] / species.mass).sqrt(),
+        };
+        let species = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
+        let velocities: Vec<Vector> = species.map(velocity).collect();
+        let keeps_start = scene.species.iter().any(Species::is_static);
+        let mut simulation = Simulation::begin(own, keeps_start);
+        let mut ledger = Ledger::open(&simulation, false);
+        simulation.set_velocities(&velocities)?;
+        ledger.note(&simulation, &simulation.energy());
+        Ok(Self { simulation, ledger })
+    }
+
+    /// Takes note of its energy, and returns the potential one.
+    pub fn note(&mut self) -> f64 {
+        let energy = self.simulation.energy();
+        self.ledger.note(&self.simulation, &energy);
+        energy.potential
+    }
+
+    /// Multiplies all velocities.
+    pub fn scale_velocities(&mut self, factor: f64) {
+        self.simulation.scale_velocities(factor, &Vector::zeros());
+        self.note();
+    }
+
+    /// Faults that its audit finds, in words.
+    pub fn faults(&self) -> Vec<String> {
+        self.ledger.close(&self.simulation).faults().iter().map(ToString::to_string).collect()
+    }
+
+    /// Goes on to a time, or pauses where it is told to on the way; says whether it came there.
+    pub fn go(&mut self, time: f64, mut pauses: impl FnMut() -> bool) -> Result<bool, EngineError> {
+        loop {
+            if self.simulation.advance_for(STEPS, Until::time(time), None)?.is_some() {
+                return Ok(true);
+            }
+            if pauses() {
+                return Ok(false);
+            }
+        }
+    }
+}
+
+/// The heat bath at a temperature.
+pub(super) fn bath(plan: &ExchangePlan, place: usize) -> Thermostat {
+    Thermostat::Andersen { temperature: plan.temperatures[place], rate: plan.rate, axes: [true; 3] }
+}

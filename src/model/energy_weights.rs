@@ -1,0 +1,75 @@
+//! Weights of the potential energy in a multicanonical ensemble.
+
+use serde::{Deserialize, Serialize};
+
+/// Two energies are the same level where they differ by less than this part of themselves: rounding of their sums.
+const SAME: f64 = 1e-9;
+
+/// Weights of a multicanonical ensemble: a configuration of the potential energy `U` has the probability density `exp(-w(U))`, where `w(E)` is a function of the
+/// energy alone.
+///
+/// `w` is linear between its nodes, and outside of them that of a canonical ensemble: below with the slope `1 / T` of one temperature, above with that of another. With the logarithm of
+/// the density of states at the nodes, all energies between them are visited equally often.
+///
+/// B. A. Berg and T. Neuhaus, Phys. Rev. Lett. 68, 9 (1992), [doi:10.1103/PhysRevLett.68.9](https://doi.org/10.1103/PhysRevLett.68.9).
+#[doc(alias = "multicanonical")]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EnergyWeights {
+    /// Energies, which ascend, and `w` there.
+    nodes: Vec<(f64, f64)>,
+    /// Slopes below and above of them `[1 / energy]`.
+    slopes: [f64; 2],
+}
+
+impl EnergyWeights {
+    /// Of nodes, `(E, w(E))` with ascending energies `[energy]`, and of the temperatures of the canonical ensembles below and above of them `[energy]`. Without a node, `w` is zero at
+    /// the energy zero.
+    #[must_use]
+    pub fn new(nodes: Vec<(f64, f64)>, temperatures: [f64; 2]) -> Self {
+        let nodes = if nodes.is_empty() { vec![(0.0, 0.0)] } else { nodes };
+        Self { nodes, slopes: temperatures.map(f64::recip) }
+    }
+
+    /// `w` at an energy `[energy]`.
+    #[must_use]
+    pub fn at(&self, energy: f64) -> f64 {
+        let above = self.nodes.partition_point(|node| node.0 <= energy);
+        match (above.checked_sub(1).map(|below| self.nodes[below]), self.nodes.get(above)) {
+            (Some((from, w)), Some(&(to, next))) => w + (next - w) * ((energy - from) / (to - from)),
+            (Some((last, w)), None) => w + (energy - last) * self.slopes[1],
+            (None, Some(&(first, w))) => w + (energy - first) * self.slopes[0],
+            (None, None) => 0.0,
+        }
+    }
+
+    /// The nodes, `(E, w(E))`.
+    #[must_use]
+    pub fn nodes(&self) -> &[(f64, f64)] {
+        &self.nodes
+    }
+
+    /// Whether an energy is that of the lowest node or below, and whether it is that of the highest or above `[energy]`.
+    #[must_use]
+    pub fn is_beyond(&self, energy: f64) -> [bool; 2] {
+        let [first, last] = [self.nodes.first(), self.nodes.last()].map(|node| node.map_or(0.0, |node| node.0));
+        [energy <= first + SAME * first.abs(), energy >= last - SAME * last.abs()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_are_linear_between_nodes_and_canonical_outside() {
+        let weights = EnergyWeights::new(vec![(-3.0, 1.0), (-2.0, 4.0), (0.0, 5.0)], [0.5, 4.0]);
+        for (energy, expected) in
+            [(-3.0, 1.0), (-2.75, 1.75), (-2.0, 4.0), (-0.5, 4.75), (0.0, 5.0), (2.0, 5.5), (-4.0, -1.0)]
+        {
+            assert_eq!(weights.at(energy), expected, "{energy}");
+        }
+        assert_eq!([-3.1, -3.0 * (1.0 - 1e-12), -2.9].map(|energy| weights.is_beyond(energy)[0]), [true, true, false]);
+        assert_eq!([0.1, 0.0, -0.1].map(|energy| weights.is_beyond(energy)[1]), [true, true, false]);
+        assert_eq!(EnergyWeights::new(Vec::new(), [0.5, 4.0]).at(-1.0), -2.0);
+    }
+}
