@@ -222,8 +222,8 @@ class Exchange(InFolder):
 
     @cached_property
     def density_of_states(self) -> Table:
-        """Density of states of the levels of the potential energy: ``energy`` `[energy]`, ``log_density_of_states`` and ``log_density_of_states_error``, the natural logarithm over
-        that of the level that is most probable at the highest temperature.
+        """Density of states of the levels of the potential energy: ``energy`` `[energy]`, ``log_density_of_states`` and ``log_density_of_states_error``, the natural logarithm of
+        ``g(E)``, with ``sum g(E) exp(-E / T) = 1`` at the highest temperature ``T``.
 
         Examples
         --------

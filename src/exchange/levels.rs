@@ -11,7 +11,7 @@ use crate::analysis::statistics::Estimate;
 pub struct LevelDensity {
     /// The energy of the level `[energy]`.
     pub energy: f64,
-    /// Natural logarithm of the density of states over that of the level that is most probable at the highest temperature. Without an error where some of the samples that are drawn for it have not
+    /// Natural logarithm of the density of states `g(E)`, with `sum_E g(E) exp(-E / T) = 1` at the highest temperature `T`. Without an error where some of the samples that are drawn for it have not
     /// been there.
     pub log_density_of_states: Estimate,
 }
@@ -24,12 +24,9 @@ impl LevelDensity {
     /// Of all levels that have samples.
     pub(super) fn all(reweighting: &Reweighting, highest: f64) -> Vec<Self> {
         let density = reweighting.density();
-        let probabilities = density.probabilities_at(highest);
-        let most = (0..probabilities.len()).max_by(|a, b| probabilities[*a].total_cmp(&probabilities[*b]));
-        let Some(reference) = most else { return Vec::new() };
         let relative = |density: &DensityOfStates| -> Vec<f64> {
-            let all: Vec<f64> = density.levels().map(|(_, logarithm)| logarithm).collect();
-            all.iter().map(|logarithm| logarithm - all[reference]).collect()
+            let sum = density.at(highest).log_partition;
+            density.levels().map(|(_, logarithm)| logarithm - sum).collect()
         };
         let all = density.levels().zip(reweighting.estimates(relative));
         all.filter(|(_, it)| it.mean.is_finite()).map(|((energy, _), it)| Self::new(energy, it)).collect()

@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 
 use super::*;
 use crate::Vector;
+use crate::analysis::reweighting::Ensemble;
 use crate::engine::{NeedsRun, Simulation};
 use crate::model::{ExchangeEnsemble, ExchangePlan, Limit, OutputPlan, Potential, RunPlan, Scene, Space};
 use crate::scene::{Amount, Lattice, SceneBuilder};
@@ -97,6 +98,40 @@ fn what_is_interrupted_goes_on_to_the_same_bits() {
             }
         }
     }
+}
+
+/// Also where weights are being learned, and with weights.
+#[test]
+fn a_multicanonical_exchange_goes_on_to_the_same_bits() {
+    let mut parts = fluid(0.2, 10).into_parts();
+    parts.exchange.as_mut().unwrap().ensemble = ExchangeEnsemble::Multicanonical;
+    parts.run.equilibration = Limit::time(8.0);
+    parts.output.frame_interval = Some(0.4);
+    let scene = Scene::new(parts).unwrap();
+    let (whole, told) = ran(Exchange::new(scene.clone()).unwrap(), 1, usize::MAX);
+    assert_eq!(whole.results().faults, [""; 0]);
+    assert!(matches!(whole.ensembles()[0], Ensemble::Multicanonical(_)));
+    let end = postcard::to_allocvec(&whole).unwrap();
+    for jobs in [1, 2] {
+        let (paused, keeper) = ran(Exchange::new(scene.clone()).unwrap(), jobs, 2);
+        assert!(keeper.lines == told.lines && postcard::to_allocvec(&paused).unwrap() == end);
+        let step = keeper.kept.len().div_ceil(8);
+        for (bytes, lines) in keeper.kept.iter().step_by(step) {
+            let (again, rest) = ran(postcard::from_bytes(bytes).unwrap(), 3 - jobs, usize::MAX);
+            assert!(rest.lines[..] == told.lines[*lines..]);
+            assert!(postcard::to_allocvec(&again).unwrap() == end);
+        }
+    }
+}
+
+#[test]
+fn temperatures_without_overlap_end_a_multicanonical_exchange() {
+    let mut parts = fluid(0.2, 10).into_parts();
+    let plan = parts.exchange.as_mut().unwrap();
+    (plan.ensemble, plan.temperatures) = (ExchangeEnsemble::Multicanonical, vec![0.2, 50.0]);
+    parts.run.equilibration = Limit::time(8.0);
+    let ended = Exchange::new(Scene::new(parts).unwrap()).unwrap().finish();
+    assert!(matches!(ended, Err(ExchangeError::NoOverlap)), "{ended:?}");
 }
 
 #[test]

@@ -19,6 +19,7 @@ mod in_plane;
 mod invariance;
 mod measure;
 mod moving;
+mod multicanonical;
 mod rates;
 mod sheared;
 mod single_bodies;

@@ -19,7 +19,12 @@ fn what_belongs_to_an_exchange_is_told_in_its_words() {
     };
     refused(&["run", "--resume", "pair"], &["is the folder of a replica exchange", "carom exchange pair"]);
     // A table that was cut off between two lines.
-    for (name, remedy) in [("energies.csv", "summary.json"), ("curves.csv", "summary.json"), ("exchange.csv", "")] {
+    for (name, remedy) in [
+        ("energies.csv", "summary.json"),
+        ("curves.csv", "summary.json"),
+        ("density_of_states.csv", "summary.json"),
+        ("exchange.csv", ""),
+    ] {
         let text = place.read(&format!("pair/{name}"));
         let lines: Vec<&str> = text.lines().collect();
         place.write(&format!("pair/{name}"), &(lines[..lines.len() - 2].join("\n") + "\n"));

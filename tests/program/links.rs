@@ -135,6 +135,7 @@ fn no_exchange_writes_through_a_link() {
         "energies.csv.partial",
         "curves.csv",
         "curves.csv.partial",
+        "density_of_states.csv",
         "trajectory-2.xyz.partial",
         "exchange.html",
         "scene.toml",

@@ -277,7 +277,7 @@ fn density_of_states(summary: &ExchangeSummary) -> Option<String> {
     let titles = ["potential energy [energy]".to_owned(), "ln density of states".to_owned()];
     let lines = vec![Line { points, ..Line::default() }];
     let curves = Curves { label: "Density of states".to_owned(), titles, lines, ..Curves::default() };
-    let text = "Natural logarithm, over that of the level that is most probable at the highest temperature. Error bars: standard errors. From <code>density_of_states.csv</code>.";
+    let text = "Natural logarithm of g(E), with sum g(E) exp(-E / T) = 1 at the highest temperature T. Error bars: standard errors. From <code>density_of_states.csv</code>.";
     curves_figure(&curves.label, &curves, text)
 }
 
