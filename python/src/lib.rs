@@ -5,12 +5,14 @@
 
 mod array;
 mod error;
+mod event;
 mod exchange;
 mod frames;
 mod given;
 mod observe;
 mod outputs;
 mod run;
+mod saved;
 mod scene;
 mod signals;
 mod simulation;

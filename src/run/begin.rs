@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::checkpoint::Checkpoint;
-use super::driver::{drive, drive_to};
+use super::driver::{Halt, drive, drive_to};
 use super::progress::Progress;
 use super::state::{Beginning, RunState};
 use super::{Ending, Finished, Recorder, Stage};
@@ -203,7 +203,29 @@ impl Run {
         until: Until,
         recorder: &mut R,
     ) -> Result<(Self, Option<Ending>), RunError<R::Error>> {
-        drive_to(self.registered()?, until, recorder).map_err(RunError::Recorder)
+        let watch = &mut |_: &Progress| ControlFlow::Continue(());
+        drive_to(self.registered()?, Halt::At(until), recorder, watch).map_err(RunError::Recorder)
+    }
+
+    /// Runs all that comes before the last measurement (stages, growth, equilibration) and pauses where that begins, with its heat bath and its gravity: the run
+    /// goes on from there to the same bits, and `None`. Otherwise the run as it is then, and why it ended.
+    ///
+    /// `watch` is that of [`Self::execute`]. Of measured stages nothing is kept.
+    ///
+    /// # Errors
+    /// As [`Self::execute`].
+    pub fn prepare(
+        self,
+        watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<(Self, Option<Ending>), InstrumentError> {
+        let Ok(prepared) = drive_to(self.registered()?, Halt::Measurement, &mut (), watch);
+        Ok(prepared)
+    }
+
+    /// The simulation as it is, without the run.
+    #[must_use]
+    pub fn into_simulation(self) -> Simulation {
+        self.simulation
     }
 
     /// Runs to the end, and keeps only what it returns.
