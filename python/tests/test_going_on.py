@@ -110,7 +110,8 @@ def test_what_is_not_prepared(fluid: dict) -> None:
     scaled = {"kind": "rescaling", "temperature": 1.0, "interval": 1.0}
     with pytest.raises(carom.SceneError, match="rescale"):
         carom.Simulation.prepared({**fluid, "run": {"until_events": 10, "thermostat": scaled}})
-    jam = {**fluid, "stage": [{"name": "grow", "grow": {"rate": 100.0, "packing_fraction": 0.74}}]}
+    random = [{**fluid["fill"][0], "arrangement": "random"}]
+    jam = {**fluid, "fill": random, "stage": [{"name": "grow", "grow": {"rate": 10.0, "packing_fraction": 0.74}}]}
     with pytest.raises(carom.SimulationError, match="jam") as error:
         carom.Simulation.prepared(jam, progress=False)
     assert error.value.cure
