@@ -1,6 +1,6 @@
 //! The compiled part of the Python package `carom`: scenes, simulations, runs, sweeps and exchanges of the library, with NumPy arrays.
 //!
-//! It is private to the package: the classes and functions that users see, with their documentation, are in the folder `carom` beside it. Wherever it
+//! It is private to the package: the classes and functions that users see, with their documentation, are in the folder `lib/carom` beside this one. Wherever it
 //! simulates it lets other threads of Python run, and looks for signals now and then.
 
 mod array;

@@ -3,15 +3,15 @@
 //! Maxwell velocities have normal components of variance `T / m`, no net momentum where that is conserved, and exactly the temperature that is
 //! asked for. Equal speeds are exactly those asked for, and so is their energy: directions are chosen so that the momentum is zero.
 
-use std::convert::Infallible;
+mod anew;
+
 use std::f64::consts::FRAC_PI_3;
 use std::ops::Range;
 
 use crate::Vector;
-use crate::engine::Simulation;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
-use crate::model::{Particle, Scene, Species, Thermostat, ThermostatError};
+use crate::model::{Particle, Scene, Species};
 
 /// Draws velocities for the moving ones among `particles`, at rest as a whole and exactly at a temperature, `T = 2 K / (D (N - 1))`.
 pub(crate) fn maxwell(
@@ -25,43 +25,6 @@ pub(crate) fn maxwell(
     draw(particles, species, space, temperature, random);
     let all = 0..particles.len();
     settle(particles, &[all], species, &Cloud { temperature, conserved, dimensions: space.dimensions() });
-}
-
-impl Simulation {
-    /// Draws new velocities for all particles that move, as those at the start of a scene: Maxwell's distribution, at rest as a whole along the axes on which
-    /// nothing changes the momentum, relative to what streams in a sheared box, and exactly at the temperature `[energy]`.
-    ///
-    /// The random numbers are those of the seed, and not those of a start. The energy that this supplies is counted, as by [`Self::set_velocities`].
-    ///
-    /// # Errors
-    /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NothingMoves`]; the simulation is as it was then.
-    #[doc(alias = "velocity create")]
-    pub fn thermalize(&mut self, temperature: f64, seed: u64) -> Result<(), ThermostatError> {
-        // The bath that would do so to each of them, in time.
-        let bath = Thermostat::Andersen { temperature, rate: 1.0, axes: [true; 3] };
-        bath.settled(self.scene().space(), self.moving(), false)?;
-        let mut particles = Vec::new();
-        let Ok(()) = self.for_each_now(|now| {
-            particles.push(Particle { species: now.species, position: now.position, velocity: Vector::zeros() });
-            Ok::<(), Infallible>(())
-        });
-        let scene = self.scene();
-        let conserved = scene.conserved_axes_with(self.thermostat().as_ref());
-        let cloud = Cloud { temperature, conserved, dimensions: scene.space.dimensions() };
-        let mut random = Random::new(seed, Purpose::Thermalizing, 0);
-        draw(&mut particles, &scene.species, &scene.space, temperature, &mut random);
-        let all = 0..particles.len();
-        settle(&mut particles, &[all], &scene.species, &cloud);
-        let streaming = |particle: &Particle| match mass(particle, &scene.species).is_finite() {
-            true => scene.streaming_velocity(&particle.position),
-            false => Vector::zeros(),
-        };
-        let velocities: Vec<Vector> = particles.iter().map(|it| it.velocity + streaming(it)).collect();
-        // One of each particle, along the axes on which it moves.
-        let set = self.set_velocities(&velocities);
-        debug_assert_eq!(set, Ok(()));
-        Ok(())
-    }
 }
 
 /// Particles of one temperature around one common velocity, from one or more groups of the scene.

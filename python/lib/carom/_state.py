@@ -18,9 +18,10 @@ __all__ = ["State"]
 class State:
     """State of a simulation, as a whole."""
 
-    __slots__ = ()
+    __slots__ = ("_core", "_is_asking", "_scene")
 
     _core: _carom.Simulation
+    #: Whether it is within a call that asks a `stop` function.
     _is_asking: bool
     _scene: Scene
 

@@ -119,12 +119,7 @@ class Simulation(State, Driven):
     True
     """
 
-    __slots__ = ("_core", "_is_asking", "_scene")
-
-    _core: _carom.Simulation
-    #: Whether it is within a call that asks a `stop` function.
-    _is_asking: bool
-    _scene: Scene
+    __slots__ = ()
 
     def __init__(
         self,
