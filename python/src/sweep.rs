@@ -30,6 +30,9 @@ pub struct Sweep(Model);
 /// Functions of a frame by name, and the time between two calls.
 type Observed = (Vec<(String, Py<PyAny>)>, f64);
 
+/// Whether more is written than unasked, the time between two checkpoints, and what observes the runs.
+type Observing = ((bool, f64), Observed);
+
 /// Folder of a point with its keys and values.
 type PointOf = (String, Vec<(String, String)>);
 
@@ -87,10 +90,9 @@ impl Sweep {
         py: Python<'_>,
         folder: PathBuf,
         name: &str,
-        orders: (bool, f64),
-        observe: Observed,
+        orders: Observing,
     ) -> PyResult<(&'static str, Option<String>)> {
-        let (force, checkpoint_every) = orders;
+        let ((force, checkpoint_every), observe) = orders;
         let interval = interval_of(checkpoint_every)?;
         let Some(point) = self.0.points().iter().find(|point| point.folder() == name) else {
             return Err(PyKeyError::new_err(format!("the sweep in {} has no point {name}", folder.display())));
@@ -117,11 +119,10 @@ impl Sweep {
         py: Python<'_>,
         folder: PathBuf,
         jobs: usize,
-        orders: (bool, f64),
-        observe: Observed,
+        orders: Observing,
         callback: Option<Py<PyAny>>,
     ) -> PyResult<Vec<(String, &'static str, Option<String>)>> {
-        let (force, checkpoint_every) = orders;
+        let ((force, checkpoint_every), observe) = orders;
         let interval = interval_of(checkpoint_every)?;
         let observation = Observation::new(observe.0, observe.1)?;
         let instruments = |run: Run| observation.begin(run);

@@ -129,7 +129,7 @@ def sweep(
         threads = (os.cpu_count() or 1) if jobs is None else whole("jobs", jobs, 1)
         with Progress(progress, name) as bar:
             try:
-                core.run_all(folder, threads, orders, observed(*functions), bar.callback)
+                core.run_all(folder, threads, (orders, observed(*functions)), bar.callback)
             except BaseException:
                 # The tables show what is there; the same call goes on.
                 core.write(folder)
@@ -192,7 +192,7 @@ def _refuse_unobserved(core: _carom.Sweep, folder: Path, observe: Functions) -> 
 
 def _point(folder: str, name: str, orders: tuple[bool, float], functions: _Observed) -> tuple[str, str | None]:
     """Runs a point of the sweep in a folder: the task of an executor, whose process has nothing but the folder."""
-    return _carom.Sweep.open(Path(folder)).run_point(Path(folder), name, orders, observed(*functions))
+    return _carom.Sweep.open(Path(folder)).run_point(Path(folder), name, (orders, observed(*functions)))
 
 
 def _submit(
