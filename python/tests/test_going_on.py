@@ -140,6 +140,8 @@ def test_a_simulation_needs_no_end(fluid: dict, tmp_path: Path) -> None:
     with pytest.raises(carom.SceneError, match="sead") as error:
         carom.Simulation({**fluid, "sead": 1})
     assert error.value.key == "sead"
+    with pytest.raises(carom.SceneError, match="until_events"):
+        carom.Simulation({**fluid, "run": {"until_events": -5}})
     with pytest.raises(carom.SceneError, match="until_tim"):
         carom.Simulation({**fluid, "run": {"until_tim": 1.0}})
 
