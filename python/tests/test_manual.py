@@ -59,7 +59,6 @@ def is_there(module: str) -> bool:
 def test_all_blocks_run_in_their_order(tmp_path: Path) -> None:
     if not MANUAL.is_file():
         pytest.skip("there is no repository")
-    carom.Scene(FLUID).to_toml()
     Path("fluid.toml").write_text(carom.Scene(FLUID, set={"output.frame_interval": 0.5}).to_toml(), encoding="utf-8")
     Path("hopper.toml").write_text(carom.example("hopper").to_toml(), encoding="utf-8")
     all_blocks = blocks()
