@@ -158,6 +158,19 @@ impl Ending {
         }
     }
 
+    /// Why it is no good end, in a line; `None` of one that the scene or the caller asks for.
+    #[must_use]
+    pub fn trouble(&self) -> Option<String> {
+        match self {
+            Self::Jammed(jam) => Some(jam.to_string()),
+            Self::Arrested(arrest) => Some(arrest.to_string()),
+            Self::Broken(broken) => Some(broken.to_string()),
+            Self::GaveUp => Some("nothing has happened for a million rows, or for very long".to_owned()),
+            Self::Unsettled => Some("the equilibration did not come to an end by itself".to_owned()),
+            Self::Time | Self::Events | Self::Condition | Self::Idle | Self::Interrupted => None,
+        }
+    }
+
     /// Whether a run ends there, in whatever stage it is.
     fn is_early(&self) -> bool {
         matches!(
@@ -321,15 +334,11 @@ impl Finished {
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         let faults: Vec<String> = self.audit.faults().iter().map(ToString::to_string).collect();
-        match self.ending {
-            Ending::Jammed(jam) => Some(jam.to_string()),
-            Ending::Arrested(arrest) => Some(arrest.to_string()),
-            Ending::Broken(broken) => Some(broken.to_string()),
-            _ if !faults.is_empty() => Some(format!("the audit failed: {}", faults.join("; "))),
-            Ending::GaveUp => Some("nothing has happened for a million rows, or for very long".to_owned()),
-            Ending::Unsettled => Some("the equilibration did not come to an end by itself".to_owned()),
-            _ => None,
+        let could_go_on = !matches!(self.ending, Ending::Arrested(_) | Ending::Broken(_) | Ending::Jammed(_));
+        if could_go_on && !faults.is_empty() {
+            return Some(format!("the audit failed: {}", faults.join("; ")));
         }
+        self.ending.trouble()
     }
 
     /// Whether going on with it may lead to such an end.

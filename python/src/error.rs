@@ -5,14 +5,15 @@ use std::error::Error;
 use carom::base::text::{printable, with_causes};
 use carom::engine::{EngineError, InvariantBroken, NeedsRun};
 use carom::exchange::{ExchangeError, ExchangeFolderError, StartError};
-use carom::io::OutputError;
 use carom::io::convert::ConvertError;
-use carom::run::RunError;
+use carom::io::{OutputError, SavedError};
+use carom::model::ThermostatError;
+use carom::run::{Ending, Jam, RunError};
 use carom::scene::SceneError;
 use carom::sweep::SweepError;
 use carom::view::ViewError;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use toml::Spanned;
@@ -106,6 +107,15 @@ pub fn output(error: &OutputError) -> PyErr {
     cured("FolderError", &with_causes(error), error.cure())
 }
 
+pub fn saved(error: &SavedError) -> PyErr {
+    cured("FolderError", &with_causes(error), Some(error.cure()))
+}
+
+/// A temperature, a rate or a heat bath that cannot be.
+pub fn thermostat(error: &ThermostatError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
 pub fn engine(error: &EngineError) -> PyErr {
     let cure = match error {
         EngineError::Arrest(arrest) => Some(arrest.cure()),
@@ -125,7 +135,10 @@ pub fn needs_run(error: &NeedsRun) -> PyErr {
     };
     let cure = match error {
         NeedsRun::Exchange => "use carom.exchange, or Simulation(scene, plan=False) for the dynamics alone",
-        _ => "use carom.run, or Simulation(scene, plan=False) for the dynamics alone",
+        NeedsRun::Rescaling => "use carom.run, or Simulation(scene, plan=False) and its rescale",
+        _ => {
+            "use carom.run; or Simulation.prepared(scene), which is where its measurement begins; or Simulation(scene, plan=False) for the dynamics alone"
+        }
     };
     let text = format!("{what}, which a run does and a simulation does not\n  help: {cure}");
     exception("SceneError", &text, &[("problem", Some(what)), ("cure", Some(cure.to_owned()))])
@@ -139,6 +152,18 @@ pub fn run(error: &RunError<OutputError>) -> PyErr {
         }
         error => cured("SimulationError", &with_causes(error), None),
     }
+}
+
+/// What comes before a measurement and did not come to its end.
+pub fn unprepared(ending: &Ending) -> PyErr {
+    let why = ending.trouble().unwrap_or_else(|| "nothing will happen any more before the measurement".to_owned());
+    let cure = match ending {
+        Ending::Arrested(arrest) => Some(arrest.cure()),
+        Ending::Broken(_) => Some(InvariantBroken::CURE),
+        Ending::Jammed(_) => Some(Jam::CURE),
+        _ => None,
+    };
+    cured("SimulationError", &why, cure)
 }
 
 pub fn sweep(error: &SweepError) -> PyErr {

@@ -1,16 +1,18 @@
 //! The compiled part of the Python package `carom`: scenes, simulations, runs, sweeps and exchanges of the library, with NumPy arrays.
 //!
-//! It is private to the package: the classes and functions that users see, with their documentation, are in the folder `carom` beside it. Wherever it
+//! It is private to the package: the classes and functions that users see, with their documentation, are in the folder `lib/carom` beside this one. Wherever it
 //! simulates it lets other threads of Python run, and looks for signals now and then.
 
 mod array;
 mod error;
+mod event;
 mod exchange;
 mod frames;
 mod given;
 mod observe;
 mod outputs;
 mod run;
+mod saved;
 mod scene;
 mod signals;
 mod simulation;

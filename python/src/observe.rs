@@ -56,13 +56,31 @@ impl Observation {
         })
     }
 
+    /// The run with its instruments, whose functions this thread calls from now on, until [`end`].
+    pub fn begin(&self, run: Run) -> Run {
+        FUNCTIONS.set(Some(self.functions()));
+        self.of(run)
+    }
+
+    fn functions(&self) -> Functions {
+        let by_name = Python::attach(|py| {
+            self.by_name.iter().map(|(name, function)| (name.clone(), function.clone_ref(py))).collect()
+        });
+        Functions { by_name, raised: None }
+    }
+
     /// Does what calls the functions, on this thread, and hands out the exception of one of them.
-    pub fn during<T>(self, work: impl FnOnce() -> T) -> (T, Option<PyErr>) {
+    pub fn during<T>(&self, work: impl FnOnce() -> T) -> (T, Option<PyErr>) {
         // A function may start a run of its own.
-        let before = FUNCTIONS.replace(Some(Functions { by_name: self.by_name, raised: None }));
+        let before = FUNCTIONS.replace(Some(self.functions()));
         let done = work();
         (done, FUNCTIONS.replace(before).and_then(|functions| functions.raised))
     }
+}
+
+/// Ends what [`Observation::begin`] has begun on this thread, and hands out the exception of a function.
+pub fn end() -> Option<PyErr> {
+    FUNCTIONS.take().and_then(|functions| functions.raised)
 }
 
 /// Whether a function has raised an exception, which ends the run.

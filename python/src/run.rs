@@ -43,6 +43,11 @@ impl Watch {
         self.tell(stage, progress.fraction(), progress.time, progress.events)
     }
 
+    /// Steps of an engine until the next look at the clock.
+    pub fn steps(&self) -> u64 {
+        self.signals.steps()
+    }
+
     /// Calls the callback with these, and looks for signals, if it is time to.
     pub fn tell(&mut self, stage: &str, fraction: f64, time: f64, events: u64) -> ControlFlow<()> {
         if self.raised.is_some() || observe::has_failed() {
@@ -158,6 +163,7 @@ pub fn run(
 pub fn resume(
     py: Python<'_>,
     path: PathBuf,
+    force: bool,
     checkpoint_every: f64,
     until_time: Option<f64>,
     until_events: Option<u64>,
@@ -173,7 +179,8 @@ pub fn resume(
     let mut watch = Watch::new(callback);
     py.detach(|| {
         let (folder, checkpoint) = Folder::resume(&path, limit).map_err(|error| error::output(&error))?;
-        let folder = folder.checkpoint_every(interval).at_most(allowance(free_disk(&path)));
+        let most = if force { f64::INFINITY } else { allowance(free_disk(&path)) };
+        let folder = folder.checkpoint_every(interval).at_most(most);
         execute(Run::resume(checkpoint), threads, observation, folder, &mut watch)
     })
 }

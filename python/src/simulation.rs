@@ -1,30 +1,45 @@
 //! A simulation from event to event.
 
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use carom::Vector;
 use carom::analysis::observables::ApplicableObservables;
 use carom::engine::event::{Event, EventCounts};
-use carom::engine::{PairStates, ParticleNow, Reason, Simulation as Engine, Until};
+use carom::engine::{NeedsRun, PairStates, ParticleNow, Reason, Simulation as Engine, Until};
+use carom::io::{Existing, load_simulation, save_simulation, simulation_from_bytes, simulation_to_bytes};
+use carom::model::Thermostat;
+use carom::run::{Run, RunError};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyByteArray, PyDict};
+use pyo3::types::{PyByteArray, PyBytes, PyDict};
 
 use crate::array::{Number, array};
 use crate::error;
-use crate::run::threads_of;
+use crate::event;
+use crate::run::{Watch, threads_of};
+use crate::saved::{Beside, engine_of};
 use crate::scene::{Scene, dictionary};
 use crate::signals::Signals;
 
-/// Bytes of an event, in the order of `carom.EVENT`.
-const EVENT: usize = 225;
-
-/// A simulation, and events that were asked for and not handed out because a signal came.
-struct State {
-    engine: Engine,
-    pending: Vec<u8>,
+/// A simulation, with what only Python has of it.
+pub struct State {
+    pub engine: Engine,
+    /// Events that were asked for and not handed out because a signal came.
+    pub pending: Vec<u8>,
+    /// Heat baths that have been set, each of which has random numbers of its own.
+    pub baths: usize,
 }
+
+impl State {
+    fn of(engine: Engine) -> Self {
+        Self { engine, pending: Vec::new(), baths: 0 }
+    }
+}
+
+/// Temperature, rate and axes of a heat bath.
+type Bath = (f64, f64, [bool; 3]);
 
 /// A simulation. The lock is never waited for with Python's own lock held: another thread that asks in the meantime gets an error.
 #[pyclass(frozen, module = "carom._carom")]
@@ -66,6 +81,11 @@ fn word(reason: Reason) -> &'static str {
     }
 }
 
+/// The part of a call that is done: by time or by events, whichever is nearer to its end.
+fn part(of_time: f64, done: u64, events: u64) -> f64 {
+    of_time.max(done as f64 / events.max(1) as f64).clamp(0.0, 1.0)
+}
+
 fn until(time: f64, events: u64) -> PyResult<Until> {
     if time.is_nan() {
         return Err(PyValueError::new_err("expected a time that is a number, found nan"));
@@ -85,17 +105,113 @@ impl Simulation {
         if let Some(threads) = threads {
             engine.set_threads(threads);
         }
-        Ok(Self(Mutex::new(State { engine, pending: Vec::new() })))
+        Ok(Self(Mutex::new(State::of(engine))))
+    }
+
+    /// The dynamics of a scene where its last measurement begins, after all that comes before.
+    #[staticmethod]
+    fn prepared(py: Python<'_>, scene: &Scene, threads: Option<&str>, callback: Option<Py<PyAny>>) -> PyResult<Self> {
+        let (model, threads) = (scene.model.clone(), threads_of(threads)?);
+        if model.exchange().is_some() {
+            return Err(error::needs_run(&NeedsRun::Exchange));
+        }
+        if matches!(model.run().thermostat, Some(Thermostat::Rescaling { .. })) {
+            return Err(error::needs_run(&NeedsRun::Rescaling));
+        }
+        let mut watch = Watch::new(callback);
+        let (run, ending) = py.detach(|| {
+            let run = Run::new(model);
+            let run = if let Some(threads) = threads { run.threads(threads) } else { run };
+            run.prepare(&mut |progress| watch.see(progress)).map_err(|error| error::run(&RunError::Instrument(error)))
+        })?;
+        if let Some(raised) = watch.raised.take() {
+            return Err(raised);
+        }
+        match ending {
+            None => Ok(Self(Mutex::new(State::of(run.into_simulation())))),
+            Some(ending) => Err(error::unprepared(&ending)),
+        }
+    }
+
+    /// Saves it with its scene in a file.
+    fn save(&self, py: Python<'_>, scene: &Scene, path: PathBuf, force: bool) -> PyResult<()> {
+        let state = self.state()?;
+        let existing = if force { Existing::Replace } else { Existing::Keep };
+        let saved = py.detach(|| save_simulation(&path, &state.engine, &Beside::of(scene, &state), existing));
+        saved.map_err(|error| error::saved(&error))
+    }
+
+    /// The simulation that has been saved in a file, and its scene.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf, threads: Option<&str>) -> PyResult<(Self, Scene)> {
+        let threads = threads_of(threads)?;
+        let loaded = py.detach(|| load_simulation::<Beside>(&path).map(|loaded| engine_of(loaded, threads)));
+        let (state, scene) = loaded.map_err(|error| error::saved(&error))?;
+        Ok((Self(Mutex::new(state)), scene))
+    }
+
+    /// The bytes of that file.
+    fn to_bytes<'py>(&self, py: Python<'py>, scene: &Scene) -> PyResult<Bound<'py, PyBytes>> {
+        let state = self.state()?;
+        let bytes = py.detach(|| simulation_to_bytes(&state.engine, &Beside::of(scene, &state)));
+        Ok(PyBytes::new(py, &bytes?))
+    }
+
+    /// The simulation that has been made bytes, and its scene.
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<(Self, Scene)> {
+        let loaded = py.detach(|| simulation_from_bytes::<Beside>(bytes).map(|loaded| engine_of(loaded, None)));
+        let (state, scene) = loaded.map_err(|error| error::saved(&error))?;
+        Ok((Self(Mutex::new(state)), scene))
+    }
+
+    /// Draws all velocities anew.
+    fn thermalize(&self, py: Python<'_>, temperature: f64, seed: u64) -> PyResult<()> {
+        let mut state = self.state()?;
+        let engine = &mut state.engine;
+        py.detach(|| engine.thermalize(temperature, seed)).map_err(|error| error::thermostat(&error))
+    }
+
+    /// Scales all velocities.
+    fn rescale(&self, py: Python<'_>, temperature: f64) -> PyResult<()> {
+        let mut state = self.state()?;
+        let engine = &mut state.engine;
+        py.detach(|| engine.rescale(temperature)).map_err(|error| error::thermostat(&error))
+    }
+
+    /// Starts a heat bath in place of the one that there is, or ends that.
+    fn set_thermostat(&self, bath: Option<Bath>) -> PyResult<()> {
+        let mut state = self.state()?;
+        let thermostat = bath.map(|(temperature, rate, axes)| Thermostat::Andersen { temperature, rate, axes });
+        let stream = state.engine.scene().next_stream() + state.baths;
+        let set = state.engine.set_thermostat(thermostat.as_ref(), stream);
+        set.map_err(|error| error::thermostat(&error))?;
+        state.baths += usize::from(thermostat.is_some());
+        Ok(())
+    }
+
+    /// The heat bath that there is.
+    fn thermostat(&self) -> PyResult<Option<Bath>> {
+        Ok(match self.state()?.engine.thermostat() {
+            Some(Thermostat::Andersen { temperature, rate, axes }) => Some((temperature, rate, axes)),
+            _ => None,
+        })
+    }
+
+    /// Diameter of each species now.
+    fn diameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let diameters = self.state()?.engine.scene().species().iter().map(|species| species.diameter).collect();
+        array::<f64>(py, diameters, None)
     }
 
     fn copy(&self, py: Python<'_>) -> PyResult<Self> {
         let state = self.state()?;
-        let copied = py.detach(|| State { engine: state.engine.clone(), pending: state.pending.clone() });
+        let copied = py.detach(|| State { engine: state.engine.clone(), pending: state.pending.clone(), ..*state });
         Ok(Self(Mutex::new(copied)))
     }
 
     /// Goes on until a time or a number of events since the start, and says why it ended.
-    fn advance(&self, py: Python<'_>, time: f64, events: u64) -> PyResult<&'static str> {
+    fn advance(&self, py: Python<'_>, time: f64, events: u64, callback: Option<Py<PyAny>>) -> PyResult<&'static str> {
         let until = until(time, events)?;
         let mut state = self.state()?;
         if !state.pending.is_empty() {
@@ -104,14 +220,21 @@ impl Simulation {
             return Err(PyValueError::new_err(message));
         }
         let engine = &mut state.engine;
+        let begun = (engine.time(), engine.event_counts().physical());
+        let mut watch = Watch::new(callback);
         py.detach(|| {
-            let mut signals = Signals::new();
             loop {
-                let reason = engine.advance_for(signals.steps(), until, None);
+                let reason = engine.advance_for(watch.steps(), until, None);
                 if let Some(reason) = reason.map_err(|error| error::engine(&error))? {
                     return Ok(word(reason));
                 }
-                signals.look()?;
+                let (time, events) = (engine.time(), engine.event_counts().physical());
+                let done = part((time - begun.0) / (until.time - begun.0), events - begun.1, until.events - begun.1);
+                if watch.tell("advancing", done, time, events - begun.1).is_break()
+                    && let Some(raised) = watch.raised.take()
+                {
+                    return Err(raised);
+                }
             }
         })
     }
@@ -127,15 +250,15 @@ impl Simulation {
     ) -> PyResult<(Bound<'py, PyByteArray>, Option<&'static str>)> {
         let until = until(time, events)?;
         let mut state = self.state()?;
-        let State { engine, pending } = &mut *state;
+        let State { engine, pending, .. } = &mut *state;
         let reason = py.detach(|| -> PyResult<_> {
-            let bytes = count.saturating_mul(EVENT);
+            let bytes = count.saturating_mul(event::SIZE);
             pending.reserve(bytes.saturating_sub(pending.len()).min(1 << 28));
             let mut signals = Signals::new();
             while pending.len() < bytes {
                 let mut keep = |event: &Event| {
                     if kinds >> event.code() & 1 == 1 {
-                        write(event, pending);
+                        event::write(event, pending);
                     }
                     if pending.len() < bytes { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
                 };
@@ -207,7 +330,8 @@ impl Simulation {
         let state = self.state()?;
         Ok(py.detach(|| {
             let energy = state.engine.energy();
-            ApplicableObservables::of(state.engine.scene()).temperature(energy.thermal, &energy.peculiar_momentum)
+            let applicable = ApplicableObservables::of_simulation(&state.engine);
+            applicable.temperature(energy.thermal, &energy.peculiar_momentum)
         }))
     }
 
@@ -265,23 +389,4 @@ fn vectors_of(bytes: &[u8]) -> Vec<Vector> {
     let number = |bytes: &[u8; 8]| f64::from_ne_bytes(*bytes);
     let numbers = bytes.as_chunks::<8>().0;
     numbers.as_chunks::<3>().0.iter().map(|of| Vector::from(of.each_ref().map(number))).collect()
-}
-
-/// An event as `carom.EVENT` has it: packed, in the byte order of the machine.
-fn write(event: &Event, bytes: &mut Vec<u8>) {
-    bytes.extend_from_slice(&event.time.to_ne_bytes());
-    bytes.push(event.code());
-    bytes.extend_from_slice(&i64::from(event.particle.0).to_ne_bytes());
-    bytes.extend_from_slice(&event.partner().map_or(-1, |partner| i64::from(partner.0)).to_ne_bytes());
-    for vector in event.positions.iter().chain(&event.before).chain(&event.after) {
-        for component in vector.iter() {
-            bytes.extend_from_slice(&component.to_ne_bytes());
-        }
-    }
-    for number in [event.energy_step, event.dissipated, event.normal_impulse(), event.distance] {
-        bytes.extend_from_slice(&number.to_ne_bytes());
-    }
-    for component in event.normal.iter() {
-        bytes.extend_from_slice(&component.to_ne_bytes());
-    }
 }

@@ -9,12 +9,14 @@ use std::time::Duration;
 
 use carom::io::Existing;
 use carom::io::estimate::{allowance, free_disk};
+use carom::run::Run;
 use carom::sweep::{Axis, Fate, News, Orders, Results, Share, Standing, Sweep as Model, SweepFolder};
 use carom::view::{final_table, report};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 
 use crate::error;
+use crate::observe::{self, Observation};
 use crate::run::{Watch, interval_of, most_bytes};
 use crate::scene::borrowed;
 
@@ -24,6 +26,12 @@ const PAUSE: Duration = Duration::from_millis(5);
 /// A scene with axes.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Sweep(Model);
+
+/// Functions of a frame by name, and the time between two calls.
+type Observed = (Vec<(String, Py<PyAny>)>, f64);
+
+/// Whether more is written than unasked, the time between two checkpoints, and what observes the runs.
+type Observing = ((bool, f64), Observed);
 
 /// Folder of a point with its keys and values.
 type PointOf = (String, Vec<(String, String)>);
@@ -82,21 +90,24 @@ impl Sweep {
         py: Python<'_>,
         folder: PathBuf,
         name: &str,
-        orders: (bool, f64),
+        orders: Observing,
     ) -> PyResult<(&'static str, Option<String>)> {
-        let (force, checkpoint_every) = orders;
+        let ((force, checkpoint_every), observe) = orders;
         let interval = interval_of(checkpoint_every)?;
         let Some(point) = self.0.points().iter().find(|point| point.folder() == name) else {
             return Err(PyKeyError::new_err(format!("the sweep in {} has no point {name}", folder.display())));
         };
+        let observation = Observation::new(observe.0, observe.1)?;
         let mut watch = Watch::new(None);
-        let fate = py.detach(|| {
+        let (fate, raised) = py.detach(|| {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
-            let orders = orders_for(1, interval, &folder, force);
-            let fate = opened.execute_point(&self.0, point, &orders, &mut |progress| watch.see(progress));
-            fate.map_err(|error| error::sweep(&error))
+            let instruments = |run: Run| observation.of(run);
+            let orders = orders_for(1, interval, (&folder, force), &instruments);
+            let execute = || opened.execute_point(&self.0, point, &orders, &mut |progress| watch.see(progress));
+            let (fate, raised) = observation.during(execute);
+            Ok::<_, PyErr>((fate.map_err(|error| error::sweep(&error))?, raised))
         })?;
-        match watch.raised.take() {
+        match raised.or_else(|| watch.raised.take()) {
             Some(raised) => Err(raised),
             None => Ok(words(fate)),
         }
@@ -108,11 +119,14 @@ impl Sweep {
         py: Python<'_>,
         folder: PathBuf,
         jobs: usize,
-        orders: (bool, f64),
+        orders: Observing,
         callback: Option<Py<PyAny>>,
     ) -> PyResult<Vec<(String, &'static str, Option<String>)>> {
-        let (force, checkpoint_every) = orders;
+        let ((force, checkpoint_every), observe) = orders;
         let interval = interval_of(checkpoint_every)?;
+        let observation = Observation::new(observe.0, observe.1)?;
+        let instruments = |run: Run| observation.begin(run);
+        let failure: Mutex<Option<PyErr>> = Mutex::new(None);
         let (parts, is_over) = (Mutex::new(vec![0.0; self.0.points().len()]), AtomicBool::new(false));
         let mut watch = Watch::new(callback);
         // No thread panics while it holds the lock.
@@ -120,14 +134,24 @@ impl Sweep {
         let see = |place: usize, news: News<'_>| {
             match news {
                 News::Progress(progress) => parts()[place] = progress.fraction(),
-                News::Over(_) => parts()[place] = 1.0,
+                News::Over(_) => {
+                    parts()[place] = 1.0;
+                    if let Some(raised) = observe::end() {
+                        is_over.store(true, Ordering::Relaxed);
+                        failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(raised);
+                    }
+                }
                 _ => {}
             }
-            if is_over.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if observe::has_failed() || is_over.load(Ordering::Relaxed) {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         };
         let fates = py.detach(|| {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
-            let orders = orders_for(jobs, interval, &folder, force);
+            let orders = orders_for(jobs, interval, (&folder, force), &instruments);
             // Signals come to this thread alone, so that the others simulate.
             let ran = thread::scope(|scope| {
                 let runs = scope.spawn(|| opened.execute(&self.0, &orders, &see));
@@ -142,7 +166,8 @@ impl Sweep {
             });
             ran.map_err(|error| error::sweep(&error))
         })?;
-        if let Some(raised) = watch.raised.take() {
+        let failure = failure.into_inner().unwrap_or_else(PoisonError::into_inner);
+        if let Some(raised) = failure.or_else(|| watch.raised.take()) {
             return Err(raised);
         }
         let named = |(place, fate): (usize, Fate)| {
@@ -190,13 +215,22 @@ fn so_far(parts: &[f64]) -> (u64, f64) {
     (done as u64, parts.iter().sum::<f64>() / parts.len().max(1) as f64)
 }
 
-fn orders_for(jobs: usize, checkpoint_every: Duration, folder: &Path, force: bool) -> Orders<'static> {
+/// Registers functions of the user with a run.
+type Instruments<'o> = &'o (dyn Fn(Run) -> Run + Sync);
+
+fn orders_for<'o>(
+    jobs: usize,
+    checkpoint_every: Duration,
+    (folder, force): (&Path, bool),
+    instruments: Instruments<'o>,
+) -> Orders<'o> {
     Orders {
         jobs,
         share: Share::ALL,
         checkpoint_every,
         most_bytes: if force { f64::INFINITY } else { allowance(free_disk(folder)) },
         report: &final_table::text,
+        instruments,
     }
 }
 

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import carom
+
+
+def staged_growth(fluid: dict) -> dict:
+    """Spheres that grow in one stage, are heated in the next, and come to equilibrium before the measurement, which has a heat bath."""
+    scaled = {"kind": "rescaling", "temperature": 1.0, "interval": 0.1}
+    bath = {"kind": "andersen", "temperature": 2.0, "rate": 1.0}
+    stages = [
+        {"name": "grow", "grow": {"rate": 0.05, "packing_fraction": 0.35}, "thermostat": scaled},
+        {"name": "heat", "until_events": 500, "thermostat": bath, "measure": True},
+    ]
+    plan = {"equilibration_events": 700, "until_events": 2_000, "thermostat": bath}
+    return {**fluid, "stage": stages, "run": plan}
 
 
 def test_a_simulation_goes_on_from_a_run(fluid: dict, tmp_path: Path) -> None:
@@ -70,3 +83,82 @@ def test_the_temperature_is_that_of_a_run(fluid: dict, mixture: dict) -> None:
             simulation.advance(until=time)
             assert simulation.temperature == pytest.approx(expected, rel=1e-12)
     assert carom.Simulation(mixture).temperature is None
+
+
+def test_what_is_planned_before_is_carried_out(fluid: dict, tmp_path: Path) -> None:
+    scene = staged_growth(fluid)
+    run = carom.run(scene, tmp_path / "run")
+    simulation = carom.Simulation.prepared(scene, progress=False)
+    frame = simulation.frame()
+    # All frames but those of the measurement are of the stages.
+    assert simulation.thermostat == {"kind": "andersen", "temperature": 2.0, "rate": 1.0, "axes": ["x", "y", "z"]}
+    assert frame.radii[0] > 0.5 and (frame.radii == run.frames[-1].radii).all()
+    before = simulation.event_counts["core"]
+    assert before > 1200, "growth, a stage and an equilibration"
+    assert simulation.advance(events=2_000) == "events"
+    assert simulation.time == run.summary["time"]
+    assert np.array_equal(simulation.positions, run.frames[-1].positions)
+    assert np.array_equal(simulation.velocities, run.frames[-1].velocities)
+    assert simulation.deepest_overlap < 1e-12
+    # Particles can be put elsewhere when they have grown.
+    simulation.positions = simulation.positions + [0.1, 0.0, 0.0]
+
+
+def test_what_is_not_prepared(fluid: dict) -> None:
+    plain = carom.Simulation.prepared(fluid, seed=4, progress=False)
+    assert plain.time == 0.0 and np.array_equal(plain.positions, carom.Simulation(fluid, seed=4).positions)
+    scaled = {"kind": "rescaling", "temperature": 1.0, "interval": 1.0}
+    with pytest.raises(carom.SceneError, match="rescale"):
+        carom.Simulation.prepared({**fluid, "run": {"until_events": 10, "thermostat": scaled}})
+    random = [{**fluid["fill"][0], "arrangement": "random"}]
+    jam = {**fluid, "fill": random, "stage": [{"name": "grow", "grow": {"rate": 10.0, "packing_fraction": 0.74}}]}
+    with pytest.raises(carom.SimulationError, match="jam") as error:
+        carom.Simulation.prepared(jam, progress=False)
+    assert error.value.cure
+    with pytest.raises(TypeError):
+        carom.Simulation.prepared(fluid, progress="no")  # type: ignore[arg-type]
+
+
+def test_a_simulation_needs_no_end(fluid: dict, tmp_path: Path) -> None:
+    expected = carom.Simulation(fluid)
+    expected.advance(1.0)
+    plan = fluid.pop("run")
+    bath = {"kind": "andersen", "temperature": 1.0, "rate": 2.0}
+    with pytest.raises(carom.SceneError, match="run"):
+        carom.Scene(fluid)
+    text = carom.Scene({**fluid, "run": plan}).to_toml().replace("[run]\nuntil_events = 20000\n", "")
+    assert "[run]" not in text
+    (tmp_path / "endless.toml").write_text(text)
+    for scene in (fluid, tmp_path / "endless.toml"):
+        simulation = carom.Simulation(scene)
+        simulation.advance(1.0)
+        assert np.array_equal(simulation.positions, expected.positions)
+    bathed = carom.Simulation({**fluid, "run": {"thermostat": bath}})
+    assert bathed.thermostat == {**bath, "axes": ["x", "y", "z"]}
+    assert carom.Simulation(fluid, set={"run.thermostat": bath}).thermostat == bathed.thermostat
+    # Other mistakes are what they are.
+    with pytest.raises(carom.SceneError, match="sead") as error:
+        carom.Simulation({**fluid, "sead": 1})
+    assert error.value.key == "sead"
+    with pytest.raises(carom.SceneError, match="until_events"):
+        carom.Simulation({**fluid, "run": {"until_events": -5}})
+    with pytest.raises(carom.SceneError, match="until_tim"):
+        carom.Simulation({**fluid, "run": {"until_tim": 1.0}})
+
+
+def test_a_run_is_resumed_as_an_object(fluid: dict, tmp_path: Path) -> None:
+    run = carom.run(fluid)
+    folder = run.folder
+    longer = carom.resume(run, until_events=25_000, force=True)
+    assert longer.folder == folder and longer.summary["events"]["total"] == 25_000
+    del run
+    gc.collect()
+    assert len(longer.frames) > 0, "the folder goes with the last of them"
+    whole = carom.run(fluid, tmp_path / "run", until_events=25_000)
+    assert np.array_equal(whole.frames[-1].positions, longer.frames[-1].positions)
+    longer.close()
+    assert not folder.exists()
+    with pytest.raises(ValueError, match="closed"):
+        carom.resume(longer, until_events=30_000)
+    with pytest.raises(TypeError, match="force"):
+        carom.resume(whole, until_events=30_000, force=1)  # type: ignore[arg-type]

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import filecmp
 import json
+import threading
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -146,3 +149,74 @@ def test_a_function_may_run_something(fluid: dict) -> None:
 def test_observing_that_is_wrong(fluid: dict, observe: Any, every: Any, kind: type, words: str) -> None:
     with pytest.raises(kind, match=words):
         carom.run(fluid, observe=observe, every=every)
+
+
+def of_thread(frame: carom.Frame) -> float:
+    threading.current_thread()
+    return first_speed(frame)
+
+
+def broken(frame: carom.Frame) -> float:
+    if frame.time > 1.0:
+        raise ZeroDivisionError("mine")
+    return 1.0
+
+
+SWEPT = {"fill.0.packing_fraction": [0.1, 0.2, 0.3]}
+
+
+@pytest.mark.parametrize("how", ["threads", "executor of threads", "processes"])
+def test_all_points_of_a_sweep_are_observed(how: str, fluid: dict, tmp_path: Path) -> None:
+    fluid["run"] = {"until_time": 4.0}
+    plain = carom.sweep(fluid, SWEPT, seeds=2, out=tmp_path / "plain")
+    own: dict[str, Any] = {"observe": {"v2": of_thread}, "every": 0.1}
+    if how == "threads":
+        seen = carom.sweep(fluid, SWEPT, seeds=2, out=tmp_path / "seen", jobs=3, **own)
+    elif how == "processes":
+        with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+            seen = carom.sweep(fluid, SWEPT, seeds=2, out=tmp_path / "seen", executor=executor, **own)
+    else:
+        with ThreadPoolExecutor(2) as executor:
+            seen = carom.sweep(fluid, SWEPT, seeds=2, out=tmp_path / "seen", executor=executor, **own)
+    assert not seen.failures and len(seen) == 6
+    for at, (one, other) in enumerate(zip(plain.runs, seen.runs)):
+        assert one is not None and other is not None
+        assert filecmp.cmp(one.folder / "trajectory.xyz", other.folder / "trajectory.xyz", shallow=False)
+        alone = carom.run(other.scene, observe={"v2": first_speed}, every=0.1)
+        assert other.observables["v2"] == alone.observables["v2"]
+        assert (other.curves["v2"].y == alone.curves["v2"].y).all() and len(other.curves["v2"].y) == 40
+        assert seen.table["v2"][at] == pytest.approx(other.observables["v2"].mean, rel=1e-6)
+    assert seen.mean["v2"].shape == (3,) and "v2" in seen.page()
+    # What is there has it, and is not run again; with another name it is refused.
+    with_others = carom.sweep(fluid, SWEPT, seeds=2, out=tmp_path / "seen", observe={"v2": broken}, every=0.1)
+    assert (with_others.mean["v2"] == seen.mean["v2"]).all()
+    for out in ("plain", "seen"):
+        with pytest.raises(carom.SweepError, match="without speed in observe"):
+            carom.sweep(fluid, SWEPT, seeds=2, out=tmp_path / out, observe={"speed": first_speed}, every=0.1)
+
+
+@pytest.mark.parametrize("is_given", [False, True])
+def test_an_exception_ends_a_sweep_which_goes_on(is_given: bool, fluid: dict, tmp_path: Path) -> None:
+    fluid["run"] = {"until_time": 4.0}
+    with ThreadPoolExecutor(2) as executor:
+        given: dict[str, Any] = {"executor": executor} if is_given else {"jobs": 2}
+        with pytest.raises(ZeroDivisionError, match="mine"):
+            carom.sweep(fluid, SWEPT, out=tmp_path / "sweep", observe={"v2": broken}, every=0.1, **given)
+        assert not carom.Sweep(tmp_path / "sweep").failures, "it was interrupted"
+        result = carom.sweep(fluid, SWEPT, out=tmp_path / "sweep", observe={"v2": lambda frame: 1.0}, every=0.1, **given)
+    assert not result.failures and (result.table["v2"] == 1.0).all()
+
+
+def test_points_that_were_begun_with_functions_need_them(fluid: dict, tmp_path: Path) -> None:
+    fluid["run"] = {"until_time": 4.0}
+    with pytest.raises(ZeroDivisionError):
+        carom.sweep(fluid, SWEPT, out=tmp_path / "sweep", observe={"v2": broken}, every=0.1, jobs=1)
+    with pytest.warns(carom.CaromWarning, match="v2"):
+        carom.sweep(fluid, SWEPT, out=tmp_path / "sweep")
+
+
+def test_what_is_wrong_with_observing_a_sweep_is_said_at_once(fluid: dict, tmp_path: Path) -> None:
+    for given, message in (({"observe": {"v2": first_speed}}, "every"), ({"every": 0.5}, "observe"), ({"observe": {"pressure": first_speed}, "every": 1.0}, "pressure")):
+        with pytest.raises(ValueError, match=message):
+            carom.sweep(fluid, SWEPT, out=tmp_path / "sweep", **given)
+        assert not (tmp_path / "sweep").exists()

@@ -13,6 +13,8 @@ import pytest
 
 import carom
 
+from conftest import ROOT
+
 SCRIPT = Path(sysconfig.get_path("scripts")) / "carom"
 
 
@@ -56,3 +58,10 @@ def test_a_signal_ends_a_run_in_good_order(tmp_path: Path) -> None:
     more = [SCRIPT, "run", "--resume", "run", "--until-events", "1", "--quiet"]
     done = subprocess.run(more, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert "Traceback" not in done.stderr
+
+
+def test_the_package_is_found_in_the_folder_of_its_sources() -> None:
+    # Where a folder carom without the compiled part would be taken for it.
+    code = "import carom; print(carom.Scene)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT / "python", capture_output=True, text=True)
+    assert done.returncode == 0 and "carom._scene.Scene" in done.stdout, done.stderr

@@ -86,6 +86,7 @@ impl SweepCommand {
             checkpoint_every: self.checkpoint_every,
             most_bytes: if self.force { f64::INFINITY } else { allowance(free_disk(&path)) },
             report: &final_table::text,
+            instruments: &|run| run,
         };
         let watch = |place: usize, news: News<'_>| {
             display.show(&sweep, place, &news);

@@ -1,6 +1,6 @@
 //! External drive of a simulation: thermostats, and velocities that are scaled.
 
-use super::sources::andersen::Bath;
+use super::sources::andersen::{Andersen, Bath};
 use super::{Chosen, InvariantBroken, Simulation};
 use crate::Vector;
 use crate::engine::contact::apply::{Change, With};
@@ -62,7 +62,14 @@ impl Simulation {
     /// Whether a heat bath gives particles new velocities.
     #[must_use]
     pub fn has_andersen(&self) -> bool {
-        with_engine!(&self.engine, engine => engine.sources.andersen.is_some())
+        self.thermostat().is_some()
+    }
+
+    /// Heat bath that gives particles new velocities now, as a thermostat without flat axes; velocities that are scaled are the caller's.
+    #[must_use]
+    pub fn thermostat(&self) -> Option<Thermostat> {
+        let bath = with_engine!(&self.engine, engine => engine.sources.andersen.as_ref().map(Andersen::bath));
+        bath.map(|Bath { temperature, rate, axes }| Thermostat::Andersen { temperature, rate, axes })
     }
 
     /// Multiplies all velocities, relative to `drift` and to what streams, by a factor; the energy that it takes is counted as supplied.
@@ -210,6 +217,7 @@ mod tests {
         assert_eq!(simulation.snapshot(), alone.snapshot());
         assert_eq!(disks([true; 2]).set_thermostat(Some(&good), 1), Err(ThermostatError::NothingMoves));
 
+        assert_eq!(simulation.thermostat(), Some(bath(1.0, 2.0, [true, true, false])));
         simulation.set_thermostat(None, 3).unwrap();
         assert!(!simulation.has_andersen());
     }

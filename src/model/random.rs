@@ -21,6 +21,8 @@ pub(crate) enum Purpose {
     Surface,
     /// Samples that are drawn again for errors.
     Bootstrap,
+    /// Velocities that are drawn anew on the way.
+    Thermalizing,
 }
 
 impl Purpose {
@@ -31,6 +33,7 @@ impl Purpose {
             Self::Growth => (1 << 63) + group as u64,
             Self::Exchange => (1 << 62) + group as u64,
             Self::Bootstrap => (1 << 61) + group as u64,
+            Self::Thermalizing => (1 << 60) + group as u64,
             Self::Surface => (1 << 42) + 4 * group as u64 + 3,
             _ => 4 * group as u64 + self as u64,
         }
@@ -142,7 +145,7 @@ mod tests {
         assert_eq!(first_four.map(|purpose| purpose.stream(3)), [12, 13, 14, 15]);
         assert_eq!([Purpose::Growth, Purpose::Exchange].map(|it| it.stream(3)), [(1 << 63) + 3, (1 << 62) + 3]);
         assert_eq!(Purpose::Surface.stream(3), (1 << 42) + 15);
-        assert_eq!(Purpose::Bootstrap.stream(3), (1 << 61) + 3);
+        assert_eq!([Purpose::Bootstrap, Purpose::Thermalizing].map(|it| it.stream(3)), [(1 << 61) + 3, (1 << 60) + 3]);
     }
 
     #[test]

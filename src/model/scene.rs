@@ -194,8 +194,10 @@ impl Scene {
         self.predecessor.as_ref().map_or(0, |run| run.streams)
     }
 
-    /// The number of the first stream of a scene that starts from the end of this one: each stage has one, and so have equilibrations and measurements.
-    pub(crate) fn next_stream(&self) -> usize {
+    /// Number of the first stream of random numbers that no thermostat of its run has: each stage has one, and so have equilibrations and measurements.
+    /// A scene that starts from its end has its own from there on.
+    #[must_use]
+    pub fn next_stream(&self) -> usize {
         self.first_stream() + self.run.streams()
     }
 

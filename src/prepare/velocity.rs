@@ -3,6 +3,8 @@
 //! Maxwell velocities have normal components of variance `T / m`, no net momentum where that is conserved, and exactly the temperature that is
 //! asked for. Equal speeds are exactly those asked for, and so is their energy: directions are chosen so that the momentum is zero.
 
+mod anew;
+
 use std::f64::consts::FRAC_PI_3;
 use std::ops::Range;
 

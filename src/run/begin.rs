@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::checkpoint::Checkpoint;
-use super::driver::{drive, drive_to};
+use super::driver::{Halt, drive, drive_to};
 use super::progress::Progress;
 use super::state::{Beginning, RunState};
 use super::{Ending, Finished, Recorder, Stage};
@@ -203,7 +203,29 @@ impl Run {
         until: Until,
         recorder: &mut R,
     ) -> Result<(Self, Option<Ending>), RunError<R::Error>> {
-        drive_to(self.registered()?, until, recorder).map_err(RunError::Recorder)
+        let watch = &mut |_: &Progress| ControlFlow::Continue(());
+        drive_to(self.registered()?, Halt::At(until), recorder, watch).map_err(RunError::Recorder)
+    }
+
+    /// Runs all that comes before the last measurement (stages, growth, equilibration) and pauses where that begins, with its heat bath and its gravity: the run
+    /// goes on from there to the same bits, and `None`. Otherwise the run as it is then, and why it ended.
+    ///
+    /// `watch` is that of [`Self::execute`]. Of measured stages nothing is kept.
+    ///
+    /// # Errors
+    /// As [`Self::execute`].
+    pub fn prepare(
+        self,
+        watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<(Self, Option<Ending>), InstrumentError> {
+        let Ok(prepared) = drive_to(self.registered()?, Halt::Measurement, &mut (), watch);
+        Ok(prepared)
+    }
+
+    /// The simulation as it is, without the run.
+    #[must_use]
+    pub fn into_simulation(self) -> Simulation {
+        self.simulation
     }
 
     /// Runs to the end, and keeps only what it returns.
@@ -215,5 +237,53 @@ impl Run {
             RunError::Instrument(error) => error,
             RunError::Recorder(never) => match never {},
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Growth, GrowthTarget, Limit, Potential, RunPlan, StagePlan, Thermostat};
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+
+    fn planned(target: f64) -> Scene {
+        let bath = Some(Thermostat::Andersen { temperature: 2.0, rate: 1.0, axes: [true; 3] });
+        let growth = Some(Growth { rate: 0.1, until: GrowthTarget::PackingFraction(target) });
+        let grow = StagePlan { name: "grow".into(), growth, ..StagePlan::default() };
+        let plan = RunPlan {
+            stages: vec![grow],
+            equilibration: Limit::events(300),
+            limit: Limit::events(500),
+            thermostat: bath,
+            ..RunPlan::default()
+        };
+        SceneBuilder::new("planned")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+            .temperature(1.0)
+            .run(plan)
+            .build()
+            .unwrap()
+    }
+
+    #[test]
+    fn what_is_prepared_goes_on_to_the_bits_of_the_run() {
+        let finished = Run::new(planned(0.25)).finish().unwrap();
+        let go_on = &mut |_: &Progress| ControlFlow::Continue(());
+        let (run, ending) = Run::new(planned(0.25)).prepare(go_on).unwrap();
+        assert_eq!((ending, run.stage()), (None, Stage::Measurement));
+        let mut simulation = run.into_simulation();
+        assert!(simulation.has_andersen() && simulation.scale() > 1.0);
+        let events = simulation.event_counts().physical() + 500;
+        assert_eq!(finished.simulation.event_counts().physical(), events);
+        simulation.advance(Until::events(events)).unwrap();
+        assert_eq!(simulation.snapshot(), finished.simulation.snapshot());
+    }
+
+    #[test]
+    fn what_is_interrupted_before_the_measurement_is_not_prepared() {
+        let (_, ending) = Run::new(planned(0.25)).prepare(&mut |_| ControlFlow::Break(())).unwrap();
+        assert_eq!(ending, Some(Ending::Interrupted));
     }
 }

@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 use super::begin::Origin;
 use super::progress::Progress;
 use super::state::RunState;
-use super::{Ending, Finished, Recorder, Run};
+use super::{Ending, Finished, Recorder, Run, Stage};
 use crate::analysis::instruments::{Registry, SystemDescription};
 use crate::base::clock::Instant;
 use crate::engine::{Simulation, Until};
@@ -45,17 +45,28 @@ pub(super) fn drive<R: Recorder>(
     finished.map_err(|Failed| recorder.into_error())
 }
 
+/// Pause of a run that its caller asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Halt {
+    /// None.
+    Never,
+    /// A simulated time, or a number of physical events since the start.
+    At(Until),
+    /// Beginning of the last measurement.
+    Measurement,
+}
+
 /// Goes on with a run, up to a pause: the run as it is then, and how it ended if it did.
 pub(super) fn drive_to<R: Recorder>(
     run: Run,
-    pause: Until,
+    halt: Halt,
     recorder: &mut R,
+    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<(Run, Option<Ending>), R::Error> {
     let Run { simulation, state, registry, .. } = run;
     let mut recorder = KeepsError { recorder, error: None };
-    let mut watch = |_: &Progress| ControlFlow::Continue(());
-    let mut driver = Driver::new(simulation, state, registry, &mut recorder, &mut watch);
-    driver.halt = pause;
+    let mut driver = Driver::new(simulation, state, registry, &mut recorder, watch);
+    driver.halt = halt;
     let ending = match driver.stages() {
         Ok(ending) => ending,
         Err(Failed) => return Err(recorder.into_error()),
@@ -84,7 +95,7 @@ struct Driver<'a> {
     /// Where it pauses, as if the caller wanted no more: at a simulated time, or after a number of physical events.
     pause: Until,
     /// Where the caller has it pause.
-    halt: Until,
+    halt: Halt,
     /// Whether it has paused there.
     is_halted: bool,
     /// Events, cell transitions and Andersen collisions after which it gives up.
@@ -111,7 +122,7 @@ impl<'a> Driver<'a> {
             started: None,
             is_pilot: false,
             pause: NEVER,
-            halt: NEVER,
+            halt: Halt::Never,
             is_halted: false,
             patience: u64::MAX,
             is_over: false,
@@ -136,6 +147,10 @@ impl Driver<'_> {
                 self.enter();
             }
             let stage = self.state.stage.stage;
+            if self.halt == Halt::Measurement && stage == Stage::Measurement {
+                self.is_halted = true;
+                return Ok(Ending::Interrupted);
+            }
             let next = stage.next(&self.simulation.scene().run);
             if stage.is_measured() {
                 let ending = self.measure()?;

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::Vector;
@@ -13,7 +14,7 @@ use crate::trajectory::frame::FrameParticle;
 
 /// Particles that a program gives a scene from its memory, as if `[[file]]` named a file with them: they follow those of `[[particle]]`, and
 /// are before those of files.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct GivenParticles {
     /// Word for them in messages, where a file has its path.

@@ -66,6 +66,8 @@ pub struct Orders<'o> {
     pub most_bytes: f64,
     /// The text of `report.txt` in the folder of a run.
     pub report: &'o (dyn Fn(&Finished) -> String + Sync),
+    /// Registers instruments of one's own with a run, on the thread that runs it: [`Run::instrument`]. One that is resumed needs those that it began with.
+    pub instruments: &'o (dyn Fn(Run) -> Run + Sync),
 }
 
 /// Progress or outcome of a point.
@@ -210,7 +212,7 @@ fn finish(
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Fate, OutputError> {
     let mut folder = folder.checkpoint_every(orders.checkpoint_every).at_most(orders.most_bytes);
-    let finished = match run.execute(&mut folder, watch) {
+    let finished = match (orders.instruments)(run).execute(&mut folder, watch) {
         Ok(finished) => finished,
         Err(RunError::Recorder(error)) => return Err(error),
         Err(error) => return Ok(failed(&error)),

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use serde::{Deserialize, Serialize};
+
 use crate::Vector;
 use crate::analysis::instruments::Scalar;
 use crate::base::numbers::id;
@@ -62,7 +64,7 @@ const TAKEN: [&str; 46] = [
 ];
 
 /// A species in a frame: name and mass.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrameSpecies {
     /// Name, unique in the frame.
     pub name: String,
@@ -73,7 +75,7 @@ pub struct FrameSpecies {
 }
 
 /// A particle in a frame: id, species, radius, position and velocity.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FrameParticle {
     /// Its name in every output.
     pub id: ParticleId,
@@ -90,7 +92,7 @@ pub struct FrameParticle {
 /// A frame of a trajectory: all particles at one time, and the box.
 #[doc(alias = "snapshot")]
 #[doc(alias = "configuration")]
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// Simulated time `[time]`.
     pub time: f64,

@@ -298,6 +298,7 @@ fn make(call: Call, out: &Path, looks: u32) -> Result<(), String> {
                 checkpoint_every: Duration::from_millis(1),
                 most_bytes: f64::INFINITY,
                 report: &final_table::text,
+                instruments: &|run| run,
             };
             opened.execute(&sweep, &orders, &|_, _| ControlFlow::Continue(())).map_err(words)?;
             let results = Results::read(&opened, &sweep);

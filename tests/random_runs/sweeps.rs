@@ -164,6 +164,7 @@ fn execute(sweep: &Sweep, folder: &Path) -> Result<Vec<(usize, Fate)>, SweepErro
         checkpoint_every: Duration::from_millis(1),
         most_bytes: f64::INFINITY,
         report: &final_table::text,
+        instruments: &|run| run,
     };
     let fates = opened.execute(sweep, &orders, &|_, _| ControlFlow::Continue(()))?;
     let results = Results::read(&opened, sweep);

@@ -94,7 +94,7 @@ impl Number {
 }
 
 /// A per-particle scalar at one time, such as the bond order: a column of a trajectory.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Scalar {
     /// Name, unique in its frame, of ASCII letters, digits and underscores: `q6`.

@@ -4,11 +4,32 @@ mod walls;
 
 use super::regions::Regions;
 use crate::Vector;
-use crate::engine::Simulation;
 use crate::engine::event::EventCounts;
+use crate::engine::{Energy, Simulation};
 use crate::model::potential::Potential;
-use crate::model::{Scene, Thermostat};
+use crate::model::{Scene, Thermostat, ThermostatError};
 use serde::{Deserialize, Serialize};
+
+impl Simulation {
+    /// Scales all velocities to a temperature once, as the thermostat of a run does again and again: [`Thermostat::Rescaling`].
+    ///
+    /// # Errors
+    /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NoTemperature`], also if all is at rest; the simulation is
+    /// as it was then.
+    pub fn rescale(&mut self, temperature: f64) -> Result<(), ThermostatError> {
+        let applicable = ApplicableObservables::of_simulation(self);
+        let is_accelerated = !applicable.has_temperature;
+        Thermostat::Rescaling { temperature, interval: 1.0 }.settled(
+            self.scene().space(),
+            applicable.moving,
+            is_accelerated,
+        )?;
+        let scaling = applicable.scaling(&self.energy(), temperature);
+        let (factor, drift) = scaling.ok_or(ThermostatError::NoTemperature)?;
+        self.scale_velocities(factor, &drift);
+        Ok(())
+    }
+}
 
 /// The observables that apply to a scene, and the constants of their formulas: degrees of freedom, densities, conserved momenta.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -126,6 +147,14 @@ impl ApplicableObservables {
         applicable
     }
 
+    /// The observables that apply to a simulation as it is now, with the heat bath that it has.
+    #[must_use]
+    pub fn of_simulation(simulation: &Simulation) -> Self {
+        let mut applicable = Self::of(simulation.scene());
+        applicable.set_thermostat(simulation.scene(), simulation.thermostat().as_ref());
+        applicable
+    }
+
     /// Counts the components of the velocities that are free in a stage with a thermostat, which may change the momentum.
     pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
         self.scaling_interval = match thermostat {
@@ -173,6 +202,13 @@ impl ApplicableObservables {
             let common = self.conserved(momentum).norm_squared() / (2.0 * self.total_mass);
             2.0 * (kinetic - common).max(0.0) / self.degrees_of_freedom
         })
+    }
+
+    /// Factor of all velocities relative to the drift, and the drift, that give a temperature: `sqrt(T / T_now)`. `None` where there is no temperature, or all
+    /// is at rest.
+    pub(crate) fn scaling(&self, energy: &Energy, temperature: f64) -> Option<(f64, Vector)> {
+        let now = self.temperature(energy.thermal, &energy.peculiar_momentum).filter(|now| *now > 0.0)?;
+        Some(((temperature / now).sqrt(), self.drift(&energy.peculiar_momentum)))
     }
 
     /// Energy that particles have gained at events so far, and the sum of its parts, each times its time since the start: what was supplied, less

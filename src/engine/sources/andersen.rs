@@ -18,11 +18,9 @@ use std::ops::ControlFlow;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Andersen {
     random: Random,
-    /// Temperature `[energy]`.
-    temperature: f64,
+    bath: Bath,
     /// Of all particles together `[1 / time]`.
     rate: f64,
-    axes: [bool; 3],
     /// Time of the next one, since the epoch.
     next: f64,
 }
@@ -32,9 +30,14 @@ impl Andersen {
     pub fn new(seed: u64, stage: usize, now: f64, particles: usize, bath: Bath) -> Self {
         let random = Random::new(seed, Purpose::Thermostat, stage);
         let rate = bath.rate * particles as f64;
-        let mut andersen = Self { random, temperature: bath.temperature, rate, axes: bath.axes, next: now };
+        let mut andersen = Self { random, bath, rate, next: now };
         andersen.wait();
         andersen
+    }
+
+    /// Settings of the heat bath.
+    pub fn bath(&self) -> Bath {
+        self.bath
     }
 
     /// When the next collision is due, since the epoch.
@@ -62,9 +65,9 @@ impl Andersen {
                 break id;
             }
         };
-        let normal = std::array::from_fn(|axis| self.axes[axis].then(|| self.random.normal()));
+        let normal = std::array::from_fn(|axis| self.bath.axes[axis].then(|| self.random.normal()));
         self.wait();
-        Collision { time, id, temperature: self.temperature, normal }
+        Collision { time, id, temperature: self.bath.temperature, normal }
     }
 }
 
@@ -81,7 +84,7 @@ pub(in crate::engine) struct Collision {
 }
 
 /// Settings of a heat bath.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Bath {
     /// Temperature `[energy]`.
     pub temperature: f64,

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use super::{Driver, Failed, NEVER, STEPS};
+use super::{Driver, Failed, Halt, NEVER, STEPS};
 use crate::base::clock::Instant;
 use crate::engine::event::Event;
 use crate::engine::{EngineError, Reason, Until};
@@ -131,13 +131,22 @@ impl Driver<'_> {
 
     /// Next pause: of a pilot run, or of the caller, who does not see what a copy does.
     fn pause(&self) -> Until {
-        let of_caller = if self.is_pilot { NEVER } else { self.halt };
+        let of_caller = self.halt();
         Until { time: self.pause.time.min(of_caller.time), events: self.pause.events.min(of_caller.events) }
+    }
+
+    /// The pause of the caller, at a time or a number of events.
+    fn halt(&self) -> Until {
+        match self.halt {
+            Halt::At(until) if !self.is_pilot => until,
+            _ => NEVER,
+        }
     }
 
     /// Takes note of whether the caller's pause has come.
     fn paused(&mut self, at: Until) -> Ending {
-        self.is_halted = !self.is_pilot && (self.halt.time <= at.time || self.halt.events <= at.events);
+        let halt = self.halt();
+        self.is_halted = !self.is_pilot && (halt.time <= at.time || halt.events <= at.events);
         Ending::Interrupted
     }
 

@@ -70,14 +70,11 @@ impl Driver<'_> {
         let energy = self.simulation.energy();
         self.state.observer.integrate(&self.simulation, &energy);
         let applicable = self.state.observer.applicable();
-        if let Some(now) = applicable.temperature(energy.thermal, &energy.peculiar_momentum)
-            && now > 0.0
-        {
-            let drift = applicable.drift(&energy.peculiar_momentum);
+        if let Some((factor, drift)) = applicable.scaling(&energy, temperature) {
             self.state.ledger.note(&self.simulation, &energy);
             let is_watched = self.state.measurement.as_ref().is_some_and(|it| !it.instruments.is_empty());
             let before = is_watched.then(|| self.simulation.snapshot());
-            self.simulation.scale_velocities((temperature / now).sqrt(), &drift);
+            self.simulation.scale_velocities(factor, &drift);
             if let (Some(before), Some(measurement), Some(system)) = (before, &mut self.state.measurement, &self.system)
             {
                 let after = self.simulation.snapshot();

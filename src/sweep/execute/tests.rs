@@ -17,6 +17,7 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
             checkpoint_every: Duration::from_secs(300),
             most_bytes: f64::INFINITY,
             report,
+            instruments: &|run| run,
         };
         folder.execute_point(&sweep, point, &orders, &mut |_| ControlFlow::Continue(())).unwrap()
     };

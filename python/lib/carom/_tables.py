@@ -43,7 +43,11 @@ class _Absent:
 class Columns(dict[str, NDArray[Any]]):
     """Arrays by name that cannot be replaced. It is a dictionary, because pandas and others take other mappings as a list of their keys."""
 
-    clear = pop = popitem = setdefault = update = _Absent()
+    clear: Any = _Absent()
+    pop: Any = _Absent()
+    popitem: Any = _Absent()
+    setdefault: Any = _Absent()
+    update: Any = _Absent()
 
     def __missing__(self, name: object) -> NDArray[Any]:
         raise KeyError(f"no column {shown(name)}; there are {', '.join(self)}")

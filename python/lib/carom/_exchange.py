@@ -179,7 +179,7 @@ class Exchange(InFolder):
         >>> all(0.2 < it.mean < 1.0 for it in carom.exchange(pair).acceptance)
         True
         """
-        found = [it["acceptance"] or {"mean": float("nan"), "standard_error": None} for it in self.summary["neighbours"]]
+        found: list[dict[str, Any]] = [it["acceptance"] or {"mean": float("nan"), "standard_error": None} for it in self.summary["neighbours"]]
         return [Observable(it["mean"], it["standard_error"], "1") for it in found]
 
     @property

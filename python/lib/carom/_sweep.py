@@ -8,20 +8,25 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor, as_completed
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Union
 
 import numpy as np
 
 from carom import _carom
 from carom._arguments import flag, path_of, real, shown, whole
-from carom._errors import CaromWarning, FolderError
+from carom._errors import CaromWarning, FolderError, SweepError
+from carom._folder import json_of
 from carom._html import framed
+from carom._observe import Functions, observed
 from carom._progress import Progress
 from carom._run import Run
 from carom._scene import Scene, SceneLike, overrides
 from carom._tables import Table
 
 __all__ = ["Sweep", "sweep"]
+
+#: Functions of a frame, and the time between two calls, as users give them.
+_Observed = tuple[Union[Functions, None], Union[float, None]]
 
 #: Digits of a number that varies, as in the ranges of the program.
 _DIGITS = 12
@@ -38,6 +43,8 @@ def sweep(
     set: Mapping[str, Any] | None = None,
     force: bool = False,
     checkpoint_every: float = 300.0,
+    observe: Functions | None = None,
+    every: float | None = None,
     progress: bool = True,
 ) -> Sweep:
     """Runs a scene for all combinations of values, as ``carom sweep`` does, in the same folder: what is there is not run again.
@@ -65,13 +72,17 @@ def sweep(
         Replaces values at all points, as for :class:`Scene`.
     force : bool
         Writes also more than 10 GB in all, or a tenth of what is free on the disk.
+    observe, every
+        Own measurements at all points, as for :func:`run`: the tables and the page of the sweep have them, too. Without an executor several threads call them, one
+        at a time. With one they have to reach its workers: processes take functions of a module, and Dask takes any. An exception in one of them ends the
+        sweep; the same call goes on.
     checkpoint_every, progress
         As for :func:`run`.
 
     Raises
     ------
     SweepError
-        If an axis is wrong, or the folder holds another sweep.
+        If an axis is wrong, the folder holds another sweep, or runs that were not observed.
     SceneError
         If a key or a value is wrong.
     FolderError
@@ -92,6 +103,8 @@ def sweep(
     True
     """
     orders = (flag("force", force), real("checkpoint_every", checkpoint_every))
+    observed(observe, every)
+    functions: _Observed = (observe, every)
     axes = [_axis(key, values) for key, values in (vary or {}).items()]
     if seeds is not None:
         if isinstance(seeds, Iterable):
@@ -111,11 +124,12 @@ def sweep(
     folder = Path(os.path.abspath(folder))
     core.check(folder, orders[0])
     core.begin(folder)
+    _refuse_unobserved(core, folder, observe or {})
     if executor is None:
         threads = (os.cpu_count() or 1) if jobs is None else whole("jobs", jobs, 1)
         with Progress(progress, name) as bar:
             try:
-                core.run_all(folder, threads, orders, bar.callback)
+                core.run_all(folder, threads, (orders, observed(*functions)), bar.callback)
             except BaseException:
                 # The tables show what is there; the same call goes on.
                 core.write(folder)
@@ -123,7 +137,7 @@ def sweep(
     else:
         if jobs is not None:
             raise ValueError("jobs: are those of the threads of this process; an executor has a number of workers of its own")
-        _submit(core, folder, executor, orders, progress, name)
+        _submit(core, folder, executor, (orders, functions), progress, name)
     return _finished(core, folder)
 
 
@@ -163,13 +177,31 @@ def _axis(keys: Any, values: Any) -> str:
     return "; ".join(f"{key}=" + ",".join(_text(key, value) for value in column) for key, column in columns)
 
 
-def _point(folder: str, name: str, orders: tuple[bool, float]) -> tuple[str, str | None]:
+def _refuse_unobserved(core: _carom.Sweep, folder: Path, observe: Functions) -> None:
+    """Refuses what would be measured at some points only: runs that are there are not run again."""
+    if not observe:
+        return
+    for name in [point for point, state, _ in core.standing(folder) if state == "done"]:
+        path = folder / name / "measurements.json"
+        known = {it["name"] for it in json_of(path).get("numbers", [])} if path.exists() else set()
+        missing = [each for each in observe if each not in known]
+        if missing:
+            cure = "give another out, or remove the folder of that run"
+            raise SweepError(f"{folder / name} was run without {', '.join(missing)} in observe\n  help: {cure}", cure=cure)
+
+
+def _point(folder: str, name: str, orders: tuple[bool, float], functions: _Observed) -> tuple[str, str | None]:
     """Runs a point of the sweep in a folder: the task of an executor, whose process has nothing but the folder."""
-    return _carom.Sweep.open(Path(folder)).run_point(Path(folder), name, orders)
+    return _carom.Sweep.open(Path(folder)).run_point(Path(folder), name, (orders, observed(*functions)))
 
 
 def _submit(
-    core: _carom.Sweep, folder: Path, executor: Executor, orders: tuple[bool, float], progress: bool, name: str
+    core: _carom.Sweep,
+    folder: Path,
+    executor: Executor,
+    orders: tuple[tuple[bool, float], _Observed],
+    progress: bool,
+    name: str,
 ) -> None:
     if not hasattr(executor, "submit"):
         cure = "for Dask give client.get_executor()" if hasattr(executor, "get_executor") else "such as ProcessPoolExecutor()"
@@ -179,7 +211,7 @@ def _submit(
     standing = core.standing(folder)
     missing = [point for point, state, _ in standing if state != "done"]
     over = len(standing) - len(missing)
-    futures = [executor.submit(_point, str(folder), point, orders) for point in missing]
+    futures = [executor.submit(_point, str(folder), point, *orders) for point in missing]
     lost: BaseException | None = None
     with Progress(progress, name) as bar:
         try:

@@ -13,9 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from carom import _carom
 from carom._arguments import finite, flag, shown, threads_of, vectors, whole
 from carom._arrays import fixed
+from carom._drive import Driven
 from carom._frame import Frame
 from carom._html import number, table
-from carom._scene import Scene, SceneLike
+from carom._progress import Progress
+from carom._scene import Scene, SceneLike, endless
+from carom._state import State
 from carom._tables import Named
 
 if TYPE_CHECKING:
@@ -77,7 +80,7 @@ def _events_of(found: bytearray) -> NDArray[np.void]:
     return fixed(np.frombuffer(found, EVENT))
 
 
-class Simulation:
+class Simulation(State, Driven):
     """A simulation: a scene in motion. It goes on to the same bits however often it is stopped, looked at or copied.
 
     While it advances, other threads of Python run, and Ctrl-C ends the call in good order: the simulation is at the event that it had come to, and
@@ -86,11 +89,11 @@ class Simulation:
     Parameters
     ----------
     scene : Scene, path, dict or Run
-        As for :class:`Scene`. From the end of a :class:`Run` its particles, bonds and time go on, with the states of all pairs and the thermostat
+        As for :class:`Scene`, also without ``[run]``, in whose place it has ``until_events = 1`` then. From the end of a :class:`Run` its particles, bonds and time go on, with the states of all pairs and the thermostat
         of its measurement; its equilibration and stages are over, and events are counted from zero.
     plan : bool
-        Whether a scene is refused that plans what only a run does: stages, an equilibration, a thermostat that scales velocities. ``False``
-        leaves the plan out, with its thermostat, and takes the dynamics alone.
+        Whether a scene is refused that plans what only a run does: stages, growth, an equilibration, a thermostat that scales velocities. ``False``
+        leaves the plan out, with its thermostat, and takes the dynamics alone; :meth:`prepared` carries it out.
     seed, set
         As for :class:`Scene`.
     threads : int or "auto", optional
@@ -116,12 +119,7 @@ class Simulation:
     True
     """
 
-    __slots__ = ("_core", "_is_asking", "_scene")
-
-    _core: _carom.Simulation
-    #: Whether it is within a call that asks a `stop` function.
-    _is_asking: bool
-    _scene: Scene
+    __slots__ = ()
 
     def __init__(
         self,
@@ -134,9 +132,54 @@ class Simulation:
     ) -> None:
         from carom._run import Run
 
-        self._scene = Scene(scene._end() if isinstance(scene, Run) else scene, seed=seed, set=set)
+        self._scene = endless(scene._end() if isinstance(scene, Run) else scene, seed, set)
         self._core = _carom.Simulation(self._scene._core, flag("plan", plan), threads_of(threads))
         self._is_asking = False
+
+    @classmethod
+    def prepared(
+        cls,
+        scene: SceneLike,
+        *,
+        seed: int | None = None,
+        set: dict[str, Any] | None = None,
+        threads: int | Literal["auto"] | None = None,
+        progress: bool = True,
+    ) -> Simulation:
+        """Simulates all that a scene plans before its measurement, and hands over where that begins, with its heat bath and its gravity, to the bits of :func:`run`.
+
+        Stages with their thermostats, growth, gravity and surfaces, and the equilibration are done by the driver of runs as a whole; of stages that are measured, the
+        measurements are not kept. What is to be seen on the way is for :func:`run`. Other threads of Python run meanwhile.
+
+        Parameters
+        ----------
+        scene : Scene, path or dict
+            As for :class:`Scene`.
+        seed, set
+            As for :class:`Scene`.
+        threads, progress
+            As for :func:`run`.
+
+        Raises
+        ------
+        SceneError
+            If the scene is wrong, or its measurement has a thermostat that scales velocities.
+        SimulationError
+            If it comes to no good end before: spheres that jam while they grow, an equilibration that does not end.
+        KeyboardInterrupt
+            At Ctrl-C.
+
+        Examples
+        --------
+        >>> scene = {**fluid, "run": {"equilibration_events": 5000, "until_events": 20_000}}
+        >>> simulation = carom.Simulation.prepared(scene)
+        >>> simulation.event_counts["core"]
+        5000
+        """
+        made = Scene(scene, seed=seed, set=set)
+        with Progress(flag("progress", progress), made.name) as bar:
+            core = _carom.Simulation.prepared(made._core, threads_of(threads), bar.callback)
+        return cls._of(core, made)
 
     # Going on
 
@@ -174,6 +217,7 @@ class Simulation:
         until: float | None = None,
         stop: Callable[[np.void], bool] | None = None,
         kinds: str | Iterable[str] | None = None,
+        progress: bool = False,
     ) -> str:
         """Goes on, until the first of what is given.
 
@@ -191,6 +235,8 @@ class Simulation:
             which it goes on as between two calls. It cannot be advanced there. Some 3 microseconds for each event.
         kinds : str or list of str
             Some of :data:`EVENT_KINDS`, or ``"wall"``; all if not given.
+        progress : bool
+            Whether a bar is shown, as by :func:`run`, where the call takes more than half a second.
 
         Returns
         -------
@@ -220,18 +266,25 @@ class Simulation:
         if stop is None:
             if kinds is not None:
                 raise ValueError("kinds: are those of the events that `stop` is asked about, and there is no `stop`")
-            return self._core.advance(time, count)
+            with Progress(flag("progress", progress), self._scene.name) as bar:
+                return self._core.advance(time, count, bar.callback)
         if not callable(stop):
             raise TypeError(f"stop: expected a function of an event, found {shown(stop)}")
         bits = _bits(kinds)
+        core, begun = self._core, (self._core.time, self._core.physical_events())
         self._is_asking = True
         try:
-            while True:
-                found, reason = self._core.events(1, time, count, bits)
-                if found and stop(_events_of(found)[0]):
-                    return "stop"
-                if reason is not None:
-                    return reason
+            with Progress(flag("progress", progress), self._scene.name) as bar:
+                while True:
+                    found, reason = core.events(1, time, count, bits)
+                    if found and stop(_events_of(found)[0]):
+                        return "stop"
+                    if reason is not None:
+                        return reason
+                    if bar.is_due():
+                        done = core.physical_events() - begun[1]
+                        part = max((core.time - begun[0]) / (time - begun[0]), done / (count - begun[1]))
+                        bar.show("advancing", part, core.time, done)
         finally:
             self._is_asking = False
 
@@ -296,33 +349,6 @@ class Simulation:
                 yield _events_of(found)
             if reason is not None:
                 return
-
-    def copy(self) -> Simulation:
-        """A copy, which goes on to the same bits.
-
-        Examples
-        --------
-        >>> one = carom.Simulation(fluid)
-        >>> two = one.copy()
-        >>> one.advance(1.0), two.advance(1.0)
-        ('time', 'time')
-        >>> bool((one.positions == two.positions).all())
-        True
-        """
-        copied = Simulation.__new__(Simulation)
-        copied._scene = self._scene
-        copied._core = self._core.copy()
-        copied._is_asking = False
-        return copied
-
-    def __copy__(self) -> Simulation:
-        return self.copy()
-
-    def __deepcopy__(self, _memo: Any) -> Simulation:
-        return self.copy()
-
-    def __reduce__(self) -> Any:
-        raise TypeError("a simulation cannot be pickled: pickle its scene, or write a run with carom.run, which can be resumed")
 
     # Looking
 
@@ -561,7 +587,7 @@ class Simulation:
             images=core.images(),
             ids=fixed(np.arange(len(species), dtype=np.int64)),
             species=species,
-            radii=fixed(0.5 * scene.diameters[species]),
+            radii=fixed(0.5 * core.diameters()[species]),
             species_names=scene.species_names,
             species_masses=scene.masses,
             lower=scene.lower,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from importlib.util import find_spec
+from time import monotonic
 from typing import Any
 
 __all__ = ["Progress"]
@@ -19,6 +20,7 @@ class Progress:
     def __init__(self, wanted: bool, title: str) -> None:
         self._bar: Any = None
         self._stage = ""
+        self._shown = 0.0
         kind = _kind_of_bar() if wanted else None
         if kind is not None:
             form = "{desc} {percentage:3.0f} %|{bar}|{postfix}, {remaining} left"
@@ -28,6 +30,15 @@ class Progress:
     def callback(self) -> Callable[[str, float, float, int], None] | None:
         """Callback for the compiled part, if there is anything to show."""
         return None if self._bar is None else self._see
+
+    def is_due(self) -> bool:
+        """Whether there is anything to show, and it is as long ago as between two looks of the compiled part that something was."""
+        return self._bar is not None and monotonic() - self._shown > 0.05
+
+    def show(self, stage: str, fraction: float, time: float, events: int) -> None:
+        """Shows how far something is, by its own account."""
+        self._shown = monotonic()
+        self._see(stage, fraction, time, events)
 
     def _see(self, stage: str, fraction: float, time: float, events: int) -> None:
         bar = self._bar

@@ -81,7 +81,7 @@ class Frame:
 
     @classmethod
     def _of(cls, parts: Mapping[str, Any]) -> Frame:
-        arrays = {name: fixed(np.array(parts[name])) for name in ("lower", "size", "periodic")}
+        arrays: dict[str, Any] = {name: fixed(np.array(parts[name])) for name in ("lower", "size", "periodic")}
         return cls(**{**parts, **arrays})
 
     def __len__(self) -> int:
@@ -173,7 +173,8 @@ class Frame:
             pbc=self.periodic,
         )
         # Before the velocities, which ASE keeps as momenta.
-        atoms.set_masses(np.where(np.isfinite(self.masses), self.masses, 1.0))
+        masses: Any = np.where(np.isfinite(self.masses), self.masses, 1.0)
+        atoms.set_masses(masses)
         atoms.set_velocities(self.velocities)
         # No unsigned numbers, of which ASE writes none.
         for name, kind in (("ids", np.int64), ("species", np.int64), ("radii", np.float64)):

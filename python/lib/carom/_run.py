@@ -121,10 +121,11 @@ def run(
 
 
 def resume(
-    folder: str | os.PathLike[str],
+    run: str | os.PathLike[str] | Run,
     *,
     until_time: float | None = None,
     until_events: int | None = None,
+    force: bool = False,
     checkpoint_every: float = 300.0,
     threads: int | Literal["auto"] | None = None,
     observe: Functions | None = None,
@@ -135,10 +136,13 @@ def resume(
 
     Parameters
     ----------
-    folder : path
-        The folder of a run that was interrupted or killed, or one that is over, with another end.
+    run : path or Run
+        The folder of a run that was interrupted or killed, or one that is over, with another end. A :class:`Run` is as it was when it was opened, and what comes
+        back as it is then; both have the same folder, also if it is a temporary one.
     until_time, until_events
         Another end of the measurement, as for :func:`run`.
+    force : bool
+        Whether more than a tenth of what is free on the disk, or 10 GB, is written.
     checkpoint_every, threads, observe, every, progress
         As for :func:`run`. A run that was begun with ``observe`` needs the same names: functions are not in its checkpoints, the values so far are.
 
@@ -152,17 +156,18 @@ def resume(
     Examples
     --------
     >>> first = carom.run(fluid)
-    >>> longer = carom.resume(first.folder, until_events=40_000)
+    >>> longer = carom.resume(first, until_events=40_000)
     >>> longer.summary["events"]["total"]
     40000
     """
-    path = path_of("folder", folder)
+    temporary = run._temporary if isinstance(run, Run) else None
+    path = run.folder if isinstance(run, Run) else path_of("run", run)
     limits = _limits(until_time, until_events)
-    interval, on = real("checkpoint_every", checkpoint_every), threads_of(threads)
+    is_forced, interval, on = flag("force", force), real("checkpoint_every", checkpoint_every), threads_of(threads)
     functions, interval_of_calls = observed(observe, every)
     with Progress(progress, path.name) as bar:
-        trouble = _carom.resume(path, interval, *limits, on, functions, interval_of_calls, bar.callback)
-    return _ended(Run(_written(path)), trouble)
+        trouble = _carom.resume(path, is_forced, interval, *limits, on, functions, interval_of_calls, bar.callback)
+    return _ended(Run(_written(path), _temporary=temporary), trouble)
 
 
 def _written(folder: Path) -> Path:

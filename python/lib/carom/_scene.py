@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 import os
+import re
 from collections.abc import Callable, Mapping
 from html import escape
 from pathlib import Path
@@ -30,6 +31,9 @@ from carom._particles import (
 )
 
 __all__ = ["Scene"]
+
+#: What is wrong with a scene that has no end.
+_NO_END = re.compile(r"`run` is missing: |run: `until_time` is missing: or until_events, or both$")
 
 SceneLike = Union["Scene", Mapping[str, Any], str, "os.PathLike[str]"]
 
@@ -329,6 +333,12 @@ class Scene:
         scene._core = _carom.Scene(text, Path(name), overrides(seed, set), None)
         return scene
 
+    @classmethod
+    def _of(cls, core: _carom.Scene) -> Scene:
+        scene = cls.__new__(cls)
+        scene._core = core
+        return scene
+
     def to_toml(self) -> str:
         """The text from which the scene can be made again anywhere: everything replaced that was to be, with absolute paths. Particles from arrays
         are listed one by one in it.
@@ -543,6 +553,16 @@ class Scene:
     def __setstate__(self, state: tuple[Any, ...]) -> None:
         text, name, pairs, *rest = state
         self._core = _carom.Scene(text, name, pairs, given_again(rest[0]) if rest and rest[0] is not None else None)
+
+
+def endless(source: SceneLike, seed: int | None, set: Mapping[str, Any] | None) -> Scene:
+    """A scene that needs no end, because a simulation has none: without ``[run]``, or without an end in it, it gets one."""
+    try:
+        return Scene(source, seed=seed, set=set)
+    except SceneError as error:
+        if not _NO_END.match(error.problem or ""):
+            raise
+    return Scene(source, seed=seed, set={**(set or {}), "run.until_events": 1})
 
 
 def _parts(source: SceneLike, pairs: list[tuple[str, str]]) -> tuple[str, Path, list[tuple[str, str]], _carom.Given | None]:

@@ -1,0 +1,60 @@
+//! What is saved beside the state of a simulation: its scene, and what only Python has of it.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use carom::engine::Simulation as Engine;
+use carom::model::{Scene as Model, Threads};
+use carom::scene::GivenParticles;
+use serde::{Deserialize, Serialize};
+
+use crate::given::Given;
+use crate::scene::Scene;
+use crate::simulation::State;
+
+/// What is saved beside an engine. Texts are bytes here, which may be of any length.
+#[derive(Serialize, Deserialize)]
+pub struct Beside {
+    model: Model,
+    text: Vec<u8>,
+    name: Vec<u8>,
+    set: Vec<(Vec<u8>, Vec<u8>)>,
+    given: Option<GivenParticles>,
+    pending: Vec<u8>,
+    baths: usize,
+}
+
+impl Beside {
+    pub fn of(scene: &Scene, state: &State) -> Self {
+        // Relative paths are those of the folder where it is saved.
+        let name = std::path::absolute(&scene.name).unwrap_or_else(|_| scene.name.clone());
+        Self {
+            model: scene.model.clone(),
+            text: scene.text.clone().into_bytes(),
+            name: name.to_string_lossy().into_owned().into_bytes(),
+            set: scene.set.iter().map(|(key, value)| (key.clone().into(), value.clone().into())).collect(),
+            given: scene.given.as_ref().map(|given| GivenParticles::clone(&given.0)),
+            pending: state.pending.clone(),
+            baths: state.baths,
+        }
+    }
+}
+
+/// The state and the scene that have been saved; on as many threads, or on those of the scene.
+pub fn engine_of((mut engine, beside): (Engine, Beside), threads: Option<Threads>) -> (State, Scene) {
+    let Beside { model, text, name, set, given, pending, baths } = beside;
+    engine.set_threads(threads.unwrap_or(model.run().threads));
+    let scene = Scene {
+        model,
+        text: string(text),
+        name: PathBuf::from(string(name)),
+        set: set.into_iter().map(|(key, value)| (string(key), string(value))).collect(),
+        given: given.map(|given| Given(Arc::new(given))),
+    };
+    (State { engine, pending, baths }, scene)
+}
+
+/// The text of bytes that have been those of one.
+fn string(bytes: Vec<u8>) -> String {
+    String::from_utf8(bytes).unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned())
+}

@@ -1,0 +1,82 @@
+"""Bars that show how far something is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import carom
+from carom import _progress
+
+
+class Bar:
+    """What tqdm is asked to show."""
+
+    shown: list[tuple[float, str]] = []
+    closed = 0
+
+    def __init__(self, **settings: Any) -> None:
+        self.settings, self.n, self.text = settings, 0.0, ""
+        assert settings["delay"] == 0.5 and settings["total"] == 1.0
+
+    def reset(self, total: float) -> None:
+        self.n = 0.0
+
+    def set_postfix_str(self, text: str, refresh: bool) -> None:
+        self.text = text
+
+    def refresh(self) -> None:
+        Bar.shown.append((self.n, self.text))
+
+    def close(self) -> None:
+        Bar.closed += 1
+
+
+@pytest.fixture
+def bars(monkeypatch: pytest.MonkeyPatch) -> type[Bar]:
+    monkeypatch.setattr(_progress, "_kind_of_bar", lambda: Bar)
+    Bar.shown, Bar.closed = [], 0
+    return Bar
+
+
+@pytest.mark.parametrize(
+    "advance",
+    [
+        lambda it: it.advance(200.0, progress=True),
+        lambda it: it.advance(events=it_events, progress=True),
+        lambda it: it.advance(until=200.0, events=10**9, progress=True),
+        lambda it: it.advance(events=it_events // 8, stop=lambda event: False, progress=True),
+        lambda it: it.advance(20.0, stop=lambda event: False, progress=True),
+    ],
+)
+def test_advance_shows_how_far_it_is(advance: Callable[[carom.Simulation], str], fluid: dict, bars: type[Bar]) -> None:
+    simulation, plain = carom.Simulation(fluid), carom.Simulation(fluid)
+    advance(simulation)
+    parts = [part for part, _ in bars.shown]
+    assert len(parts) > 1 and parts == sorted(parts) and 0.0 < parts[0] and parts[-1] <= 1.0 and parts[-1] > 0.3
+    assert all(text.startswith("advancing, ") and "events" in text and "t = " in text for _, text in bars.shown)
+    assert bars.closed == 1
+    # And changes nothing.
+    plain.advance(until=simulation.time)
+    assert np.allclose(plain.positions, simulation.positions, rtol=0, atol=1e-9)
+
+
+#: Events of some tenths of a second.
+it_events = 400_000
+
+
+def test_bars_are_those_that_are_asked_for(fluid: dict, bars: type[Bar]) -> None:
+    simulation = carom.Simulation(fluid)
+    simulation.advance(200.0)
+    assert bars.closed == 0
+    with pytest.raises(TypeError, match="progress"):
+        simulation.advance(1.0, progress="yes")  # type: ignore[arg-type]
+    staged = {**fluid, "run": {"equilibration_events": it_events, "until_events": 1}}
+    carom.Simulation.prepared(staged)
+    assert bars.closed == 1 and all(text.startswith("equilibrating, ") for _, text in bars.shown) and bars.shown
+    with pytest.raises(ZeroDivisionError):
+        simulation.advance(1.0, stop=lambda event: 1 / 0, progress=True)
+    assert bars.closed == 2

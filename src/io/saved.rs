@@ -1,0 +1,215 @@
+//! Simulations in files of their own: their state with all bits, in the form of a checkpoint.
+
+use std::fs::File;
+use std::io::{self, Cursor, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use thiserror::Error;
+
+use super::atomic::{Existing, write_atomically};
+use crate::engine::Simulation;
+use crate::run::checkpoint::{Flaw, Kind, read_sealed, write_sealed};
+
+/// Error of a simulation that is saved, or loaded again.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SavedError {
+    /// Something else has the name.
+    #[error("{} exists, and is no saved simulation", .0.display())]
+    Exists(PathBuf),
+    /// It cannot be written.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It cannot be read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// Its bytes are not those that were written, or never were those of a simulation.
+    #[error("{name} is no saved simulation, or a damaged one: {why}")]
+    Damaged {
+        /// The file.
+        name: String,
+        /// How that is known.
+        why: String,
+    },
+    /// Another version of carom wrote it, or one that was built from other sources.
+    #[error("carom {found} wrote {name}, and this is carom {} ({here}), which may go on otherwise", env!("CARGO_PKG_VERSION"))]
+    OtherVersion {
+        /// The file.
+        name: String,
+        /// Which one, with the fingerprint of its sources.
+        found: String,
+        /// The fingerprint of the sources of this one.
+        here: &'static str,
+    },
+}
+
+impl SavedError {
+    /// Cure: what the user can do.
+    #[must_use]
+    pub fn cure(&self) -> &'static str {
+        match self {
+            Self::Exists(_) => "choose another path, or replace it with --force",
+            Self::Write { .. } => "choose a path that can be written to, on a disk with space left",
+            Self::Read { .. } => "name the file of a saved simulation, and make it readable",
+            Self::Damaged { .. } => "save the simulation again",
+            Self::OtherVersion { .. } => "load it with the version that saved it, or begin the simulation again",
+        }
+    }
+}
+
+/// Saves a simulation, and what a program keeps beside it, so that [`load_simulation`] goes on to the same bits.
+///
+/// The file has its name when it is complete; a saved simulation that was there is replaced, anything else if that is to be.
+///
+/// ```
+/// use carom::engine::{Simulation, Until};
+/// use carom::io::{Existing, load_simulation, save_simulation};
+/// # use carom::model::Scene;
+///
+/// # let directory = tempfile::tempdir()?;
+/// # let path = directory.path().join("fluid.carom");
+/// # let scene = Scene::from_file_with("configs/hard_sphere_fluid.toml", &[("run.equilibration_events", "0")])?;
+/// let mut simulation = Simulation::without_plan(scene);
+/// simulation.advance(Until::events(500))?;
+/// save_simulation(&path, &simulation, &"a note", Existing::Keep)?;
+/// let (mut again, note) = load_simulation::<String>(&path)?;
+/// for simulation in [&mut simulation, &mut again] {
+///     simulation.advance(Until::events(1_000))?;
+/// }
+/// assert_eq!((again.snapshot(), note.as_str()), (simulation.snapshot(), "a note"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`SavedError::Exists`] and [`SavedError::Write`]; what was there is as it was then.
+pub fn save_simulation(
+    path: &Path,
+    simulation: &Simulation,
+    beside: &impl Serialize,
+    existing: Existing,
+) -> Result<(), SavedError> {
+    let existing = if Kind::Simulation.is_that_of(path) { Existing::Replace } else { existing };
+    let write = |file: &mut dyn Write| write_sealed(file, Kind::Simulation, &(simulation, beside));
+    write_atomically(path, existing, write).map_err(|source| match source.kind() {
+        io::ErrorKind::AlreadyExists => SavedError::Exists(path.to_owned()),
+        _ => SavedError::Write { path: path.to_owned(), source },
+    })
+}
+
+/// Loads a simulation that [`save_simulation`] has saved, and what was kept beside it. It runs on one thread until [`Simulation::set_threads`].
+///
+/// # Errors
+/// [`SavedError`] if there is none, if another version wrote it, or if a single bit of it has changed.
+pub fn load_simulation<T: DeserializeOwned>(path: &Path) -> Result<(Simulation, T), SavedError> {
+    let unreadable = |source| SavedError::Read { path: path.to_owned(), source };
+    // A pipe would be waited for.
+    if path.exists() && !path.is_file() {
+        return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "not a plain file")));
+    }
+    let file = File::open(path).map_err(unreadable)?;
+    read(file, &path.display().to_string()).map_err(unreadable)?
+}
+
+/// The bytes that [`save_simulation`] writes, for where there is no file.
+///
+/// # Errors
+/// If something cannot be serialized.
+pub fn simulation_to_bytes(simulation: &Simulation, beside: &impl Serialize) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    write_sealed(&mut bytes, Kind::Simulation, &(simulation, beside))?;
+    Ok(bytes)
+}
+
+/// The simulation that [`simulation_to_bytes`] has made the bytes of, and what was kept beside it.
+///
+/// # Errors
+/// As [`load_simulation`].
+pub fn simulation_from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<(Simulation, T), SavedError> {
+    let name = "what was pickled";
+    read(Cursor::new(bytes), name)
+        .unwrap_or_else(|error| Err(SavedError::Damaged { name: name.to_owned(), why: error.to_string() }))
+}
+
+/// A simulation of which not a bit has changed.
+fn read<T: DeserializeOwned>(input: impl Read + Seek, name: &str) -> io::Result<Result<(Simulation, T), SavedError>> {
+    let name = name.to_owned();
+    let found = read_sealed::<(Simulation, T)>(input, Kind::Simulation)?.map_err(|flaw| match flaw {
+        Flaw::Damaged(why) => SavedError::Damaged { name, why },
+        Flaw::OtherVersion { found, here } => SavedError::OtherVersion { name, found, here },
+    });
+    if let Ok((simulation, _)) = &found {
+        simulation.enlarge();
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::potential::Potential;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+
+    fn saved() -> Vec<u8> {
+        let scene = SceneBuilder::new("saved")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 32, Amount::PackingFraction(0.3))
+            .run(crate::model::RunPlan { limit: crate::model::Limit::events(1), ..Default::default() })
+            .build()
+            .unwrap();
+        simulation_to_bytes(&Simulation::without_plan(scene), &7_u8).unwrap()
+    }
+
+    #[test]
+    fn every_changed_bit_and_every_missing_byte_is_found() {
+        let good = saved();
+        assert_eq!(simulation_from_bytes::<u8>(&good).unwrap().1, 7);
+        for at in (0..good.len()).step_by(97).chain(good.len() - 12..good.len()) {
+            let mut bad = good.clone();
+            bad[at] ^= 1 << (at % 8);
+            let error = simulation_from_bytes::<u8>(&bad).unwrap_err();
+            assert!(matches!(error, SavedError::Damaged { .. }), "{at}: {error}");
+            assert!(simulation_from_bytes::<u8>(&good[..at]).is_err(), "{at}");
+        }
+    }
+
+    #[test]
+    fn a_file_of_something_else_is_neither_loaded_nor_replaced_unasked() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("notes.txt");
+        std::fs::write(&path, "notes of mine, which are longer than the first bytes of a file").unwrap();
+        assert!(matches!(load_simulation::<u8>(&path), Err(SavedError::Damaged { .. })));
+        let (simulation, _) = simulation_from_bytes::<u8>(&saved()).unwrap();
+        let refused = save_simulation(&path, &simulation, &1_u8, Existing::Keep);
+        assert!(matches!(refused, Err(SavedError::Exists(_))));
+        assert!(std::fs::read_to_string(&path).unwrap().starts_with("notes"));
+        save_simulation(&path, &simulation, &1_u8, Existing::Replace).unwrap();
+        // A saved one is replaced.
+        save_simulation(&path, &simulation, &2_u8, Existing::Keep).unwrap();
+        assert_eq!(load_simulation::<u8>(&path).unwrap().1, 2);
+        assert!(matches!(load_simulation::<u8>(folder.path()), Err(SavedError::Read { .. })));
+        assert!(matches!(load_simulation::<u8>(&folder.path().join("none")), Err(SavedError::Read { .. })));
+    }
+
+    #[test]
+    fn one_of_other_sources_is_refused_by_name() {
+        let mut other = saved();
+        other[28] ^= 1;
+        let content = other.len() - 4;
+        let checksum = crc32fast::hash(&other[..content]).to_le_bytes();
+        other[content..].copy_from_slice(&checksum);
+        assert!(matches!(simulation_from_bytes::<u8>(&other), Err(SavedError::OtherVersion { .. })));
+    }
+}

@@ -1,0 +1,86 @@
+//! Velocities that are drawn anew on the way.
+
+use std::convert::Infallible;
+
+use super::{Cloud, draw, mass, settle};
+use crate::Vector;
+use crate::engine::Simulation;
+use crate::model::random::{Purpose, Random};
+use crate::model::{Particle, Thermostat, ThermostatError};
+
+impl Simulation {
+    /// Draws new velocities for all particles that move, as those at the start of a scene: Maxwell's distribution, at rest as a whole along the axes on which
+    /// nothing changes the momentum, relative to what streams in a sheared box, and exactly at the temperature `[energy]`.
+    ///
+    /// The random numbers are those of the seed, and not those of a start. The energy that this supplies is counted, as by [`Self::set_velocities`].
+    ///
+    /// # Errors
+    /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NothingMoves`]; the simulation is as it was then.
+    #[doc(alias = "velocity create")]
+    pub fn thermalize(&mut self, temperature: f64, seed: u64) -> Result<(), ThermostatError> {
+        // The bath that would do so to each of them, in time.
+        let bath = Thermostat::Andersen { temperature, rate: 1.0, axes: [true; 3] };
+        bath.settled(self.scene().space(), self.moving(), false)?;
+        let mut particles = Vec::new();
+        let Ok(()) = self.for_each_now(|now| {
+            particles.push(Particle { species: now.species, position: now.position, velocity: Vector::zeros() });
+            Ok::<(), Infallible>(())
+        });
+        let scene = self.scene();
+        let conserved = scene.conserved_axes_with(self.thermostat().as_ref());
+        let cloud = Cloud { temperature, conserved, dimensions: scene.space.dimensions() };
+        let mut random = Random::new(seed, Purpose::Thermalizing, 0);
+        draw(&mut particles, &scene.species, &scene.space, temperature, &mut random);
+        let all = 0..particles.len();
+        settle(&mut particles, &[all], &scene.species, &cloud);
+        let streaming = |particle: &Particle| match mass(particle, &scene.species).is_finite() {
+            true => scene.streaming_velocity(&particle.position),
+            false => Vector::zeros(),
+        };
+        let velocities: Vec<Vector> = particles.iter().map(|it| it.velocity + streaming(it)).collect();
+        // One of each particle, along the axes on which it moves.
+        let set = self.set_velocities(&velocities);
+        debug_assert_eq!(set, Ok(()));
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::potential::Potential;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+
+    #[test]
+    fn velocities_on_the_way_are_those_of_a_start_but_for_their_numbers() {
+        let scene = SceneBuilder::new("fluid")
+            .species("A", 1.3, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+            .temperature(1.0)
+            .build()
+            .unwrap();
+        let mut simulation = Simulation::without_plan(scene);
+        let velocities = |simulation: &Simulation| simulation.snapshot().velocities;
+        let start = velocities(&simulation);
+        for (temperature, error) in [
+            (-1.0, ThermostatError::Number { name: "temperature", value: -1.0 }),
+            (0.0, ThermostatError::Number { name: "temperature", value: 0.0 }),
+        ] {
+            assert_eq!(simulation.thermalize(temperature, 1), Err(error));
+            assert_eq!(simulation.rescale(temperature), Err(error));
+            assert_eq!(velocities(&simulation), start);
+        }
+        simulation.thermalize(2.0, simulation.scene().seed()).unwrap();
+        let first = velocities(&simulation);
+        assert!((simulation.energy().kinetic - 3.0 * 107.0).abs() < 1e-9 && simulation.energy().momentum.norm() < 1e-9);
+        let alike: f64 = first.iter().zip(&start).map(|(a, b)| a.dot(b)).sum();
+        assert!(alike.abs() < 0.2 * 3.0 * 108.0 * 2.0_f64.sqrt() / 1.3, "not those of the start with the same seed");
+        simulation.thermalize(2.0, 2).unwrap();
+        assert_ne!(velocities(&simulation), first);
+        simulation.rescale(0.5).unwrap();
+        assert!((simulation.energy().kinetic - 0.75 * 107.0).abs() < 1e-9);
+        simulation.set_velocities(&[Vector::zeros(); 108]).unwrap();
+        assert_eq!(simulation.rescale(1.0), Err(ThermostatError::NoTemperature));
+    }
+}
