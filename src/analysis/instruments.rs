@@ -17,6 +17,7 @@ pub mod system;
 mod block_times;
 mod budgeted_times;
 mod diffusion;
+mod finite_size;
 mod flow;
 mod free_paths;
 mod free_time;

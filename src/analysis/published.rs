@@ -4,6 +4,7 @@
 //! density. A function is meant for the densities that its source covers; outside of them it gives a number that means nothing.
 
 mod equation_of_state;
+pub(crate) mod finite_size;
 mod granular;
 mod heat_flux;
 mod kinetic_theory;
@@ -19,6 +20,7 @@ pub use kinetic_theory::{
     HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, contact_value, contact_value_of_disks,
     finite_size_of_diffusion,
 };
+pub(crate) use kinetic_theory::FITTED_SPHERES;
 pub use maxwell::{maxwell_speed_below, maxwell_speed_density};
 pub use of_system::{PublishedValue, of_system};
 pub use outflow::beverloo;
