@@ -312,10 +312,9 @@ fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {
                 "set run.equilibration_time or run.equilibration_events; what loses energy needs something that supplies it",
             ),
         )),
-        Ending::Interrupted => Err(Failure::failed(
-            "interrupted; the files are complete up to there",
-            Some(&format!("{again} goes on")),
-        )),
+        Ending::Interrupted => {
+            Err(Failure::failed("interrupted; the files are complete up to there", Some(&format!("{again} goes on"))))
+        }
         _ => Ok(()),
     }
 }

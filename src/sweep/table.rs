@@ -58,7 +58,13 @@ fn runs(sweep: &Sweep, results: &Results) -> String {
     let fixed = ["folder", "state"].map(str::to_owned);
     let sizes = ["duration", "events"].map(str::to_owned);
     let names = results.quantities.iter().flat_map(|it| [it.name.clone(), format!("{}_error", it.name)]);
-    let heads = fixed.into_iter().chain(sweep.short_names()).chain(entry_heads(sweep)).chain(stage_head(results)).chain(sizes).chain(names);
+    let heads = fixed
+        .into_iter()
+        .chain(sweep.short_names())
+        .chain(entry_heads(sweep))
+        .chain(stage_head(results))
+        .chain(sizes)
+        .chain(names);
     line(&mut text, heads);
     let entries = sweep.entries();
     let numbers_at = |point: &Point| entries.iter().map(|entry| Cell(entry.of(point)).to_string()).collect::<Vec<_>>();
@@ -97,7 +103,13 @@ fn means(sweep: &Sweep, results: &Results) -> String {
     let names = quantities().enumerate().flat_map(|(at, it)| suffixes(at).map(|suffix| format!("{}{suffix}", it.name)));
     line(
         &mut text,
-        sweep.state_point_names().into_iter().chain(entry_heads(sweep)).chain(stage_head(results)).chain(["runs".to_owned()]).chain(names),
+        sweep
+            .state_point_names()
+            .into_iter()
+            .chain(entry_heads(sweep))
+            .chain(stage_head(results))
+            .chain(["runs".to_owned()])
+            .chain(names),
     );
     let entries = sweep.entries();
     for group in &results.groups {

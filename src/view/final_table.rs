@@ -230,7 +230,10 @@ mod tests {
         assert_eq!(lines.clone().text(), "");
         measured.numbers.extend([number("Diffusion coefficient", Some(2.0)), number("Viscosity", None)]);
         lines.instruments("results", &measured, 3);
-        let expected = format!("\nresults\n{:<32}2.00 +- 0.25 [length^2 / time]\n{:<32}insufficient data\n", "Diffusion coefficient", "Viscosity");
+        let expected = format!(
+            "\nresults\n{:<32}2.00 +- 0.25 [length^2 / time]\n{:<32}insufficient data\n",
+            "Diffusion coefficient", "Viscosity"
+        );
         assert_eq!(lines.text(), expected);
         let mut lines = Lines::default();
         measured.numbers = vec![number("Many", None); MOST_NUMBERS + 3];

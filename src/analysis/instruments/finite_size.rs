@@ -61,7 +61,8 @@ fn infinite(number: &Number, term: Option<Estimate>, system: &SystemDescription)
 
 /// `1 - m / M` of a species, whose name is behind a `_`, or in the mean over all particles.
 fn free_part(species: &str, system: &SystemDescription) -> f64 {
-    let is_one = |id: &u32| Some(&*system.species_names[system.species[*id as usize] as usize]) == species.strip_prefix('_');
+    let is_one =
+        |id: &u32| Some(&*system.species_names[system.species[*id as usize] as usize]) == species.strip_prefix('_');
     let one = system.moving.iter().copied().find(is_one);
     let mean = system.moving_mass() / system.moving.len() as f64;
     system.free_part(one.map_or(mean, |id| system.masses[id as usize]), 0)

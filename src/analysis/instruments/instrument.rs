@@ -222,7 +222,8 @@ impl Instruments {
     pub fn report(&self, system: &SystemDescription) -> Measured {
         let mut measured = Measured::default();
         self.kinds.iter().for_each(|kind| kind.get().report(system, &mut measured));
-        let of_transport = |kind: &Kind| if let Kind::Transport(it) = kind { Some(it.temperature(system)) } else { None };
+        let of_transport =
+            |kind: &Kind| if let Kind::Transport(it) = kind { Some(it.temperature(system)) } else { None };
         if let Some(temperature) = self.kinds.iter().find_map(of_transport) {
             add_infinite_diffusion(&mut measured, system, temperature);
         }

@@ -46,7 +46,13 @@ const DIFFUSING: f64 = 0.42;
 const CUBIC: f64 = 1e-9;
 
 /// Transport coefficients, which a heat bath changes.
-const TRANSPORT: [&str; 5] = ["diffusion_coefficient", "diffusion_coefficient_infinite", "shear_viscosity", "bulk_viscosity", "thermal_conductivity"];
+const TRANSPORT: [&str; 5] = [
+    "diffusion_coefficient",
+    "diffusion_coefficient_infinite",
+    "shear_viscosity",
+    "bulk_viscosity",
+    "thermal_conductivity",
+];
 
 const MKLM: &str = "Pieprzyk et al., Phys. Chem. Chem. Phys. 21, 6886 (2019), doi:10.1039/C9CP00903E; infinite fluid";
 const SPEEDY_CRYSTAL: &str =
@@ -206,13 +212,7 @@ impl Hard {
 
     /// The collision rate by both of its names. Where the energy is fixed, velocities are those of a sphere in as many dimensions as there are degrees of freedom `f`, which
     /// collide more often than Maxwell's by the part `1 / (4 f)`.
-    fn collisions(
-        &self,
-        rate: f64,
-        compressibility: fn(f64) -> f64,
-        label: &str,
-        source: &str,
-    ) -> [PublishedValue; 2] {
+    fn collisions(&self, rate: f64, compressibility: fn(f64) -> f64, label: &str, source: &str) -> [PublishedValue; 2] {
         let fewer = fewer_contacts(compressibility, self.packing_fraction, self.count);
         let freedom = self.dimensions * (self.count as f64 - 1.0);
         let faster = if self.is_isolated && freedom > 0.0 { 0.25 / freedom } else { 0.0 };

@@ -48,9 +48,7 @@ fn folders_have_names_that_every_disk_takes() {
 fn what_would_mix_up_points_is_refused() {
     assert!(matches!(sweep(&[]), Err(SweepError::NoAxis)));
     assert!(matches!(sweep(&["seed=1,2", "seed=3,4"]), Err(SweepError::Twice(key)) if key == "seed"));
-    for values in
-        ["seed=1,1", "seed=1,+1,0x1", "fill.0.packing_fraction=0.1,1e-1", "fill.0.arrangement=fcc,\"fcc\""]
-    {
+    for values in ["seed=1,1", "seed=1,+1,0x1", "fill.0.packing_fraction=0.1,1e-1", "fill.0.arrangement=fcc,\"fcc\""] {
         assert!(matches!(sweep(&[values]), Err(SweepError::SameValue { .. })), "{values}");
     }
     for axes in [
@@ -87,7 +85,10 @@ fn lists_tables_and_files_have_short_folders() {
     let names = |axes: &[&str]| -> Vec<String> {
         sweep(axes).unwrap().points().iter().map(|point| point.folder().to_owned()).collect()
     };
-    assert_eq!(names(&["space.size=[12.0, 12.0, 9.5],[1, 1, -1e-3]", "seed=1"]), ["size-12x12x9.5_seed-1", "size-1x1x-0.001_seed-1"]);
+    assert_eq!(
+        names(&["space.size=[12.0, 12.0, 9.5],[1, 1, -1e-3]", "seed=1"]),
+        ["size-12x12x9.5_seed-1", "size-1x1x-0.001_seed-1"]
+    );
     // What is left out of a name is in its checksum, so that it does not depend on the other values.
     let alone = names(&["start.from=runs/first/fluid"]);
     assert_eq!(alone[0].len(), "from-fluid-12345678".len(), "{alone:?}");
@@ -108,9 +109,18 @@ fn entries_of_lists_are_numbers_to_plot_against() {
         sweep.entries().iter().map(|entry| (entry.name().to_owned(), values(entry))).collect()
     };
     let of = |name: &str, values: &[f64]| (name.to_owned(), values.to_vec());
-    assert_eq!(named(&["dynamics.gravity=[0, 0, -1],[0, 0.5, -2]"]), [of("gravity_1", &[0.0, 0.5]), of("gravity_2", &[-1.0, -2.0])]);
-    assert_eq!(named(&["run.thermostat={ temperature = 1, rate = 3 },{ temperature = 2, rate = 3 }"]), [of("thermostat_temperature", &[1.0, 2.0])]);
+    assert_eq!(
+        named(&["dynamics.gravity=[0, 0, -1],[0, 0.5, -2]"]),
+        [of("gravity_1", &[0.0, 0.5]), of("gravity_2", &[-1.0, -2.0])]
+    );
+    assert_eq!(
+        named(&["run.thermostat={ temperature = 1, rate = 3 },{ temperature = 2, rate = 3 }"]),
+        [of("thermostat_temperature", &[1.0, 2.0])]
+    );
     assert_eq!(named(&["surface.a.profile=[[0, 1]],[[0, 2]]"]), [of("profile_0_1", &[1.0, 2.0])]);
     // Numbers have a column already, lists of other lengths have nothing in common, and words are no numbers.
-    assert_eq!(named(&["fill.0.count=1,2", "space.size=[1, 1],[1]", "fill.0.arrangement=fcc,bcc", "start.from=[a],[b]"]), []);
+    assert_eq!(
+        named(&["fill.0.count=1,2", "space.size=[1, 1],[1]", "fill.0.arrangement=fcc,bcc", "start.from=[a],[b]"]),
+        []
+    );
 }

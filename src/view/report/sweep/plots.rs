@@ -245,7 +245,11 @@ fn agreement(results: &Results, at: usize, label: &str) -> Option<String> {
     let size = without_size.map(|_| "Drawn for the number of particles of the runs, in first order. ");
     let without = without_size.map(|without| format!(", {} without the size", digits(without)));
     let chi_square = digits(chi_square);
-    Some(format!("{}χ² = {chi_square} for {freedom} degrees of freedom{}. ", size.unwrap_or_default(), without.unwrap_or_default()))
+    Some(format!(
+        "{}χ² = {chi_square} for {freedom} degrees of freedom{}. ",
+        size.unwrap_or_default(),
+        without.unwrap_or_default()
+    ))
 }
 
 #[cfg(test)]

@@ -22,7 +22,8 @@ fn means(stage: &str, temperature: f64, z: f64) -> StageMeans {
 }
 
 fn results(groups: Vec<Vec<StageMeans>>) -> Results {
-    let quantity = |name: &str| MeasuredQuantity { name: name.to_owned(), title: name.to_owned(), unit: "1".to_owned() };
+    let quantity =
+        |name: &str| MeasuredQuantity { name: name.to_owned(), title: name.to_owned(), unit: "1".to_owned() };
     let stages = groups[0].iter().map(|means| means.stage.clone()).collect();
     let group = |(place, measurements)| Group { places: vec![place], repeats: 0, measurements };
     let groups = groups.into_iter().enumerate().map(group).collect();
@@ -58,7 +59,10 @@ fn stages_are_drawn_against_their_temperature() {
     let (before, after) = annealed.split_once("Measured stages against their temperature").unwrap();
     assert!(before.contains("hot") && !before.contains("temperature of each"));
     // A line for each state point, and the temperature against itself is none.
-    assert!(after.contains("count = 100") && after.contains("count = 200") && !after.contains(">Temperature</"), "{after}");
+    assert!(
+        after.contains("count = 100") && after.contains("count = 200") && !after.contains(">Temperature</"),
+        "{after}"
+    );
     assert_eq!(after.matches("<figure").count(), 1);
     // A run at one temperature is no anneal.
     assert!(!page(1.001).contains("against their temperature"));
