@@ -25,4 +25,5 @@ mod stages;
 mod start;
 mod sweep;
 mod sweep_inputs;
+mod sweep_values;
 mod threads;
