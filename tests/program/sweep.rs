@@ -11,7 +11,7 @@ use super::place::{FLUID, Place, code, errors, kill_until_done, line, words};
 const AXES: [&str; 4] = ["--vary", "fill.0.packing_fraction=0.1,0.3", "--vary", "seed=1..3"];
 
 /// The rows of a table, by its heads.
-pub fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
+fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
     let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<String>>());
     let heads = lines.next().unwrap();
     lines

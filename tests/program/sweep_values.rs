@@ -4,7 +4,23 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use super::place::{FLUID, Place, code, errors, line};
-use super::sweep::rows;
+
+/// The cells of a line, which may have commas in quotes.
+fn cells(line: &str) -> Vec<String> {
+    let mut is_quoted = false;
+    let is_end = |c: char| {
+        is_quoted ^= c == '"';
+        c == ',' && !is_quoted
+    };
+    line.split(is_end).map(str::to_owned).collect()
+}
+
+/// The column of a table; empty without such a head.
+fn column(table: &str, head: &str) -> Vec<String> {
+    let mut lines = table.lines().map(cells);
+    let Some(at) = lines.next().unwrap().iter().position(|name| name == head) else { return Vec::new() };
+    lines.map(|cells| cells[at].clone()).collect()
+}
 
 #[test]
 fn an_entry_of_a_list_or_a_table_is_what_is_plotted_against() {
@@ -13,14 +29,14 @@ fn an_entry_of_a_list_or_a_table_is_what_is_plotted_against() {
     let vary = format!("run.thermostat={},{}", bath("1.0"), bath("2.0"));
     let output = place.carom(&["sweep", "scene.toml", "--vary", &vary, "--out", "s"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
-    let means = rows(&place.read("s/sweep-mean.csv"));
-    assert_eq!(means.iter().map(|row| row["thermostat_temperature"].as_str()).collect::<Vec<_>>(), ["1", "2"]);
-    // What is the same at all points has no column.
-    assert!(!means[0].contains_key("thermostat_rate"));
-    let runs = rows(&place.read("s/sweep.csv"));
-    for (row, temperature) in runs.iter().zip(["1", "2"]) {
-        assert_eq!(row["thermostat_temperature"], temperature);
-        let folder = &row["folder"];
+    for table in ["s/sweep.csv", "s/sweep-mean.csv"] {
+        let temperatures = column(&place.read(table), "thermostat_temperature");
+        let temperatures: Vec<f64> = temperatures.iter().map(|cell| cell.parse().unwrap()).collect();
+        assert_eq!(temperatures, [1.0, 2.0], "{table}");
+        // What is the same at all points has no column.
+        assert!(column(&place.read(table), "thermostat_rate").is_empty());
+    }
+    for folder in column(&place.read("s/sweep.csv"), "folder") {
         assert!(folder.starts_with("thermostat-andersenx1x") && folder.len() < 40, "{folder}");
     }
     assert!(place.read("s/sweep-columns.csv").contains("thermostat_temperature,,an entry of the key run.thermostat"));
