@@ -156,7 +156,8 @@ impl Run {
 
     /// A run from its last checkpoint.
     fn go_on(&self, path: &Path) -> Result<Ready, Failure> {
-        let (folder, checkpoint) = Folder::resume(path, self.limit()).map_err(|error| not_a_run(path, error))?;
+        let (folder, checkpoint) =
+            Folder::resume_with(path, self.limit(), &[]).map_err(|error| not_a_run(path, error))?;
         let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
         let folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
         let display = Display::new(checkpoint.simulation.scene(), self.quiet);

@@ -176,7 +176,7 @@ impl SweepFolder {
                 }
             }
         }
-        let (folder, checkpoint) = Folder::resume(&path, None)?;
+        let (folder, checkpoint) = Folder::resume_with(&path, None, &[])?;
         finish(folder, Run::resume(checkpoint), orders, watch)
     }
 

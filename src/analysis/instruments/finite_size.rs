@@ -8,7 +8,7 @@ use crate::analysis::statistics::Estimate;
 const COEFFICIENT: &str = "diffusion_coefficient";
 const GREEN_KUBO: &str = "diffusion_coefficient_green_kubo";
 const VISCOSITY: &str = "shear_viscosity";
-/// What follows the name of the coefficient, before that of the species.
+/// Name of the coefficient of an infinite system, before that of the species.
 const INFINITE: &str = "diffusion_coefficient_infinite";
 
 /// Edges of a cube differ by no more than this part of them: a density gives each to within rounding.

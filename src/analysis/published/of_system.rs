@@ -17,8 +17,8 @@ pub struct PublishedValue {
     pub quantity: String,
     /// The value, in the units of the scene.
     pub value: f64,
-    /// What a system of this size is expected to have, less the value, in first order in `1 / N`, or of the diffusion coefficient in `1 / L`, which is
-    /// [`value`](Self::value) for the size that its source is for; 0 where it is not known, and in files that do not have it.
+    /// Difference between a system of this size and the value, in first order in `1 / N`, or of the diffusion coefficient in `1 / L`, which is
+    /// 0 for the size of its source; 0 where it is not known, and in files that do not have it.
     #[serde(default)]
     pub finite_size: f64,
     /// Label of the result: `mKLM`.
@@ -28,7 +28,7 @@ pub struct PublishedValue {
 }
 
 impl PublishedValue {
-    /// What is expected of a system of this size.
+    /// The value that is expected of a system of this size.
     #[must_use]
     pub fn at_size(&self) -> f64 {
         self.value + self.finite_size

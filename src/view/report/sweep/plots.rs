@@ -51,11 +51,11 @@ struct Series<'r> {
     points: Vec<(f64, &'r StageMeans)>,
 }
 
-/// What a plot has along the horizontal axis.
+/// The horizontal axis of a plot.
 struct Along {
     title: String,
     is_logarithmic: bool,
-    /// What is plotted, in words.
+    /// Description of the points, in words; empty for means of runs.
     words: &'static str,
 }
 
