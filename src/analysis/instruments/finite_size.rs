@@ -73,7 +73,7 @@ fn term(temperature: f64, viscosity: Estimate, edge: f64) -> Option<Estimate> {
     let relative = viscosity.standard_error? / viscosity.mean;
     let is_known = viscosity.mean > 0.0 && relative <= LARGEST_ERROR;
     let mean = finite_size_of_diffusion(temperature, viscosity.mean, edge);
-    is_known.then(|| Estimate { mean, standard_error: Some(mean * relative) })
+    is_known.then_some(Estimate { mean, standard_error: Some(mean * relative) })
 }
 
 fn estimate(number: &Number) -> Option<Estimate> {
