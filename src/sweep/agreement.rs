@@ -20,12 +20,15 @@ pub struct Agreement {
     pub freedom: usize,
 }
 
+/// A mean, its error, and what is published.
+type Pair<'p> = (f64, f64, &'p PublishedValue);
+
 impl Results {
     /// Agreement of a quantity, by its place, with each published result that covers two state points and measured stages at least.
     #[must_use]
     pub fn agreements(&self, quantity: usize) -> Vec<Agreement> {
         let Some(name) = self.quantities.get(quantity).map(|it| &it.name) else { return Vec::new() };
-        let mut all: Vec<(&str, Vec<(f64, f64, &PublishedValue)>)> = Vec::new();
+        let mut all: Vec<(&str, Vec<Pair<'_>>)> = Vec::new();
         for (_, means) in self.means() {
             let measured = means.values.get(quantity).copied().flatten();
             let error = measured.and_then(|it| it.error).filter(|error| *error > 0.0);
@@ -41,7 +44,7 @@ impl Results {
     }
 }
 
-fn agreement(label: &str, pairs: &[(f64, f64, &PublishedValue)]) -> Agreement {
+fn agreement(label: &str, pairs: &[Pair<'_>]) -> Agreement {
     let chi_square = |expected: fn(&PublishedValue) -> f64| {
         pairs.iter().map(|(mean, error, known)| (mean - expected(known)) / error).map(|x| x * x).sum()
     };
