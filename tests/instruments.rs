@@ -184,32 +184,6 @@ fn a_run_does_not_go_on_with_other_instruments() {
     assert!(matches!(twice, InstrumentError::Duplicate { name } if name == "probe"));
 }
 
-#[test]
-fn the_program_leaves_a_run_alone_that_began_with_an_instrument_of_ones_own() {
-    let folder = tempfile::tempdir().unwrap();
-    let state = |path: &Path| {
-        ["checkpoint", "thermo.csv", "trajectory.xyz", "summary.json", "measurements.json"]
-            .map(|name| std::fs::read(path.join(name)).ok())
-    };
-    for (stage, end) in [(Stage::Equilibration, &[][..]), (Stage::Measurement, &["--until-time", "5"])] {
-        let path = folder.path().join(format!("{stage:?}"));
-        interrupted(&path, u64::MAX, (stage, 100));
-        let before = state(&path);
-        let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_carom"));
-        let output = program.args(["run", "--resume"]).arg(&path).args(end).env("NO_COLOR", "1").output().unwrap();
-        let message = String::from_utf8_lossy(&output.stderr).replace('│', " ");
-        let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert_eq!(output.status.code(), Some(2), "{message}");
-        assert!(message.contains("the run began with the instrument `probe`"), "{message}");
-        assert!(message.contains("go on with the program that began the run"), "{message}");
-        assert!(state(&path) == before, "{stage:?}");
-        // That still can.
-        let (mut files, checkpoint) = Folder::resume(&path, None).unwrap();
-        let finished = probed(Run::resume(checkpoint), u64::MAX).execute(&mut files, &mut go_on.clone()).unwrap();
-        assert_eq!(finished.ending, Ending::Time);
-    }
-}
-
 /// Instrument of another state under the same name.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Other(String);

@@ -18,6 +18,7 @@ mod movie;
 mod names;
 mod normalisation;
 mod outputs;
+mod own_instruments;
 mod place;
 mod replaced;
 mod run;
