@@ -1,5 +1,6 @@
 //! The command line: what was typed, and what comes of it.
 
+mod again;
 mod camera;
 mod check;
 mod completions;

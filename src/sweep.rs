@@ -15,17 +15,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod agreement;
 mod axis;
+mod entries;
 mod error;
 mod execute;
 mod folder;
 mod inputs;
+mod names;
 mod plan;
 mod results;
 mod table;
 mod value;
 
+pub use agreement::Agreement;
 pub use axis::{Axis, AxisError};
+pub use entries::Entry;
 pub use error::SweepError;
 pub use execute::{Fate, News, Orders, Share};
 pub use folder::SweepFolder;

@@ -17,6 +17,7 @@ pub mod system;
 mod block_times;
 mod budgeted_times;
 mod diffusion;
+mod finite_size;
 mod flow;
 mod free_paths;
 mod free_time;
@@ -38,7 +39,7 @@ pub use instrument::{Instrument, Instruments, Setup};
 pub use near_pairs::{NearPair, NearPairsError};
 pub use quantity::{Curve, Divisor, Measured, Normalisation, Number, Published, Scalar, Series, Variable};
 pub use registry::InstrumentError;
-pub(crate) use registry::{OwnInstruments, Registry};
+pub(crate) use registry::{OwnInstruments, Registry, compare as compare_instruments};
 pub use system::{Sample, SystemDescription};
 
 /// Whether anything is asked for of each particle, for the frames of a trajectory.

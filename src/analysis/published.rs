@@ -4,6 +4,7 @@
 //! density. A function is meant for the densities that its source covers; outside of them it gives a number that means nothing.
 
 mod equation_of_state;
+pub(crate) mod finite_size;
 mod granular;
 mod heat_flux;
 mod kinetic_theory;
@@ -15,6 +16,7 @@ mod steps;
 pub use equation_of_state::{carnahan_starling, face_centred_cubic, hard_disks, hard_spheres, tonks};
 pub use granular::{haff_temperature, haff_time};
 pub use heat_flux::GasBetweenPlates;
+pub(crate) use kinetic_theory::FITTED_SPHERES;
 pub use kinetic_theory::{
     HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, contact_value, contact_value_of_disks,
     finite_size_of_diffusion,

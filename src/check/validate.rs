@@ -20,7 +20,6 @@ mod bodies;
 mod comparison;
 mod cooling;
 mod dilute;
-mod finite_size;
 mod fluids;
 mod heat_flux;
 mod lennard_jones;

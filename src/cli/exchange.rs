@@ -12,6 +12,7 @@ use crate::model::{ExchangeEnsemble, Scene};
 use crate::view::{describe, report};
 use clap::Args;
 
+use super::again::{Again, CHECKPOINT_EVERY};
 use super::failure::Failure;
 use super::progress::bar;
 use super::{Changes, borrowed, columns, cores, signals};
@@ -51,7 +52,7 @@ pub struct ExchangeCommand {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Wall time between two checkpoints, in seconds
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = "300")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
     /// Also writes more than 10 GB, or a tenth of the free disk
     #[arg(long)]
@@ -171,7 +172,9 @@ impl ExchangeCommand {
         bar.finish_and_clear();
         let exchange = ran?;
         if !exchange.is_over() {
-            let help = format!("the same command goes on, or: carom exchange {}", path.display());
+            let again = Again::new("exchange", path).option("jobs", self.jobs).checkpoint_every(self.checkpoint_every);
+            let again = again.flags([("force", self.force), ("quiet", self.quiet)]);
+            let help = format!("the same command goes on, or: {again}");
             return Err(Failure::failed("interrupted; what was simulated is kept", Some(&help)));
         }
         end(&folder.complete(&exchange)?, path, false)

@@ -17,6 +17,7 @@ use crate::sweep::SweepFolder;
 use crate::view::{description, final_table};
 use clap::Args;
 
+use super::again::{Again, CHECKPOINT_EVERY};
 use super::failure::Failure;
 use super::progress::Display;
 use super::{Changes, Join};
@@ -56,7 +57,7 @@ pub struct Run {
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     until_events: Option<u64>,
     /// Wall time between two checkpoints, in seconds
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = "300")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
     /// Simulates on so many threads, whatever the scene says, with the same bits as on one; auto takes as many as there are cores, one for each
     /// 250000 particles
@@ -100,13 +101,14 @@ pub fn count(text: &str) -> Result<u64, String> {
 
 impl Run {
     pub fn execute(&self, arguments: &[OsString], join: Join) -> Result<(), Failure> {
-        let Some(transport) = join() else { return self.ready()?.execute(None) };
+        let again = |folder: &Path| self.again(folder);
+        let Some(transport) = join() else { return self.ready()?.execute(None, &again) };
         let are_same = processes::refuse_others(arguments, &*transport);
         if transport.rank() > 0 {
             return processes::take_part(&transport);
         }
         match are_same.and_then(|()| self.ready()) {
-            Ok(ready) => ready.execute(Some(&transport)),
+            Ok(ready) => ready.execute(Some(&transport), &again),
             Err(failure) => {
                 run::Run::shared(None, &transport);
                 Err(failure)
@@ -154,11 +156,20 @@ impl Run {
 
     /// A run from its last checkpoint.
     fn go_on(&self, path: &Path) -> Result<Ready, Failure> {
-        let (folder, checkpoint) = Folder::resume(path, self.limit()).map_err(|error| not_a_run(path, error))?;
+        let (folder, checkpoint) =
+            Folder::resume_with(path, self.limit(), &[]).map_err(|error| not_a_run(path, error))?;
         let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
         let folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
         let display = Display::new(checkpoint.simulation.scene(), self.quiet);
         Ok(Ready { run: self.on_threads(run::Run::resume(checkpoint)), folder, display })
+    }
+
+    /// The command that goes on with the run in a folder.
+    fn again(&self, folder: &Path) -> Again {
+        Again::new("run --resume", folder)
+            .option("threads", self.threads)
+            .checkpoint_every(self.checkpoint_every)
+            .flags([("force", self.force), ("quiet", self.quiet)])
     }
 
     fn on_threads(&self, run: run::Run) -> run::Run {
@@ -211,7 +222,7 @@ struct Ready {
 
 impl Ready {
     /// A run up to its end, with other processes if there are some.
-    fn execute(self, transport: Option<&Arc<dyn Transport>>) -> Result<(), Failure> {
+    fn execute(self, transport: Option<&Arc<dyn Transport>>, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
         let Self { run, mut folder, mut display } = self;
         let run = match transport {
             Some(transport) => run::Run::shared(Some(run), transport),
@@ -225,7 +236,7 @@ impl Ready {
         });
         display.clear();
         match (result, transport) {
-            (Ok(finished), _) => end(&finished, folder),
+            (Ok(finished), _) => end(&finished, folder, again),
             (Err(error), None) => Err(error.into()),
             (Err(error), Some(transport)) => {
                 // The others cannot know.
@@ -237,16 +248,15 @@ impl Ready {
 }
 
 /// Files, table and verdict.
-fn end(finished: &Finished, folder: Folder) -> Result<(), Failure> {
+fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
     let report = final_table::text(finished);
     let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);
     let done = folder.complete(finished, &report)?;
-    super::print(&format!("{report}\nThe files are in {}\n{}", done.folder.display(), stay(finished, &done)))?;
+    super::print(&format!("{report}\nThe files are in {}\n{}", done.folder.display(), stay(finished, &done, again)))?;
     let failures: Vec<String> = done.failures.iter().map(|failure| with_causes(failure)).collect();
     let unconverted = format!("the trajectory was not converted: {}", failures.join("; "));
-    if let Err(failure) = excess
-        .map_or_else(|| verdict(finished, done.kept.as_ref().unwrap_or(&done.folder)), |excess| Err(excess.into()))
-    {
+    let again_here = again(done.kept.as_ref().unwrap_or(&done.folder));
+    if let Err(failure) = excess.map_or_else(|| verdict(finished, &again_here), |excess| Err(excess.into())) {
         if !failures.is_empty() {
             super::warn(&unconverted);
         }
@@ -255,18 +265,19 @@ fn end(finished: &Finished, folder: Folder) -> Result<(), Failure> {
     let cure = match &done.kept {
         _ if failures.is_empty() => return Ok(()),
         None => "the rest is complete; `carom convert` does it when nothing is in the way any more".to_owned(),
-        Some(run) => format!("`carom run --resume {}` does it when nothing is in the way any more", run.display()),
+        Some(_) => format!("`{again_here}` does it when nothing is in the way any more"),
     };
     Err(Failure::failed(unconverted, Some(&cure)))
 }
 
 /// Message about a run that was to be replaced and was not.
-fn stay(finished: &Finished, done: &Completed) -> String {
-    let Some(run) = done.kept.as_ref().map(|run| run.display()) else { return String::new() };
+fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -> String {
+    let Some(kept) = &done.kept else { return String::new() };
+    let run = kept.display();
     let new = done.folder.display();
     let why = if done.failures.is_empty() { "has not come to a good end" } else { "is not complete" };
     let next = if finished.can_go_on() {
-        format!("`carom run --resume {run}` finishes the new one, which then replaces it; ")
+        format!("`{}` finishes the new one, which then replaces it; ", again(kept))
     } else {
         format!("To keep the new one, move {new} elsewhere; ")
     };
@@ -274,7 +285,7 @@ fn stay(finished: &Finished, done: &Completed) -> String {
 }
 
 /// Whether the run did what it was asked to, and stands its own audit.
-fn verdict(finished: &Finished, folder: &Path) -> Result<(), Failure> {
+fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {
     let faults = finished.audit.faults();
     match finished.ending {
         Ending::Jammed(jam) => Err(Failure::failed(jam.to_string(), Some(Jam::CURE))),
@@ -302,10 +313,9 @@ fn verdict(finished: &Finished, folder: &Path) -> Result<(), Failure> {
                 "set run.equilibration_time or run.equilibration_events; what loses energy needs something that supplies it",
             ),
         )),
-        Ending::Interrupted => Err(Failure::failed(
-            "interrupted; the files are complete up to there",
-            Some(&format!("carom run --resume {} goes on", folder.display())),
-        )),
+        Ending::Interrupted => {
+            Err(Failure::failed("interrupted; the files are complete up to there", Some(&format!("{again} goes on"))))
+        }
         _ => Ok(()),
     }
 }

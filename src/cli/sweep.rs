@@ -10,11 +10,12 @@ use crate::analysis::statistics::Estimate;
 use crate::base::text::{digits, with_causes};
 use crate::io::estimate::{allowance, free_disk};
 use crate::io::{Existing, FolderState, refuse_link};
-use crate::sweep::{Axis, Fate, News, Orders, Results, Share, Standing, Sweep, SweepError, SweepFolder};
+use crate::sweep::{Agreement, Axis, Fate, News, Orders, Results, Share, Standing, Sweep, SweepError, SweepFolder};
 use crate::view::report;
 use crate::view::{describe, final_table};
 use clap::Args;
 
+use super::again::{Again, CHECKPOINT_EVERY};
 use super::failure::Failure;
 use super::signals;
 use super::{Changes, borrowed, columns, cores};
@@ -55,7 +56,7 @@ pub struct SweepCommand {
     #[arg(long = "array", value_name = "K/N", value_parser = share)]
     share: Option<Share>,
     /// Wall time between two checkpoints of a run, in seconds
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = "300")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
     /// Also writes more than 10 GB, or a tenth of the free disk
     #[arg(long)]
@@ -188,10 +189,20 @@ impl SweepCommand {
             return Err(Failure::failed(message, Some(help)));
         }
         if is_interrupted {
-            let help = format!("the same command goes on, or: carom sweep {}", folder.path().display());
+            let help = format!("the same command goes on, or: {}", self.again(folder.path()));
             return Err(Failure::failed("interrupted; what is complete stays", Some(&help)));
         }
         Ok(())
+    }
+
+    /// The command that goes on with the sweep in a folder.
+    fn again(&self, folder: &Path) -> Again {
+        let share = self.share.map(|Share { number, of }| format!("{number}/{of}"));
+        Again::new("sweep", folder)
+            .option("jobs", self.jobs)
+            .option("array", share)
+            .checkpoint_every(self.checkpoint_every)
+            .flags([("force", self.force), ("quiet", self.quiet)])
     }
 }
 
@@ -250,7 +261,19 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     if more > 0 {
         lines.push(format!("  and {more} more in sweep-mean.csv"));
     }
+    lines.extend(shown.iter().flat_map(|at| agreements(results, *at)));
     lines.join("\n") + "\n"
+}
+
+/// How far a quantity is from what is published about it, a line for each result.
+fn agreements(results: &Results, at: usize) -> Vec<String> {
+    let name = results.quantities[at].name.replace('_', " ");
+    let line = |it: &Agreement| {
+        let without = it.without_size.map(|sum| format!(" ({} without the size of the systems)", digits(sum)));
+        let (sum, without) = (digits(it.chi_square), without.unwrap_or_default());
+        format!("{name} beside {}: chi^2 = {sum} for {} degrees of freedom{without}", it.label, it.freedom)
+    };
+    results.agreements(at).iter().map(line).collect()
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Errors of the files of a run.
 
+use crate::analysis::instruments::InstrumentError;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -104,6 +105,9 @@ pub enum OutputError {
     /// The run cannot be resumed.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+    /// The run began with other instruments of one's own.
+    #[error(transparent)]
+    Instrument(#[from] InstrumentError),
 }
 
 impl OutputError {
@@ -129,6 +133,7 @@ impl OutputError {
             }
             Self::Busy(_) => "wait for the other run, or choose another folder with --out",
             Self::Checkpoint(error) => error.cure(),
+            Self::Instrument(_) => "go on with the program that began the run, which has the instrument",
             Self::Convert(error) => return error.cure(),
             Self::Input { .. } => "choose another place with --out",
             Self::NotFolder(_) => "choose another folder with --out",

@@ -242,6 +242,11 @@ impl RunState {
         self.observer.applicable()
     }
 
+    /// Names of the instruments of the user that it began with.
+    pub(crate) fn registered(&self) -> &[String] {
+        &self.registered
+    }
+
     /// Results of the instruments so far.
     pub(super) fn measured(&self, system: Option<&SystemDescription>) -> crate::analysis::instruments::Measured {
         let measurement = self.measurement.as_ref().zip(system);

@@ -178,7 +178,7 @@ impl SweepFolder {
                 }
             }
         }
-        let (folder, checkpoint) = Folder::resume(&path, None)?;
+        let (folder, checkpoint) = Folder::resume_with(&path, None, &[])?;
         finish(folder, Run::resume(checkpoint), orders, watch)
     }
 

@@ -1,11 +1,11 @@
 //! Plan of a sweep: a scene, the axes, and the points that are all combinations of their values.
 
 use std::collections::BTreeSet;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use super::axis::{Axis, MOST};
 use super::error::SweepError;
+use super::names::{folder_name, short_names};
 use super::value::meaning;
 use crate::base::checksum::checksum;
 use crate::io::estimate::SizeEstimate;
@@ -16,9 +16,6 @@ use crate::scene::{NamedInput, SceneError, read_text};
 
 /// The key whose values are repetitions of the same state point.
 const SEED: &str = "seed";
-
-/// Longest name of the folder of a point.
-const LONGEST: usize = 120;
 
 /// Sweep of a scene: its axes, and their points in order, the last axis fastest.
 #[derive(Debug, Clone)]
@@ -187,18 +184,10 @@ impl Sweep {
         self.axes.iter().flat_map(|axis| axis.keys().iter().map(String::as_str)).collect()
     }
 
-    /// Names of the keys in tables and folders: their last words where these differ, `fill_0_packing_fraction` where they do not.
+    /// Names of the keys in tables and folders: their last words, with the numbers of entries behind them, where these differ, `fill_0_packing_fraction` where they do not.
     #[must_use]
     pub fn short_names(&self) -> Vec<String> {
-        let keys = self.keys();
-        let last = |key: &str| key.rsplit('.').next().unwrap_or_default().trim().to_owned();
-        let is_alone = |name: &str| keys.iter().filter(|key| last(key) == name).count() == 1;
-        let short = |key: &&str| {
-            let name = last(key);
-            let is_word = name.starts_with(|c: char| c.is_ascii_alphabetic());
-            if is_word && is_alone(&name) { name } else { key.replace('.', "_") }
-        };
-        keys.iter().map(short).collect()
+        short_names(&self.keys())
     }
 
     /// Names of [`Self::short_names`] that tell state points apart: all but the seed.
@@ -286,103 +275,5 @@ impl Sweep {
     }
 }
 
-/// `packing_fraction-0.1_seed-2`: letters that some disk or shell would not take are replaced, and the checksum of the settings tells such names
-/// apart.
-fn folder_name(names: &[String], settings: &[(String, String)], is_taken: bool) -> String {
-    let mut exact = String::new();
-    for (at, (name, (_, value))) in names.iter().zip(settings).enumerate() {
-        // Writing to a string cannot fail.
-        let _ = write!(exact, "{}{name}-{}", if at == 0 { "" } else { "_" }, value.trim_matches(['"', '\'']));
-    }
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '.' | '_' | '+');
-    let plain: String = exact.chars().take(LONGEST).map(|c| if is_plain(c) { c } else { '_' }).collect();
-    if plain == exact && !is_taken {
-        return plain;
-    }
-    let all: Vec<String> = settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
-    format!("{plain}-{:08x}", checksum(all.join(";").as_bytes()))
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SCENE: &str = "configs/hard_sphere_fluid.toml";
-
-    fn sweep(axes: &[&str]) -> Result<Sweep, SweepError> {
-        Sweep::new(SCENE, &[], axes.iter().map(|axis| axis.parse().unwrap()).collect())
-    }
-
-    #[test]
-    fn points_are_all_combinations_with_the_last_axis_fastest() {
-        let sweep = sweep(&["fill.0.packing_fraction=0.1,0.2; run.until_events=100,200", "seed=1..3"]).unwrap();
-        let folders: Vec<&str> = sweep.points().iter().map(Point::folder).collect();
-        assert_eq!(folders.len(), 6);
-        assert_eq!(folders[1], "packing_fraction-0.1_until_events-100_seed-2");
-        assert_eq!(folders[3], "packing_fraction-0.2_until_events-200_seed-1");
-        let state: Vec<&str> = sweep.points()[3].state_point().map(|(_, value)| value.as_str()).collect();
-        assert_eq!(state, ["0.2", "200"]);
-        let scene = sweep.scene_at(&sweep.points()[4]).unwrap();
-        assert_eq!((scene.seed(), scene.run().limit.events), (2, Some(200)));
-        assert!((scene.packing_fraction() - 0.2).abs() < 1e-9);
-    }
-
-    #[test]
-    fn names_are_short_where_that_tells_them_apart() {
-        let names = |axes: &[&str]| sweep(axes).unwrap().short_names();
-        assert_eq!(names(&["fill.0.count=1,2", "species.A.mass=1,2"]), ["count", "mass"]);
-        assert_eq!(names(&["species.A.mass=1,2", "species.B.mass=1,2"]), ["species_A_mass", "species_B_mass"]);
-        assert_eq!(names(&["space.size=[1,1,1],[2,2,2]", "dynamics.gravity.1=1,2"]), ["size", "dynamics_gravity_1"]);
-    }
-
-    #[test]
-    fn folders_have_names_that_every_disk_takes() {
-        let sweep = sweep(&["space.size=[1, 1, 1],[1; 1; 1],\"a/../b\""]).unwrap();
-        for point in sweep.points() {
-            assert!(!point.folder().contains(['/', ' ', '[', ';', '"']) && point.folder().len() < 150, "{point:?}");
-        }
-        let names: BTreeSet<&str> = sweep.points().iter().map(Point::folder).collect();
-        assert_eq!(names.len(), 3);
-        let words = super::Sweep::new(SCENE, &[], vec!["fill.0.arrangement=fcc,FCC".parse().unwrap()]).unwrap();
-        let names: BTreeSet<String> = words.points().iter().map(|point| point.folder().to_lowercase()).collect();
-        assert_eq!(names.len(), 2);
-    }
-
-    #[test]
-    fn what_would_mix_up_points_is_refused() {
-        assert!(matches!(sweep(&[]), Err(SweepError::NoAxis)));
-        assert!(matches!(sweep(&["seed=1,2", "seed=3,4"]), Err(SweepError::Twice(key)) if key == "seed"));
-        for values in
-            ["seed=1,1", "seed=1,+1,0x1", "fill.0.packing_fraction=0.1,1e-1", "fill.0.arrangement=fcc,\"fcc\""]
-        {
-            assert!(matches!(sweep(&[values]), Err(SweepError::SameValue { .. })), "{values}");
-        }
-        for axes in [
-            ["species.0.mass=1,2", "species.sphere.mass=1,2"],
-            ["species.0.mass=1,2", "species.0={},{a=1}"],
-            ["fill.0.count=1,2; fill. 0 .count=1,2", "seed=1,2"],
-        ] {
-            assert!(matches!(sweep(&axes), Err(SweepError::SamePlace { .. })), "{axes:?}");
-        }
-        let set = Sweep::new(SCENE, &[("species.0.mass", "1")], vec!["species.sphere.mass=1,2".parse().unwrap()]);
-        assert!(matches!(set, Err(SweepError::SamePlace { .. })));
-        // A value within one that was set before it.
-        let within = Sweep::new(SCENE, &[("space", "{ size = [9, 9, 9] }")], vec!["space.size.0=8,9".parse().unwrap()]);
-        assert_eq!(within.unwrap().points().len(), 2);
-        assert!(matches!(sweep(&["a=1..1000", "b=1..1000"]), Err(SweepError::TooMany(1_000_000))));
-        let twice = Sweep::new(SCENE, &[("seed", "1")], vec!["seed=1,2".parse().unwrap()]);
-        assert!(matches!(twice, Err(SweepError::Twice(_))));
-        let missing = Sweep::new("configs/nothing.toml", &[], vec!["seed=1,2".parse().unwrap()]);
-        assert!(matches!(missing, Err(SweepError::Scene(_))));
-    }
-
-    #[test]
-    fn keys_are_checked_without_a_scene() {
-        let bad = sweep(&["fill.0.packing_fractoin=0.1,0.2"]).unwrap();
-        let error = bad.check_keys_at(&bad.points()[0]).unwrap_err().to_string();
-        assert!(error.contains("packing_fractoin"), "{error}");
-        let bad = sweep(&["fill.0.packing_fraction=0.1,dense"]).unwrap();
-        assert!(bad.check_keys_at(&bad.points()[0]).is_ok());
-        assert!(bad.check_keys_at(&bad.points()[1]).is_err());
-    }
-}
+mod tests;

@@ -14,22 +14,27 @@ use crate::io::{FolderState, Measurements, Summary};
 use crate::model::run_plan::MEASUREMENT;
 
 /// Quantities that a study is mostly about, in this order; all else follows in the order in which it first appears, and then what is checked only.
-const FIRST: [&str; 8] = [
+const FIRST: [&str; 9] = [
     "compressibility_factor",
     "pressure",
     "potential_energy_per_particle",
     "core_rate",
     "collision_rate",
     "diffusion_coefficient",
+    "diffusion_coefficient_infinite",
     "shear_viscosity",
     "thermal_conductivity",
 ];
 const LAST: [&str; 7] =
     ["temperature", "pressure_xx", "pressure_yy", "pressure_zz", "pressure_xy", "pressure_xz", "pressure_yz"];
 
-fn rank(name: &str) -> usize {
+/// The place of a quantity; of runs that are annealed the temperature is what all else belongs to.
+fn rank(name: &str, has_stages: bool) -> usize {
+    if has_stages && name == "temperature" {
+        return 0;
+    }
     let place = |names: &[&str]| names.iter().position(|known| *known == name);
-    place(&FIRST).or_else(|| place(&LAST).map(|at| FIRST.len() + 1 + at)).unwrap_or(FIRST.len())
+    1 + place(&FIRST).or_else(|| place(&LAST).map(|at| FIRST.len() + 1 + at)).unwrap_or(FIRST.len())
 }
 
 /// Quantity measured by the runs of a sweep: by some of them at least.
@@ -154,12 +159,12 @@ impl Results {
         let mut points: Vec<PointResult> =
             sweep.points().iter().map(|point| result_of(folder, point, &mut quantities)).collect();
         let mut order: Vec<usize> = (0..quantities.len()).collect();
-        order.sort_by_key(|at| rank(&quantities[*at].name));
+        let stages = stages(&points);
+        order.sort_by_key(|at| rank(&quantities[*at].name, stages.len() > 1));
         for measurement in points.iter_mut().flat_map(|point| &mut point.measurements) {
             measurement.values = order.iter().map(|at| measurement.values.get(*at).copied().flatten()).collect();
         }
         let quantities: Vec<MeasuredQuantity> = order.iter().map(|at| quantities[*at].clone()).collect();
-        let stages = stages(&points);
         let groups = groups(sweep, &points, &stages, quantities.len());
         Self { quantities, stages, points, groups }
     }
@@ -368,6 +373,7 @@ fn mean_of_published<'p>(runs: impl Iterator<Item = &'p [PublishedValue]>) -> Ve
         match means.iter_mut().find(|(mean, _)| mean.quantity == value.quantity && mean.label == value.label) {
             Some((mean, count)) => {
                 mean.value += value.value;
+                mean.finite_size += value.finite_size;
                 *count += 1.0;
             }
             None => means.push((value.clone(), 1.0)),
@@ -375,6 +381,7 @@ fn mean_of_published<'p>(runs: impl Iterator<Item = &'p [PublishedValue]>) -> Ve
     }
     let mean = |(mut mean, count): (PublishedValue, f64)| {
         mean.value /= count;
+        mean.finite_size /= count;
         mean
     };
     means.into_iter().map(mean).collect()

@@ -3,14 +3,14 @@
 //!
 //! A column `x` has beside it `x_error`, the standard error; `sweep-mean.csv` has `x_error` by the errors of the runs and `x_scatter` by how far the runs
 //! are apart, which should agree, and, where some runs of a state point are too short for `x`, `x_runs`, the number of those that provide it. Unknown
-//! values are empty cells.
+//! values are empty cells. Of a list or a table that varies, entries that differ have columns of their own, `size_0`.
 
 use std::fmt::Write;
 use std::path::PathBuf;
 
 use super::error::SweepError;
 use super::folder::SweepFolder;
-use super::plan::Sweep;
+use super::plan::{Point, Sweep};
 use super::results::{Results, Standing};
 use crate::io::number::{Cell, quoted};
 use crate::model::run_plan::MEASUREMENT;
@@ -43,6 +43,11 @@ fn line(text: &mut String, cells: impl Iterator<Item = String>) {
     text.push('\n');
 }
 
+/// The heads of the entries of lists that vary.
+fn entry_heads(sweep: &Sweep) -> impl Iterator<Item = String> {
+    sweep.entries().into_iter().map(|entry| entry.name().to_owned())
+}
+
 /// The head of the column that says which measurement a row is of, where runs have several.
 fn stage_head(results: &Results) -> impl Iterator<Item = String> {
     results.has_stages().then(|| STAGE.to_owned()).into_iter()
@@ -53,8 +58,16 @@ fn runs(sweep: &Sweep, results: &Results) -> String {
     let fixed = ["folder", "state"].map(str::to_owned);
     let sizes = ["duration", "events"].map(str::to_owned);
     let names = results.quantities.iter().flat_map(|it| [it.name.clone(), format!("{}_error", it.name)]);
-    let heads = fixed.into_iter().chain(sweep.short_names()).chain(stage_head(results)).chain(sizes).chain(names);
+    let heads = fixed
+        .into_iter()
+        .chain(sweep.short_names())
+        .chain(entry_heads(sweep))
+        .chain(stage_head(results))
+        .chain(sizes)
+        .chain(names);
     line(&mut text, heads);
+    let entries = sweep.entries();
+    let numbers_at = |point: &Point| entries.iter().map(|entry| Cell(entry.of(point)).to_string()).collect::<Vec<_>>();
     for (point, result) in sweep.points().iter().zip(&results.points) {
         let state = match &result.standing {
             Standing::Done => "done".to_owned(),
@@ -62,7 +75,7 @@ fn runs(sweep: &Sweep, results: &Results) -> String {
             Standing::Missing => "missing".to_owned(),
             Standing::Failed(why) => quoted(&format!("failed: {why}")),
         };
-        let settings = || point.settings().iter().map(|(_, value)| typed(value));
+        let settings = || point.settings().iter().map(|(_, value)| typed(value)).chain(numbers_at(point));
         let run = || [quoted(point.folder()), state.clone()].into_iter().chain(settings());
         for measurement in &result.measurements {
             let stage = results.has_stages().then(|| quoted(&measurement.stage));
@@ -90,12 +103,20 @@ fn means(sweep: &Sweep, results: &Results) -> String {
     let names = quantities().enumerate().flat_map(|(at, it)| suffixes(at).map(|suffix| format!("{}{suffix}", it.name)));
     line(
         &mut text,
-        sweep.state_point_names().into_iter().chain(stage_head(results)).chain(["runs".to_owned()]).chain(names),
+        sweep
+            .state_point_names()
+            .into_iter()
+            .chain(entry_heads(sweep))
+            .chain(stage_head(results))
+            .chain(["runs".to_owned()])
+            .chain(names),
     );
+    let entries = sweep.entries();
     for group in &results.groups {
         let Some(point) = group.places.first().and_then(|place| sweep.points().get(*place)) else { continue };
         for means in &group.measurements {
-            let settings = point.state_point().map(|(_, value)| typed(value));
+            let numbers = entries.iter().map(|entry| Cell(entry.of(point)).to_string());
+            let settings = point.state_point().map(|(_, value)| typed(value)).chain(numbers);
             let stage = results.has_stages().then(|| quoted(&means.stage));
             let values = means.values.iter().zip(&is_partial).flat_map(|(value, is_partial)| {
                 let numbers = [value.map(|it| it.mean), value.and_then(|it| it.error), value.and_then(|it| it.scatter)];
@@ -121,6 +142,10 @@ fn columns(sweep: &Sweep, results: &Results) -> String {
     for (name, key) in sweep.short_names().iter().zip(sweep.keys()) {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{},,{}", quoted(name), quoted(&format!("the key {key} of the scene")));
+    }
+    for entry in sweep.entries() {
+        let meaning = format!("an entry of the key {} of the scene", entry.key());
+        let _ = writeln!(text, "{},,{}", quoted(entry.name()), quoted(&meaning));
     }
     if results.has_stages() {
         let _ = writeln!(text, "{STAGE},,the measured stage; {MEASUREMENT} is the last measurement");

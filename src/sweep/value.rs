@@ -6,7 +6,7 @@ use toml::{Table, Value};
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
 /// The value of a text as a scene takes it: as TOML, or else as a bare word.
-fn value_of(text: &str) -> Value {
+pub(super) fn value_of(text: &str) -> Value {
     let table = format!("v = {text}").parse::<Table>().ok().filter(|table| table.len() == 1);
     table.and_then(|mut table| table.remove("v")).unwrap_or_else(|| Value::String(text.trim().to_owned()))
 }

@@ -2,21 +2,22 @@
 
 use std::fmt::Write;
 
+use crate::analysis::instruments::Measured;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::base::text::{self, clock, digits, short};
 use crate::engine::Simulation;
 use crate::engine::event::EventCounts;
 use crate::io::Summary;
-use crate::io::rates::{rates, told_apart};
+use crate::io::rates::{Rate, rates, told_apart};
 use crate::run::{Ending, Finished, Stage};
 use crate::view::{audit, describe};
 
 /// Values by the name of their observable.
 type Means<T> = [(&'static str, T)];
 
-/// Numbers of instruments that have a line.
-const MOST_NUMBERS: usize = 16;
+/// Numbers of instruments that have a line: all that one of each kind has, of a few species.
+const MOST_NUMBERS: usize = 48;
 
 /// Rates that have a line.
 const MOST_RATES: usize = 12;
@@ -53,24 +54,16 @@ pub fn text(finished: &Finished) -> String {
         lines.title("mean and standard error");
         lines.means(&finished.observables, &finished.stationarity, event_counts, dimensions);
     }
-    lines.instruments(finished, dimensions);
-    let all = rates(&finished.simulation, &finished.event_counts_by_species, finished.measurement.duration);
-    let all = told_apart(&all);
-    if !all.is_empty() {
-        lines.title("events by kind and species, by time");
-        for rate in all.iter().take(MOST_RATES) {
-            lines.pair(&rate.title(), &rate.words());
-        }
-        if all.len() > MOST_RATES {
-            lines.pair("", &format!("and {} more in summary.json", all.len() - MOST_RATES));
-        }
-    }
+    lines.instruments("results of instruments", &finished.measured, dimensions);
+    lines.rates(&rates(simulation, &finished.event_counts_by_species, finished.measurement.duration));
     for stage in &finished.stages {
         let event_counts = &stage.measurement.event_counts;
         let (duration, events) = (digits(stage.measurement.duration), event_counts.physical());
         lines.title(&format!("stage {}, a time of {duration}, {events} events", stage.name));
         lines.means(&stage.observables, &stage.stationarity, event_counts, dimensions);
         lines.pair("equilibrated", &stage.equilibrium.to_string());
+        lines.instruments("results of instruments in this stage", &stage.measured, dimensions);
+        lines.rates(&rates(simulation, &stage.event_counts_by_species, stage.measurement.duration));
     }
     lines.title("state of the measurement");
     lines.pair("equilibrated", &finished.equilibrium.to_string());
@@ -146,22 +139,38 @@ impl Lines {
         }
     }
 
-    /// Numbers that instruments have measured.
-    fn instruments(&mut self, finished: &Finished, dimensions: usize) {
-        let known: Vec<_> = finished.measured.numbers.iter().filter(|number| number.mean.is_some()).collect();
-        if !known.is_empty() {
-            self.title("results of instruments");
-            let longest = known.iter().take(MOST_NUMBERS).map(|number| number.title.chars().count()).max();
-            let width = longest.map_or(32, |longest| (longest + 1).max(32));
-            for number in known.iter().take(MOST_NUMBERS) {
-                let Some(mean) = number.mean else { continue };
-                let words = describe::estimate(&Estimate { mean, standard_error: number.standard_error });
-                let unit = text::unit(&number.unit, dimensions);
-                self.line(&format!("{:<width$}{words} [{unit}]", number.title));
-            }
-            if known.len() > MOST_NUMBERS {
-                self.pair("", &format!("and {} more in measurements.json", known.len() - MOST_NUMBERS));
-            }
+    /// Numbers that instruments have measured, and those that the run was too short for.
+    fn instruments(&mut self, title: &str, measured: &Measured, dimensions: usize) {
+        let numbers = &measured.numbers;
+        if numbers.is_empty() {
+            return;
+        }
+        self.title(title);
+        let longest = numbers.iter().take(MOST_NUMBERS).map(|number| number.title.chars().count()).max();
+        let width = longest.map_or(32, |longest| (longest + 1).max(32));
+        for number in numbers.iter().take(MOST_NUMBERS) {
+            let estimate = |mean| Estimate { mean, standard_error: number.standard_error };
+            let unit = text::unit(&number.unit, dimensions);
+            let words = number.mean.map(|mean| format!("{} [{unit}]", describe::estimate(&estimate(mean))));
+            self.line(&format!("{:<width$}{}", number.title, words.as_deref().unwrap_or("insufficient data")));
+        }
+        if numbers.len() > MOST_NUMBERS {
+            self.pair("", &format!("and {} more in measurements.json", numbers.len() - MOST_NUMBERS));
+        }
+    }
+
+    /// Rates of events by kind and species, where there are several.
+    fn rates(&mut self, all: &[Rate]) {
+        let all = told_apart(all);
+        if all.is_empty() {
+            return;
+        }
+        self.title("events by kind and species, by time");
+        for rate in all.iter().take(MOST_RATES) {
+            self.pair(&rate.title(), &rate.words());
+        }
+        if all.len() > MOST_RATES {
+            self.pair("", &format!("and {} more in summary.json", all.len() - MOST_RATES));
         }
     }
 
@@ -201,5 +210,35 @@ impl Lines {
     #[must_use]
     pub fn text(self) -> String {
         self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::instruments::Number;
+
+    #[test]
+    fn all_that_was_asked_for_has_a_line_also_where_the_run_was_too_short() {
+        let number = |title: &str, mean: Option<f64>| {
+            let estimate = mean.map(|mean| Estimate { mean, standard_error: Some(0.25) });
+            Number::estimated("x", title, "length^2 / time", estimate, "")
+        };
+        let mut measured = Measured::default();
+        let mut lines = Lines::default();
+        lines.instruments("results", &measured, 3);
+        assert_eq!(lines.clone().text(), "");
+        measured.numbers.extend([number("Diffusion coefficient", Some(2.0)), number("Viscosity", None)]);
+        lines.instruments("results", &measured, 3);
+        let expected = format!(
+            "\nresults\n{:<32}2.00 +- 0.25 [length^2 / time]\n{:<32}insufficient data\n",
+            "Diffusion coefficient", "Viscosity"
+        );
+        assert_eq!(lines.text(), expected);
+        let mut lines = Lines::default();
+        measured.numbers = vec![number("Many", None); MOST_NUMBERS + 3];
+        lines.instruments("results", &measured, 3);
+        let text = lines.text();
+        assert!(text.ends_with("and 3 more in measurements.json\n") && text.matches("Many").count() == MOST_NUMBERS);
     }
 }

@@ -104,6 +104,7 @@ fn an_interrupted_exchange_goes_on_to_the_same_bytes() {
     let output = child.wait_with_output().unwrap();
     assert_eq!(code(&output), 1, "{}", errors(&output));
     assert!(line(&output).contains("interrupted; what was simulated is kept"), "{}", line(&output));
+    assert!(line(&output).contains("or: carom exchange runs/chain-exchange --jobs 2"), "{}", line(&output));
     let output = place.carom(&["exchange", "runs/chain-exchange", "--jobs", "1"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let whole = exchange(&["--set", "run.until_time=12000", "--jobs", "1", "--out", "whole"]);

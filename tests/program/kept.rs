@@ -126,6 +126,19 @@ fn an_interrupted_run_is_protected_like_a_killed_one() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn the_command_that_goes_on_has_all_options() {
+    let place = Place::with(FLUID);
+    let child = begun(&place, &["--threads", "1"]);
+    let interrupt = |id: u32| std::process::Command::new("kill").args(["-INT", &id.to_string()]).status().unwrap();
+    assert!(interrupt(child.id()).success());
+    let output = child.wait_with_output().unwrap();
+    let again = "carom run --resume runs/scene --threads 1 --checkpoint-every 0.01 --quiet goes on";
+    assert_eq!(code(&output), 1, "{}", errors(&output));
+    assert!(line(&output).contains(again), "{}", line(&output));
+}
+
 #[test]
 fn two_runs_in_one_folder_exclude_each_other() {
     let place = Place::with(FLUID);

@@ -89,6 +89,14 @@ fn an_anneal_that_is_measured_is_the_same_in_stages_and_in_runs() {
         let place = Place::with(&format!("{FLUID}{stages}[run]\n{}{MEASURED}", plan("0.5")));
         run(&place, &["scene.toml", "--out", "runs/whole"]);
         let whole = place.summary("runs/whole");
+        let report = place.read("runs/whole/report.txt");
+        let parts: Vec<&str> = report.split("\nstage T").collect();
+        assert_eq!(parts.len(), 5, "{report}");
+        for part in parts {
+            for line in ["results of instruments", "Mean free path", "events by kind and species"] {
+                assert!(part.contains(line), "{what}: {line} in {part}");
+            }
+        }
         let trajectory = place.read("runs/whole/trajectory.xyz");
         for (k, t) in TEMPERATURES.iter().enumerate() {
             let start = if k == 0 { FLUID.to_owned() } else { format!("start.from = \"runs/{}\"\n", k - 1) };

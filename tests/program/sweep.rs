@@ -73,7 +73,7 @@ fn every_combination_is_a_run_and_a_row() {
         assert_eq!((row["runs"].as_str(), row.contains_key("pressure_scatter")), ("3", true));
     }
     let page = place.read("runs/scene-sweep/sweep.html");
-    for word in ["<svg", "mKLM", "χ² per point", "packing fraction", "6 runs", "Δ / σ"] {
+    for word in ["<svg", "mKLM", "degrees of freedom", "packing fraction", "6 runs", "Δ / σ"] {
         assert!(page.contains(word), "{word}");
     }
     for row in &runs {

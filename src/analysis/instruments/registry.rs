@@ -128,14 +128,7 @@ impl Registry {
 
     /// Whether these are the instruments that a run began with.
     pub fn compare(&self, begun: &[String]) -> Result<(), InstrumentError> {
-        let names = self.names()?;
-        if let Some(name) = begun.iter().find(|name| !names.contains(name)) {
-            return Err(InstrumentError::NotRegistered { name: name.clone() });
-        }
-        match names.into_iter().find(|name| !begun.contains(name)) {
-            Some(name) => Err(InstrumentError::NotInCheckpoint { name }),
-            None => Ok(()),
-        }
+        compare(&self.names()?, begun)
     }
 
     /// All of them, at the start of the measurement.
@@ -155,6 +148,17 @@ impl Registry {
             one.content = Content::Live(read);
         }
         Ok(())
+    }
+}
+
+/// Whether instruments are those that a run began with, by their names.
+pub(crate) fn compare(names: &[String], begun: &[String]) -> Result<(), InstrumentError> {
+    if let Some(name) = begun.iter().find(|name| !names.contains(name)) {
+        return Err(InstrumentError::NotRegistered { name: name.clone() });
+    }
+    match names.iter().find(|name| !begun.contains(name)) {
+        Some(name) => Err(InstrumentError::NotInCheckpoint { name: name.clone() }),
+        None => Ok(()),
     }
 }
 

@@ -110,6 +110,12 @@ impl Transport {
         }
     }
 
+    /// The mean of the temperature over all of the time `[energy]`.
+    pub fn temperature(&self, system: &SystemDescription) -> f64 {
+        let freedom = system.space.dimensions() as f64 * (system.moving.len() as f64 - 1.0);
+        trace(&self.flow.kinetic) / (freedom * (self.flow.time - self.start))
+    }
+
     /// Goes on to a sample, without an event on the way, and takes the flows from there.
     fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         if self.is_meaningful {

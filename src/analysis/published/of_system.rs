@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{face_centred_cubic, hard_disks, hard_spheres, tonks};
-use super::kinetic_theory::{HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods};
+use super::finite_size::fewer_contacts;
+use super::kinetic_theory::{FITTED_SPHERES, HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods};
 use crate::Vector;
 use crate::model::scene::own_volume;
 use crate::model::{Scene, Species, Thermostat};
@@ -16,23 +17,47 @@ pub struct PublishedValue {
     pub quantity: String,
     /// The value, in the units of the scene.
     pub value: f64,
+    /// Difference between a system of this size and the value, in first order in `1 / N`, or of the diffusion coefficient in `1 / L`, which is
+    /// 0 for the size of its source; 0 where it is not known, and in files that do not have it.
+    #[serde(default)]
+    pub finite_size: f64,
     /// Label of the result: `mKLM`.
     pub label: String,
     /// Where it is published, and what it holds for.
     pub source: String,
 }
 
+impl PublishedValue {
+    /// The value that is expected of a system of this size.
+    #[must_use]
+    pub fn at_size(&self) -> f64 {
+        self.value + self.finite_size
+    }
+}
+
 /// The packing fractions for which the equations of the fluid are meant in three and two dimensions, and from which on that of the crystal is.
 const FLUID: [f64; 2] = [0.53, 0.70];
 const CRYSTAL: f64 = 0.52;
 
+/// Up to here Enskog's viscosity is within some per cent of that of a fluid, and tells how the diffusion coefficient depends on the size of the box.
+const DIFFUSING: f64 = 0.42;
+
+/// Edges of a cube differ by no more than this part of them.
+const CUBIC: f64 = 1e-9;
+
 /// Transport coefficients, which a heat bath changes.
-const TRANSPORT: [&str; 4] = ["diffusion_coefficient", "shear_viscosity", "bulk_viscosity", "thermal_conductivity"];
+const TRANSPORT: [&str; 5] = [
+    "diffusion_coefficient",
+    "diffusion_coefficient_infinite",
+    "shear_viscosity",
+    "bulk_viscosity",
+    "thermal_conductivity",
+];
 
 const MKLM: &str = "Pieprzyk et al., Phys. Chem. Chem. Phys. 21, 6886 (2019), doi:10.1039/C9CP00903E; infinite fluid";
 const SPEEDY_CRYSTAL: &str =
     "Speedy, J. Phys.: Condens. Matter 10, 4387 (1998), doi:10.1088/0953-8984/10/20/006; face-centred cubic crystal";
-const SPEEDY: &str = "Speedy, Mol. Phys. 62, 509 (1987), doi:10.1080/00268978700102371; infinite fluid, some per cent above that of small boxes";
+const SPEEDY: &str = "Speedy, Mol. Phys. 62, 509 (1987), doi:10.1080/00268978700102371; a fit to simulations of some 500 spheres, at other sizes by Yeh and Hummer with Enskog's viscosity";
 const ENSKOG: &str =
     "Chapman and Cowling, The Mathematical Theory of Non-Uniform Gases (1970); neglects correlated collisions";
 const DISKS: &str =
@@ -41,6 +66,11 @@ const TONKS: &str = "Tonks, Phys. Rev. 50, 955 (1936), doi:10.1103/PhysRev.50.95
 
 /// Equal elastic hard particles in a periodic box.
 struct Hard {
+    count: u64,
+    dimensions: f64,
+    is_cube: bool,
+    /// Whether their energy is fixed, not by a heat bath.
+    is_isolated: bool,
     packing_fraction: f64,
     number_density: f64,
     diameter: f64,
@@ -59,14 +89,16 @@ pub fn of_system(
     scale: f64,
     temperature: Option<f64>,
 ) -> Vec<PublishedValue> {
+    let is_bathed = matches!(thermostat, Some(Thermostat::Andersen { .. }));
     let Some(hard) = hard(scene, population, scale, temperature) else { return Vec::new() };
+    let hard = Hard { is_isolated: !is_bathed, ..hard };
     let mut values = match scene.space.dimensions() {
         3 => hard.spheres(),
         2 if hard.packing_fraction > FLUID[1] => Vec::new(),
         2 => hard.fluid(hard_disks, collision_rate_of_disks, "Henderson", DISKS),
         _ => hard.fluid(tonks, collision_rate_of_rods, "Tonks", TONKS),
     };
-    if matches!(thermostat, Some(Thermostat::Andersen { .. })) {
+    if is_bathed {
         values.retain(|value| !TRANSPORT.contains(&value.quantity.as_str()));
     }
     values
@@ -88,7 +120,12 @@ fn hard(scene: &Scene, population: &[usize], scale: f64, temperature: Option<f64
         && scene.space.is_fully_periodic();
     is_plain.then(|| {
         let (volume, diameter) = (scene.space.volume(), species.diameter * scale);
+        let size = &scene.space.size;
         Hard {
+            count: count as u64,
+            dimensions: scene.space.dimensions() as f64,
+            is_cube: size.max() - size.min() <= CUBIC * size.max(),
+            is_isolated: true,
             packing_fraction: count as f64 * own_volume(diameter, scene.space.dimensions()) / volume,
             number_density: count as f64 / volume,
             diameter,
@@ -99,25 +136,34 @@ fn hard(scene: &Scene, population: &[usize], scale: f64, temperature: Option<f64
 }
 
 impl Hard {
-    /// The compressibility factor, and the pressure that follows from it.
-    fn pressure(&self, compressibility: f64, label: &str, source: &str) -> Vec<PublishedValue> {
-        let pressure =
-            self.temperature.map(|temperature| ("pressure", compressibility * self.number_density * temperature));
-        let both = [("compressibility_factor", compressibility)].into_iter().chain(pressure);
-        both.map(|(quantity, value)| published(quantity, value, label, source)).collect()
+    /// The compressibility factor, and the pressure that follows from it, with the part of `Z - 1` that a system of this size lacks.
+    fn pressure(&self, compressibility: f64, fewer: f64, label: &str, source: &str) -> Vec<PublishedValue> {
+        let pressure = self.temperature.map(|temperature| ("pressure", self.number_density * temperature));
+        let both = [("compressibility_factor", 1.0)].into_iter().chain(pressure);
+        let shift = -fewer * (compressibility - 1.0);
+        both.map(|(quantity, unit)| {
+            let finite_size = unit * shift;
+            PublishedValue { finite_size, ..published(quantity, unit * compressibility, label, source) }
+        })
+        .collect()
+    }
+
+    /// The pressure of an equation of state of the fluid, in the ensemble of a fixed number of particles.
+    fn pressure_of_fluid(&self, compressibility: fn(f64) -> f64, label: &str, source: &str) -> Vec<PublishedValue> {
+        let fewer = fewer_contacts(compressibility, self.packing_fraction, self.count);
+        self.pressure(compressibility(self.packing_fraction), fewer, label, source)
     }
 
     fn spheres(&self) -> Vec<PublishedValue> {
         let mut values = Vec::new();
         let phi = self.packing_fraction;
         if phi <= FLUID[0] {
-            values.extend(self.pressure(hard_spheres(phi), "mKLM", MKLM));
+            values.extend(self.pressure_of_fluid(hard_spheres, "mKLM", MKLM));
             if let Some(temperature) = self.temperature {
                 let Self { packing_fraction, diameter, mass, .. } = *self;
                 let fluid = HardSphereFluid { packing_fraction, diameter, mass, temperature };
-                values.extend(collisions(fluid.collision_rate(), "from mKLM", MKLM));
-                let simulated = fluid.simulated_diffusion_coefficient();
-                values.push(published("diffusion_coefficient", simulated, "Speedy", SPEEDY));
+                values.extend(self.collisions(fluid.collision_rate(), hard_spheres, "from mKLM", MKLM));
+                values.extend(self.diffusion(&fluid));
                 for (quantity, value) in [
                     ("diffusion_coefficient", fluid.diffusion_coefficient()),
                     ("shear_viscosity", fluid.shear_viscosity()),
@@ -129,9 +175,24 @@ impl Hard {
             }
         }
         if phi >= CRYSTAL {
-            values.extend(self.pressure(face_centred_cubic(phi), "Speedy, crystal", SPEEDY_CRYSTAL));
+            // N - 1 of N places vibrate: the crystal as a whole may be anywhere.
+            let fewer = 1.0 / self.count as f64;
+            values.extend(self.pressure(face_centred_cubic(phi), fewer, "Speedy, crystal", SPEEDY_CRYSTAL));
         }
         values
+    }
+
+    /// Speedy's diffusion coefficient, of his systems and of an infinite one.
+    fn diffusion(&self, fluid: &HardSphereFluid) -> Vec<PublishedValue> {
+        let simulated = fluid.simulated_diffusion_coefficient();
+        let value = published("diffusion_coefficient", simulated, "Speedy", SPEEDY);
+        if !self.is_cube || self.packing_fraction > DIFFUSING {
+            return vec![value];
+        }
+        let fitted = fluid.slower_diffusion(FITTED_SPHERES);
+        let finite_size = fitted - fluid.slower_diffusion(self.count as f64);
+        let infinite = published("diffusion_coefficient_infinite", simulated + fitted, "Speedy", SPEEDY);
+        vec![PublishedValue { finite_size, ..value }, infinite]
     }
 
     /// The pressure of disks or rods, and the collision rate that comes with it.
@@ -142,109 +203,29 @@ impl Hard {
         label: &str,
         source: &str,
     ) -> Vec<PublishedValue> {
-        let mut values = self.pressure(compressibility(self.packing_fraction), label, source);
+        let mut values = self.pressure_of_fluid(compressibility, label, source);
         let rate = self.temperature.map(|t| collision_rate(self.packing_fraction, self.diameter, self.mass, t));
-        values.extend(rate.into_iter().flat_map(|rate| collisions(rate, &format!("from {label}"), source)));
+        let rates = |rate| self.collisions(rate, compressibility, &format!("from {label}"), source);
+        values.extend(rate.into_iter().flat_map(rates));
         values
     }
-}
 
-/// The collision rate by both of its names.
-fn collisions(rate: f64, label: &str, source: &str) -> [PublishedValue; 2] {
-    ["collision_rate", "core_rate"].map(|quantity| published(quantity, rate, label, source))
+    /// The collision rate by both of its names. Where the energy is fixed, velocities are those of a sphere in as many dimensions as there are degrees of freedom `f`, which
+    /// collide more often than Maxwell's by the part `1 / (4 f)`.
+    fn collisions(&self, rate: f64, compressibility: fn(f64) -> f64, label: &str, source: &str) -> [PublishedValue; 2] {
+        let fewer = fewer_contacts(compressibility, self.packing_fraction, self.count);
+        let freedom = self.dimensions * (self.count as f64 - 1.0);
+        let faster = if self.is_isolated && freedom > 0.0 { 0.25 / freedom } else { 0.0 };
+        let finite_size = rate * (faster - fewer);
+        ["collision_rate", "core_rate"]
+            .map(|quantity| PublishedValue { finite_size, ..published(quantity, rate, label, source) })
+    }
 }
 
 fn published(quantity: &str, value: f64, label: &str, source: &str) -> PublishedValue {
-    PublishedValue { quantity: quantity.to_owned(), value, label: label.to_owned(), source: source.to_owned() }
+    let [quantity, label, source] = [quantity, label, source].map(str::to_owned);
+    PublishedValue { quantity, value, finite_size: 0.0, label, source }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::model::potential::Potential;
-    use crate::model::space::{Boundary, Space};
-    use crate::scene::SceneBuilder;
-
-    /// Two particles of mass 3 and diameter 2 in a box, in some dimensions.
-    fn scene(dimensions: usize, potential: Potential, restitution: f64) -> Scene {
-        let mut space = Space::periodic_cube(10.0);
-        for axis in dimensions..3 {
-            (space.boundary[axis], space.size[axis]) = (Boundary::Flat, 0.0);
-        }
-        SceneBuilder::new("two")
-            .space(space)
-            .species("unused", 1.0, 1.0)
-            .species("A", 3.0, 2.0)
-            .interaction("A", "A", potential, restitution)
-            .particle("A", Vector::new(1.5, 0.0, 0.0), Vector::zeros())
-            .particle("A", Vector::new(6.5, 0.0, 0.0), Vector::zeros())
-            .build()
-            .unwrap()
-    }
-
-    fn hard() -> Potential {
-        Potential::hard_sphere(2.0).unwrap()
-    }
-
-    fn value(values: &[PublishedValue], quantity: &str) -> f64 {
-        values.iter().find(|value| value.quantity == quantity).unwrap().value
-    }
-
-    #[test]
-    fn values_are_those_of_the_units_of_the_scene() {
-        let temperature = 5.0;
-        let spheres = of_system(&scene(3, hard(), 1.0), None, &[0, 2], 1.0, Some(temperature));
-        let phi = 2.0 * std::f64::consts::PI / 6.0 * 8.0 / 1000.0;
-        assert_eq!(value(&spheres, "compressibility_factor"), hard_spheres(phi));
-        assert!((value(&spheres, "pressure") - hard_spheres(phi) * 2.0 / 1000.0 * temperature).abs() < 1e-15);
-        // Of a thin gas: sqrt(16 pi T / m) rho sigma^2.
-        let thin = (16.0 * std::f64::consts::PI * temperature / 3.0).sqrt() * 2.0 / 1000.0 * 4.0;
-        assert!((value(&spheres, "collision_rate") / thin - 1.0).abs() < 0.03);
-        let disks = of_system(&scene(2, hard(), 1.0), None, &[0, 2], 1.5, Some(temperature));
-        assert_eq!(value(&disks, "compressibility_factor"), hard_disks(2.0 * std::f64::consts::PI / 4.0 * 9.0 / 100.0));
-        let rods = of_system(&scene(1, hard(), 1.0), None, &[0, 2], 1.0, None);
-        assert_eq!(value(&rods, "compressibility_factor"), 1.0 / 0.6);
-        assert!(rods.iter().all(|value| value.quantity == "compressibility_factor"));
-    }
-
-    #[test]
-    fn nothing_is_published_about_other_systems() {
-        let nothing = |scene: &Scene| assert_eq!(of_system(scene, None, &[0, 2], 1.0, Some(1.0)), []);
-        nothing(&scene(3, Potential::square_well(2.0, 1.5, 1.0).unwrap(), 1.0));
-        nothing(&scene(3, hard(), 0.9));
-        // Contact at another distance than the diameter that fills the space.
-        nothing(&scene(3, Potential::hard_sphere(1.0).unwrap(), 1.0));
-        let mut walls = scene(3, hard(), 1.0);
-        walls.space.boundary[0] = Boundary::walls(1.0);
-        nothing(&walls);
-        let mut falling = scene(3, hard(), 1.0);
-        falling.species[1].acceleration.z = -1.0;
-        nothing(&falling);
-        assert_eq!(of_system(&scene(3, hard(), 1.0), None, &[1, 2], 1.0, Some(1.0)), []);
-    }
-
-    #[test]
-    fn nothing_is_published_about_transport_in_a_heat_bath() {
-        let bath = Thermostat::Andersen { temperature: 5.0, rate: 1.0, axes: [true; 3] };
-        let scaling = Thermostat::Rescaling { temperature: 5.0, interval: 1.0 };
-        let of = |thermostat: Option<&Thermostat>| -> Vec<String> {
-            let values = of_system(&scene(3, hard(), 1.0), thermostat, &[0, 2], 1.0, Some(5.0));
-            values.into_iter().map(|value| value.quantity).collect()
-        };
-        assert_eq!(of(Some(&bath)), ["compressibility_factor", "pressure", "collision_rate", "core_rate"]);
-        assert_eq!(of(Some(&scaling)), of(None));
-        assert!(of(None).iter().any(|quantity| quantity == "diffusion_coefficient"));
-    }
-
-    #[test]
-    fn a_crystal_has_its_own_equation() {
-        let labels = |scale: f64| -> Vec<String> {
-            let values = of_system(&scene(3, hard(), 1.0), None, &[0, 2], scale, None);
-            values.into_iter().map(|value| value.label).collect()
-        };
-        let scale_of = |phi: f64| (phi / (2.0 * std::f64::consts::PI / 6.0 * 8.0 / 1000.0)).cbrt();
-        assert_eq!(labels(scale_of(0.49)), ["mKLM"]);
-        assert_eq!(labels(scale_of(0.525)), ["mKLM", "Speedy, crystal"]);
-        assert_eq!(labels(scale_of(0.6)), ["Speedy, crystal"]);
-    }
-}
+mod tests;

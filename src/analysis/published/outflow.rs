@@ -57,6 +57,7 @@ pub fn of_flows(scene: &Scene, population: &[usize], gravity: f64) -> Vec<Publis
         [("rate", rate), ("mass_rate", mass * rate)].map(|(key, value)| PublishedValue {
             quantity: format!("flow_{name}_{key}"),
             value,
+            finite_size: 0.0,
             label: "Beverloo".to_owned(),
             source: SOURCE.to_owned(),
         })

@@ -1,9 +1,9 @@
 //! Hard spheres and disks in equilibrium, and their crystal.
 
-use super::finite_size::{FINITE, fewer_contacts, shift_of_contact_value};
 use super::state_point::{Compared, Watch, build, finish, number, one_species, plan};
 use super::{Comparison, Effort, Source};
-use crate::analysis::published::{self, HardSphereFluid};
+use crate::analysis::published::finite_size::{FINITE, fewer_contacts, shift_of_contact_value};
+use crate::analysis::published::{self, FITTED_SPHERES, HardSphereFluid};
 use crate::model::MeasurementPlan;
 use crate::model::measurement_plan::{Diffusion, RadialDistribution};
 use crate::model::potential::Potential;
@@ -35,10 +35,6 @@ const CRYSTAL_MODES: &str = "first order in 1/N: N - 1 of N places vibrate, the 
 
 pub(super) const CRYSTAL: &[&str] = &["compressibility factor"];
 pub(super) const DISKS: &[&str] = &["compressibility factor", "collision rate"];
-
-/// Spheres of the simulations that Speedy's fit describes, from 256 to 1000: it is the coefficient of "some 500 particles", and larger
-/// systems diffuse faster (Sigurgeirsson and Heyes, Mol. Phys. 101, 469, 2003).
-const FITTED_SPHERES: f64 = 500.0;
 
 /// Between these densities the diffusion coefficient is known: below, Speedy's fit has few points, above it falls by ever more.
 const DIFFUSING: std::ops::RangeInclusive<f64> = 0.25..=0.42;
@@ -104,10 +100,7 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
 /// root of two makes a quarter of the term, 3 % of the coefficient.
 fn diffusion_in_box(packing_fraction: f64, count: f64) -> (f64, f64) {
     let theory = HardSphereFluid::reduced(packing_fraction);
-    let slower = |count: f64| {
-        let edge = libm::cbrt(count / theory.number_density());
-        published::finite_size_of_diffusion(1.0, theory.shear_viscosity(), edge)
-    };
+    let slower = |count: f64| theory.slower_diffusion(count);
     let expected = theory.simulated_diffusion_coefficient() + slower(FITTED_SPHERES) - slower(count);
     (expected, slower(0.5 * FITTED_SPHERES) - slower(FITTED_SPHERES))
 }

@@ -7,6 +7,7 @@ use std::time::Instant;
 use super::frames::Frames;
 use super::trajectory::Trajectory;
 use super::{CONTACTS, Folder, SCENE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY, names_of};
+use crate::analysis::instruments::compare_instruments;
 use crate::io::checkpoints::{self, Checkpoints};
 use crate::io::draft::remove_abandoned;
 use crate::io::error::OutputError;
@@ -18,7 +19,7 @@ use crate::io::thermo::Columns;
 use crate::io::{inputs, replacement, scene_copy, surfaces};
 use crate::model::{Limit, Scene};
 use crate::run::Recorder;
-use crate::run::checkpoint::{Checkpoint, CheckpointError};
+use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
 
 impl Folder {
     /// Goes on with a run from its last checkpoint, or from the one before if that is gone: what its files gained later is cut off. A run that
@@ -30,9 +31,32 @@ impl Folder {
     /// that of the checkpoint, or if the run is beyond the limit; [`OutputError::Foreign`] if a file that is not Carom's is in the way, [`OutputError::NotPlain`] if one
     /// of its files is a link or a folder: nothing is changed then. [`OutputError::Write`] if one cannot be changed.
     pub fn resume(target: &Path, limit: Option<Limit>) -> Result<(Self, Checkpoint), OutputError> {
+        Self::resume_if(target, limit, &|_| Ok(()))
+    }
+
+    /// As [`Self::resume`], of a run that is to go on with certain instruments of one's own, by their names: the program has none.
+    ///
+    /// # Errors
+    /// Those of [`Self::resume`], and [`OutputError::Instrument`] if the run began with others: nothing is changed then.
+    pub fn resume_with(
+        target: &Path,
+        limit: Option<Limit>,
+        instruments: &[String],
+    ) -> Result<(Self, Checkpoint), OutputError> {
+        Self::resume_if(target, limit, &|checkpoint| {
+            Ok(compare_instruments(instruments, checkpoint.state.registered())?)
+        })
+    }
+
+    fn resume_if(
+        target: &Path,
+        limit: Option<Limit>,
+        allow: &dyn Fn(&Checkpoint) -> Result<(), OutputError>,
+    ) -> Result<(Self, Checkpoint), OutputError> {
         let (path, mut owned, outer) = locked(target)?;
         let path = &path;
         let mut checkpoint = Checkpoint::read(&checkpoints::newest(path))?;
+        allow(&checkpoint)?;
         if let Some(limit) = limit {
             checkpoint.refuse_passed(limit)?;
             checkpoint.extend(limit);
@@ -44,12 +68,7 @@ impl Folder {
         // The list may have been lost; the files are known by their checksums.
         owned.allow(&names.into_iter().filter(|name| owned.names().contains(name)).collect::<Vec<_>>())?;
         let manifest = &checkpoint.manifest;
-        if let Some(checksum) = manifest.scene {
-            scene_copy::check(&path.join(SCENE), checksum)?;
-        }
-        for file in &manifest.files {
-            PartialFile::check(&path.join(&file.name), file)?;
-        }
+        check_files(path, manifest)?;
         add_surfaces(path, &mut owned, scene)?;
         set_summary_aside(path, &mut owned)?;
         let file = |name: &str| {
@@ -90,6 +109,17 @@ impl Folder {
         }
         Ok((folder, checkpoint))
     }
+}
+
+/// Whether the files of a checkpoint are there, and are those that it was written with.
+fn check_files(path: &Path, manifest: &Manifest) -> Result<(), OutputError> {
+    if let Some(checksum) = manifest.scene {
+        scene_copy::check(&path.join(SCENE), checksum)?;
+    }
+    for file in &manifest.files {
+        PartialFile::check(&path.join(&file.name), file)?;
+    }
+    Ok(())
 }
 
 /// The folder of the run to go on with, its list, and that of the run that it is to replace, locked.

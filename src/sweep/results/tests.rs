@@ -24,8 +24,10 @@ fn runs_with_the_same_bits_count_once() {
 #[test]
 fn what_is_looked_for_comes_first() {
     let mut names = ["pressure_xy", "temperature", "mean_free_path", "pressure", "compressibility_factor", "order"];
-    names.sort_by_key(|name| rank(name));
+    names.sort_by_key(|name| rank(name, false));
     assert_eq!(names, ["compressibility_factor", "pressure", "mean_free_path", "order", "temperature", "pressure_xy"]);
+    names.sort_by_key(|name| rank(name, true));
+    assert_eq!(names, ["temperature", "compressibility_factor", "pressure", "mean_free_path", "order", "pressure_xy"]);
 }
 
 #[test]
@@ -33,6 +35,7 @@ fn published_values_are_means_over_runs() {
     let value = |quantity: &str, value| PublishedValue {
         quantity: quantity.into(),
         value,
+        finite_size: 0.5 * value,
         label: "mKLM".into(),
         source: String::new(),
     };

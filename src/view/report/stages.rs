@@ -2,6 +2,8 @@
 
 mod plots;
 
+pub(super) use plots::{TEMPERATURE, is_long, is_spread};
+
 use super::html::{cell, escape, quantity, table};
 use super::inputs::{Inputs, Results};
 use super::{figures, results};

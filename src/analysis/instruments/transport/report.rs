@@ -1,7 +1,6 @@
 //! Coefficients and curves of transport.
 
 use super::{BULK, BULK_MEAN, HEAT, SHEAR, Transport, pairs_of_axes};
-use crate::analysis::instruments::momentum_flow::trace;
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};
 use crate::analysis::instruments::slope::straight_slope;
 use crate::analysis::instruments::system::SystemDescription;
@@ -28,16 +27,10 @@ pub(super) fn report(transport: &Transport, system: &SystemDescription, measured
     ]);
 }
 
-/// The mean of the temperature over all of the time.
-fn temperature(transport: &Transport, system: &SystemDescription) -> f64 {
-    let freedom = system.space.dimensions() as f64 * (system.moving.len() as f64 - 1.0);
-    trace(&transport.flow.kinetic) / (freedom * (transport.flow.time - transport.start))
-}
-
 /// Factors from `<dG^2> / t` to the coefficients, by curve; none where a coefficient means nothing.
 fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4] {
     let dimensions = system.space.dimensions() as f64;
-    let temperature = temperature(transport, system);
+    let temperature = transport.temperature(system);
     let viscosity = Some(0.5 / (system.space.volume() * temperature))
         .filter(|scale| transport.is_meaningful && scale.is_finite() && *scale > 0.0);
     let heat = viscosity.filter(|_| transport.flow.heat.is_some()).map(|scale| scale / temperature);
@@ -81,7 +74,7 @@ fn normalisation(transport: &Transport, system: &SystemDescription, kind: usize)
     };
     let origins = (1..=transport.lags).map(|lag| transport.average.count(kind * transport.lags + lag - 1)).collect();
     let times = (1..=transport.lags).map(|lag| lag as f64 * transport.interval).collect();
-    let temperature = temperature(transport, system);
+    let temperature = transport.temperature(system);
     let mut normalisation = Normalisation::of(sum).by_each("origins", "1", origins);
     if let Some((name, number)) = by {
         normalisation = normalisation.by(name, "1", number);

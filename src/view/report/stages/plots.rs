@@ -9,7 +9,7 @@ use crate::view::report::inputs::Results;
 use crate::view::report::plot::{Curves, Line, Point, extent};
 
 /// Name of the observable along the horizontal axis.
-const TEMPERATURE: &str = "temperature";
+pub(in crate::view::report) const TEMPERATURE: &str = "temperature";
 
 /// Temperatures of a smaller ratio are those of a run at one temperature.
 const LEAST_RATIO: f64 = 1.02;
@@ -27,11 +27,11 @@ pub(super) fn plots(all: &[Results<'_>]) -> String {
         |results: &Results<'_>| results.observables.get(TEMPERATURE).map(|it| it.mean).filter(|it| it.is_finite());
     let stages: Vec<(f64, &Results<'_>)> =
         all.iter().filter_map(|results| Some((temperature(results)?, results))).collect();
-    let Some([least, most]) = extent(stages.iter().map(|(temperature, _)| *temperature)) else { return String::new() };
-    if least <= 0.0 || most < LEAST_RATIO * least {
+    let temperatures = || stages.iter().map(|(temperature, _)| *temperature);
+    if !is_spread(temperatures()) {
         return String::new();
     }
-    let is_logarithmic = most > LONG * least;
+    let is_logarithmic = is_long(temperatures());
     let mut figures: Vec<String> =
         quantities(all).iter().filter_map(|known| against_temperature(known, &stages, is_logarithmic)).collect();
     let members = stages.iter().map(|(temperature, results)| Member {
@@ -42,6 +42,16 @@ pub(super) fn plots(all: &[Results<'_>]) -> String {
     let parameter = Parameter { title: quantity(TEMPERATURE, "energy"), is_logarithmic };
     figures.extend(families::figures(&parameter, &members.collect::<Vec<_>>(), "in the folder of each stage"));
     format!("<div class=\"plots\">\n{}</div>\n", figures.concat())
+}
+
+/// Whether temperatures are those of an anneal, not of a run at one temperature.
+pub(in crate::view::report) fn is_spread(temperatures: impl Iterator<Item = f64>) -> bool {
+    extent(temperatures).is_some_and(|[least, most]| least > 0.0 && most >= LEAST_RATIO * least)
+}
+
+/// Whether temperatures belong on a logarithmic axis.
+pub(in crate::view::report) fn is_long(temperatures: impl Iterator<Item = f64>) -> bool {
+    extent(temperatures).is_some_and(|[least, most]| most > LONG * least)
 }
 
 /// Quantity of the stages: its name, title and unit.

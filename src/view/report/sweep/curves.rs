@@ -1,12 +1,13 @@
 //! Functions that the runs of a sweep have measured, as families along what varies.
 
-use super::{Horizontal, settings};
+use super::plots::Horizontal;
+use super::settings;
 use crate::analysis::instruments::{Curve, Measured};
 use crate::io::Measurements;
 use crate::model::run_plan::MEASUREMENT;
 use crate::sweep::{Group, Results, Standing, Sweep, SweepFolder};
 use crate::view::report::families::{self, Member, Parameter, mean};
-use crate::view::report::html::{escape, symbols};
+use crate::view::report::html::escape;
 
 /// Figures of a page: a sweep along many axes has a family for each combination of the other values.
 const MOST_FIGURES: usize = 48;
@@ -19,7 +20,7 @@ struct Family {
 
 /// The section of the page; empty if no function was measured at two values.
 pub(super) fn section(folder: &SweepFolder, sweep: &Sweep, results: &Results, along: &Horizontal) -> String {
-    let parameter = Parameter { title: symbols(&along.name.replace('_', " ")), is_logarithmic: along.is_logarithmic };
+    let parameter = Parameter { title: along.title(), is_logarithmic: along.is_logarithmic };
     let files = "in the folder of each run";
     let (mut section, mut number) = (String::new(), 0);
     for family in of_sweep(folder, sweep, results, along) {
@@ -45,9 +46,8 @@ pub(super) fn section(folder: &SweepFolder, sweep: &Sweep, results: &Results, al
 fn of_sweep(folder: &SweepFolder, sweep: &Sweep, results: &Results, along: &Horizontal) -> Vec<Family> {
     let mut families: Vec<Family> = Vec::new();
     for group in &results.groups {
-        let settings = settings(sweep, group);
-        let Ok(value) = settings[along.at].1.parse() else { continue };
-        let others = along.others(sweep, &settings);
+        let Some(value) = along.of(sweep, group) else { continue };
+        let others = along.others(sweep, &settings(sweep, group));
         for (stage, curves) in curves_of(folder, sweep, results, group) {
             let label = stage.into_iter().chain(others.iter().cloned()).collect::<Vec<_>>().join(", ");
             let member = Member { value, name: String::new(), curves };

@@ -16,18 +16,20 @@ fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
     packing_fraction * second / (2.0 * first)
 }
 
-/// How much `Z - 1 = W / (D N T t)` and the number of pairs in contact are smaller, relative to those of an infinite fluid.
-pub(super) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
-    curvature(compressibility, packing_fraction) / (count as f64 * (compressibility(packing_fraction) - 1.0))
+/// How much `Z - 1 = W / (D N T t)` and the number of pairs in contact are smaller, relative to those of an infinite fluid; 0 where there is no density.
+pub(crate) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
+    let fewer =
+        curvature(compressibility, packing_fraction) / (count as f64 * (compressibility(packing_fraction) - 1.0));
+    if fewer.is_finite() { fewer } else { 0.0 }
 }
 
 /// How far `g` at contact is off, relative to it: there are fewer contacts, but `g` is per pair, of which each particle has `N - 1`.
-pub(super) fn shift_of_contact_value(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
+pub(crate) fn shift_of_contact_value(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     1.0 / count as f64 - fewer_contacts(compressibility, packing_fraction, count)
 }
 
-/// Why there is an allowance for it.
-pub(super) const FINITE: &str = "first order in 1/N, by Lebowitz and Percus, Phys. Rev. 122, 1675 (1961)";
+/// Where the shift is from.
+pub(crate) const FINITE: &str = "first order in 1/N, by Lebowitz and Percus, Phys. Rev. 122, 1675 (1961)";
 
 #[cfg(test)]
 mod tests {

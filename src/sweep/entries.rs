@@ -1,0 +1,90 @@
+//! Numbers within the lists and tables that vary, to plot against.
+
+use std::collections::BTreeMap;
+
+use toml::Value;
+
+use super::plan::{Point, Sweep};
+use super::value::value_of;
+
+/// An entry of a list or a table that varies: a number that differs between its values, `gravity_2` of `dynamics.gravity`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Entry {
+    key: String,
+    name: String,
+    /// Where it is in the value: `2`, or `0_1` in a list of lists; empty for a number itself.
+    place: String,
+}
+
+impl Entry {
+    /// Name, unique among the columns of a sweep: that of the key with the number or the word of the entry behind it.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The key whose value has it.
+    #[must_use]
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// The number at a point.
+    #[must_use]
+    pub fn of(&self, point: &Point) -> Option<f64> {
+        let (_, value) = point.settings().iter().find(|(key, _)| *key == self.key)?;
+        numbers(value).remove(&self.place)
+    }
+}
+
+impl Sweep {
+    /// The entries of lists and tables that vary; numbers themselves are none.
+    #[must_use]
+    pub fn entries(&self) -> Vec<Entry> {
+        self.numbers().into_iter().filter(|entry| !entry.place.is_empty()).collect()
+    }
+
+    /// All that state points can be plotted against: keys with numbers, and entries of others, by key.
+    pub(crate) fn numbers(&self) -> Vec<Entry> {
+        let names = self.state_point_names();
+        let keys = self.points().first().into_iter().flat_map(Point::state_point).map(|(key, _)| key);
+        keys.zip(names).flat_map(|(key, name)| self.numbers_of(key, &name)).collect()
+    }
+
+    /// The numbers that all values of a key have, and not all the same.
+    fn numbers_of(&self, key: &str, name: &str) -> Vec<Entry> {
+        let settings = self.points().iter().flat_map(Point::settings).filter(|(other, _)| other == key);
+        let mut all: Vec<BTreeMap<String, f64>> = settings.map(|(_, value)| numbers(value)).collect();
+        let Some(first) = all.pop() else { return Vec::new() };
+        let varies = |place: &String, number: f64| {
+            let others: Option<Vec<f64>> = all.iter().map(|it| it.get(place).copied()).collect();
+            others.is_some_and(|others| others.iter().any(|other| *other != number))
+        };
+        let entry = |place: String| {
+            let name = if place.is_empty() { name.to_owned() } else { format!("{name}_{place}") };
+            Entry { key: key.to_owned(), name, place }
+        };
+        first.into_iter().filter(|(place, number)| varies(place, *number)).map(|(place, _)| entry(place)).collect()
+    }
+}
+
+/// The finite numbers in a value, by place.
+fn numbers(text: &str) -> BTreeMap<String, f64> {
+    let mut all = BTreeMap::new();
+    gather(&value_of(text), String::new(), &mut all);
+    all
+}
+
+fn gather(value: &Value, place: String, all: &mut BTreeMap<String, f64>) {
+    let within = |entry: String| if place.is_empty() { entry } else { format!("{place}_{entry}") };
+    match value {
+        Value::Array(list) => {
+            list.iter().enumerate().for_each(|(at, it)| gather(it, within(at.to_string()), all));
+        }
+        Value::Table(table) => table.iter().for_each(|(word, it)| gather(it, within(word.clone()), all)),
+        #[expect(clippy::cast_precision_loss, reason = "an axis, not a checksum")]
+        Value::Integer(number) => drop(all.insert(place, *number as f64)),
+        Value::Float(number) if number.is_finite() => drop(all.insert(place, *number)),
+        _ => {}
+    }
+}

@@ -1,0 +1,256 @@
+//! Every quantity of a sweep against the value that varies, and of measured stages against their temperature, with what is published beside.
+
+use std::fmt::Write;
+
+use super::settings;
+use crate::base::text::digits;
+use crate::sweep::{Agreement, Entry, Group, MeasuredQuantity, Results, StageMeans, Sweep};
+use crate::view::report::figures::{capitalised, curves_figure};
+use crate::view::report::html::{self, escape, symbols};
+use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot, deviations, extent};
+use crate::view::report::stages::{TEMPERATURE, is_long, is_spread};
+
+/// Values that span a larger ratio have a logarithmic axis.
+const LONG: f64 = 50.0;
+
+/// Largest relative difference of a conserved quantity between points.
+const SAME: f64 = 1e-9;
+
+/// Number along the horizontal axis.
+pub(super) struct Horizontal {
+    entry: Entry,
+    /// The place of its axis.
+    axis: Option<usize>,
+    pub is_logarithmic: bool,
+}
+
+impl Horizontal {
+    /// Its name for people.
+    pub fn title(&self) -> String {
+        symbols(&self.entry.name().replace('_', " "))
+    }
+
+    /// The number of a state point.
+    pub fn of(&self, sweep: &Sweep, group: &Group) -> Option<f64> {
+        self.entry.of(sweep.points().get(*group.places.first()?)?)
+    }
+
+    /// The other values of a state point, in words. What changes together with the value along the axis tells no series from another.
+    pub fn others(&self, sweep: &Sweep, settings: &[(String, &str)]) -> Vec<String> {
+        let others = settings.iter().zip(sweep.state_point_axes()).filter(|(_, axis)| self.axis != Some(*axis));
+        others.map(|((name, value), _)| format!("{name} = {value}")).collect()
+    }
+}
+
+/// State points along the horizontal axis that have all other values and the measured stage in common, or stages of one state point.
+#[derive(Clone)]
+struct Series<'r> {
+    /// The stage, if there are several, and the other values, in words.
+    label: String,
+    /// In ascending order.
+    points: Vec<(f64, &'r StageMeans)>,
+}
+
+/// The horizontal axis of a plot.
+struct Along {
+    title: String,
+    is_logarithmic: bool,
+    /// Description of the points, in words; empty for means of runs.
+    words: &'static str,
+}
+
+/// The first key with numbers that are not all the same, or the first entry of a list or a table that has such: one that tells its values apart, if there is one.
+pub(super) fn horizontal(sweep: &Sweep) -> Option<Horizontal> {
+    let all = sweep.numbers();
+    let values = |entry: &Entry| sweep.points().iter().filter_map(|point| entry.of(point)).collect::<Vec<f64>>();
+    let texts = |entry: &Entry| {
+        let of_key = sweep.points().iter().flat_map(|point| point.settings()).filter(|(key, _)| key == entry.key());
+        distinct(of_key.map(|(_, value)| value.clone()).collect())
+    };
+    let tells_apart = |entry: &&Entry| distinct(values(entry).iter().map(|x| x.to_bits()).collect()) == texts(entry);
+    let first = all.first()?;
+    let entry = all.iter().filter(|entry| entry.key() == first.key()).find(tells_apart).unwrap_or(first);
+    let [least, most] = extent(values(entry).into_iter())?;
+    let axis = sweep.axes().iter().position(|axis| axis.keys().iter().any(|key| key == entry.key()));
+    Some(Horizontal { entry: entry.clone(), axis, is_logarithmic: least > 0.0 && most / least > LONG })
+}
+
+fn distinct<T: Ord>(mut all: Vec<T>) -> usize {
+    all.sort_unstable();
+    all.dedup();
+    all.len()
+}
+
+/// State points along the axis.
+fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Series<'r>> {
+    let mut all: Vec<Series<'r>> = Vec::new();
+    for group in &results.groups {
+        let Some(x) = along.of(sweep, group) else { continue };
+        let others = along.others(sweep, &settings(sweep, group));
+        for means in &group.measurements {
+            let stage = results.has_stages().then(|| means.stage.clone());
+            let label = stage.into_iter().chain(others.iter().cloned()).collect::<Vec<_>>().join(", ");
+            match all.iter_mut().find(|series| series.label == label) {
+                Some(series) => series.points.push((x, means)),
+                None => all.push(Series { label, points: vec![(x, means)] }),
+            }
+        }
+    }
+    ascending(all)
+}
+
+/// The measured stages of each state point along their mean temperatures; none where all have the same one.
+fn stages<'r>(sweep: &Sweep, results: &'r Results) -> Vec<Series<'r>> {
+    let Some(at) = results.quantities.iter().position(|it| it.name == TEMPERATURE) else { return Vec::new() };
+    let of_group = |group: &'r Group| {
+        let words = settings(sweep, group).into_iter().map(|(name, value)| format!("{name} = {value}"));
+        let points = group.measurements.iter().filter_map(|means| Some((means.values[at]?.mean, means)));
+        Series { label: words.collect::<Vec<_>>().join(", "), points: points.collect() }
+    };
+    let is_annealed = |series: &Series<'_>| is_spread(series.points.iter().map(|(temperature, _)| *temperature));
+    ascending(results.groups.iter().map(of_group).filter(is_annealed).collect())
+}
+
+fn ascending(mut all: Vec<Series<'_>>) -> Vec<Series<'_>> {
+    for series in &mut all {
+        series.points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    all
+}
+
+/// The section of the page.
+pub(super) fn section(sweep: &Sweep, results: &Results) -> String {
+    let (figures, constants) = match horizontal(sweep) {
+        Some(along) => {
+            let series = series(sweep, results, &along);
+            let (title, is_logarithmic) = (along.title(), along.is_logarithmic);
+            figures(results, &Along { title, is_logarithmic, words: "" }, &series, None)
+        }
+        None => (String::new(), Vec::new()),
+    };
+    let stages = stages(sweep, results);
+    let of_stages = if stages.is_empty() {
+        String::new()
+    } else {
+        let temperatures = stages.iter().flat_map(|series| series.points.iter().map(|(temperature, _)| *temperature));
+        let is_logarithmic = is_long(temperatures);
+        let title = html::quantity(TEMPERATURE, "energy");
+        let words = "Of each measured stage against its mean temperature. ";
+        let (figures, _) = self::figures(results, &Along { title, is_logarithmic, words }, &stages, Some(TEMPERATURE));
+        format!("<h3>Measured stages against their temperature</h3>\n<div class=\"plots\">\n{figures}</div>\n")
+    };
+    if figures.is_empty() && of_stages.is_empty() {
+        let why = match horizontal(sweep) {
+            None => "No value that varies is a number with more than one value: there is nothing to plot against.",
+            Some(_) => "Nothing has been measured yet.",
+        };
+        return format!("<p>{why}</p>\n");
+    }
+    let constants = match constants.as_slice() {
+        [] => String::new(),
+        all => format!("<p class=\"aside\">The same at all points: {}.</p>\n", escape(&all.join(", "))),
+    };
+    format!("<div class=\"plots\">\n{figures}</div>\n{of_stages}{constants}")
+}
+
+/// The figures of all quantities but one, and those that are the same everywhere, in words.
+fn figures(results: &Results, along: &Along, series: &[Series<'_>], but: Option<&str>) -> (String, Vec<String>) {
+    let (mut constants, mut figures) = (Vec::new(), String::new());
+    for (at, quantity) in results.quantities.iter().enumerate().filter(|(_, it)| but != Some(it.name.as_str())) {
+        match constant(results, at) {
+            Some(mean) => constants.push(format!("{} = {}", symbols(&quantity.title), digits(mean))),
+            None => figures.extend(quantity_figure(results, at, along, series)),
+        }
+    }
+    (figures, constants)
+}
+
+/// The mean that a quantity has at all points, but for rounding.
+fn constant(results: &Results, at: usize) -> Option<f64> {
+    let means = || results.means().filter_map(|(_, means)| means.values[at].map(|value| value.mean));
+    let [least, most] = extent(means())?;
+    (means().count() > 1 && most - least <= SAME * least.abs().max(most.abs())).then_some(least)
+}
+
+fn quantity_figure(results: &Results, at: usize, along: &Along, series: &[Series<'_>]) -> Option<String> {
+    let quantity = &results.quantities[at];
+    let (mut lines, mut text) = (Vec::new(), along.words.to_owned());
+    for one in series {
+        let dot = |(x, means): &(f64, &StageMeans)| {
+            means.values[at].map(|it| Dot { x: *x, y: it.mean, error: it.error.or(it.scatter).unwrap_or(0.0) })
+        };
+        let label = if one.label.is_empty() { "measured".to_owned() } else { symbols(&one.label) };
+        let points: Vec<Option<Dot>> = one.points.iter().map(dot).collect();
+        let known = published(quantity, std::slice::from_ref(one));
+        let deviations = known.first().map_or_else(Vec::new, |(_, _, known)| deviations(&points, known));
+        lines.push(Line { label, points, deviations, ..Line::default() });
+    }
+    for (label, source, points) in published(quantity, series) {
+        if lines.iter().all(|line: &Line| line.label != label) {
+            let agreement = agreement(results, at, &label).unwrap_or_default();
+            let _ = write!(text, "{}: {}. {agreement}", escape(&label), escape(&source));
+        }
+        lines.push(Line { style: LineStyle::Published, label, points, ..Line::default() });
+    }
+    text.push_str("Error bars: standard errors of the runs, pooled over seeds. From <code>sweep-mean.csv</code>.");
+    let title = capitalised(&quantity.title);
+    let titles = [along.title.clone(), html::quantity(&quantity.title, &quantity.unit)];
+    let is_logarithmic = [along.is_logarithmic, false];
+    curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, ..Curves::default() }, &text)
+}
+
+/// Published values of a quantity at the sizes of the runs along the axis, by label: with their source and points, once where several series have the same.
+fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
+    let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
+    for one in series {
+        let mut labels: Vec<(String, String)> = Vec::new();
+        for (_, means) in &one.points {
+            for known in means.published.iter().filter(|it| it.quantity == quantity.name) {
+                if labels.iter().all(|(label, _)| *label != known.label) {
+                    labels.push((known.label.clone(), known.source.clone()));
+                }
+            }
+        }
+        for (label, source) in labels {
+            let points: Vec<Option<Dot>> = one
+                .points
+                .iter()
+                .map(|(x, means)| {
+                    let known = means.published.iter().find(|it| it.quantity == quantity.name && it.label == label)?;
+                    Some(Dot { x: *x, y: known.at_size(), error: 0.0 })
+                })
+                .collect();
+            if all.iter().all(|(known, _, other)| *known != label || !are_same(other, &points)) {
+                all.push((label, source, points));
+            }
+        }
+    }
+    all
+}
+
+/// Whether two curves are the same but for rounding, as that of the edge of the box in a density.
+fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
+    let is_near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
+    one.len() == other.len()
+        && one.iter().zip(other).all(|pair| match pair {
+            (Some(a), Some(b)) => a.x == b.x && is_near(a.y, b.y),
+            (a, b) => a.is_none() && b.is_none(),
+        })
+}
+
+/// How far all runs are from what is published, in words: at their size and, where that matters, at that of the source.
+fn agreement(results: &Results, at: usize, label: &str) -> Option<String> {
+    let Agreement { chi_square, without_size, freedom, .. } =
+        results.agreements(at).into_iter().find(|it| it.label == label)?;
+    let size = without_size.map(|_| "Drawn for the number of particles of the runs, in first order. ");
+    let without = without_size.map(|without| format!(", {} without the size", digits(without)));
+    let chi_square = digits(chi_square);
+    Some(format!(
+        "{}χ² = {chi_square} for {freedom} degrees of freedom{}. ",
+        size.unwrap_or_default(),
+        without.unwrap_or_default()
+    ))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,81 @@
+use super::*;
+use crate::analysis::published::PublishedValue;
+use crate::sweep::{Group, MeasuredQuantity, Pooled};
+
+fn sweep(axes: &[&str]) -> Sweep {
+    let axes = axes.iter().map(|axis| axis.parse().unwrap()).collect();
+    Sweep::new("configs/hard_sphere_fluid.toml", &[], axes).unwrap()
+}
+
+/// Means of a stage: of the temperature and of a quantity `z`, which is published, and lower by 1 in a small system.
+fn means(stage: &str, temperature: f64, z: f64) -> StageMeans {
+    let value = |mean| Some(Pooled { mean, error: Some(0.5), scatter: None, runs: 1 });
+    let known = PublishedValue {
+        quantity: "z".to_owned(),
+        value: 8.0,
+        finite_size: -1.0,
+        label: "mKLM".to_owned(),
+        source: "a journal".to_owned(),
+    };
+    let values = vec![value(temperature), value(z)];
+    StageMeans { stage: stage.to_owned(), runs: 1, values, published: vec![known] }
+}
+
+fn results(groups: Vec<Vec<StageMeans>>) -> Results {
+    let quantity =
+        |name: &str| MeasuredQuantity { name: name.to_owned(), title: name.to_owned(), unit: "1".to_owned() };
+    let stages = groups[0].iter().map(|means| means.stage.clone()).collect();
+    let group = |(place, measurements)| Group { places: vec![place], repeats: 0, measurements };
+    let groups = groups.into_iter().enumerate().map(group).collect();
+    Results { quantities: ["temperature", "z"].map(quantity).into(), stages, points: Vec::new(), groups }
+}
+
+fn along(axes: &[&str]) -> Option<(String, Vec<f64>)> {
+    let sweep = sweep(axes);
+    let along = horizontal(&sweep)?;
+    let numbers = sweep.points().iter().filter_map(|point| along.entry.of(point));
+    Some((along.title(), numbers.collect()))
+}
+
+#[test]
+fn the_axis_is_the_first_number_that_varies_also_within_a_list() {
+    let of = |title: &str, numbers: &[f64]| Some((title.to_owned(), numbers.to_vec()));
+    assert_eq!(along(&["fill.0.arrangement=fcc,bcc", "fill.0.count=1,2"]), of("count", &[1.0, 2.0, 1.0, 2.0]));
+    assert_eq!(along(&["space.size=[9, 5, 5],[9, 7, 7]"]), of("size 1", &[5.0, 7.0]));
+    // The first entry has the same number at two values, the second tells all apart.
+    assert_eq!(along(&["space.size=[1, 1],[1, 2],[2, 3]"]), of("size 1", &[1.0, 2.0, 3.0]));
+    assert_eq!(along(&["fill.0.arrangement=fcc,bcc"]), None);
+    assert_eq!(along(&["space.size=[1, 2],[1, 2, 3]", "seed=1,2"]).map(|(title, _)| title), None);
+}
+
+#[test]
+fn stages_are_drawn_against_their_temperature() {
+    let sweep = sweep(&["fill.0.count=100,200"]);
+    let page = |hot: f64| {
+        let group = |z: f64| vec![means("hot", hot, z), means("measurement", 1.0, z + 2.0)];
+        section(&sweep, &results(vec![group(7.0), group(7.5)]))
+    };
+    let annealed = page(2.0);
+    let (before, after) = annealed.split_once("Measured stages against their temperature").unwrap();
+    assert!(before.contains("hot") && !before.contains("temperature of each"));
+    // A line for each state point, and the temperature against itself is none.
+    assert!(
+        after.contains("count = 100") && after.contains("count = 200") && !after.contains(">Temperature</"),
+        "{after}"
+    );
+    assert_eq!(after.matches("<figure").count(), 1);
+    // A run at one temperature is no anneal.
+    assert!(!page(1.001).contains("against their temperature"));
+}
+
+#[test]
+fn what_is_published_is_drawn_for_the_size_of_the_runs() {
+    let sweep = sweep(&["fill.0.count=100,200"]);
+    let of = |z: f64| vec![means("measurement", 1.0, z)];
+    let page = section(&sweep, &results(vec![of(7.0), of(7.5)]));
+    // Deviations from 7: 0 and 1 errors; from 8: -2 and -1.
+    assert!(page.contains("χ² = 1 for 2 degrees of freedom, 5 without the size."), "{page}");
+    assert_eq!(page.matches("a journal").count(), 1);
+    let alone = section(&sweep, &results(vec![of(7.0)]));
+    assert!(!alone.contains("degrees of freedom"));
+}

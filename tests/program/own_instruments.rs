@@ -1,0 +1,52 @@
+//! Runs with an instrument of one's own, which the program does not have.
+
+use std::ops::ControlFlow;
+
+use super::place::{FLUID, Place, code, contents, line, when_free};
+use carom::analysis::instruments::{Instrument, Measured, Sample, SystemDescription};
+use carom::io::{Existing, Folder, read_scene};
+use carom::run::{Ending, Progress, Run, Stage};
+use serde::{Deserialize, Serialize};
+
+/// Measures nothing.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Probe;
+
+impl Instrument for Probe {
+    fn next_sample(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn sample(&mut self, _sample: &Sample<'_>, _system: &SystemDescription) {}
+
+    fn report(&self, _system: &SystemDescription, _measured: &mut Measured) {}
+}
+
+#[test]
+fn the_program_refuses_them_before_anything_is_changed() {
+    let place = Place::with(FLUID);
+    let scene = || read_scene(place.path().join("scene.toml"), &[]).unwrap();
+    for (stage, end) in [(Stage::Equilibration, &[][..]), (Stage::Measurement, &["--until-events", "5000"])] {
+        let path = place.path().join(format!("{stage:?}"));
+        let mut files = when_free(|| Folder::create(&path, &scene(), Existing::Keep));
+        let watch = |progress: &Progress| {
+            let is_there = progress.stage == stage && progress.events >= 100;
+            if is_there { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let finished =
+            Run::new(scene()).instrument("probe", |_| Probe).execute(&mut files, &mut watch.clone()).unwrap();
+        assert_eq!(finished.ending, Ending::Interrupted);
+        files.complete(&finished, "").unwrap();
+        let before = contents(&path);
+        let output = place.carom(&[&["run", "--resume", path.to_str().unwrap()], end].concat());
+        assert_eq!(code(&output), 2, "{}", line(&output));
+        assert!(line(&output).contains("the run began with the instrument `probe`"), "{}", line(&output));
+        assert!(line(&output).contains("go on with the program that began the run"), "{}", line(&output));
+        assert!(contents(&path) == before, "{stage:?}");
+        // That still can.
+        let (mut files, checkpoint) = when_free(|| Folder::resume(&path, None));
+        let run = Run::resume(checkpoint).instrument("probe", |_| Probe);
+        let finished = run.execute(&mut files, &mut |_: &Progress| ControlFlow::Continue(())).unwrap();
+        assert_eq!(finished.ending, Ending::Events);
+    }
+}

@@ -1,0 +1,63 @@
+//! Sweeps whose values are lists and tables, and the command that goes on with them.
+
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use super::place::{FLUID, Place, code, errors, line};
+
+/// The cells of a line, which may have commas in quotes.
+fn cells(line: &str) -> Vec<String> {
+    let mut is_quoted = false;
+    let is_end = |c: char| {
+        is_quoted ^= c == '"';
+        c == ',' && !is_quoted
+    };
+    line.split(is_end).map(str::to_owned).collect()
+}
+
+/// The column of a table; empty without such a head.
+fn column(table: &str, head: &str) -> Vec<String> {
+    let mut lines = table.lines().map(cells);
+    let Some(at) = lines.next().unwrap().iter().position(|name| name == head) else { return Vec::new() };
+    lines.map(|cells| cells[at].clone()).collect()
+}
+
+#[test]
+fn an_entry_of_a_list_or_a_table_is_what_is_plotted_against() {
+    let place = Place::with(FLUID);
+    let bath = |temperature: &str| format!("{{ kind = \"andersen\", temperature = {temperature}, rate = 1.0 }}");
+    let vary = format!("run.thermostat={},{}", bath("1.0"), bath("2.0"));
+    let output = place.carom(&["sweep", "scene.toml", "--vary", &vary, "--out", "s"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    for table in ["s/sweep.csv", "s/sweep-mean.csv"] {
+        let temperatures = column(&place.read(table), "thermostat_temperature");
+        let temperatures: Vec<f64> = temperatures.iter().map(|cell| cell.parse().unwrap()).collect();
+        assert_eq!(temperatures, [1.0, 2.0], "{table}");
+        // What is the same at all points has no column.
+        assert!(column(&place.read(table), "thermostat_rate").is_empty());
+    }
+    for folder in column(&place.read("s/sweep.csv"), "folder") {
+        assert!(folder.starts_with("thermostat-andersenx1x") && folder.len() < 40, "{folder}");
+    }
+    assert!(place.read("s/sweep-columns.csv").contains("thermostat_temperature,,an entry of the key run.thermostat"));
+    let page = place.read("s/sweep.html");
+    assert!(page.contains("thermostat temperature") && page.contains("<svg"));
+}
+
+#[cfg(unix)]
+#[test]
+fn the_command_that_goes_on_has_all_options() {
+    let place = Place::with(FLUID);
+    let options = ["--jobs", "1", "--array", "1/2", "--checkpoint-every", "0.5", "--force"];
+    let sweep = ["sweep", "scene.toml", "--vary", "seed=1,2", "--set", "run.until_events=100000000", "--out", "my s"];
+    let mut command = place.command(&[&sweep[..], &options].concat());
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    while !place.path().join("my s/seed-1/checkpoint").exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let again = "carom sweep 'my s' --jobs 1 --array 1/2 --checkpoint-every 0.5 --force";
+    assert_eq!(code(&output), 1, "{}", errors(&output));
+    assert!(line(&output).contains(again), "{}", line(&output));
+}
