@@ -2,6 +2,7 @@
 
 use std::error::Error;
 
+use carom::analysis::instruments::InstrumentError;
 use carom::base::text::{printable, with_causes};
 use carom::engine::{EngineError, InvariantBroken, NeedsRun};
 use carom::exchange::{ExchangeError, ExchangeFolderError, StartError};
@@ -104,7 +105,15 @@ fn key_within(value: &Spanned<DeValue<'_>>, path: &str, at: usize) -> Option<Str
 }
 
 pub fn output(error: &OutputError) -> PyErr {
-    cured("FolderError", &with_causes(error), error.cure())
+    match error {
+        OutputError::Instrument(error) => instrument(error),
+        error => cured("FolderError", &with_causes(error), error.cure()),
+    }
+}
+
+/// Functions that observe, which are not those that a run began with.
+fn instrument(error: &InstrumentError) -> PyErr {
+    cured("SimulationError", &error.to_string(), Some("give observe what the run began with: the same names"))
 }
 
 pub fn saved(error: &SavedError) -> PyErr {
@@ -147,9 +156,7 @@ pub fn needs_run(error: &NeedsRun) -> PyErr {
 pub fn run(error: &RunError<OutputError>) -> PyErr {
     match error {
         RunError::Recorder(error) => output(error),
-        RunError::Instrument(error) => {
-            cured("SimulationError", &error.to_string(), Some("give observe what the run began with: the same names"))
-        }
+        RunError::Instrument(error) => instrument(error),
         error => cured("SimulationError", &with_causes(error), None),
     }
 }

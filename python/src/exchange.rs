@@ -50,3 +50,10 @@ pub fn exchange(
         Ok(summary.results.faults)
     })
 }
+
+/// Temperatures of an exchange that is complete with which its swaps would be accepted evenly; none where its density of states is unknown.
+#[pyfunction]
+pub fn exchange_temperatures(py: Python<'_>, folder: PathBuf, acceptance: f64) -> PyResult<Option<Vec<f64>>> {
+    let summary = py.detach(|| ExchangeFolder::read(&folder)).map_err(|error| error::exchange_folder(&error))?;
+    Ok(summary.temperatures_for(acceptance))
+}

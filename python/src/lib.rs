@@ -31,7 +31,7 @@ mod _carom {
     use super::*;
 
     #[pymodule_export]
-    use super::exchange::exchange;
+    use super::exchange::{exchange, exchange_temperatures};
     #[pymodule_export]
     use super::frames::Trajectory;
     #[pymodule_export]

@@ -44,6 +44,11 @@ impl Observation {
         Ok(Self { by_name, every })
     }
 
+    /// Names of what is observed, in their order.
+    pub fn names(&self) -> Vec<String> {
+        self.by_name.iter().map(|(name, _)| name.clone()).collect()
+    }
+
     /// The run, with an instrument for each function.
     pub fn of(&self, run: Run) -> Run {
         self.by_name.iter().fold(run, |run, (name, _)| {

@@ -178,7 +178,8 @@ pub fn resume(
     let observation = Observation::new(observe, every)?;
     let mut watch = Watch::new(callback);
     py.detach(|| {
-        let (folder, checkpoint) = Folder::resume(&path, limit).map_err(|error| error::output(&error))?;
+        let (folder, checkpoint) =
+            Folder::resume_with(&path, limit, &observation.names()).map_err(|error| error::output(&error))?;
         let most = if force { f64::INFINITY } else { allowance(free_disk(&path)) };
         let folder = folder.checkpoint_every(interval).at_most(most);
         execute(Run::resume(checkpoint), threads, observation, folder, &mut watch)

@@ -105,9 +105,12 @@ def test_an_exception_ends_the_run_that_can_go_on(fluid: dict, tmp_path: Path) -
     assert calls == 20
     cut = carom.open(tmp_path / "run")
     assert cut.summary["ending"] == "interrupted" and len(cut.curves["v2"].x) == 19
+    before = {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir() if path.is_file()}
     for observe in ({}, {"other": first_speed}):
         with pytest.raises(carom.SimulationError, match="`v2`.*\n.*give observe"):
             carom.resume(tmp_path / "run", observe=observe, every=0.5 if observe else None, until_events=20_000)
+    # Nothing was changed by what was refused.
+    assert before == {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir() if path.is_file()}
     resumed = carom.resume(tmp_path / "run", observe={"v2": first_speed}, every=0.5, until_events=20_000)
     assert (resumed.frames[-1].positions == whole.frames[-1].positions).all()
     # But for the value that failed, it is as if it had never stopped.

@@ -72,3 +72,24 @@ def test_the_curves_are_those_of_pymbar(scene: dict, program: str, tmp_path: Pat
     peak = json.loads((tmp_path / "out" / "summary.json").read_text())["heat_capacity_peak"]
     if peak is not None:
         assert peak["heat_capacity_per_particle"]["mean"] >= curves["heat_capacity_per_particle"].max() - 1e-12
+
+
+def test_a_multicanonical_exchange_agrees_with_swaps_and_says_at_which_temperatures_they_would_be_even() -> None:
+    swapped = carom.exchange(CHAIN, progress=False)
+    flat = {"exchange.ensemble": "multicanonical", "run.equilibration_time": 2000.0}
+    walked = carom.exchange(CHAIN, set=flat, progress=False)
+    assert walked.acceptance == [] and walked.summary["ensemble"] == "multicanonical"
+    for name in ("potential_energy_per_particle", "heat_capacity_per_particle"):
+        for one, other in zip(swapped.observable(name), walked.observable(name), strict=True):
+            assert abs(one.mean - other.mean) < 4.0 * np.hypot(one.error, other.error), name
+    levels, energies = walked.density_of_states, walked.potential_energies
+    # Rows visit all levels between the mean energies at the ends, the lower ones far more often than swaps do.
+    visits = [np.isclose(energies, energy).mean() for energy in levels["energy"]]
+    means = [8 * it.mean for it in walked.observable("potential_energy_per_particle")]
+    inside = (levels["energy"] > min(means)) & (levels["energy"] < max(means))
+    assert np.array(visits)[inside].min() > 0.3 * np.array(visits)[inside].max()
+    even = walked.temperatures_for(0.5)
+    assert even[0] == 0.45 and even[-1] == 1.2 and 2 <= len(even) <= 4
+    for wrong in (0.0, 1.0, float("nan")):
+        with pytest.raises(ValueError, match="acceptance: expected a number between 0 and 1"):
+            walked.temperatures_for(wrong)

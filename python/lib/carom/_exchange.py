@@ -232,6 +232,33 @@ class Exchange(InFolder):
         """
         return Table.read(self.folder / "density_of_states.csv")
 
+    def temperatures_for(self, acceptance: float) -> NDArray[np.float64]:
+        """Temperatures from the lowest to the highest one with the same acceptance of all swaps, as few as there can be where it is at least the one asked for: by the density of states
+        `[energy]`.
+
+        Parameters
+        ----------
+        acceptance : float
+            Between 0 and 1.
+
+        Raises
+        ------
+        ValueError
+            If the number is no such one, or nothing is known of the density of states.
+
+        Examples
+        --------
+        >>> carom.exchange(pair).temperatures_for(0.5)
+        array([0.4, 1. ])
+        """
+        asked = real("acceptance", acceptance)
+        found = _carom.exchange_temperatures(self.folder, asked) if 0.0 < asked < 1.0 else None
+        if found is None:
+            raise ValueError(
+                f"acceptance: expected a number between 0 and 1, and an exchange with a density of states, found {asked:g}"
+            )
+        return fixed(np.array(found))
+
     @property
     def warnings(self) -> list[str]:
         """Why the exchange may not be in equilibrium: temperatures that are frozen, too few round trips; empty where nothing speaks against it.
