@@ -161,7 +161,7 @@ pub fn run(error: &RunError<OutputError>) -> PyErr {
     }
 }
 
-/// What comes before a measurement and did not come to its end.
+/// A preparation that did not come to its end.
 pub fn unprepared(ending: &Ending) -> PyErr {
     let why = ending.trouble().unwrap_or_else(|| "nothing will happen any more before the measurement".to_owned());
     let cure = match ending {

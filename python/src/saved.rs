@@ -1,4 +1,4 @@
-//! What is saved beside the state of a simulation: its scene, and what only Python has of it.
+//! Companions of the saved state of a simulation: its scene, and what only Python has of it.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::given::Given;
 use crate::scene::Scene;
 use crate::simulation::State;
 
-/// What is saved beside an engine. Texts are bytes here, which may be of any length.
+/// Everything that is saved beside an engine. Texts are bytes here, which may be of any length.
 #[derive(Serialize, Deserialize)]
 pub struct Beside {
     model: Model,

@@ -13,7 +13,7 @@ from carom import _progress
 
 
 class Bar:
-    """What tqdm is asked to show."""
+    """A bar that keeps everything that tqdm is asked to show."""
 
     shown: list[tuple[float, str]] = []
     closed = 0

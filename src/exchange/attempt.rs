@@ -1,4 +1,4 @@
-//! What happens when all replicas have come to the time of an attempt: energies are taken, neighbours swapped, weights learned.
+//! An attempt, when all replicas have come to its time: energies are taken, neighbours swapped, weights learned.
 
 use super::multicanonical::Torn;
 use super::replica::bath;

@@ -258,7 +258,7 @@ impl ThermalPoint {
         }
     }
 
-    /// Those of its quantities that are means at the temperature, by name.
+    /// Means at the temperature, by name.
     pub(super) fn means(&self) -> BTreeMap<String, Estimate> {
         let all = self.quantities().into_iter();
         let of = |(name, it): (&str, Estimate)| (name.to_owned(), it);

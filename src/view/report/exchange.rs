@@ -31,7 +31,7 @@ const LONG: f64 = 10.0;
 const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
 /// Caption of curves between the temperatures.
-const TOGETHER: &str = "Curve: from the energies at all temperatures together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
+const TOGETHER: &str = "Curve: from the energies of all replicas together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
 
 /// The extent of bonded particles, which is measured at the attempts.
 const SIZES: [(&str, &str); 2] =
@@ -249,7 +249,7 @@ fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_log
         return curves_figure(&curves.label, &curves, "Error bars: standard errors.");
     }
     curves.lines[0].label = "at each temperature".to_owned();
-    let label = "from all temperatures together".to_owned();
+    let label = "from all replicas together".to_owned();
     curves.lines.push(Line { label, points: between, ..Line::default() });
     curves_figure(&curves.label, &curves, TOGETHER)
 }
