@@ -80,7 +80,7 @@ impl SavedError {
 ///
 /// # let directory = tempfile::tempdir()?;
 /// # let path = directory.path().join("fluid.carom");
-/// # let scene = Scene::from_file_with("configs/hard_sphere_fluid.toml", &[("run.equilibration_events", "0")])?;
+/// # let scene = Scene::from_file("configs/hard_sphere_fluid.toml")?;
 /// let mut simulation = Simulation::without_plan(scene);
 /// simulation.advance(Until::events(500))?;
 /// save_simulation(&path, &simulation, &"a note", Existing::Keep)?;

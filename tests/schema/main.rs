@@ -249,6 +249,7 @@ fn the_reader_knows_the_same_words() {
         ("live.colour", "'?'"),
         ("live.slider.0.scale", "'?'"),
         ("species.0.diameter", "{ distribution = '?' }"),
+        ("exchange", "{ temperatures = [1.0, 2.0], interval = 1.0, rate = 1.0, ensemble = '?' }"),
     ] {
         let error = base.with(key, value).unwrap_err();
         let SceneErrorKind::UnknownWord { known, .. } = error.kind() else { panic!("{key}: {error}") };
