@@ -33,7 +33,11 @@ fn an_interrupted_run_replaces_nothing_until_it_is_finished() {
         assert!(is_as_before(&before, &folder), "{}", errors(&output));
         let text = words(&output);
         assert!(text.contains("The files are in runs/scene/replacement\n"), "{text}");
-        assert!(text.contains("`carom run --resume runs/scene --checkpoint-every 0.01 --force --quiet`") && text.contains("--force"), "{text}");
+        assert!(
+            text.contains("`carom run --resume runs/scene --checkpoint-every 0.01 --force --quiet`")
+                && text.contains("--force"),
+            "{text}"
+        );
         assert!(folder.join("replacement/summary.json").exists() && !folder.join("replacement/replacement").exists());
         let output = place.carom(&["run", "scene.toml"]);
         assert!(code(&output) == 2 && line(&output).contains("--resume"), "{}", errors(&output));
