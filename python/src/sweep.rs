@@ -102,7 +102,8 @@ impl Sweep {
         let (fate, raised) = py.detach(|| {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
             let instruments = |run: Run| observation.of(run);
-            let orders = orders_for(1, interval, (&folder, force), &instruments);
+            let names = observation.names();
+            let orders = orders_for(1, interval, (&folder, force), (&instruments, &names));
             let execute = || opened.execute_point(&self.0, point, &orders, &mut |progress| watch.see(progress));
             let (fate, raised) = observation.during(execute);
             Ok::<_, PyErr>((fate.map_err(|error| error::sweep(&error))?, raised))
@@ -151,7 +152,8 @@ impl Sweep {
         };
         let fates = py.detach(|| {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
-            let orders = orders_for(jobs, interval, (&folder, force), &instruments);
+            let names = observation.names();
+            let orders = orders_for(jobs, interval, (&folder, force), (&instruments, &names));
             // Signals come to this thread alone, so that the others simulate.
             let ran = thread::scope(|scope| {
                 let runs = scope.spawn(|| opened.execute(&self.0, &orders, &see));
@@ -222,7 +224,7 @@ fn orders_for<'o>(
     jobs: usize,
     checkpoint_every: Duration,
     (folder, force): (&Path, bool),
-    instruments: Instruments<'o>,
+    (instruments, instrument_names): (Instruments<'o>, &'o [String]),
 ) -> Orders<'o> {
     Orders {
         jobs,
@@ -231,6 +233,7 @@ fn orders_for<'o>(
         most_bytes: if force { f64::INFINITY } else { allowance(free_disk(folder)) },
         report: &final_table::text,
         instruments,
+        instrument_names,
     }
 }
 

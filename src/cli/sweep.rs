@@ -88,6 +88,7 @@ impl SweepCommand {
             most_bytes: if self.force { f64::INFINITY } else { allowance(free_disk(&path)) },
             report: &final_table::text,
             instruments: &|run| run,
+            instrument_names: &[],
         };
         let watch = |place: usize, news: News<'_>| {
             display.show(&sweep, place, &news);

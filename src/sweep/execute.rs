@@ -68,6 +68,8 @@ pub struct Orders<'o> {
     pub report: &'o (dyn Fn(&Finished) -> String + Sync),
     /// Registers instruments of one's own with a run, on the thread that runs it: [`Run::instrument`]. One that is resumed needs those that it began with.
     pub instruments: &'o (dyn Fn(Run) -> Run + Sync),
+    /// Their names, by which a run that began with others is refused before anything in its folder changes.
+    pub instrument_names: &'o [String],
 }
 
 /// Progress or outcome of a point.
@@ -178,7 +180,7 @@ impl SweepFolder {
                 }
             }
         }
-        let (folder, checkpoint) = Folder::resume_with(&path, None, &[])?;
+        let (folder, checkpoint) = Folder::resume_with(&path, None, orders.instrument_names)?;
         finish(folder, Run::resume(checkpoint), orders, watch)
     }
 

@@ -299,6 +299,7 @@ fn make(call: Call, out: &Path, looks: u32) -> Result<(), String> {
                 most_bytes: f64::INFINITY,
                 report: &final_table::text,
                 instruments: &|run| run,
+                instrument_names: &[],
             };
             opened.execute(&sweep, &orders, &|_, _| ControlFlow::Continue(())).map_err(words)?;
             let results = Results::read(&opened, &sweep);

@@ -165,6 +165,7 @@ fn execute(sweep: &Sweep, folder: &Path) -> Result<Vec<(usize, Fate)>, SweepErro
         most_bytes: f64::INFINITY,
         report: &final_table::text,
         instruments: &|run| run,
+        instrument_names: &[],
     };
     let fates = opened.execute(sweep, &orders, &|_, _| ControlFlow::Continue(()))?;
     let results = Results::read(&opened, sweep);

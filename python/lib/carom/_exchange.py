@@ -227,8 +227,8 @@ class Exchange(InFolder):
 
         Examples
         --------
-        >>> carom.exchange(pair).density_of_states["energy"]
-        array([-1.,  0.])
+        >>> carom.exchange(pair).density_of_states["energy"].tolist()
+        [-1, 0]
         """
         return Table.read(self.folder / "density_of_states.csv")
 

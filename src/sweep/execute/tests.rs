@@ -18,6 +18,7 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
             most_bytes: f64::INFINITY,
             report,
             instruments: &|run| run,
+            instrument_names: &[],
         };
         folder.execute_point(&sweep, point, &orders, &mut |_| ControlFlow::Continue(())).unwrap()
     };
