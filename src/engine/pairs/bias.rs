@@ -64,3 +64,40 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+    use crate::engine::Until;
+    use crate::model::{Potential, Space};
+    use crate::scene::SceneBuilder;
+
+    #[test]
+    fn a_step_costs_that_of_the_weights_and_is_reported_as_it_is() {
+        let scene = SceneBuilder::new("pair")
+            .space(Space::periodic_cube(9.0))
+            .species("A", 1.3, 1.0)
+            .interaction("A", "A", Potential::square_well(1.0, 1.5, 0.9).unwrap(), 1.0)
+            .particle("A", Vector::new(1.0, 4.0, 4.0), Vector::new(0.8, 0.0, 0.0))
+            .particle("A", Vector::new(4.0, 4.0, 4.0), Vector::zeros())
+            .build()
+            .unwrap();
+        let mut simulation = Simulation::without_plan(scene);
+        let weights = EnergyWeights::new(vec![(-0.9, 0.3), (0.0, 1.1)], [1.0, 1.0]);
+        simulation.set_energy_weights(Some((&weights, 2.0)));
+        let start = simulation.energy().kinetic;
+        let mut found = Vec::new();
+        for count in 1..=3 {
+            let next = simulation.events(Until::events(count)).next().unwrap().unwrap();
+            let supplied = simulation.event_counts().supplied.total();
+            found.push([next.energy_step, simulation.energy().kinetic - start, supplied]);
+        }
+        // Into the well, off the core, and out again: 2 (0.3 - 1.1) in place of -0.9.
+        for (found, expected) in found.iter().zip([[-0.9, 1.6, 0.7], [0.0, 1.6, 0.7], [0.9, 0.0, 0.0]]) {
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}, expected {expected:?}");
+        }
+        simulation.set_energy_weights(None);
+        assert!(simulation.energy().potential == 0.0);
+    }
+}
