@@ -76,8 +76,8 @@ impl Multicanonical {
         let mut rows = canonical.clone();
         if let (1, Some(weights)) = (quarter, &self.weights) {
             ensembles.extend(temperatures.iter().map(|_| Ensemble::Multicanonical(weights.clone())));
+            // A row without energies of the third quarter is not whole, and counts for nothing.
             rows.iter_mut().zip(weighted).for_each(|(row, more)| row.extend_from_slice(more));
-            rows.truncate(weighted.len());
         }
         let mut levels = EnergyLevels::default();
         rows.iter().for_each(|row| levels.see(row));
