@@ -187,6 +187,21 @@ mod tests {
     }
 
     #[test]
+    fn bins_have_all_energies_and_few_have_one_each() {
+        let energies: Vec<f64> = (0..250).map(|k| 0.7 * f64::from(k) - 60.0).collect();
+        let all = bins(&energies);
+        assert!(all.len() >= MOST_BINS / 4 && all.len() <= MOST_BINS);
+        let mut next = 0;
+        for (middle, width, places) in all {
+            assert_eq!(places.start, next);
+            next = places.end;
+            assert!(energies[places].iter().all(|energy| (energy - middle).abs() <= 0.5 * width));
+        }
+        assert_eq!(next, energies.len());
+        assert_eq!(bins(&[-1.0, 0.5]), [(-1.0, 0.0, 0..1), (0.5, 0.0, 1..2)]);
+    }
+
+    #[test]
     fn many_levels_become_bins_with_the_same_populations() {
         let mut populations = populations();
         let energy = |k: u32| f64::from((k * 7919) % 10_007) - 3000.0;
