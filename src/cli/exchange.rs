@@ -219,7 +219,7 @@ fn text(summary: &ExchangeSummary) -> String {
     let results = &summary.results;
     let has = |name: &str| results.temperatures.iter().any(|at| at.observables.contains_key(name));
     let shown: Vec<(&str, &str)> = SHOWN.into_iter().filter(|(name, _)| has(name)).take(4).collect();
-    let is_swapped = summary.ensemble == ExchangeEnsemble::Canonical;
+    let is_swapped = summary.results.ensemble == ExchangeEnsemble::Canonical;
     let heads = std::iter::once("temperature").chain(is_swapped.then_some("swaps"));
     let heads = heads.chain(shown.iter().map(|(_, head)| *head)).map(str::to_owned);
     let mut rows: Vec<Vec<String>> = vec![heads.collect()];

@@ -1,6 +1,6 @@
 //! An attempt, when all replicas have come to its time: energies are taken, neighbours swapped, weights learned.
 
-use super::multicanonical::Torn;
+use super::multicanonical::{Multicanonical, Torn};
 use super::replica::bath;
 use super::replicas::Exchange;
 
@@ -16,18 +16,23 @@ impl Exchange {
                 self.averages.temperatures[place].end(&replica.simulation);
             }
         }
-        match self.multicanonical.as_ref().and_then(|it| it.weights()) {
+        match self.weights() {
             None => self.swap_neighbours(),
-            Some(weights) => {
-                for (number, energy) in self.places.iter().zip(&self.energies) {
-                    self.walk.visit(*number, weights.is_beyond(*energy), self.attempts > self.equilibration);
-                }
-                if self.is_measured() {
-                    self.measured = self.now_measured();
-                }
-            }
+            Some(_) => self.see_energies(),
         }
         self.learn()
+    }
+
+    /// Takes note of where replicas are on their ways through the energies.
+    fn see_energies(&mut self) {
+        let is_measured = self.is_measured();
+        let Some(weights) = self.multicanonical.as_ref().and_then(Multicanonical::weights) else { return };
+        for (number, energy) in self.places.iter().zip(&self.energies) {
+            self.walk.visit(*number, weights.is_beyond(*energy), is_measured);
+        }
+        if is_measured {
+            self.measured = self.now_measured();
+        }
     }
 
     /// Swaps neighbouring temperatures, and takes note of the averages.
@@ -62,9 +67,6 @@ impl Exchange {
         if !learning.see(self.attempts, &self.energies, &self.plan.temperatures)? {
             return Ok(());
         }
-        if is_first {
-            self.walk.begin();
-        }
         let highest = self.highest();
         let temperature = self.plan.temperatures[highest];
         for place in 0..self.places.len() {
@@ -73,7 +75,7 @@ impl Exchange {
                 self.replicas[number].scale_velocities((temperature / self.plan.temperatures[place]).sqrt());
             }
             self.heat(number, highest);
-            let weights = self.multicanonical.as_ref().and_then(|it| it.weights());
+            let weights = self.multicanonical.as_ref().and_then(Multicanonical::weights);
             self.replicas[number].simulation.set_energy_weights(weights.map(|weights| (weights, temperature)));
         }
         Ok(())

@@ -11,6 +11,7 @@ use super::results::Population;
 use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLevels, Moments, Reweighting};
 use crate::analysis::statistics::Estimate;
 use crate::model::ExchangeEnsemble;
+use crate::model::exchange_plan::ends;
 use std::convert::Infallible;
 
 /// Temperatures of a curve, of those between two neighbours about as many, at even ratios.
@@ -191,7 +192,7 @@ impl ThermalCurves {
         let mut histograms = EnergyHistograms::new(exchange.ensembles(), levels, names.len());
         visit(&mut |row, others| histograms.add(row, others))?;
         let [particles, dimensions] = exchange.size();
-        let highest = exchange.temperatures().iter().copied().fold(0.0, f64::max);
+        let [_, highest] = ends(exchange.temperatures());
         let system = System { particles, dimensions, highest, names };
         Ok(Self::made(&histograms, exchange, &system))
     }

@@ -2,6 +2,7 @@
 
 use super::results::{ExchangeResults, TemperatureResult};
 use crate::base::text::{digits, plural};
+use crate::model::ExchangeEnsemble;
 
 /// Round trips of all replicas together that an exchange has at least: with fewer, replicas have not forgotten where they began often enough for errors to be trusted.
 const FEWEST_TRIPS: u64 = 10;
@@ -41,10 +42,9 @@ impl ExchangeResults {
             };
             warnings.push(format!(
                 "equilibrium is not shown: {trips} between the {}; run it for longer",
-                if self.neighbours.is_empty() {
-                    "mean energies of the lowest and of the highest temperature"
-                } else {
-                    "lowest and the highest temperature"
+                match self.ensemble {
+                    ExchangeEnsemble::Canonical => "lowest and the highest temperature",
+                    ExchangeEnsemble::Multicanonical => "mean energies of the lowest and of the highest temperature",
                 }
             ));
         }

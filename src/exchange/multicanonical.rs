@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLevels, Ensemble};
 use crate::model::EnergyWeights;
+use crate::model::exchange_plan::ends;
 
 /// Rows of energies of which weights are made, at most.
 const MOST_ROWS: u64 = 10_000;
@@ -89,7 +90,7 @@ impl Multicanonical {
 
 /// Weights with which all levels between the mean energies of the lowest and of the highest temperature are visited equally often.
 fn flat(density: &DensityOfStates, temperatures: &[f64]) -> EnergyWeights {
-    let ends = [f64::min, f64::max].map(|of| temperatures.iter().copied().fold(temperatures[0], of));
+    let ends = ends(temperatures);
     let [lowest, highest] = ends.map(|temperature| density.at(temperature).mean);
     let levels: Vec<(f64, f64)> = density.levels().filter(|(_, logarithm)| logarithm.is_finite()).collect();
     // One level beyond the means on either side, if there is one.

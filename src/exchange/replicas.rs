@@ -14,7 +14,7 @@ use crate::analysis::instruments::chains::ChainSizes;
 use crate::analysis::reweighting::Ensemble;
 use crate::engine::Simulation;
 use crate::model::random::{Purpose, Random};
-use crate::model::{ExchangeEnsemble, ExchangePlan, Scene};
+use crate::model::{EnergyWeights, ExchangeEnsemble, ExchangePlan, Scene};
 use crate::run::FrameLimit;
 
 /// Replica exchange of a scene (parallel tempering): one replica for each temperature, swapped between neighbours at even times.
@@ -154,10 +154,15 @@ impl Exchange {
     /// The ensemble in which the energies at each place of a row are measured.
     #[must_use]
     pub fn ensembles(&self) -> Vec<Ensemble> {
-        match self.multicanonical.as_ref().and_then(|it| it.weights()) {
+        match self.weights() {
             None => Ensemble::canonical(self.temperatures()),
             Some(weights) => vec![Ensemble::Multicanonical(weights.clone()); self.places.len()],
         }
+    }
+
+    /// Weights of the energy that all replicas have now, if they have some.
+    pub(super) fn weights(&self) -> Option<&EnergyWeights> {
+        self.multicanonical.as_ref().and_then(Multicanonical::weights)
     }
 
     /// The simulation of the replica that is at a temperature, by its place in [`Self::temperatures`]; `None` if there is no such place.
@@ -275,6 +280,7 @@ impl Exchange {
             replica.faults().into_iter().map(move |fault| format!("replica {}: {fault}", number + 1))
         });
         ExchangeResults {
+            ensemble: self.plan.ensemble,
             start: self.time_of(self.equilibration),
             duration: measured as f64 * self.plan.interval,
             attempts: measured,

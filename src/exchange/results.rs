@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::statistics::Estimate;
+use crate::model::ExchangeEnsemble;
 
 /// Population of a level of the potential energy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -50,6 +51,9 @@ pub struct NeighbouringTemperatures {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ExchangeResults {
+    /// Ensemble in which replicas were measured. Of a multicanonical one, means and populations at the temperatures follow by reweighting.
+    #[serde(default)]
+    pub ensemble: ExchangeEnsemble,
     /// Simulated time at which the averages begin, and how long they last `[time]`.
     pub start: f64,
     /// `[time]`

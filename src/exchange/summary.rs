@@ -10,7 +10,8 @@ use super::levels::LevelDensity;
 use super::replicas::Exchange;
 use super::results::ExchangeResults;
 use crate::analysis::reweighting::DensityOfStates;
-use crate::model::{ExchangeEnsemble, InputFile};
+use crate::model::InputFile;
+use crate::model::exchange_plan::ends;
 
 /// Summary of an exchange: the content of its `summary.json`, with the populations of `energies.csv`, the curves of `curves.csv` and the density of states of `density_of_states.csv`. No number is one of the clock.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,9 +38,6 @@ pub struct ExchangeSummary {
     pub interval: f64,
     /// Of the heat baths, for each particle `[1 / time]`.
     pub rate: f64,
-    /// Ensemble in which replicas were measured. Of a multicanonical one, means and populations at the temperatures follow by reweighting.
-    #[serde(default)]
-    pub ensemble: ExchangeEnsemble,
     /// The results.
     #[serde(flatten)]
     pub results: ExchangeResults,
@@ -73,7 +71,6 @@ impl ExchangeSummary {
             dimensions: simulation.dimensions(),
             interval: exchange.plan().interval,
             rate: exchange.plan().rate,
-            ensemble: exchange.plan().ensemble,
             heat_capacity_peak: None,
             warnings: results.warnings(),
             curves: Vec::new(),
@@ -100,12 +97,11 @@ impl ExchangeSummary {
     #[must_use]
     pub fn temperatures_for(&self, acceptance: f64) -> Option<Vec<f64>> {
         let levels = self.density_of_states.iter().map(|level| (level.energy, level.log_density_of_states.mean));
-        let all = || self.results.temperatures.iter().map(|at| at.temperature);
-        let ends = [all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max)];
+        let temperatures: Vec<f64> = self.results.temperatures.iter().map(|at| at.temperature).collect();
         if self.density_of_states.is_empty() {
             return None;
         }
-        DensityOfStates::of_levels(levels).temperatures_for(ends, acceptance)
+        DensityOfStates::of_levels(levels).temperatures_for(ends(&temperatures), acceptance)
     }
 
     /// As it is written.

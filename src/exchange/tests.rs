@@ -124,6 +124,36 @@ fn a_multicanonical_exchange_goes_on_to_the_same_bits() {
     }
 }
 
+/// When weights begin, the velocities of all replicas are those of the heat bath that they get.
+#[test]
+fn replicas_have_the_highest_temperature_when_weights_begin() {
+    let mut parts = fluid(0.2, 10).into_parts();
+    parts.exchange.as_mut().unwrap().ensemble = ExchangeEnsemble::Multicanonical;
+    parts.run.equilibration = Limit::time(8.0);
+    let mut exchange = Exchange::new(Scene::new(parts).unwrap()).unwrap();
+    // By replica, in the heat bath of the highest temperature, which is 2.
+    let kinetic = |exchange: &Exchange, temperature: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        let of = |(place, number): (usize, &usize)| {
+            (*number, exchange.replicas[*number].simulation.energy().kinetic * 2.0 / temperature(place))
+        };
+        let mut all: Vec<(usize, f64)> = exchange.row().replicas.iter().enumerate().map(of).collect();
+        all.sort_by_key(|(number, _)| *number);
+        all.into_iter().map(|(_, energy)| energy).collect()
+    };
+    let mut before = Vec::new();
+    while exchange.weights().is_none() {
+        let time = exchange.next_time();
+        for replica in &mut exchange.replicas {
+            assert!(replica.go(time, || false).unwrap());
+        }
+        before = kinetic(&exchange, &|place| exchange.temperatures()[place]);
+        exchange.attempt().unwrap();
+    }
+    let after = kinetic(&exchange, &|_| 2.0);
+    let is_same = |(a, b): (&f64, &f64)| (a / b - 1.0).abs() < 1e-12;
+    assert!(after.iter().zip(&before).all(is_same), "{after:?}, expected {before:?}");
+}
+
 #[test]
 fn temperatures_without_overlap_end_a_multicanonical_exchange() {
     let mut parts = fluid(0.2, 10).into_parts();

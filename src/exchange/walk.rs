@@ -49,11 +49,6 @@ impl Walk {
         }
     }
 
-    /// Forgets where all replicas have come from.
-    pub fn begin(&mut self) {
-        self.headings.fill(Heading::Nowhere);
-    }
-
     /// Round trips so far, by replica.
     pub fn trips(&self) -> &[u64] {
         &self.trips

@@ -26,12 +26,6 @@ pub enum ExchangeEnsemble {
     Multicanonical,
 }
 
-impl ExchangeEnsemble {
-    /// All of them, by their names in a scene.
-    pub const NAMES: [(&'static str, Self); 2] =
-        [("canonical", Self::Canonical), ("multicanonical", Self::Multicanonical)];
-}
-
 impl ExchangePlan {
     /// How many intervals a duration `[time]` has, where it is a whole number of them but for rounding.
     #[must_use]
@@ -40,6 +34,12 @@ impl ExchangePlan {
         let is_whole = (count - whole).abs() <= ROUNDING * whole && whole <= MOST_ATTEMPTS;
         is_whole.then(|| crate::base::numbers::trunc_to_u64(whole))
     }
+}
+
+/// The lowest and the highest of temperatures that ascend or descend `[energy]`; of none, zeros.
+pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
+    let [first, last] = [temperatures.first(), temperatures.last()].map(|it| it.copied().unwrap_or(0.0));
+    [first.min(last), first.max(last)]
 }
 
 /// Of a number of intervals: what rounding makes of decimal fractions.

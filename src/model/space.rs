@@ -164,6 +164,13 @@ impl Space {
         self.boundary.iter().all(|b| matches!(b, Boundary::Periodic | Boundary::Flat))
     }
 
+    /// Whether all edges have the same length but for rounding, as of a density; never where an axis is flat.
+    #[must_use]
+    pub fn is_cube(&self) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        self.size.max() - self.size.min() <= ROUNDING * self.size.max()
+    }
+
     /// The largest coordinate of a side that particles are wrapped at, 0 if there is none: what a coordinate has lost to rounding is a unit in the
     /// last place of it, however small the coordinate is since `[length]`.
     #[must_use]

@@ -11,9 +11,6 @@ const VISCOSITY: &str = "shear_viscosity";
 /// Name of the coefficient of an infinite system, before that of the species.
 const INFINITE: &str = "diffusion_coefficient_infinite";
 
-/// Edges of a cube differ by no more than this part of them: a density gives each to within rounding.
-const CUBIC: f64 = 1e-9;
-
 /// Largest relative error of a viscosity `eta` that can be divided by: the mean of `1 / eta` is too large by the square of it, a ninth of the term here.
 const LARGEST_ERROR: f64 = 1.0 / 3.0;
 
@@ -42,9 +39,8 @@ pub(super) fn add_infinite_diffusion(measured: &mut Measured, system: &SystemDes
 
 /// The edge of a periodic cube without anything in it but the fluid `[length]`.
 fn edge_of_cube(system: &SystemDescription) -> Option<f64> {
-    let size = system.space.size;
-    let is_cube = system.space.dimensions() == 3 && size.max() - size.min() <= CUBIC * size.max();
-    (is_cube && system.shear_rate == 0.0 && system.obstacle_to_transport().is_none()).then(|| size.max())
+    let is_free = system.shear_rate == 0.0 && system.obstacle_to_transport().is_none();
+    (is_free && system.space.is_cube()).then(|| system.space.size.max())
 }
 
 /// The coefficient of an infinite system that belongs to one of a box; `None` for any other number.

@@ -42,9 +42,6 @@ const CRYSTAL: f64 = 0.52;
 /// Up to here Enskog's viscosity is within some per cent of that of a fluid, and tells how the diffusion coefficient depends on the size of the box.
 const DIFFUSING: f64 = 0.42;
 
-/// Edges of a cube differ by no more than this part of them.
-const CUBIC: f64 = 1e-9;
-
 /// Transport coefficients, which a heat bath changes.
 const TRANSPORT: [&str; 5] = [
     "diffusion_coefficient",
@@ -90,8 +87,7 @@ pub fn of_system(
     temperature: Option<f64>,
 ) -> Vec<PublishedValue> {
     let is_bathed = matches!(thermostat, Some(Thermostat::Andersen { .. }));
-    let Some(hard) = hard(scene, population, scale, temperature) else { return Vec::new() };
-    let hard = Hard { is_isolated: !is_bathed, ..hard };
+    let Some(hard) = hard(scene, is_bathed, population, scale, temperature) else { return Vec::new() };
     let mut values = match scene.space.dimensions() {
         3 => hard.spheres(),
         2 if hard.packing_fraction > FLUID[1] => Vec::new(),
@@ -104,7 +100,7 @@ pub fn of_system(
     values
 }
 
-fn hard(scene: &Scene, population: &[usize], scale: f64, temperature: Option<f64>) -> Option<Hard> {
+fn hard(scene: &Scene, is_bathed: bool, population: &[usize], scale: f64, temperature: Option<f64>) -> Option<Hard> {
     let mut present = population.iter().enumerate().filter(|(_, count)| **count > 0);
     let (Some((at, &count)), None) = (present.next(), present.next()) else { return None };
     let species: &Species = scene.species.get(at)?;
@@ -120,12 +116,11 @@ fn hard(scene: &Scene, population: &[usize], scale: f64, temperature: Option<f64
         && scene.space.is_fully_periodic();
     is_plain.then(|| {
         let (volume, diameter) = (scene.space.volume(), species.diameter * scale);
-        let size = &scene.space.size;
         Hard {
             count: count as u64,
             dimensions: scene.space.dimensions() as f64,
-            is_cube: size.max() - size.min() <= CUBIC * size.max(),
-            is_isolated: true,
+            is_cube: scene.space.is_cube(),
+            is_isolated: !is_bathed,
             packing_fraction: count as f64 * own_volume(diameter, scene.space.dimensions()) / volume,
             number_density: count as f64 / volume,
             diameter,

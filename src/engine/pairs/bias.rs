@@ -1,6 +1,5 @@
 //! Weights of the potential energy, as a force: what a step of the energy costs in a multicanonical ensemble.
 
-use crate::engine::contact::apply::Change;
 use crate::engine::pairs::rules::Discontinuity;
 use crate::engine::parts::Engine;
 use crate::engine::{Chosen, Simulation};
@@ -51,16 +50,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Gives an event its step of the potential energy, `step`, where it was one of the weights. The difference comes from outside.
+    /// Takes note of a step of the potential energy for which the pair has paid another one; returns the difference, which comes from outside.
     #[inline(always)]
-    pub(in crate::engine) fn note_weighted(&mut self, change: &mut Change, step: f64, is_crossed: bool) {
-        if TABLE
-            && is_crossed
-            && let Some(bias) = &mut self.pairs.bias
-        {
-            bias.energy += step;
-            change.supplied += step - change.energy_step;
-            change.energy_step = step;
+    pub(in crate::engine) fn pay(&mut self, step: f64, felt: f64) -> f64 {
+        match &mut self.pairs.bias {
+            Some(bias) if TABLE => {
+                bias.energy += step;
+                step - felt
+            }
+            _ => 0.0,
         }
     }
 }

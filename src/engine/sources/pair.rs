@@ -40,8 +40,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let pair = self.frame(i, j, side, surface);
         self.note_state(&pair, &seen, flown);
-        let (outcome, mut change) = self.respond(&pair, &self.weighted(&seen), restitution, time);
-        self.note_weighted(&mut change, seen.energy_step, matches!(outcome, Outcome::Capture | Outcome::Release));
+        let (outcome, change) = self.respond(&pair, &seen, restitution, time);
         self.set_state_after(i, j, outcome, state, interaction)?;
         Ok(self.apply(&change, observe))
     }
@@ -49,7 +48,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The change of velocities of a pair at a discontinuity.
     #[inline(always)]
     fn respond(&mut self, pair: &Frame, seen: &Discontinuity, restitution: f64, time: f64) -> (Outcome, Change) {
-        let (response, tangential_scale) = self.leave(pair, seen, restitution, time);
+        // The step that the pair feels is another one where energies have weights.
+        let felt = self.weighted(seen);
+        let (response, tangential_scale) = self.leave(pair, &felt, restitution, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
         // Per length of the line.
         let change = (response.radial - radial) / squared;
@@ -65,6 +66,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Outcome::Bounce => (CountedKind::Bounce, 0.0),
         };
         let is_crossed = matches!(response.outcome, Outcome::Capture | Outcome::Release);
+        let by_weights = if is_crossed { self.pay(seen.energy_step, felt.energy_step) } else { 0.0 };
         let mut impulse_of_i = pair.line * impulse;
         if tangential_scale != 1.0 {
             impulse_of_i = (after[0] - before[0]) / self.inverse_mass(pair.i);
@@ -84,7 +86,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             } else {
                 -0.5 * impulse * (radial + response.radial)
             },
-            supplied: self.supplied(pair, &before, &after[0], impulse),
+            supplied: self.supplied(pair, &before, &after[0], impulse) + by_weights,
             after,
         };
         (response.outcome, change)

@@ -31,7 +31,7 @@ impl Folder {
     /// that of the checkpoint, or if the run is beyond the limit; [`OutputError::Foreign`] if a file that is not Carom's is in the way, [`OutputError::NotPlain`] if one
     /// of its files is a link or a folder: nothing is changed then. [`OutputError::Write`] if one cannot be changed.
     pub fn resume(target: &Path, limit: Option<Limit>) -> Result<(Self, Checkpoint), OutputError> {
-        Self::resume_if(target, limit, &|_| Ok(()))
+        Self::resume_if(target, limit, None)
     }
 
     /// As [`Self::resume`], of a run that is to go on with certain instruments of one's own, by their names: the program has none.
@@ -43,20 +43,20 @@ impl Folder {
         limit: Option<Limit>,
         instruments: &[String],
     ) -> Result<(Self, Checkpoint), OutputError> {
-        Self::resume_if(target, limit, &|checkpoint| {
-            Ok(compare_instruments(instruments, checkpoint.state.registered())?)
-        })
+        Self::resume_if(target, limit, Some(instruments))
     }
 
     fn resume_if(
         target: &Path,
         limit: Option<Limit>,
-        allow: &dyn Fn(&Checkpoint) -> Result<(), OutputError>,
+        instruments: Option<&[String]>,
     ) -> Result<(Self, Checkpoint), OutputError> {
         let (path, mut owned, outer) = locked(target)?;
         let path = &path;
         let mut checkpoint = Checkpoint::read(&checkpoints::newest(path))?;
-        allow(&checkpoint)?;
+        if let Some(instruments) = instruments {
+            compare_instruments(instruments, checkpoint.state.registered())?;
+        }
         if let Some(limit) = limit {
             checkpoint.refuse_passed(limit)?;
             checkpoint.extend(limit);

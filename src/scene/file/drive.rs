@@ -115,6 +115,6 @@ pub(crate) struct ExchangeFile {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
     /// Ensemble that is measured: `canonical` at each temperature, with swaps, or one `multicanonical` ensemble of all replicas, which visits all energies between those of the temperatures equally often.
-    #[schemars(extend("enum" = ENSEMBLES, "default" = ENSEMBLES[0]))]
+    #[schemars(extend("enum" = words(&ENSEMBLES), "default" = "canonical"))]
     pub ensemble: Option<String>,
 }

@@ -1,6 +1,6 @@
 //! Parses the tables `[run]`, `[[stage]]`, `[exchange]` and `[measure]` into plans.
 
-use super::{Keys, vector};
+use super::{Keys, variant, vector};
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text::shortest;
 use crate::model::MeasurementPlan;
@@ -130,22 +130,14 @@ fn parse_axes(words: &[String], at: &ConfigPath) -> Result<[bool; 3], SceneError
 /// Replicas at several temperatures.
 pub(crate) fn parse_exchange(file: ExchangeFile) -> Result<ExchangePlan, SceneError> {
     let ExchangeFile { temperatures, interval, rate, ensemble } = file;
-    let known = |word: &str| ExchangeEnsemble::NAMES.into_iter().find(|(name, _)| *name == word);
-    let ensemble = match ensemble {
-        None => ExchangeEnsemble::default(),
-        Some(word) => match known(&word) {
-            Some((_, ensemble)) => ensemble,
-            None => {
-                let at = ConfigPath::root().key("exchange").key("ensemble");
-                return Err(unknown(&at, "ensemble", &word, ENSEMBLES));
-            }
-        },
-    };
-    Ok(ExchangePlan { temperatures, interval, rate, ensemble })
+    let at = ConfigPath::root().key("exchange").key("ensemble");
+    let ensemble = ensemble.map(|word| variant(&ENSEMBLES, "ensemble", &word, &at).copied());
+    Ok(ExchangePlan { temperatures, interval, rate, ensemble: ensemble.transpose()?.unwrap_or_default() })
 }
 
-/// Names of the ensembles of an exchange.
-pub(crate) const ENSEMBLES: [&str; 2] = [ExchangeEnsemble::NAMES[0].0, ExchangeEnsemble::NAMES[1].0];
+/// Ensembles of an exchange.
+pub(crate) const ENSEMBLES: [(&str, ExchangeEnsemble); 2] =
+    [("canonical", ExchangeEnsemble::Canonical), ("multicanonical", ExchangeEnsemble::Multicanonical)];
 
 /// Measurement plan from the table `[measure]`.
 pub(crate) fn parse_measure(file: MeasureFile) -> MeasurementPlan {

@@ -83,7 +83,7 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
 
 /// Whether replicas are swapped between temperatures, instead of all of them visiting all energies.
 fn is_swapped(summary: &ExchangeSummary) -> bool {
-    summary.ensemble == ExchangeEnsemble::Canonical
+    summary.results.ensemble == ExchangeEnsemble::Canonical
 }
 
 /// Why the exchange may not be in equilibrium.
