@@ -10,7 +10,7 @@ use carom::io::convert::ConvertError;
 use carom::io::{OutputError, SavedError};
 use carom::model::ThermostatError;
 use carom::run::{Ending, Jam, RunError};
-use carom::scene::SceneError;
+use carom::scene::{SceneError, SceneErrorKind};
 use carom::sweep::SweepError;
 use carom::view::ViewError;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
@@ -52,6 +52,11 @@ pub fn scene(error: &SceneError) -> PyErr {
         text = with_causes(error);
     }
     let known = error.config_path().to_string();
+    let missing = match error.kind() {
+        SceneErrorKind::Missing { key, .. } if known.is_empty() => Some((*key).to_owned()),
+        SceneErrorKind::Missing { key, .. } => Some(format!("{known}.{key}")),
+        _ => None,
+    };
     let key = if known.is_empty() { key_of(error) } else { Some(known) };
     exception(
         "SceneError",
@@ -59,6 +64,7 @@ pub fn scene(error: &SceneError) -> PyErr {
         &[
             ("problem", Some(with_causes(error))),
             ("key", key),
+            ("missing", missing),
             ("line", error.line().map(|line| line.to_string())),
             ("cure", error.help().map(|help| help.to_string())),
         ],

@@ -124,8 +124,10 @@ def test_a_simulation_needs_no_end(fluid: dict, tmp_path: Path) -> None:
     expected.advance(1.0)
     plan = fluid.pop("run")
     bath = {"kind": "andersen", "temperature": 1.0, "rate": 2.0}
-    with pytest.raises(carom.SceneError, match="run"):
-        carom.Scene(fluid)
+    for lacking, missing in ((fluid, "run"), ({**fluid, "run": {"thermostat": bath}}, "run.until_time")):
+        with pytest.raises(carom.SceneError, match="run") as lacks:
+            carom.Scene(lacking)
+        assert lacks.value.missing == missing
     text = carom.Scene({**fluid, "run": plan}).to_toml().replace("[run]\nuntil_events = 20000\n", "")
     assert "[run]" not in text
     (tmp_path / "endless.toml").write_text(text)
@@ -139,7 +141,9 @@ def test_a_simulation_needs_no_end(fluid: dict, tmp_path: Path) -> None:
     # Other mistakes are what they are.
     with pytest.raises(carom.SceneError, match="sead") as error:
         carom.Simulation({**fluid, "sead": 1})
-    assert error.value.key == "sead"
+    assert error.value.key == "sead" and error.value.missing is None
+    with pytest.raises(carom.SceneError, match="mass"):
+        carom.Simulation(fluid, set={"species.0.mass": -1.0})
     with pytest.raises(carom.SceneError, match="until_events"):
         carom.Simulation({**fluid, "run": {"until_events": -5}})
     with pytest.raises(carom.SceneError, match="until_tim"):

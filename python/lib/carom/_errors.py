@@ -91,6 +91,8 @@ class SceneError(CaromError, ValueError):
         What is wrong, in one line.
     key : str or None
         Where it stands: ``species[0].mass``; ``None`` where no single one is to blame.
+    missing : str or None
+        Key that is not there and has to be: ``run.until_time``; ``None`` where nothing is missing.
     line : int or None
         The line of the scene's text, from 1.
     cure : str or None
@@ -111,12 +113,13 @@ class SceneError(CaromError, ValueError):
         *,
         problem: str | None = None,
         key: str | None = None,
+        missing: str | None = None,
         line: str | None = None,
         cure: str | None = None,
     ) -> None:
         super().__init__(message, cure=cure)
         self.problem = None if problem is None else in_python(problem)
-        self.key = key
+        self.key, self.missing = key, missing
         self.line = None if line is None else int(line)
 
 

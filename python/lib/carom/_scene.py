@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import operator
 import os
-import re
 from collections.abc import Callable, Mapping
 from html import escape
 from pathlib import Path
@@ -32,8 +31,6 @@ from carom._particles import (
 
 __all__ = ["Scene"]
 
-#: What is wrong with a scene that has no end.
-_NO_END = re.compile(r"`run` is missing: |run: `until_time` is missing: or until_events, or both$")
 
 SceneLike = Union["Scene", Mapping[str, Any], str, "os.PathLike[str]"]
 
@@ -560,7 +557,7 @@ def endless(source: SceneLike, seed: int | None, set: Mapping[str, Any] | None) 
     try:
         return Scene(source, seed=seed, set=set)
     except SceneError as error:
-        if not _NO_END.match(error.problem or ""):
+        if error.missing not in ("run", "run.until_time"):
             raise
     return Scene(source, seed=seed, set={**(set or {}), "run.until_events": 1})
 

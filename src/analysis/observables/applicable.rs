@@ -7,29 +7,8 @@ use crate::Vector;
 use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Simulation};
 use crate::model::potential::Potential;
-use crate::model::{Scene, Thermostat, ThermostatError};
+use crate::model::{Scene, Thermostat};
 use serde::{Deserialize, Serialize};
-
-impl Simulation {
-    /// Scales all velocities to a temperature once, as the thermostat of a run does again and again: [`Thermostat::Rescaling`].
-    ///
-    /// # Errors
-    /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NoTemperature`], also if all is at rest; the simulation is
-    /// as it was then.
-    pub fn rescale(&mut self, temperature: f64) -> Result<(), ThermostatError> {
-        let applicable = ApplicableObservables::of_simulation(self);
-        let is_accelerated = !applicable.has_temperature;
-        Thermostat::Rescaling { temperature, interval: 1.0 }.settled(
-            self.scene().space(),
-            applicable.moving,
-            is_accelerated,
-        )?;
-        let scaling = applicable.scaling(&self.energy(), temperature);
-        let (factor, drift) = scaling.ok_or(ThermostatError::NoTemperature)?;
-        self.scale_velocities(factor, &drift);
-        Ok(())
-    }
-}
 
 /// The observables that apply to a scene, and the constants of their formulas: degrees of freedom, densities, conserved momenta.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,9 +1,10 @@
-//! Velocities that are drawn anew on the way.
+//! Velocities that are drawn anew, or scaled, on the way.
 
 use std::convert::Infallible;
 
 use super::{Cloud, draw, mass, settle};
 use crate::Vector;
+use crate::analysis::observables::ApplicableObservables;
 use crate::engine::Simulation;
 use crate::model::random::{Purpose, Random};
 use crate::model::{Particle, Thermostat, ThermostatError};
@@ -41,6 +42,25 @@ impl Simulation {
         // One of each particle, along the axes on which it moves.
         let set = self.set_velocities(&velocities);
         debug_assert_eq!(set, Ok(()));
+        Ok(())
+    }
+
+    /// Scales all velocities to a temperature once, as the thermostat of a run does again and again: [`Thermostat::Rescaling`].
+    ///
+    /// # Errors
+    /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NoTemperature`], also if all is at rest; the simulation is
+    /// as it was then.
+    pub fn rescale(&mut self, temperature: f64) -> Result<(), ThermostatError> {
+        let applicable = ApplicableObservables::of_simulation(self);
+        let is_accelerated = !applicable.has_temperature;
+        Thermostat::Rescaling { temperature, interval: 1.0 }.settled(
+            self.scene().space(),
+            applicable.moving,
+            is_accelerated,
+        )?;
+        let scaling = applicable.scaling(&self.energy(), temperature);
+        let (factor, drift) = scaling.ok_or(ThermostatError::NoTemperature)?;
+        self.scale_velocities(factor, &drift);
         Ok(())
     }
 }
