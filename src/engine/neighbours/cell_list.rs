@@ -5,6 +5,7 @@
 use super::grid::Grid;
 use crate::Vector;
 use crate::model::space::{Boundary, Space, nearest_image};
+use std::ops::ControlFlow;
 
 /// Cells for each point at most: more only cost memory.
 const CELLS_PER_POINT: f64 = 2.0;
@@ -57,27 +58,40 @@ impl CellList {
 
     /// Calls `visit(a, b, r_a - r_b, r^2)` once for each pair within the range.
     pub fn for_each_pair(&self, mut visit: impl FnMut(u32, u32, &Vector, f64)) {
-        self.for_each(|index, runs| {
+        self.has_pair(|a, b, separation, squared| {
+            visit(a, b, separation, squared);
+            false
+        });
+    }
+
+    /// Whether `is(a, b, r_a - r_b, r^2)` holds for a pair within the range; it is asked for each once, until it holds.
+    pub fn has_pair(&self, mut is: impl FnMut(u32, u32, &Vector, f64) -> bool) -> bool {
+        let found = self.for_each(|index, runs| {
             for &(begin, end) in runs {
                 for other in begin.max(index + 1)..end {
-                    if let Some(separation) = self.separation(index, other) {
-                        visit(self.ids[index], self.ids[other], &separation, separation.norm_squared());
+                    if let Some(separation) = self.separation(index, other)
+                        && is(self.ids[index], self.ids[other], &separation, separation.norm_squared())
+                    {
+                        return ControlFlow::Break(());
                     }
                 }
             }
+            ControlFlow::Continue(())
         });
+        found.is_break()
     }
 
     /// Calls `visit(id, separations)` for each point, with the separations from those within its range.
     pub fn for_each_particle(&self, mut visit: impl FnMut(u32, &[Vector])) {
         let mut separations = Vec::new();
-        self.for_each(|index, runs| {
+        let _ = self.for_each(|index, runs| {
             separations.clear();
             for &(begin, end) in runs {
                 let others = (begin..end).filter(|&other| other != index);
                 separations.extend(others.filter_map(|other| self.separation(index, other)));
             }
             visit(self.ids[index], &separations);
+            ControlFlow::<()>::Continue(())
         });
     }
 
@@ -97,16 +111,17 @@ impl CellList {
         (separation.norm_squared() < self.range * self.range).then_some(separation)
     }
 
-    /// Calls `visit(index, runs)` for each point in the order of the cells, with the runs of those in cells near it.
-    fn for_each(&self, mut visit: impl FnMut(usize, &[(usize, usize)])) {
+    /// Calls `visit(index, runs)` for each point in the order of the cells, with the runs of those in cells near it, until it breaks off.
+    fn for_each(&self, mut visit: impl FnMut(usize, &[(usize, usize)]) -> ControlFlow<()>) -> ControlFlow<()> {
         let mut runs = Vec::with_capacity(27);
         for (cell, bounds) in (0..).zip(self.starts.windows(2)) {
             if bounds[0] == bounds[1] {
                 continue;
             }
             self.find_runs(cell, &mut runs);
-            (bounds[0]..bounds[1]).for_each(|index| visit(index, &runs));
+            (bounds[0]..bounds[1]).try_for_each(|index| visit(index, &runs))?;
         }
+        ControlFlow::Continue(())
     }
 
     /// The runs of points in the cells near a cell, itself included.

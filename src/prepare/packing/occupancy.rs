@@ -7,7 +7,8 @@ pub(crate) use contacts::Contacts;
 
 use self::grid::{Grid, Taken};
 use crate::Vector;
-use crate::base::numbers::{id, trunc_to_u64};
+use crate::base::numbers::id;
+use crate::engine::CellList;
 use crate::engine::surfaces::{Surface, Surfaces};
 use crate::model::Particle;
 use crate::model::space::{Boundary, Space, minimum_image};
@@ -47,6 +48,11 @@ pub(crate) struct Occupancy<'a> {
 /// place of the coordinate, of which each separation has two per axis. It is that of the far side of the box, too: of two next to coordinate 0
 /// one may have been wrapped since they met.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// Rounding of the distance of two positions `[length]`.
+fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
+    ROUNDING * (positions[0].amax() + positions[1].amax() + 2.0 * side + contact)
+}
 
 impl<'a> Occupancy<'a> {
     /// Room for `capacity` particles.
@@ -135,8 +141,7 @@ impl<'a> Occupancy<'a> {
             let separation = minimum_image(position - there, periods);
             if separation.norm_squared() < contact * contact {
                 let distance = separation.norm();
-                let rounding = ROUNDING * (position.amax() + there.amax() + 2.0 * self.side + contact);
-                if distance < contact - rounding && counts(other) {
+                if distance < contact - rounding([position, there], self.side, contact) && counts(other) {
                     return Some(Overlapping { other, distance, contact });
                 }
             }
@@ -153,15 +158,6 @@ impl<'a> Occupancy<'a> {
     }
 }
 
-/// From so many particles on, a start is searched in the order of places first: neighbours are then near in memory, too.
-const MANY: usize = 1 << 14;
-
-/// Edge of the blocks of that order, in longest contacts.
-const BLOCK: f64 = 4.0;
-
-/// Blocks along an axis at most; what is beyond them is in the last one.
-const MOST_BLOCKS: f64 = 1_048_575.0;
-
 /// The first particle whose core overlaps that of an earlier one, and that one, but for pairs with interactions of their own. The next image up
 /// of a sheared box is displaced along x by `displacement` `[length]`.
 pub(crate) fn first_overlap(
@@ -174,6 +170,20 @@ pub(crate) fn first_overlap(
     if contacts.largest() == 0.0 {
         return None;
     }
+    let side = space.farthest_side();
+    let is_overlap = |a: u32, b: u32, distance: f64| {
+        let [first, second] = [a, b].map(|id| &particles[id as usize]);
+        let contact = contacts.get(first.species.0 as usize, second.species.0 as usize);
+        contact > 0.0
+            && distance < contact - rounding([&first.position, &second.position], side, contact)
+            && !is_bonded(a.min(b), a.max(b))
+    };
+    // Which overlap is the first one matters only where there is one.
+    if let Some(cells) = cell_list(particles, contacts, space, displacement)
+        && !cells.has_pair(|a, b, _, squared| is_overlap(a, b, squared.sqrt()))
+    {
+        return None;
+    }
     // Where images above and below are displaced, they are looked for at their own places.
     let mut unstacked = space.clone();
     if displacement != 0.0 {
@@ -181,44 +191,39 @@ pub(crate) fn first_overlap(
     }
     let up = Vector::new(displacement, space.size.y, 0.0);
     let images: &[Vector] = if displacement == 0.0 { &[Vector::zeros()] } else { &[Vector::zeros(), up, -up] };
-    let first_of = |order: &mut dyn Iterator<Item = u32>| {
-        let mut occupancy = Occupancy::new(&unstacked, contacts, particles.len());
-        let mut numbers: Vec<u32> = Vec::with_capacity(particles.len());
-        for id in order {
-            let Particle { position, species, .. } = particles[id as usize];
-            let counts = |other: u32| !is_bonded(numbers[other as usize].min(id), numbers[other as usize].max(id));
-            let overlap = |image| occupancy.overlap(&(position + image), species.0, counts);
-            if let Some(overlapping) = images.iter().find_map(overlap) {
-                return Some((id, Overlapping { other: numbers[overlapping.other as usize], ..overlapping }));
-            }
-            occupancy.take(position, species.0);
-            numbers.push(id);
+    let mut occupancy = Occupancy::new(&unstacked, contacts, particles.len());
+    for (id, Particle { position, species, .. }) in (0..).zip(particles) {
+        let overlap = |image| occupancy.overlap(&(position + image), species.0, |other| !is_bonded(other, id));
+        if let Some(overlapping) = images.iter().find_map(overlap) {
+            return Some((id, overlapping));
         }
-        None
-    };
-    if particles.len() >= MANY && displacement == 0.0 {
-        // Which overlap is the first one matters only where there is one.
-        first_of(&mut by_place(particles, BLOCK * contacts.largest()).into_iter())?;
+        occupancy.take(*position, species.0);
     }
-    first_of(&mut (0..id(particles.len())))
+    None
 }
 
-/// Numbers of particles, block of space by block of space.
-fn by_place(particles: &[Particle], edge: f64) -> Vec<u32> {
-    let corner = particles.iter().fold(Vector::repeat(f64::INFINITY), |corner, it| corner.inf(&it.position));
-    let block = |position: &Vector| {
-        let along = |k: usize| trunc_to_u64(((position[k] - corner[k]) / edge).clamp(0.0, MOST_BLOCKS));
-        along(2) << 40 | along(1) << 20 | along(0)
-    };
-    let mut blocks: Vec<(u64, u32)> = particles.iter().map(|it| block(&it.position)).zip(0..).collect();
-    blocks.sort_unstable();
-    blocks.into_iter().map(|(_, number)| number).collect()
+/// Particles of sizes that differ by more than this factor are too many in cells of the longest contact.
+const ALIKE: f64 = 2.0;
+
+/// All particles that touch others in cells of the longest contact; none where sizes differ much, or where the box is too small for one image of each pair.
+fn cell_list(particles: &[Particle], contacts: &Contacts, space: &Space, displacement: f64) -> Option<CellList> {
+    let largest = contacts.largest();
+    let mut touches = vec![false; contacts.iter().map(|([a, b], _)| a.max(b) + 1).max()?];
+    contacts.iter().for_each(|(pair, _)| pair.iter().for_each(|&species| touches[species] = true));
+    let differs = |species: usize| touches[species] && ALIKE * contacts.get(species, species) < largest;
+    if largest > CellList::largest_range(space) || (0..touches.len()).any(differs) {
+        return None;
+    }
+    let is_in_the_way = |it: &Particle| touches.get(it.species.0 as usize) == Some(&true);
+    let points = (0..).zip(particles).filter(|(_, it)| is_in_the_way(it)).map(|(id, it)| (id, it.position));
+    Some(CellList::new(space, displacement, largest, points))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::model::random::{Purpose, Random};
+    use crate::model::space::nearest_image;
 
     #[test]
     fn overlaps_are_those_of_a_search_over_all_pairs() {
@@ -311,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_overlap_of_many_is_that_of_the_order_of_ids() {
+    fn the_first_overlap_is_that_of_the_order_of_ids() {
         let mut contacts = Contacts::new(1);
         contacts.set(0, 0, 1.0);
         let space = Space::periodic_cube(33.0);
@@ -323,7 +328,6 @@ mod tests {
             Particle { species: crate::model::SpeciesId(0), position: 1.1 * position, velocity: Vector::zeros() }
         };
         let mut particles: Vec<Particle> = places.iter().map(at).collect();
-        assert!(particles.len() > MANY);
         let first =
             |particles: &[Particle]| first_overlap(particles, &contacts, &space, 0.0, |a, b| (a, b) == (5, 9000));
         assert_eq!(first(&particles), None);
@@ -336,6 +340,48 @@ mod tests {
         assert_eq!(second, 15_000);
         // It is also between others.
         assert!(overlapping.distance < 1.0 && overlapping.other < 15_000, "{overlapping:?}");
+    }
+
+    #[test]
+    fn a_start_with_an_overlap_has_a_first_one() {
+        let mut random = Random::new(9, Purpose::Placement, 0);
+        let mut counts = [0; 2];
+        // The last contact of species makes sizes differ too much for cells of the longest one.
+        for (third, displacement, boundary) in [
+            (0.8, 0.0, Boundary::Periodic),
+            (0.8, 1.3, Boundary::Periodic),
+            (0.8, 0.0, Boundary::OPEN),
+            (0.3, 0.0, Boundary::Periodic),
+        ] {
+            let mut contacts = Contacts::new(4);
+            // The last species touches nothing.
+            for (a, b, contact) in [(0, 0, 1.0), (0, 1, 0.7), (1, 1, 1.1), (2, 2, third), (0, 2, 0.9)] {
+                contacts.set(a, b, contact);
+            }
+            let mut space = Space::periodic_cube(4.5);
+            space.boundary[2] = boundary;
+            for _ in 0..500 {
+                let particle = |_| Particle {
+                    species: crate::model::SpeciesId(id(random.below(4))),
+                    position: Vector::from_fn(|_, _| 4.5 * random.uniform()),
+                    velocity: Vector::zeros(),
+                };
+                let particles: Vec<Particle> = (0..8).map(particle).collect();
+                let is_bonded = |a, b| (a, b) == (1, 4);
+                let is_overlap = |a: usize, b: usize| {
+                    let [one, other] = [&particles[a], &particles[b]];
+                    let separation = one.position - other.position;
+                    let contact = contacts.get(one.species.0 as usize, other.species.0 as usize);
+                    nearest_image(separation, &space.periods(), displacement).norm() < contact
+                        && !is_bonded(id(a), id(b))
+                };
+                let expected = (0..8).find(|&b| (0..b).any(|a| is_overlap(a, b)));
+                let found = first_overlap(&particles, &contacts, &space, displacement, is_bonded);
+                assert_eq!(found.map(|(second, _)| second as usize), expected, "{particles:?}");
+                counts[usize::from(expected.is_some())] += 1;
+            }
+        }
+        assert!(counts.iter().all(|count| *count > 300), "{counts:?}");
     }
 
     #[test]
