@@ -34,6 +34,7 @@ mod equilibrium;
 mod error;
 mod execute;
 mod folder;
+mod instruments;
 mod levels;
 mod multicanonical;
 mod populations;

@@ -13,7 +13,7 @@ mod folder;
 mod gsd;
 pub(crate) mod inputs;
 mod lammps;
-mod measurements;
+pub(crate) mod measurements;
 mod npy;
 pub(crate) mod number;
 pub(crate) mod occupied;

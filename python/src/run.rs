@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use carom::analysis::instruments::CHAIN_SIZES;
 use carom::analysis::observables::OBSERVABLES;
 use carom::base::text::{self, with_causes};
 use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
@@ -214,7 +215,7 @@ fn execute(
 /// Units of all observables, by name.
 #[pyfunction]
 pub fn observable_units(dimensions: usize) -> BTreeMap<&'static str, String> {
-    OBSERVABLES.iter().map(|(name, unit)| (*name, text::unit(unit, dimensions))).collect()
+    OBSERVABLES.iter().chain(&CHAIN_SIZES).map(|(name, unit)| (*name, text::unit(unit, dimensions))).collect()
 }
 
 /// The page of a run, as HTML.

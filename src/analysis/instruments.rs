@@ -35,6 +35,7 @@ mod transport;
 
 use crate::model::MeasurementPlan;
 
+pub use chains::CHAIN_SIZES;
 pub use instrument::{Instrument, Instruments, Setup};
 pub use near_pairs::{NearPair, NearPairsError};
 pub use quantity::{Curve, Divisor, Measured, Normalisation, Number, Published, Scalar, Series, Variable};

@@ -16,6 +16,10 @@ impl Exchange {
                 self.averages.temperatures[place].end(&replica.simulation);
             }
         }
+        if was_measured {
+            let simulations = self.places.iter().map(|number| &self.replicas[*number].simulation);
+            self.instruments.sample(simulations, self.averages.applicable());
+        }
         match self.weights() {
             None => self.swap_neighbours(),
             Some(_) => self.see_energies(),
@@ -118,6 +122,10 @@ impl Exchange {
     pub(super) fn begin_intervals(&mut self, changed: Option<&[bool]>) {
         if self.attempts < self.equilibration || self.multicanonical.is_some() {
             return;
+        }
+        if self.attempts == self.equilibration {
+            let simulations = self.places.iter().map(|number| &self.replicas[*number].simulation);
+            self.instruments.begin(&self.plan, simulations, self.averages.applicable());
         }
         for (place, at) in self.averages.temperatures.iter_mut().enumerate() {
             if self.attempts == self.equilibration || changed.is_none_or(|changed| changed[place]) {

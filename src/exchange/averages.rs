@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::populations::Populations;
 use super::results::{NeighbouringTemperatures, TemperatureResult};
+use crate::analysis::instruments::Measured;
 use crate::analysis::observables::{ApplicableObservables, Observer};
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
@@ -120,6 +121,7 @@ impl Averages {
             temperature: *temperature,
             observables: at.measured(*temperature, names).into_iter().map(|(name, it)| (name.to_owned(), it)).collect(),
             populations: self.populations.at(place),
+            measured: Measured::default(),
         };
         temperatures.iter().zip(&self.temperatures).enumerate().map(result).collect()
     }

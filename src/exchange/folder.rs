@@ -1,6 +1,7 @@
 //! The folder of an exchange: its tables, a trajectory for each temperature, its checkpoint and its summary.
 
 mod mark;
+mod measured;
 mod rows;
 mod size;
 
@@ -19,6 +20,7 @@ use crate::engine::Simulation;
 use crate::io::atomic::{sync_folder, write_text};
 use crate::io::checkpoints::Checkpoints;
 use crate::io::inputs::refuse_changed;
+use crate::io::measurements::FILE as MEASUREMENTS;
 use crate::io::partial::PartialFile;
 use crate::io::plain;
 use crate::io::surfaces;
@@ -102,8 +104,10 @@ impl ExchangeFolder {
         let path = path.as_ref();
         let mark = mark::locked(path)?;
         let places = scene.exchange().map_or(0, |plan| plan.temperatures.len());
-        let names = [SCENE, ROWS, ENERGIES, CURVES, DENSITY, CHECKPOINT, PAGE, SUMMARY].map(str::to_owned).into_iter();
-        let names = names.chain(surfaces::names(&scene));
+        let names = [SCENE, ROWS, ENERGIES, CURVES, DENSITY, MEASUREMENTS, CHECKPOINT, PAGE, SUMMARY]
+            .map(str::to_owned)
+            .into_iter();
+        let names = names.chain(surfaces::names(&scene)).chain(measured::folders(places));
         names.chain((0..places).map(trajectory_of)).try_for_each(|name| plain::refuse_others(path, &name))?;
         let kept = path.join(SCENE);
         let mut has_other_end = false;
@@ -134,7 +138,9 @@ impl ExchangeFolder {
         }
         if has_other_end {
             // From here on the results are no longer those of the scene. A process that is killed before it has the new scene comes to the old end again.
-            [SUMMARY, ENERGIES, CURVES, DENSITY, PAGE].iter().try_for_each(|name| remove(&path.join(name)))?;
+            [SUMMARY, ENERGIES, CURVES, DENSITY, MEASUREMENTS, PAGE]
+                .iter()
+                .try_for_each(|name| remove(&path.join(name)))?;
             write_text(&kept, record)?;
         }
         Ok(Opened::UnderWay(Box::new(Self::resume(path, mark, exchange, &files)?)))
@@ -219,7 +225,7 @@ impl ExchangeFolder {
     /// The files of an exchange that its page is made from, or that it goes on from, whether they are there or not.
     #[must_use]
     pub fn files_of(path: &Path) -> Vec<PathBuf> {
-        [SCENE, ROWS, ENERGIES, CURVES, DENSITY, CHECKPOINT, SUMMARY].map(|name| path.join(name)).into()
+        [SCENE, ROWS, ENERGIES, CURVES, DENSITY, MEASUREMENTS, CHECKPOINT, SUMMARY].map(|name| path.join(name)).into()
     }
 
     /// Gives all files their names and writes the results, `summary.json` last.
@@ -238,11 +244,14 @@ impl ExchangeFolder {
         for (name, text) in &texts {
             write_text(&self.path.join(name), text)?;
         }
+        let mut measured = measured::measurements(&summary.results).prepare(&self.path)?;
+        let of_measured = measured.first_mut().map(|file| file.keep(&self.path)).transpose()?;
         let checksums = texts.map(|(name, text)| (name, checksum(text.as_bytes()))).into_iter();
         let checksums = checksums.chain([(ROWS, self.rows.keep(&self.path)?.checksum)]);
+        let checksums = checksums.chain(of_measured.map(|file| (MEASUREMENTS, file.checksum)));
         summary.tables = checksums.map(|(name, checksum)| (name.to_owned(), spelled(checksum))).collect();
         self.trajectories.iter_mut().try_for_each(PartialFile::sync)?;
-        for file in [self.rows].into_iter().chain(self.trajectories) {
+        for file in [self.rows].into_iter().chain(self.trajectories).chain(measured) {
             file.complete()?;
         }
         sync_folder(&self.path);
@@ -277,12 +286,15 @@ impl ExchangeFolder {
                 Ok::<_, ExchangeFolderError>(Some(text))
             })
         };
-        let [curves, levels] = [table(CURVES)?, table(DENSITY)?];
+        let [curves, levels, measured] = [table(CURVES)?, table(DENSITY)?, table(MEASUREMENTS)?];
         if let Some(text) = curves {
             summary.curves = tables::read_curves(&text).map_err(|why| damaged(CURVES, why))?;
         }
         if let Some(text) = levels {
             summary.density_of_states = tables::read_density_of_states(&text).map_err(|why| damaged(DENSITY, why))?;
+        }
+        if let Some(text) = measured {
+            measured::read(&text, &mut summary.results).map_err(|why| damaged(MEASUREMENTS, why))?;
         }
         refuse_other(path, ROWS, &summary, || {
             let mut rows = Checked::new(io::sink());

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::averages::Averages;
 use super::error::StartError;
+use super::instruments::InstrumentsAtTemperatures;
 use super::multicanonical::Multicanonical;
 use super::replica::{Replica, bath};
 use super::results::ExchangeResults;
@@ -65,6 +66,7 @@ pub struct Exchange {
     chains: OnceLock<ChainSizes>,
     pub(super) random: Random,
     pub(super) averages: Averages,
+    pub(super) instruments: InstrumentsAtTemperatures,
     pub(super) walk: Walk,
     /// Of an exchange in a multicanonical ensemble.
     pub(super) multicanonical: Option<Multicanonical>,
@@ -122,6 +124,7 @@ impl Exchange {
             chains: OnceLock::new(),
             random: Random::new(seed, Purpose::Exchange, 0),
             averages: Averages::new(&example, count),
+            instruments: InstrumentsAtTemperatures::default(),
             walk: Walk::new(&plan.temperatures),
             multicanonical: (plan.ensemble == ExchangeEnsemble::Multicanonical)
                 .then(|| Multicanonical::new(equilibration)),
@@ -279,12 +282,15 @@ impl Exchange {
         let faults = self.replicas.iter().enumerate().flat_map(|(number, replica)| {
             replica.faults().into_iter().map(move |fault| format!("replica {}: {fault}", number + 1))
         });
+        let mut at_temperatures = self.averages.results(temperatures, self.measured_names());
+        let of_instruments = self.instruments.report(self.example(), self.averages.applicable());
+        at_temperatures.iter_mut().zip(of_instruments).for_each(|(at, measured)| at.measured = measured);
         ExchangeResults {
             ensemble: self.plan.ensemble,
             start: self.time_of(self.equilibration),
             duration: measured as f64 * self.plan.interval,
             attempts: measured,
-            temperatures: self.averages.results(temperatures, self.measured_names()),
+            temperatures: at_temperatures,
             neighbours: match self.plan.ensemble {
                 ExchangeEnsemble::Canonical => self.averages.neighbours(temperatures),
                 ExchangeEnsemble::Multicanonical => Vec::new(),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::analysis::instruments::Measured;
 use crate::analysis::statistics::Estimate;
 use crate::model::ExchangeEnsemble;
 
@@ -31,6 +32,9 @@ pub struct TemperatureResult {
     /// Populations of the levels of the potential energy, in ascending order; in `energies.csv`, not in `summary.json`.
     #[serde(skip)]
     pub populations: Vec<Population>,
+    /// Numbers and curves of the instruments that the scene asks for; in `measurements.json`, not in `summary.json`.
+    #[serde(skip)]
+    pub measured: Measured,
 }
 
 /// Swaps between two neighbouring temperatures.

@@ -8,7 +8,10 @@ use super::*;
 use crate::Vector;
 use crate::analysis::reweighting::Ensemble;
 use crate::engine::{NeedsRun, Simulation};
-use crate::model::{ExchangeEnsemble, ExchangePlan, Limit, OutputPlan, Potential, RunPlan, Scene, Space};
+use crate::model::measurement_plan::{BondOrder, RadialDistribution};
+use crate::model::{
+    ExchangeEnsemble, ExchangePlan, Limit, MeasurementPlan, OutputPlan, Potential, RunPlan, Scene, Space,
+};
 use crate::scene::{Amount, Lattice, SceneBuilder};
 
 fn fluid(interval: f64, attempts: u32) -> Scene {
@@ -76,11 +79,71 @@ fn ran(exchange: Exchange, jobs: usize, every: usize) -> (Exchange, Keeper) {
     (exchange, keeper)
 }
 
+/// `g(r) exp(U / T)` of a pair is one number, and all its separations within the cutoff are counted.
+#[test]
+fn instruments_see_the_replica_that_is_at_their_temperature() {
+    let (edge, cutoff) = (4.2, 2.1);
+    let scene = SceneBuilder::new("pair")
+        .space(Space::periodic_cube(edge))
+        .species("A", 1.3, 1.0)
+        .species("B", 0.7, 1.0)
+        .interaction("A", "B", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
+        .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
+        .particle("B", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
+        .exchange(ExchangePlan {
+            temperatures: vec![0.4, 0.6, 1.0],
+            interval: 2.0,
+            rate: 1.0,
+            ensemble: ExchangeEnsemble::Canonical,
+        })
+        .measure(MeasurementPlan {
+            radial_distribution: Some(RadialDistribution { cutoff: Some(cutoff), bins: Some(21), interval: None }),
+            ..MeasurementPlan::default()
+        })
+        .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(8000.0), ..RunPlan::default() })
+        .build()
+        .unwrap();
+    let results = Exchange::new(scene).unwrap().finish().unwrap().results();
+    let sphere = |r: f64| 4.0 / 3.0 * std::f64::consts::PI * r.powi(3);
+    let mut worst: f64 = 0.0;
+    for at in &results.temperatures {
+        let curve = at.measured.curve("radial_distribution").unwrap();
+        let series = curve.series.iter().find(|series| series.name.contains("A-B")).unwrap();
+        let samples =
+            &series.normalisation.as_ref().unwrap().divisors.iter().find(|it| it.name == "samples").unwrap().values;
+        assert_eq!(samples[..], [4000.0]);
+        let bound = libm::exp(1.0 / at.temperature);
+        let well = sphere(1.5) - sphere(1.0);
+        let free = edge.powi(3) - sphere(1.5);
+        let norm = edge.powi(3) / (well * bound + free);
+        for ((r, value), error) in curve.variables[0].values.iter().zip(&series.values).zip(&series.standard_errors) {
+            let expected = norm
+                * if *r < 1.0 {
+                    0.0
+                } else if *r < 1.5 {
+                    bound
+                } else {
+                    1.0
+                };
+            match error.filter(|error| *error > 0.0) {
+                Some(error) => worst = worst.max((value.unwrap() - expected).abs() / error),
+                None => assert_eq!((value.unwrap(), expected), (0.0, 0.0), "{r}"),
+            }
+        }
+    }
+    // Of 33 bins.
+    assert!(worst < 4.0, "{worst}");
+}
+
 /// Intervals of some events, and of more than there are between two questions whether to pause.
 #[test]
 fn what_is_interrupted_goes_on_to_the_same_bits() {
     for (interval, attempts, every) in [(0.5, 20, 5), (100.0, 2, 1)] {
-        let scene = fluid(interval, attempts);
+        let mut parts = fluid(interval, attempts).into_parts();
+        let times = RadialDistribution { interval: Some(1.7 * interval), ..RadialDistribution::default() };
+        parts.measure.radial_distribution = Some(times);
+        parts.measure.bond_order = Some(BondOrder::default());
+        let scene = Scene::new(parts).unwrap();
         let (whole, told) = ran(Exchange::new(scene.clone()).unwrap(), 1, usize::MAX);
         assert_eq!(told.lines.len(), (attempts + 3 * (attempts / 2)) as usize);
         assert_eq!(whole.results().faults, [""; 0]);

@@ -1,5 +1,5 @@
-//! Results of the instruments of a run, as files: `measurements.json`, and a table for each curve in the folder `measurements`, in a folder
-//! in it for those of a stage.
+//! Results of the instruments of a run or an exchange, as files: `measurements.json`, and a table for each curve in the folder `measurements`, in a folder
+//! in it for those of a stage, or of a temperature.
 
 use std::fmt::Write;
 use std::fs;
@@ -16,25 +16,25 @@ use crate::base::text;
 use crate::run::{Finished, MeasuredStage};
 
 /// Everything in one file.
-pub(super) const FILE: &str = "measurements.json";
+pub(crate) const FILE: &str = "measurements.json";
 /// The folder of the tables.
-const TABLES: &str = "measurements";
+pub(crate) const TABLES: &str = "measurements";
 
-/// Content of `measurements.json`: what the last measurement of a run has measured, and what its measured stages have.
+/// Content of `measurements.json`: what the last measurement of a run has measured, and what its measured stages have; of an exchange, what was measured at each temperature.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Measurements {
     /// The last measurement.
     #[serde(flatten)]
     pub last: Measured,
-    /// The measured stages before it, if there are any.
+    /// The measured stages before it, if there are any; the temperatures of an exchange.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stages: Vec<StageMeasured>,
 }
 
-/// Results of a measured stage.
+/// Results of a measured stage, or of a temperature.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StageMeasured {
-    /// Its name in the scene.
+    /// Its name in the scene; of the first temperature `temperature-1`, and so on.
     pub name: String,
     /// Results of the instruments in it.
     #[serde(flatten)]
@@ -74,7 +74,7 @@ impl Measurements {
     }
 
     /// Writes the files beside their names; none if nothing was measured.
-    pub(super) fn prepare(&self, folder: &Path) -> Result<Vec<PartialFile>, OutputError> {
+    pub(crate) fn prepare(&self, folder: &Path) -> Result<Vec<PartialFile>, OutputError> {
         if *self == Self::default() {
             return Ok(Vec::new());
         }

@@ -50,6 +50,11 @@ equilibration_time = 15.0
 until_time = 900.0
 "#;
 
+/// With what is measured at each temperature.
+pub fn measured_chain() -> String {
+    format!("{CHAIN}\n[measure]\nchains = true\nradial_distribution = {{ bins = 40, interval = 4.0 }}\n")
+}
+
 pub fn exchange<'a>(more: &[&'a str]) -> Vec<&'a str> {
     ["exchange", "scene.toml", "--quiet"].into_iter().chain(more.iter().copied()).collect()
 }
@@ -60,7 +65,7 @@ fn files(folder: &Path) -> Vec<String> {
 
 #[test]
 fn an_exchange_leaves_tables_trajectories_and_a_page() {
-    let place = Place::with(CHAIN);
+    let place = Place::with(&measured_chain());
     let output = place.carom(&exchange(&["--jobs", "2"]));
     assert_eq!(code(&output), 0, "{}", errors(&output));
     assert!(words(&output).contains("chain, 600 attempts to swap"), "{}", words(&output));
@@ -73,13 +78,19 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
         "exchange.checkpoint",
         "exchange.csv",
         "exchange.html",
+        "measurements.json",
         "scene.toml",
         "summary.json",
         "trajectory-1.xyz",
         "trajectory-2.xyz",
         "trajectory-3.xyz",
     ];
-    assert_eq!(files(&place.path().join(folder)), expected);
+    let (tables, others): (Vec<String>, Vec<String>) =
+        files(&place.path().join(folder)).into_iter().partition(|name| name.starts_with("measurements/"));
+    assert_eq!(others, expected);
+    let of_each = ["bond_length", "chain_size", "end_to_end_distance_4", "radial_distribution"];
+    let of_each = (1..=3).flat_map(|at| of_each.map(|name| format!("measurements/temperature-{at}/{name}.csv")));
+    assert_eq!(tables, of_each.collect::<Vec<_>>());
     let summary = place.summary(folder);
     assert_eq!((&summary["seed"], &summary["attempts"], &summary["duration"]), (&3.into(), &600.into(), &900.0.into()));
     assert_eq!(summary["faults"].as_array().unwrap().len(), 0);
@@ -115,9 +126,19 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
     }
     let page = place.read(&format!("{folder}/exchange.html"));
     let words = ["Populations", "Heat capacity per particle", "Replica paths", "Round trips", "audit sound", "✓ mixed"];
-    for word in words.into_iter().chain(["Entropy per particle", "Mean square end to end distance"]) {
+    let of_instruments =
+        ["temperature 0.35 [energy]", "Radial distribution function", "in the folder of each temperature"];
+    for word in
+        words.into_iter().chain(["Entropy per particle", "Mean square end to end distance"]).chain(of_instruments)
+    {
         assert!(page.contains(word), "{word}");
     }
+    // Results of instruments are those of the exchange, or refused.
+    let measured = place.path().join(folder).join("measurements.json");
+    std::fs::write(&measured, place.read(&format!("{folder}/measurements.json")).replacen("radial", "lateral", 1))
+        .unwrap();
+    let output = place.carom(&["report", folder, "--force"]);
+    assert!(code(&output) == 2 && line(&output).contains("measurements.json"), "{}", errors(&output));
     // Each trajectory is one like any other.
     let output = place.carom(&["convert", "runs/chain-exchange/trajectory-2.xyz", "--to", "csv"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));

@@ -3,7 +3,7 @@
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use super::exchange::{CHAIN, exchange};
+use super::exchange::{exchange, measured_chain};
 use super::place::{Place, code, contents, errors, kill_until_done, line, words};
 
 fn start(place: &Place, out: &str) -> Child {
@@ -16,7 +16,7 @@ fn start(place: &Place, out: &str) -> Child {
 
 #[test]
 fn an_exchange_that_is_killed_again_and_again_comes_to_the_same_bytes() {
-    let place = Place::with(CHAIN);
+    let place = Place::with(&measured_chain());
     assert!(start(&place, "whole").wait().unwrap().success());
     let kills = kill_until_done(10, || start(&place, "killed"));
     let [whole, killed] = ["whole", "killed"].map(|out| contents(&place.path().join(out)));
@@ -29,7 +29,7 @@ fn an_exchange_that_is_killed_again_and_again_comes_to_the_same_bytes() {
 
 #[test]
 fn a_complete_exchange_goes_on_to_a_later_end_as_one_that_was_meant_to_come_there() {
-    let place = Place::with(CHAIN);
+    let place = Place::with(&measured_chain());
     let frames = ["--set", "output.frame_interval=75"];
     let with = |more: &[&'static str]| exchange(&[frames.as_slice(), more].concat());
     let done = |arguments: &[&str], attempts: &str| {
@@ -68,7 +68,7 @@ fn a_complete_exchange_goes_on_to_a_later_end_as_one_that_was_meant_to_come_ther
 
 #[test]
 fn an_exchange_that_is_killed_on_the_way_to_a_later_end_comes_there() {
-    let place = Place::with(CHAIN);
+    let place = Place::with(&measured_chain());
     let frames = ["--set", "output.frame_interval=75"];
     let whole = exchange(&[frames.as_slice(), &["--out", "whole", "--until-time", "3000"]].concat());
     assert_eq!(code(&place.carom(&whole)), 0);
@@ -88,7 +88,7 @@ fn an_exchange_that_is_killed_on_the_way_to_a_later_end_comes_there() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_exchange_goes_on_to_the_same_bytes() {
-    let place = Place::with(CHAIN);
+    let place = Place::with(&measured_chain());
     let arguments = exchange(&["--set", "run.until_time=12000", "--jobs", "2"]);
     let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     // The first checkpoint comes after a second.

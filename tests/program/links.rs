@@ -136,6 +136,7 @@ fn no_exchange_writes_through_a_link() {
         "curves.csv",
         "curves.csv.partial",
         "density_of_states.csv",
+        "measurements",
         "trajectory-2.xyz.partial",
         "exchange.html",
         "scene.toml",

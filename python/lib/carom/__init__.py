@@ -39,7 +39,7 @@ from carom._arguments import path_of
 from carom._carom import __version__
 from carom._errors import CaromError, CaromWarning, FolderError, SceneError, SimulationError, SweepError
 from carom._examples import example
-from carom._exchange import Exchange, exchange
+from carom._exchange import AtTemperature, Exchange, exchange
 from carom._frame import Frame
 from carom._observable import Observable
 from carom._outputs import Proof
@@ -55,6 +55,7 @@ from carom._writer import Writer
 __all__ = [
     "EVENT",
     "EVENT_KINDS",
+    "AtTemperature",
     "CaromError",
     "CaromWarning",
     "Curve",

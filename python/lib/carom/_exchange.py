@@ -20,11 +20,12 @@ from carom._folder import InFolder, json_of
 from carom._html import framed
 from carom._observable import Observable
 from carom._progress import Progress
+from carom._run import Results
 from carom._scene import Scene, SceneLike
 from carom._tables import Table
 from carom._trajectory import Trajectory
 
-__all__ = ["Exchange", "exchange"]
+__all__ = ["AtTemperature", "Exchange", "exchange"]
 
 
 def exchange(
@@ -99,6 +100,26 @@ def exchange(
     return result
 
 
+class AtTemperature(Results):
+    """Results of an exchange at one of its temperatures, over whichever replica was there: means, and what instruments have measured there.
+
+    Examples
+    --------
+    >>> measured = {**pair, "measure": {"radial_distribution": {"bins": 20}}}
+    >>> cold = carom.exchange(measured).results[0]
+    >>> cold.temperature, list(cold.curves)
+    (0.4, ['radial_distribution'])
+    """
+
+    def __init__(self, summary: Mapping[str, Any], measured: Mapping[str, Any], dimensions: int) -> None:
+        self._summary, self._measured, self._dimensions = summary, measured, dimensions
+        #: The temperature `[energy]`.
+        self.temperature: float = summary["temperature"]
+
+    def __repr__(self) -> str:
+        return f"<Temperature {self.temperature:g}: {', '.join(self.observables)}>"
+
+
 class Exchange(InFolder):
     """A replica exchange that is complete, in its folder.
 
@@ -162,13 +183,23 @@ class Exchange(InFolder):
         >>> u[0].mean < u[1].mean < u[2].mean
         True
         """
-        units = _carom.observable_units(self.summary["dimensions"])
-        found = [it["observables"].get(name) for it in self.summary["temperatures"]]
-        if any(it is None for it in found):
-            names = ", ".join(self.summary["temperatures"][0]["observables"])
-            raise KeyError(f"no quantity {name!r}; there are {names}")
-        unit = "length^2" if name.startswith("mean_square_") else units.get(name, "1")
-        return [Observable(it["mean"], it["standard_error"], unit) for it in found]
+        return [at.observables[name] for at in self.results]
+
+    @cached_property
+    def results(self) -> list[AtTemperature]:
+        """Means with standard errors, and the curves of instruments, at each temperature, in the order of the temperatures.
+
+        Examples
+        --------
+        >>> result = carom.exchange({**pair, "measure": {"radial_distribution": {"bins": 20}}})
+        >>> [at.curves["radial_distribution"].y.argmax() for at in result.results]
+        [10, 10, 10]
+        """
+        path = self.folder / "measurements.json"
+        count = len(self.temperatures)
+        measured: list[Mapping[str, Any]] = json_of(path)["stages"] if path.exists() else [{}] * count
+        dimensions: int = self.summary["dimensions"]
+        return [AtTemperature(*of_one, dimensions) for of_one in zip(self.summary["temperatures"], measured)]
 
     @property
     def acceptance(self) -> list[Observable]:

@@ -18,7 +18,8 @@ use crate::model::space::nearest_image;
 use serde::{Deserialize, Serialize};
 use topology::{Component, components};
 
-pub(crate) use sizes::{ChainSizes, UNIT_OF_SIZES};
+pub use sizes::CHAIN_SIZES;
+pub(crate) use sizes::ChainSizes;
 
 /// Sizes of components that are reported one by one: the smallest ones.
 const MOST_GROUPS: usize = 256;

@@ -4,9 +4,7 @@ use crate::Vector;
 use crate::base::text::shortest;
 use crate::model::exchange_plan::{MOST_ATTEMPTS, MOST_TEMPERATURES};
 use crate::model::space::{AXES, Boundary, Face};
-use crate::model::{
-    ExchangeEnsemble, ExchangePlan, Format, MeasurementPlan, Scene, SceneParts, SceneSurface, SurfaceLaw, Threads,
-};
+use crate::model::{ExchangeEnsemble, ExchangePlan, Format, Scene, SceneParts, SceneSurface, SurfaceLaw, Threads};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -98,9 +96,7 @@ impl SceneParts {
                 "1 beside [exchange], whose replicas have a thread each: `carom exchange --jobs` says how many at once";
             return refuse(root.key("run").key("threads"), self.run.threads, expected);
         }
-        if let Some(key) = instrument(&self.measure) {
-            let expected = "none beside [exchange], which measures energies, temperatures, pressures, heat capacities and populations: \
-                            measure it with `carom run` at one temperature, with an Andersen thermostat in [run]";
+        if let Some((key, expected)) = self.refused_instrument() {
             return refuse(root.key("measure").key(key), "given", expected);
         }
         let (at, output) = (root.key("output"), &self.output);
@@ -127,7 +123,26 @@ impl SceneParts {
         }
         Ok(())
     }
+
+    /// The first instrument that an exchange does not have, and what is expected in its place.
+    fn refused_instrument(&self) -> Option<(&'static str, &'static str)> {
+        let plan = &self.measure;
+        let others = [("profile", plan.profiles.is_empty()), ("flow", plan.flows.is_empty())];
+        let others = others.into_iter().filter(|(_, is_empty)| !is_empty).map(|(key, _)| key);
+        let mut all = asked(plan).map(|(key, ..)| key).chain(others);
+        let is_weighted = self.exchange.as_ref().is_some_and(|plan| plan.ensemble == ExchangeEnsemble::Multicanonical);
+        if is_weighted {
+            let expected = "none beside the ensemble \"multicanonical\", in which configurations have weights: measure it in the canonical one";
+            return all.next().map(|key| (key, expected));
+        }
+        let expected = "none beside [exchange], whose replicas change their temperatures, so that it measures what is seen at one time: radial_distribution, structure_factor, chains, \
+                        bond_order and profile; others with `carom run` at one temperature, with an Andersen thermostat in [run]";
+        all.find(|key| !AT_ONE_TIME.contains(key)).map(|key| (key, expected))
+    }
 }
+
+/// Instruments that look at one time, and at no events.
+const AT_ONE_TIME: [&str; 5] = ["radial_distribution", "structure_factor", "chains", "bond_order", "profile"];
 
 impl SceneBuilder {
     /// Whether the system of the scene has an equilibrium at each temperature.
@@ -216,13 +231,6 @@ fn check_temperatures(temperatures: &[f64]) -> Result<(), SceneError> {
         return refuse(at.index(index + 1), shortest(here), expected);
     }
     Ok(())
-}
-
-/// The first instrument that is asked for.
-fn instrument(plan: &MeasurementPlan) -> Option<&'static str> {
-    let others = [("profile", plan.profiles.is_empty()), ("flow", plan.flows.is_empty())];
-    let others = others.into_iter().filter(|(_, is_empty)| !is_empty).map(|(key, _)| key);
-    asked(plan).map(|(key, ..)| key).chain(others).next()
 }
 
 /// Whether an axis keeps particles where a temperature decides what they do.

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use super::families::{self, Member, Parameter};
 use super::figures::{capitalised, curves_figure};
 use super::html::{self, cell, escape, quantity};
 use super::plot::{Curves, Key, Line, LineStyle, Point as Dot, extent};
 use super::results::value;
 use super::{Page, scene_text, shell, verdict};
-use crate::analysis::instruments::chains::UNIT_OF_SIZES;
+use crate::analysis::instruments::CHAIN_SIZES;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::Estimate;
 use crate::base::text::{digits, plural, unit};
@@ -32,10 +33,6 @@ const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
 /// Caption of curves between the temperatures.
 const TOGETHER: &str = "Curve: from the energies of all replicas together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
-
-/// The extent of bonded particles, which is measured at the attempts.
-const SIZES: [(&str, &str); 2] =
-    [("mean_square_radius_of_gyration", UNIT_OF_SIZES), ("mean_square_end_to_end_distance", UNIT_OF_SIZES)];
 
 /// Quantities that an exchange is mostly about; all else follows.
 const FIRST: [&str; 3] = ["temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
@@ -111,17 +108,27 @@ pub fn exchange_page_in(folder: &Path) -> PathBuf {
     folder.join("exchange.html")
 }
 
-/// Quantities with a mean at some temperature, with their units.
-fn quantities(summary: &ExchangeSummary) -> Vec<(&'static str, String)> {
+/// Quantities with a mean at some temperature, with their units; those of instruments last.
+fn quantities(summary: &ExchangeSummary) -> Vec<(&str, String)> {
     let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
     let mut all: Vec<_> =
-        OBSERVABLES.into_iter().chain([HEAT_CAPACITY]).chain(SIZES).filter(|(name, _)| has(name)).collect();
+        OBSERVABLES.into_iter().chain([HEAT_CAPACITY]).chain(CHAIN_SIZES).filter(|(name, _)| has(name)).collect();
     all.sort_by_key(|(name, _)| FIRST.iter().position(|first| first == name).unwrap_or(FIRST.len()));
-    all.into_iter().map(|(name, of)| (name, unit(of, summary.dimensions))).collect()
+    let mut all: Vec<(&str, String)> = all.into_iter().map(|(name, of)| (name, unit(of, summary.dimensions))).collect();
+    for number in summary.results.temperatures.iter().flat_map(|at| &at.measured.numbers) {
+        if number.mean.is_some() && all.iter().all(|(name, _)| *name != number.name) {
+            all.push((&number.name, number.unit.clone()));
+        }
+    }
+    all
 }
 
 fn measured(at: &TemperatureResult, name: &str) -> Option<Estimate> {
-    at.observables.get(name).copied()
+    let of_instruments = || {
+        let number = at.measured.number(name)?;
+        Some(Estimate { mean: number.mean?, standard_error: number.standard_error })
+    };
+    at.observables.get(name).copied().or_else(of_instruments)
 }
 
 fn words(name: &str) -> String {
@@ -224,8 +231,21 @@ fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     let figures = of_quantities.filter_map(|(name, unit)| against_temperature(summary, name, &unit, is_logarithmic));
     let others = [acceptance(summary, is_logarithmic), populations(summary), paths(summary, places, is_logarithmic)];
     let figures = figures.chain(entropy(summary, is_logarithmic)).chain(density_of_states(summary));
-    let figures: String = figures.chain(others.into_iter().flatten()).collect();
+    let figures: String =
+        figures.chain(others.into_iter().flatten()).chain(functions(summary, is_logarithmic)).collect();
     format!("<div class=\"plots\">\n{figures}</div>\n")
+}
+
+/// Figures of what instruments have measured as functions, coloured by temperature.
+fn functions(summary: &ExchangeSummary, is_logarithmic: bool) -> Vec<String> {
+    let parameter = Parameter { title: quantity("temperature", "energy"), is_logarithmic };
+    let member = |at: &TemperatureResult| Member {
+        value: at.temperature,
+        name: String::new(),
+        curves: at.measured.curves.clone(),
+    };
+    let members: Vec<Member> = summary.results.temperatures.iter().map(member).collect();
+    families::figures(&parameter, &members, "in the folder of each temperature")
 }
 
 fn dot(x: f64, it: Estimate) -> Option<Dot> {

@@ -11,8 +11,8 @@ use crate::model::Scene;
 /// Name of the mean square radius of gyration, `<sum_i |r_i - mean r|^2 / n>`, and that of the mean square end-to-end distance of linear chains, `<|r_n - r_1|^2>`.
 const NAMES: [&str; 2] = ["mean_square_radius_of_gyration", "mean_square_end_to_end_distance"];
 
-/// Unit of both.
-pub(crate) const UNIT_OF_SIZES: &str = "length^2";
+/// Quantities of the extent of bonded particles, with their unit: mean squares of the radius of gyration and, of linear chains, of the end-to-end distance.
+pub const CHAIN_SIZES: [(&str, &str); 2] = [(NAMES[0], "length^2"), (NAMES[1], "length^2")];
 
 /// Bonded particles of a scene, of which the extent is measured now and then: the mean over all components, unwrapped along their bonds.
 #[derive(Debug, Clone)]

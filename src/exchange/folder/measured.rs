@@ -1,0 +1,40 @@
+//! The results of instruments of an exchange, as a run has them in its folder: those of a temperature as those of a stage.
+
+use crate::analysis::instruments::Measured;
+use crate::exchange::TemperatureResult;
+use crate::exchange::results::ExchangeResults;
+use crate::io::measurements::TABLES;
+use crate::io::{Measurements, StageMeasured};
+
+/// Name of the results of a temperature, counted from 1.
+fn name_of(number: usize) -> String {
+    format!("temperature-{number}")
+}
+
+/// Folders of tables of so many temperatures, where there are some, with `/` at their ends.
+pub(super) fn folders(temperatures: usize) -> impl Iterator<Item = String> {
+    let each = (1..=temperatures).map(|number| format!("{TABLES}/{}/", name_of(number)));
+    std::iter::once(format!("{TABLES}/")).chain(each)
+}
+
+/// What was measured at each temperature; nothing where no instrument was asked for.
+pub(super) fn measurements(results: &ExchangeResults) -> Measurements {
+    let of_temperature = |(at, number): (&TemperatureResult, usize)| StageMeasured {
+        name: name_of(number),
+        measured: at.measured.clone(),
+    };
+    let all: Vec<StageMeasured> = results.temperatures.iter().zip(1..).map(of_temperature).collect();
+    let has_any = all.iter().any(|it| it.measured != Measured::default());
+    Measurements { stages: if has_any { all } else { Vec::new() }, ..Measurements::default() }
+}
+
+/// Adds what was measured to results, from the text of its file.
+pub(super) fn read(text: &str, results: &mut ExchangeResults) -> Result<(), String> {
+    let read: Measurements = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let [found, expected] = [read.stages.len(), results.temperatures.len()];
+    if found != expected {
+        return Err(format!("it has {found} temperatures, expected {expected}"));
+    }
+    results.temperatures.iter_mut().zip(read.stages).for_each(|(at, stage)| at.measured = stage.measured);
+    Ok(())
+}

@@ -1,0 +1,79 @@
+//! Instruments at each temperature of an exchange, which look at whichever replica is there.
+
+use std::sync::OnceLock;
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::instruments::{Instruments, Measured, Sample, Setup, SystemDescription};
+use crate::analysis::observables::ApplicableObservables;
+use crate::engine::Simulation;
+use crate::model::{ExchangePlan, MeasurementPlan};
+
+/// Instruments at all temperatures; none before averages begin, and where the scene asks for none.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct InstrumentsAtTemperatures {
+    each: Vec<Instruments>,
+    /// Follows from the scene.
+    #[serde(skip)]
+    system: OnceLock<SystemDescription>,
+}
+
+impl InstrumentsAtTemperatures {
+    /// Begins to measure, with the simulations in the order of the temperatures.
+    pub fn begin<'s>(
+        &mut self,
+        plan: &ExchangePlan,
+        simulations: impl Iterator<Item = &'s Simulation>,
+        applicable: &ApplicableObservables,
+    ) {
+        for simulation in simulations {
+            let measure = at_attempts(&simulation.scene().measure, plan.interval);
+            if measure.is_empty() {
+                return;
+            }
+            let snapshot = simulation.snapshot();
+            let system = self.system(simulation, applicable);
+            // Nothing follows from how long it lasts, because the end of an exchange may be put off.
+            let setup = Setup { system, sample: Sample::of(&snapshot), duration: plan.interval };
+            let instruments = Instruments::new(&measure, &setup);
+            self.each.push(instruments);
+        }
+    }
+
+    /// Shows each the simulation at its temperature, when all have come to an attempt.
+    pub fn sample<'s>(
+        &mut self,
+        simulations: impl Iterator<Item = &'s Simulation>,
+        applicable: &ApplicableObservables,
+    ) {
+        let Self { each, system } = self;
+        for (instruments, simulation) in each.iter_mut().zip(simulations) {
+            let system = system.get_or_init(|| SystemDescription::of_simulation(simulation, applicable));
+            // As at the end of a run, where times that are the same may differ by rounding.
+            instruments.end(&Sample::of(&simulation.snapshot()), system);
+        }
+    }
+
+    /// Results at each temperature so far; none where nothing is measured.
+    pub fn report(&self, example: &Simulation, applicable: &ApplicableObservables) -> Vec<Measured> {
+        self.each.iter().map(|instruments| instruments.report(self.system(example, applicable))).collect()
+    }
+
+    fn system(&self, simulation: &Simulation, applicable: &ApplicableObservables) -> &SystemDescription {
+        self.system.get_or_init(|| SystemDescription::of_simulation(simulation, applicable))
+    }
+}
+
+/// A plan whose samples are at each attempt where it does not say when.
+fn at_attempts(plan: &MeasurementPlan, interval: f64) -> MeasurementPlan {
+    let mut plan = plan.clone();
+    let of_scene = [
+        plan.radial_distribution.as_mut().map(|it| &mut it.interval),
+        plan.structure_factor.as_mut().map(|it| &mut it.interval),
+        plan.chains.as_mut().map(|it| &mut it.interval),
+        plan.bond_order.as_mut().map(|it| &mut it.interval),
+    ];
+    let of_profiles = plan.profiles.iter_mut().map(|it| &mut it.interval);
+    of_scene.into_iter().flatten().chain(of_profiles).for_each(|given| *given = given.or(Some(interval)));
+    plan
+}
