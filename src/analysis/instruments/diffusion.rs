@@ -131,18 +131,12 @@ impl Diffusion {
     fn retire(&mut self, now: u64, system: &SystemDescription) {
         let span = self.lags.steps as u64 * TICKS_PER_STEP;
         let (length, groups) = (self.lags.steps + 1, self.tracers.groups());
-        // Trapezoids, by axis.
-        let weight = 0.5 * self.lags.interval() / Tracers::dimensions(system);
+        let weight = self.lags.interval() / Tracers::dimensions(system);
         for origin in self.origins.iter_mut().filter(|origin| origin.is_young() && now - origin.tick >= span) {
             let mut values = Vec::with_capacity(groups * CURVES * length);
             for curves in origin.curve.chunks_exact(2 * length) {
                 values.extend_from_slice(curves);
-                let mut integral = 0.0;
-                values.push(0.0);
-                for pair in curves[length..].windows(2) {
-                    integral += weight * (pair[0] + pair[1]);
-                    values.push(integral);
-                }
+                values.extend(integrals(&curves[length..]).map(|integral| weight * integral));
             }
             self.linear.add_all(values);
             self.spread.add(&origin.slopes);
@@ -192,6 +186,24 @@ impl Instrument for Diffusion {
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {
         report::report(self, system, measured);
     }
+}
+
+/// Integrals of a function at even distances of 1 from the first value up to each of them, by the cubic through the four values around each step; by trapezoids where there are fewer.
+fn integrals(values: &[f64]) -> impl Iterator<Item = f64> {
+    let last = values.len().saturating_sub(1);
+    let step = move |k: usize| match (k, last) {
+        (_, ..3) => 0.5 * (values[k] + values[k + 1]),
+        (0, _) => (9.0 * values[0] + 19.0 * values[1] - 5.0 * values[2] + values[3]) / 24.0,
+        (k, last) if k + 1 == last => {
+            (9.0 * values[last] + 19.0 * values[k] - 5.0 * values[k - 1] + values[k - 2]) / 24.0
+        }
+        (k, _) => (13.0 * (values[k] + values[k + 1]) - values[k - 1] - values[k + 2]) / 24.0,
+    };
+    let sums = (0..last).scan(0.0, move |sum, k| {
+        *sum += step(k);
+        Some(*sum)
+    });
+    std::iter::once(0.0).chain(sums)
 }
 
 #[cfg(test)]

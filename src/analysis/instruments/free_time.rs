@@ -1,15 +1,18 @@
-//! The mean free time of a fluid, guessed, to choose other times by.
+//! Times of a fluid, guessed, to choose other times by.
+
+use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, PI, TAU};
 
 use super::system::{Sample, SystemDescription};
-use crate::analysis::published::{HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods};
+use crate::analysis::published::{
+    HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, contact_value_of_disks,
+};
 
 /// Densest fluids, by number of axes, that the collision rate is guessed for.
 const DENSEST: [f64; 4] = [0.0, 0.9, 0.65, 0.5];
 
-/// Mean time between two contacts of a particle, as if all were hard spheres of their diameters that fill the box evenly `[time]`.
-///
-/// A guess, good enough to choose times by. `None` where nothing moves, or everything falls.
-pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
+/// The fluid as if all particles were hard spheres of their diameters that fill the box evenly, in as many dimensions as it has: a guess, good enough to choose times by. `None` where
+/// nothing moves, or everything falls.
+fn guess(system: &SystemDescription, sample: &Sample<'_>) -> Option<HardSphereFluid> {
     let dimensions = system.space.dimensions();
     let moving = system.moving.len() as f64;
     if system.is_accelerated || dimensions == 0 {
@@ -27,19 +30,61 @@ pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) ->
         diameters += diameter;
         volume += match dimensions {
             1 => diameter,
-            2 => std::f64::consts::FRAC_PI_4 * diameter * diameter,
-            _ => std::f64::consts::FRAC_PI_6 * diameter * diameter * diameter,
+            2 => FRAC_PI_4 * diameter * diameter,
+            _ => FRAC_PI_6 * diameter * diameter * diameter,
         };
     }
-    let (temperature, diameter) = (twice_kinetic / (moving * dimensions as f64), diameters / moving);
-    let mass = system.moving_mass() / moving;
-    let packing_fraction = (volume / system.space.volume()).min(DENSEST[dimensions]);
-    let rate = match dimensions {
+    Some(HardSphereFluid {
+        packing_fraction: (volume / system.space.volume()).min(DENSEST[dimensions]),
+        diameter: diameters / moving,
+        mass: system.moving_mass() / moving,
+        temperature: twice_kinetic / (moving * dimensions as f64),
+    })
+}
+
+/// Mean time between two contacts of a particle, of the fluid that is guessed `[time]`.
+pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
+    let fluid = guess(system, sample)?;
+    let HardSphereFluid { packing_fraction, diameter, mass, temperature } = fluid;
+    let rate = match system.space.dimensions() {
         1 => collision_rate_of_rods(packing_fraction, diameter, mass, temperature),
         2 => collision_rate_of_disks(packing_fraction, diameter, mass, temperature),
-        _ => HardSphereFluid { packing_fraction, diameter, mass, temperature }.collision_rate(),
+        _ => fluid.collision_rate(),
     };
-    Some(1.0 / rate).filter(|time| time.is_finite() && *time > 0.0)
+    Some(1.0 / rate).filter(|time| is_time(*time))
+}
+
+/// Time in which the slowest flow across its wave vector decays in the box, `(L / 2 pi)^2 / nu`, with its longest period `L` and Enskog's kinematic viscosity `nu` of the fluid that is guessed `[time]`.
+///
+/// Diffusion goes on to become faster for some of these times, because a particle and the flow around it drag each other along. `None` where momentum is not conserved, or in one
+/// dimension, where there is no such flow.
+pub(super) fn flow_decay_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
+    let dimensions = system.space.dimensions();
+    let longest = system.space.periods().iter().copied().filter(|period| period.is_finite()).fold(0.0, f64::max);
+    if !system.conserves_momentum || dimensions < 2 || longest == 0.0 {
+        return None;
+    }
+    let fluid = guess(system, sample)?;
+    let density = system.moving_mass() / system.space.volume();
+    let viscosity = if dimensions == 2 { viscosity_of_disks(&fluid) } else { fluid.shear_viscosity() };
+    let time = (longest / TAU).powi(2) * density / viscosity;
+    Some(time).filter(|time| is_time(*time))
+}
+
+fn is_time(time: f64) -> bool {
+    time.is_finite() && time > 0.0
+}
+
+/// Enskog's shear viscosity of hard disks, in the first approximation `[mass / time]`:
+/// `eta = sqrt(m T / pi) / (2 sigma) (1 / chi + b rho + (1/4 + 2/pi) (b rho)^2 chi)`, `b rho = 2 phi`.
+///
+/// D. M. Gass, J. Chem. Phys. 54, 1898 (1971), [doi:10.1063/1.1675116](https://doi.org/10.1063/1.1675116).
+fn viscosity_of_disks(fluid: &HardSphereFluid) -> f64 {
+    let HardSphereFluid { packing_fraction, diameter, mass, temperature } = *fluid;
+    let dilute = (mass * temperature / PI).sqrt() / (2.0 * diameter);
+    let covered = 2.0 * packing_fraction;
+    let chi = contact_value_of_disks(packing_fraction);
+    dilute * (1.0 / chi + covered + (0.25 + 2.0 / PI) * covered * covered * chi)
 }
 
 #[cfg(test)]
@@ -54,5 +99,28 @@ mod tests {
         let expected = (108.0_f64 / 107.0).sqrt() / HardSphereFluid::reduced(0.3).collision_rate();
         let time = mean_free_time(&system, &Sample::of(&snapshot)).unwrap();
         assert!((time / expected - 1.0).abs() < 1e-9, "{time} {expected}");
+    }
+
+    #[test]
+    fn flow_decays_by_the_viscosity_in_the_longest_period() {
+        let (mut system, simulation) = super::super::test_system::hard_spheres(108, 0.3);
+        let snapshot = simulation.snapshot();
+        let sample = Sample::of(&snapshot);
+        let fluid = HardSphereFluid { temperature: 108.0 / 107.0, ..HardSphereFluid::reduced(0.3) };
+        let viscosity = fluid.shear_viscosity() / fluid.number_density();
+        let edge = system.space.size.x;
+        let time = flow_decay_time(&system, &sample).unwrap();
+        let expected = edge * edge / (4.0 * PI * PI * viscosity);
+        // The temperature is that of N particles, here with N - 1 to share it.
+        assert!((time / expected - 1.0).abs() < 0.01, "{time} {expected}");
+        system.conserves_momentum = false;
+        assert_eq!(flow_decay_time(&system, &sample), None);
+    }
+
+    #[test]
+    fn dilute_disks_have_the_viscosity_of_kinetic_theory() {
+        let fluid = HardSphereFluid { packing_fraction: 1e-9, diameter: 1.3, mass: 0.7, temperature: 1.9 };
+        let expected = (0.7 * 1.9 / PI).sqrt() / 2.6;
+        assert!((viscosity_of_disks(&fluid) / expected - 1.0).abs() < 1e-6);
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::instruments::block_times::{EARLY, feasible, incommensurate};
-use crate::analysis::instruments::free_time::mean_free_time;
+use crate::analysis::instruments::free_time::{flow_decay_time, mean_free_time};
 use crate::analysis::instruments::instrument::Setup;
 use crate::base::numbers::{trunc_to_u64, trunc_to_usize};
 use crate::model::measurement_plan::Diffusion as Plan;
@@ -12,13 +12,18 @@ use crate::model::measurement_plan::MOST_DIFFUSION_STEPS as MOST_STEPS;
 /// Ticks in a linear step, a power of two: how much finer the shortest logarithmic time is.
 pub(super) const TICKS_PER_STEP: u64 = 32;
 
-/// Linear steps in a mean free time, and mean free times in the longest linear time, unless they are given.
+/// Linear steps in a mean free time, unless they are given.
 const STEPS_PER_FREE_TIME: f64 = 5.0;
-const LONGEST_FREE_TIMES: f64 = 100.0;
 
-/// Fewest and most linear steps that are chosen, and most that can be asked for.
+/// Mean free times in the longest linear time, unless it is given: at least, and at most.
+const FREE_TIMES: [f64; 2] = [100.0, 1000.0];
+
+/// Times in which the slowest flow in the box decays, in the longest linear time. A straight part that begins after a quarter of it misses less than a thousandth of the slope then.
+const FLOW_DECAYS: f64 = 10.0;
+
+/// Fewest linear steps that are chosen, and most that are where the span follows from an interval.
 const FEWEST_STEPS: f64 = 50.0;
-const MOST_CHOSEN: f64 = 500.0;
+const MOST_OF_INTERVAL: f64 = 500.0;
 /// Shortest tick, in spacings of numbers at the end of the run.
 const SPACINGS_PER_TICK: f64 = 8.0;
 
@@ -44,20 +49,26 @@ pub(super) struct Lags {
 }
 
 impl Lags {
-    /// `interval = span / steps`. Where they are left open, the span is 100 mean free times or a quarter of the duration if that is less,
-    /// and there are 50 to 500 steps, five in a mean free time. Without a mean free time, a quarter of the duration and 100 steps.
+    /// `interval = span / steps`. Where they are left open, the span is 100 to 1000 mean free times, ten of those in which the slowest flow decays in the box, or a quarter of the duration if that
+    /// is less, and there are 50 to 2000 steps, five in a mean free time. Without a mean free time, a quarter of the duration and 100 steps.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let free_time = mean_free_time(setup.system, &setup.sample);
         let quarter = 0.25 * setup.duration;
         let (interval, steps) = match (plan.interval, plan.span) {
             (Some(interval), Some(span)) => (interval, (span / interval).round()),
-            (Some(interval), None) => (interval, (quarter / interval).floor().min(MOST_CHOSEN)),
+            (Some(interval), None) => (interval, (quarter / interval).floor().min(MOST_OF_INTERVAL)),
             (None, span) => {
-                let longest = free_time.map_or(quarter, |time| quarter.min(LONGEST_FREE_TIMES * time));
+                let decays = flow_decay_time(setup.system, &setup.sample).map_or(0.0, |time| FLOW_DECAYS * time);
+                let longest = free_time.map_or(quarter, |time| {
+                    let [least, most] = FREE_TIMES.map(|times| times * time);
+                    quarter.min(decays.clamp(least, most))
+                });
                 let span = span.unwrap_or(longest);
                 let fitting = free_time.map_or(100.0, |time| (span / time * STEPS_PER_FREE_TIME).round());
-                let interval =
-                    incommensurate(span / fitting.clamp(FEWEST_STEPS, MOST_CHOSEN), setup.system.scaling_interval);
+                let interval = incommensurate(
+                    span / fitting.clamp(FEWEST_STEPS, MOST_STEPS as f64),
+                    setup.system.scaling_interval,
+                );
                 (interval, (span / interval).round())
             }
         };
@@ -145,6 +156,7 @@ pub(super) fn next_logarithmic(ticks: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::instruments::system::Sample;
     use crate::analysis::instruments::test_system::{hard_spheres, instrument};
 
     #[test]
@@ -170,6 +182,13 @@ mod tests {
         assert_eq!(long.steps, 500);
         assert!((long.interval() / 0.0199 - 1.0).abs() < 0.01, "{}", long.interval());
         assert_eq!(long.stride, trunc_to_u64((1000.0 / long.interval() / 256.0).ceil()));
+        // In a larger box flow decays for longer: ten times of 3.9, in as many steps as there may be.
+        let (large, simulation) = hard_spheres(2048, 0.3);
+        let decay = flow_decay_time(&large, &Sample::of(&simulation.snapshot())).unwrap();
+        let in_large = instrument(&simulation, &large, 1000.0, |setup| Lags::new(&Plan::default(), setup));
+        assert!(decay > 3.0 && decay < 5.0, "{decay}");
+        assert_eq!(in_large.steps, 2000);
+        assert!((in_large.interval() * 2000.0 / (10.0 * decay) - 1.0).abs() < 1e-9, "{}", in_large.interval());
         let short = lags(Plan::default(), 4.0);
         assert_eq!((short.steps, short.stride), (50, 13));
         assert_eq!(short.interval(), 0.02);

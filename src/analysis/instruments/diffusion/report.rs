@@ -8,8 +8,8 @@ use crate::analysis::instruments::slope::{is_small, straight_terms};
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::{CurveAverage, Estimate};
 
-/// Least part of the autocorrelation that is left after one linear time: trapezoids are off by a twelfth of the square of its logarithm, 0.4 %.
-const SMOOTH: f64 = 0.8;
+/// Least part of the autocorrelation that is left after one linear time: of one that decays exponentially, cubics are off by 0.1 % then.
+const SMOOTH: f64 = 0.6;
 
 /// Particles whose mean square has grown by no larger part of itself over the straight part are held where they are, as in a crystal.
 const LOCALISED: f64 = 0.3;
@@ -85,7 +85,7 @@ fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind
     Some(Estimate { standard_error: errors.into_iter().flatten().reduce(f64::max), ..of_blocks })
 }
 
-/// The integral over all times; `None` where the autocorrelation falls by too much from one time to the next for trapezoids, or where it
+/// The integral over all times; `None` where the autocorrelation falls by too much from one time to the next to be integrated, or where it
 /// has not decayed: the integral still grows over the second half of its times.
 ///
 /// An end that the noise chooses, such as where the autocorrelation vanishes in it, would cut off the tail and give an error without it.
@@ -139,7 +139,7 @@ const PRODUCT: Quantity =
 const SUMMED: Quantity = Quantity {
     symbol: "D(t)",
     unit: "length^2 / time",
-    of_one: "the integral of v(0) . v(t) by trapezoids",
+    of_one: "the integral of v(0) . v(t) by cubics",
     is_by_axis: true,
 };
 
@@ -177,7 +177,7 @@ const DISPLACEMENT: &str = "<|r(t) - r(0)|^2> over particles and origins, of unw
     relative to the centre of mass, and divided by 1 - m / M.";
 const CORRELATION: &str = "<v(0) . v(t)> over particles and origins; where momentum is conserved relative to the centre of mass, and \
     divided by 1 - m / M, so that it is D T / m at t = 0.";
-const RUNNING: &str = "(1 / D) times the integral of <v(0) . v(t)> from 0 to t by trapezoids, D the number of axes.";
+const RUNNING: &str = "(1 / D) times the integral of <v(0) . v(t)> from 0 to t by cubics, D the number of axes.";
 const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displacement over the last three quarters of its times, by least \
     squares, d the number of axes; none if the slopes of both halves differ by more than a tenth and three errors, or where particles \
     stay where they are. The error is the largest of the scatter of origins, of axes and of particles. Not corrected for the size of the box.";

@@ -30,6 +30,21 @@ fn a_hard_sphere_fluid_diffuses_as_published() {
 }
 
 #[test]
+fn cubics_are_integrated_exactly_and_few_points_by_trapezoids() {
+    let whole = |t: f64| t * (2.0 + t * (-1.5 + t * (0.4 - 0.07 * t)));
+    let function = |t: f64| 2.0 + t * (-3.0 + t * (1.2 - 0.28 * t));
+    for count in [4, 5, 9] {
+        let values: Vec<f64> = (0..count).map(|k| function(f64::from(k))).collect();
+        for (k, integral) in (0..).zip(integrals(&values)) {
+            assert!((integral - whole(f64::from(k))).abs() < 1e-12, "{k} of {count}");
+        }
+        assert_eq!(integrals(&values).count(), values.len());
+    }
+    assert_eq!(integrals(&[3.0, 1.0, 4.0]).collect::<Vec<_>>(), [0.0, 2.0, 4.5]);
+    assert_eq!(integrals(&[3.0]).collect::<Vec<_>>(), [0.0]);
+}
+
+#[test]
 fn the_start_is_ballistic_and_has_the_temperature() {
     let (system, mut simulation) = hard_spheres(108, 0.3);
     let mut instrument = diffusion(&simulation, &system, &Plan::default(), 4.0);
