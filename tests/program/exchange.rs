@@ -126,8 +126,7 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
     }
     let page = place.read(&format!("{folder}/exchange.html"));
     let words = ["Populations", "Heat capacity per particle", "Replica paths", "Round trips", "audit sound", "✓ mixed"];
-    let of_instruments =
-        ["temperature 0.35 [energy]", "Radial distribution function", "in the folder of each temperature"];
+    let of_instruments = ["Radial distribution function", "in the folder of each temperature"];
     for word in
         words.into_iter().chain(["Entropy per particle", "Mean square end to end distance"]).chain(of_instruments)
     {
