@@ -16,7 +16,7 @@
 //!     .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0)?, 1.0)
 //!     .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
 //!     .particle("A", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
-//!     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0, ensemble: ExchangeEnsemble::Canonical })
+//!     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0, ensemble: ExchangeEnsemble::Canonical, umbrella: None })
 //!     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
 //!     .build()?;
 //! let results = Exchange::new(scene)?.finish()?.results();
@@ -36,6 +36,7 @@ mod execute;
 mod folder;
 mod instruments;
 mod levels;
+mod mean_force;
 mod multicanonical;
 mod populations;
 mod replica;
@@ -44,13 +45,15 @@ mod results;
 mod summary;
 mod tables;
 mod walk;
+mod windows;
 
 pub use curves::{HeatCapacityPeak, PotentialEnergies, ThermalCurves, ThermalPoint};
 pub use error::{ExchangeError, ExchangeFolderError, StartError};
 pub use execute::ExchangeRecorder;
 pub use folder::{ExchangeFolder, Opened};
 pub use levels::LevelDensity;
-pub use replicas::{Exchange, ExchangeRow};
+pub use mean_force::{Distances, MeanForce, MeanForcePoint};
+pub use replicas::{DISTANCE, Exchange, ExchangeRow};
 pub use results::{ExchangeResults, NeighbouringTemperatures, Population, TemperatureResult};
 pub use summary::ExchangeSummary;
 

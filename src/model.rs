@@ -24,6 +24,7 @@ pub mod surface_motion;
 pub mod thermostat;
 pub mod threads;
 pub mod triangle_mesh;
+pub mod umbrella_plan;
 
 pub use energy_weights::EnergyWeights;
 pub use error::PotentialError;
@@ -45,3 +46,4 @@ pub use surface_motion::{MotionKind, SurfaceMotion};
 pub use thermostat::{Thermostat, ThermostatError};
 pub use threads::Threads;
 pub use triangle_mesh::TriangleMesh;
+pub use umbrella_plan::UmbrellaPlan;

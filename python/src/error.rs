@@ -205,6 +205,9 @@ pub fn exchange(error: &ExchangeError<OutputError>) -> PyErr {
         ExchangeError::NoOverlap => {
             cured("SimulationError", &with_causes(error), Some(ExchangeError::<OutputError>::NO_OVERLAP_CURE))
         }
+        ExchangeError::OutsideOfWindow { .. } => {
+            cured("SimulationError", &with_causes(error), Some(ExchangeError::<OutputError>::OUTSIDE_OF_WINDOW_CURE))
+        }
         error => cured("SimulationError", &with_causes(error), None),
     }
 }

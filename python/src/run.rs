@@ -8,6 +8,7 @@ use std::time::Duration;
 use carom::analysis::instruments::CHAIN_SIZES;
 use carom::analysis::observables::OBSERVABLES;
 use carom::base::text::{self, with_causes};
+use carom::exchange::DISTANCE;
 use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
 use carom::io::{Existing, Folder, refuse_input};
 use carom::model::{Limit, Threads};
@@ -215,7 +216,12 @@ fn execute(
 /// Units of all observables, by name.
 #[pyfunction]
 pub fn observable_units(dimensions: usize) -> BTreeMap<&'static str, String> {
-    OBSERVABLES.iter().chain(&CHAIN_SIZES).map(|(name, unit)| (*name, text::unit(unit, dimensions))).collect()
+    OBSERVABLES
+        .iter()
+        .chain(&CHAIN_SIZES)
+        .chain([&DISTANCE])
+        .map(|(name, unit)| (*name, text::unit(unit, dimensions)))
+        .collect()
 }
 
 /// The page of a run, as HTML.

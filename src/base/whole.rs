@@ -30,6 +30,17 @@ where
     <[Whole<T>; N]>::deserialize(deserializer).map(|numbers| numbers.map(|Whole(number)| number))
 }
 
+/// Values of a key that are lists of whole numbers.
+pub(crate) fn lists<'de, D, T, const N: usize>(deserializer: D) -> Result<[Vec<T>; N], D::Error>
+where
+    D: Deserializer<'de>,
+    T: Integer<'de>,
+    [Vec<Whole<T>>; N]: Deserialize<'de>,
+{
+    let lists = <[Vec<Whole<T>>; N]>::deserialize(deserializer)?;
+    Ok(lists.map(|list| list.into_iter().map(|Whole(number)| number).collect()))
+}
+
 /// A type of whole numbers.
 pub(crate) trait Integer<'de>: TryFrom<i64> + Deserialize<'de> {}
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::analysis::statistics::Estimate;
 use crate::base::text::digits;
-use crate::exchange::{Exchange, ExchangeFolder, ExchangeSummary, Opened};
+use crate::exchange::{Exchange, ExchangeFolder, ExchangeSummary, MeanForcePoint, Opened};
 use crate::io::{Existing, read_scene, refuse_input, refuse_link};
 use crate::model::{ExchangeEnsemble, Scene};
 use crate::view::{describe, report};
@@ -17,7 +17,7 @@ use super::failure::Failure;
 use super::progress::bar;
 use super::{Changes, borrowed, columns, cores, signals};
 
-/// Runs replicas of a scene at several temperatures, which are swapped now and then
+/// Runs replicas of a scene at several temperatures, or in windows of a distance, which are swapped now and then
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The scene has a table [exchange]:
@@ -25,6 +25,8 @@ The scene has a table [exchange]:
   interval = 2.0                   simulated time between attempts to swap
   rate = 1.0                       how often each particle gets a velocity from the heat bath
   ensemble = \"multicanonical\"      if wanted: all replicas walk through all energies between those of the temperatures
+  ensemble = \"umbrella\"            if wanted: replicas at one temperature, each in a window of a distance,
+  umbrella = { between = [[0], [19]], windows = [[1.0, 2.5], [2.0, 4.0]] }
 and in [run] until_time and, if wanted, equilibration_time. Neither --jobs nor an interruption changes a bit: the same command goes on where it
 stopped, from its last checkpoint. With a later end an exchange goes on that was complete, as if it had been meant to come there.
 
@@ -192,9 +194,10 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     refuse_link(&report::exchange_page_in(path))?;
     let page = report::exchange_page(path)?;
     report::write(&page, &report::exchange_page_in(path), Existing::Replace)?;
+    let mean_force = if summary.umbrella.is_some() { "potential_of_mean_force.csv, " } else { "" };
     let complete = if was_there { "It was complete already. " } else { "" };
     super::print(&format!(
-        "{}\n{complete}The files are in {}: summary.json, exchange.csv, energies.csv, curves.csv, density_of_states.csv, exchange.html\n",
+        "{}\n{complete}The files are in {}: summary.json, exchange.csv, energies.csv, curves.csv, density_of_states.csv, {mean_force}exchange.html\n",
         text(summary),
         path.display()
     ))?;
@@ -205,8 +208,9 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     Err(Failure::of_audit(faults))
 }
 
-/// Columns beside the temperature and the acceptance, as far as the scene has them.
-const SHOWN: [(&str, &str); 5] = [
+/// Columns beside the temperature or the window and the acceptance, as far as the scene has them.
+const SHOWN: [(&str, &str); 6] = [
+    ("distance", "distance"),
     ("temperature", "measured"),
     ("potential_energy_per_particle", "potential energy"),
     ("heat_capacity_per_particle", "heat capacity"),
@@ -219,15 +223,16 @@ fn text(summary: &ExchangeSummary) -> String {
     let results = &summary.results;
     let has = |name: &str| results.temperatures.iter().any(|at| at.observables.contains_key(name));
     let shown: Vec<(&str, &str)> = SHOWN.into_iter().filter(|(name, _)| has(name)).take(4).collect();
-    let is_swapped = summary.results.ensemble == ExchangeEnsemble::Canonical;
-    let heads = std::iter::once("temperature").chain(is_swapped.then_some("swaps"));
+    let is_swapped = summary.results.ensemble != ExchangeEnsemble::Multicanonical;
+    let place = if summary.umbrella.is_some() { "window" } else { "temperature" };
+    let heads = std::iter::once(place).chain(is_swapped.then_some("swaps"));
     let heads = heads.chain(shown.iter().map(|(_, head)| *head)).map(str::to_owned);
     let mut rows: Vec<Vec<String>> = vec![heads.collect()];
     for (place, at) in results.temperatures.iter().enumerate() {
         let acceptance = results.neighbours.get(place).and_then(|it| it.acceptance);
         let cells = shown.iter().map(|(name, _)| cell(at.observables.get(*name).copied()));
         let swaps = is_swapped.then(|| cell(acceptance));
-        rows.push(std::iter::once(digits(at.temperature)).chain(swaps).chain(cells).collect());
+        rows.push(std::iter::once(at.place()).chain(swaps).chain(cells).collect());
     }
     let what = if is_swapped { "attempts to swap" } else { "samples of each replica in a multicanonical ensemble" };
     let mut lines = vec![format!("{}, {} {what}", summary.scene, results.attempts)];
@@ -238,8 +243,22 @@ fn text(summary: &ExchangeSummary) -> String {
         let [height, at] = [peak.heat_capacity_per_particle, peak.temperature].map(|it| cell(Some(it)));
         format!("  the heat capacity is highest at T = {at}: {height}")
     }));
+    lines.extend(lowest(summary));
     lines.extend(summary.warnings.iter().map(|warning| format!("  warning: {warning}")));
     lines.join("\n") + "\n"
+}
+
+/// Where the free energies along a distance are lowest.
+fn lowest(summary: &ExchangeSummary) -> Option<String> {
+    let at = |of: fn(&MeanForcePoint) -> Estimate| {
+        let all = summary.potential_of_mean_force.iter();
+        let point = all.min_by(|a, b| of(a).mean.total_cmp(&of(b).mean))?;
+        Some(digits(point.distance))
+    };
+    let (free_energy, potential) = (at(|it| it.free_energy)?, at(|it| it.potential_of_mean_force)?);
+    Some(format!(
+        "  the free energy is lowest at the distance {free_energy}, the potential of mean force at {potential}"
+    ))
 }
 
 fn cell(measured: Option<Estimate>) -> String {

@@ -137,6 +137,9 @@ impl From<ExchangeError<OutputError>> for Failure {
             ExchangeError::NoOverlap => {
                 Self::failed(error.to_string(), Some(ExchangeError::<OutputError>::NO_OVERLAP_CURE))
             }
+            ExchangeError::OutsideOfWindow { .. } => {
+                Self::failed(error.to_string(), Some(ExchangeError::<OutputError>::OUTSIDE_OF_WINDOW_CURE))
+            }
             ExchangeError::Engine { ref source, .. } => {
                 let cure = match source {
                     EngineError::Arrest(arrest) => Some(arrest.cure()),

@@ -74,21 +74,32 @@ impl Clock {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Ends the run where events go on without time, or without speed: theory, section 6.
     pub(super) fn check_standstill(&self, particle: u32, prediction: &Prediction) -> Result<(), Arrest> {
-        let standstill = match self.clock.standstill.lost_speed {
-            Some(approach) => Standstill::Speed { approach },
-            None if self.clock.standstill.events > self.clock.standstill.most => {
-                Standstill::Time { events: self.clock.standstill.events }
-            }
-            None => return Ok(()),
-        };
-        let is_pair = matches!(prediction.contact, Contact::Pair(_));
-        Err(Arrest {
+        let partner = matches!(prediction.contact, Contact::Pair(_)).then_some(prediction.partner);
+        match self.clock.standstill.lost_speed {
+            Some(approach) => Err(self.arrest(particle, partner, Standstill::Speed { approach })),
+            None => self.check_time_stands_still(particle, partner),
+        }
+    }
+
+    /// Ends the run where events go on without time.
+    #[inline]
+    pub(super) fn check_time_stands_still(&self, particle: u32, partner: Option<u32>) -> Result<(), Arrest> {
+        let standstill = &self.clock.standstill;
+        if standstill.events <= standstill.most {
+            return Ok(());
+        }
+        Err(self.arrest(particle, partner, Standstill::Time { events: standstill.events }))
+    }
+
+    #[cold]
+    fn arrest(&self, particle: u32, partner: Option<u32>, standstill: Standstill) -> Arrest {
+        Arrest {
             particle: self.name(particle),
-            partner: is_pair.then(|| self.name(prediction.partner)),
+            partner: partner.map(|partner| self.name(partner)),
             time: self.time(),
             standstill,
             has_contact_time: self.pairs.contact_times.is_some(),
-        })
+        }
     }
 
     /// Time since the start `[time]`.

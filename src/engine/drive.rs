@@ -162,6 +162,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.repredict(particle, self.clock.now);
             }
         }
+        self.predict_restraint();
     }
 }
 

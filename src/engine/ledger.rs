@@ -22,7 +22,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Takes note of what an event does to `sum m v^2` along each axis between walls; the impulse of another particle counts in the virial of each
+    /// Takes note of what an event does to `sum m v^2` along each axis between walls; an impulse that is internal, of other particles, counts in the virial of each
     /// wall's axis.
     ///
     /// Between two changes the sum is constant, so that its integral up to a time `t` is exactly its value then times `t`, less the sum of all changes
@@ -31,10 +31,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Along an axis between walls, the mean of `d/dt sum x m v` over a long time is zero for each species: `<sum m v^2> + <sum x F> = L p A`, with
     /// the components along the axis, where `x` is measured from the middle, `L` is the length that the centres reach and `p A` the mean force
     /// of the two walls. Divided by the volume `L A` of that species and summed over all, it is the pressure.
-    pub(super) fn note_confined(&mut self, particle: u32, partner: Option<u32>, before: &[Vector; 2]) {
+    pub(super) fn note_confined(&mut self, particles: [Option<u32>; 2], is_internal: bool, before: &[Vector; 2]) {
         let Some(confinement) = &self.sources.confinement else { return };
         let (mut virial, mut change) = (Vector::zeros(), Vector::zeros());
-        for (particle, before) in [Some(particle), partner].into_iter().flatten().zip(before) {
+        for (particle, before) in particles.into_iter().flatten().zip(before) {
             if self.is_static(particle) {
                 continue;
             }
@@ -46,7 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         let (axes, time) = (confinement.axes, self.time());
         for axis in (0..3).filter(|&axis| axes[axis]) {
-            if partner.is_some() {
+            if is_internal {
                 self.counts.totals.confined_virial[axis].add(virial[axis]);
             }
             self.counts.totals.confined_heating[axis].add(change[axis] * time);

@@ -5,8 +5,8 @@
 //! - contacts and transitions of one particle, whose earliest one is its prediction: [`pair`], [`surface`], [`cell_transition`] and
 //!   [`list_rebuild`]. Prediction asks them for times, the event loop has [`Engine::execute`] or [`Engine::execute_transition`] do what is due,
 //!   and the particles of a contact are predicted anew;
-//! - global events, which no prediction of a particle holds: [`andersen`], the refresh of images that slide ([`super::images`]) and stages of distances that change
-//!   ([`super::distances`]). The earliest one is due at
+//! - global events, which no prediction of a particle holds: [`andersen`], the refresh of images that slide ([`super::images`]) stages of distances that change
+//!   ([`super::distances`]), and reflections of a distance that is held in a window ([`restraint`]). The earliest one is due at
 //!   [`Sources::next_global`], which is infinite where a scene has none of them, so that they cost nothing there.
 //!
 //! A new source is a file here, its data in [`Sources`] and a variant of [`Contact`] or of [`GlobalEvent`].
@@ -15,6 +15,7 @@ pub(super) mod andersen;
 mod cell_transition;
 mod list_rebuild;
 pub(super) mod pair;
+mod restraint;
 pub(super) mod surface;
 
 use super::confinement::Confinement;
@@ -24,9 +25,10 @@ use super::pairs::rows::Rows;
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
 use super::surfaces::Surfaces;
-use super::{Invariant, InvariantBroken};
+use super::{EngineError, Invariant, InvariantBroken};
 use crate::model::Scene;
 use andersen::Andersen;
+use restraint::Restraint;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use surface::SurfaceRandom;
@@ -45,6 +47,10 @@ pub(super) struct Sources {
     pub surface_random: Option<SurfaceRandom>,
     /// The heat bath.
     pub andersen: Option<Andersen>,
+    /// The distance that is held in a window.
+    pub restraint: Option<Box<Restraint>>,
+    /// Whether changes of velocities are looked at: by the pressure between walls, or by a restraint.
+    pub is_watched: bool,
     /// When the next global event is due, since the epoch; infinite for never.
     pub next_global: f64,
 }
@@ -53,6 +59,7 @@ pub(super) struct Sources {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum GlobalEvent {
     AndersenCollision,
+    Reflection,
     ImageRefresh,
     DistanceStage,
 }
@@ -68,11 +75,14 @@ impl Sources {
     /// Sources of a scene at its start; heat baths come with stages of a run.
     pub fn of(scene: &Scene, rows: &Rows) -> Self {
         let surfaces = Surfaces::of(scene, rows.species());
+        let confinement = Confinement::of(scene, rows);
         Self {
-            confinement: Confinement::of(scene, rows),
+            is_watched: confinement.is_some(),
+            confinement,
             surface_random: SurfaceRandom::of(scene, &surfaces),
             surfaces,
             andersen: None,
+            restraint: None,
             next_global: f64::INFINITY,
         }
     }
@@ -80,11 +90,15 @@ impl Sources {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Global events and when each is due, since the epoch; infinite for never.
-    fn global_events(&self) -> [(GlobalEvent, f64); 3] {
+    fn global_events(&self) -> [(GlobalEvent, f64); 4] {
         [
             (
                 GlobalEvent::AndersenCollision,
                 self.sources.andersen.as_ref().map_or(f64::INFINITY, Andersen::next_collision),
+            ),
+            (
+                GlobalEvent::Reflection,
+                self.sources.restraint.as_ref().map_or(f64::INFINITY, |restraint| restraint.next_reflection()),
             ),
             (GlobalEvent::ImageRefresh, self.images.next_refresh()),
             (GlobalEvent::DistanceStage, self.distances.next_stage()),
@@ -103,7 +117,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Whether something besides pairs and surfaces will happen: then nothing is ever over.
     pub(super) fn acts_for_ever(&self) -> bool {
-        self.sources.andersen.is_some() || !self.distances.are_constant() || self.images.slide()
+        self.sources.andersen.is_some()
+            || self.sources.restraint.is_some()
+            || !self.distances.are_constant()
+            || self.images.slide()
     }
 
     /// Executes the predicted contact of a particle, and says whether the observer goes on; none if its partner has had an event since,
@@ -139,16 +156,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Executes the global event that is due, and says how many steps that was and whether the observer goes on.
-    pub(super) fn execute_global(
-        &mut self,
-        observe: &mut Observe<'_>,
-    ) -> Result<(u64, ControlFlow<()>), InvariantBroken> {
+    pub(super) fn execute_global(&mut self, observe: &mut Observe<'_>) -> Result<(u64, ControlFlow<()>), EngineError> {
         let silent = ControlFlow::Continue(());
         let (repredict, flow) = match self.due_global() {
             Some(GlobalEvent::AndersenCollision) => self.andersen_collision(observe)?,
+            Some(GlobalEvent::Reflection) => self.reflect_distance(observe)?,
             Some(GlobalEvent::ImageRefresh) => (self.refresh_images()?, silent),
             Some(GlobalEvent::DistanceStage) => (self.begin_distance_stage()?, silent),
-            None => return Err(self.broken(0, None, Invariant::GlobalEvent)),
+            None => return Err(self.broken(0, None, Invariant::GlobalEvent).into()),
         };
         let mut steps = self.steps_of_all();
         match repredict {
@@ -169,6 +184,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn shift_sources(&mut self, shift: f64) {
         if let Some(andersen) = &mut self.sources.andersen {
             andersen.shift(shift);
+        }
+        if let Some(restraint) = &mut self.sources.restraint {
+            restraint.shift(shift);
         }
         self.distances.shift(shift);
         self.shift_images(shift);

@@ -1,12 +1,13 @@
 //! An attempt, when all replicas have come to its time: energies are taken, neighbours swapped, weights learned.
 
+use super::error::Unprepared;
 use super::multicanonical::{Multicanonical, Torn};
 use super::replica::bath;
 use super::replicas::Exchange;
 
 impl Exchange {
     /// Takes the energies, and swaps neighbours where the rule says so, when all replicas have come to the time of the attempt.
-    pub(super) fn attempt(&mut self) -> Result<(), Torn> {
+    pub(super) fn attempt(&mut self) -> Result<(), Unprepared> {
         let was_measured = self.attempts >= self.equilibration;
         self.attempts += 1;
         for place in 0..self.places.len() {
@@ -20,11 +21,13 @@ impl Exchange {
             let simulations = self.places.iter().map(|number| &self.replicas[*number].simulation);
             self.instruments.sample(simulations, self.averages.applicable());
         }
+        self.see_distances();
         match self.weights() {
             None => self.swap_neighbours(),
             Some(_) => self.see_energies(),
         }
-        self.learn()
+        self.learn()?;
+        self.check_windows()
     }
 
     /// Takes note of where replicas are on their ways through the energies.
@@ -39,15 +42,18 @@ impl Exchange {
         }
     }
 
-    /// Swaps neighbouring temperatures, and takes note of the averages.
+    /// Swaps neighbouring temperatures or windows, and takes note of the averages.
     fn swap_neighbours(&mut self) {
         let mut changed = vec![false; self.places.len()];
-        // Of two temperatures there is one pair.
+        // Of two places there is one pair.
         let first = if self.places.len() == 2 { 0 } else { usize::from(self.attempts.is_multiple_of(2)) };
         for lower in (first..self.places.len() - 1).step_by(2) {
             // Drawn in any case, so that no decision moves the numbers of later ones.
             let number = self.random.uniform();
-            let is_swapped = number < self.acceptance(lower);
+            let is_swapped = match &self.plan.umbrella {
+                Some(umbrella) => self.are_in_both(&umbrella.windows, lower),
+                None => number < self.acceptance(lower),
+            };
             if is_swapped {
                 self.swap(lower);
                 (changed[lower], changed[lower + 1]) = (true, true);
@@ -68,15 +74,15 @@ impl Exchange {
     fn learn(&mut self) -> Result<(), Torn> {
         let Some(learning) = &mut self.multicanonical else { return Ok(()) };
         let is_first = learning.weights().is_none();
-        if !learning.see(self.attempts, &self.energies, &self.plan.temperatures)? {
+        if !learning.see(self.attempts, &self.energies, &self.temperatures)? {
             return Ok(());
         }
         let highest = self.highest();
-        let temperature = self.plan.temperatures[highest];
+        let temperature = self.temperatures[highest];
         for place in 0..self.places.len() {
             let number = self.places[place];
             if is_first {
-                self.replicas[number].scale_velocities((temperature / self.plan.temperatures[place]).sqrt());
+                self.replicas[number].scale_velocities((temperature / self.temperatures[place]).sqrt());
             }
             self.heat(number, highest);
             let weights = self.multicanonical.as_ref().and_then(Multicanonical::weights);
@@ -87,7 +93,7 @@ impl Exchange {
 
     /// The place of the highest temperature.
     fn highest(&self) -> usize {
-        let temperatures = &self.plan.temperatures;
+        let temperatures = &self.temperatures;
         if temperatures[0] > temperatures[temperatures.len() - 1] { 0 } else { temperatures.len() - 1 }
     }
 
@@ -96,12 +102,14 @@ impl Exchange {
         // A stream for each replica and attempt: at most 1000 of 1e12, far below the 2^61 that there are.
         let attempt = crate::base::numbers::index(self.attempts);
         let stream = self.first_stream + attempt * self.places.len() + replica;
-        self.replicas[replica].simulation.set_planned_thermostat(Some(&bath(&self.plan, place)), stream);
+        self.replicas[replica]
+            .simulation
+            .set_planned_thermostat(Some(&bath(&self.plan, self.temperatures[place])), stream);
     }
 
     /// Probability to swap a temperature with the next one.
     fn acceptance(&self, lower: usize) -> f64 {
-        let [beta, other] = [lower, lower + 1].map(|place| self.plan.temperatures[place].recip());
+        let [beta, other] = [lower, lower + 1].map(|place| self.temperatures[place].recip());
         let exponent = (beta - other) * (self.energies[lower] - self.energies[lower + 1]);
         // A number below 1 is always smaller than what is not.
         libm::exp(exponent)
@@ -110,9 +118,12 @@ impl Exchange {
     fn swap(&mut self, lower: usize) {
         self.places.swap(lower, lower + 1);
         self.energies.swap(lower, lower + 1);
+        if self.plan.umbrella.is_some() {
+            return self.swap_windows(lower);
+        }
         for (place, before) in [(lower, lower + 1), (lower + 1, lower)] {
             let number = self.places[place];
-            let factor = (self.plan.temperatures[place] / self.plan.temperatures[before]).sqrt();
+            let factor = (self.temperatures[place] / self.temperatures[before]).sqrt();
             self.replicas[number].scale_velocities(factor);
             self.heat(number, place);
         }

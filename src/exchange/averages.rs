@@ -8,7 +8,7 @@ use crate::analysis::instruments::Measured;
 use crate::analysis::observables::{ApplicableObservables, Observer};
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
-use crate::model::Scene;
+use crate::model::{ExchangePlan, Scene};
 
 /// The observable that is measured from samples at the attempts, and not from lines between them.
 const POTENTIAL: &str = "potential_energy_per_particle";
@@ -77,7 +77,8 @@ impl AtTemperature {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Averages {
     pub temperatures: Vec<AtTemperature>,
-    populations: Populations,
+    /// None of windows, of which the distance is what is measured.
+    populations: Option<Populations>,
     /// Of each two neighbours, 1 for a swap and 0 for an attempt without one.
     swaps: Vec<BlockAverage>,
     /// Attempts and swaps of each two neighbours.
@@ -85,10 +86,11 @@ pub(super) struct Averages {
 }
 
 impl Averages {
-    pub fn new(scene: &Scene, temperatures: usize) -> Self {
+    pub fn new(scene: &Scene, plan: &ExchangePlan) -> Self {
+        let temperatures = plan.replicas();
         Self {
             temperatures: vec![AtTemperature::new(scene); temperatures],
-            populations: Populations::new(scene, temperatures),
+            populations: plan.umbrella.is_none().then(|| Populations::new(scene, temperatures)),
             swaps: vec![BlockAverage::new(1.0); temperatures - 1],
             counts: vec![[0, 0]; temperatures - 1],
         }
@@ -112,7 +114,9 @@ impl Averages {
         for (place, (at, energy)) in self.temperatures.iter_mut().zip(energies).enumerate() {
             at.add(*energy, &others[place * each..(place + 1) * each]);
         }
-        self.populations.add(energies);
+        if let Some(populations) = &mut self.populations {
+            populations.add(energies);
+        }
     }
 
     /// Means at each temperature.
@@ -120,8 +124,9 @@ impl Averages {
         let result = |(place, (temperature, at)): (usize, (&f64, &AtTemperature))| TemperatureResult {
             temperature: *temperature,
             observables: at.measured(*temperature, names).into_iter().map(|(name, it)| (name.to_owned(), it)).collect(),
-            populations: self.populations.at(place),
+            populations: self.populations.as_ref().map_or_else(Vec::new, |populations| populations.at(place)),
             measured: Measured::default(),
+            window: None,
         };
         temperatures.iter().zip(&self.temperatures).enumerate().map(result).collect()
     }

@@ -56,7 +56,7 @@ pub struct HeatCapacityPeak {
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ThermalCurves {
-    /// At ascending temperatures, among them all that were simulated. There are none where all energies are the same, or where those of some temperatures do not overlap with those of others.
+    /// At ascending temperatures, among them all that were simulated. There are none of windows at one temperature, where all energies are the same, or where those of some temperatures do not overlap with those of others.
     pub points: Vec<ThermalPoint>,
     /// The highest maximum of the heat capacity that is not at an end.
     pub peak: Option<HeatCapacityPeak>,
@@ -83,7 +83,7 @@ pub struct ThermalCurves {
 /// #     .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0)?, 1.0)
 /// #     .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
 /// #     .particle("A", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
-/// #     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0, ensemble: ExchangeEnsemble::Canonical })
+/// #     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0, ensemble: ExchangeEnsemble::Canonical, umbrella: None })
 /// #     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
 /// #     .build()?;
 /// let mut energies = PotentialEnergies::default();
@@ -129,15 +129,15 @@ impl PotentialEnergies {
 }
 
 /// Numbers of a system by which curves become those of a particle.
-struct System {
+struct System<'n> {
     particles: f64,
     dimensions: f64,
     highest: f64,
     /// Of what is measured with the energies.
-    names: &'static [&'static str],
+    names: &'n [&'static str],
 }
 
-impl System {
+impl System<'_> {
     /// `D / 2 + <(U - <U>)^2> / (N T^2)`.
     fn heat_capacity(&self, temperature: f64, moments: &Moments) -> f64 {
         0.5 * self.dimensions + moments.variance / (self.particles * temperature * temperature)
@@ -186,6 +186,9 @@ impl ThermalCurves {
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64], &[f64])) -> Result<(), E>,
     ) -> Result<Self, E> {
+        if exchange.plan().umbrella.is_some() {
+            return Ok(Self::default());
+        }
         let mut levels = EnergyLevels::default();
         visit(&mut |row, _| levels.see(row))?;
         let names = exchange.measured_names();
@@ -193,11 +196,11 @@ impl ThermalCurves {
         visit(&mut |row, others| histograms.add(row, others))?;
         let [particles, dimensions] = exchange.size();
         let [_, highest] = ends(exchange.temperatures());
-        let system = System { particles, dimensions, highest, names };
+        let system = System { particles, dimensions, highest, names: &names };
         Ok(Self::made(&histograms, exchange, &system))
     }
 
-    fn made(histograms: &EnergyHistograms, exchange: &Exchange, system: &System) -> Self {
+    fn made(histograms: &EnergyHistograms, exchange: &Exchange, system: &System<'_>) -> Self {
         // Of hard bodies nothing depends on the temperature.
         if histograms.levels() < 2 {
             return Self::default();
@@ -208,8 +211,8 @@ impl ThermalCurves {
         let temperatures = exchange.temperatures();
         let (points, peak) = curve(&reweighting, &grid(temperatures), system);
         let populations = match exchange.plan().ensemble {
-            ExchangeEnsemble::Canonical => Vec::new(),
             ExchangeEnsemble::Multicanonical => populations(&reweighting, temperatures),
+            _ => Vec::new(),
         };
         let density_of_states = LevelDensity::all(&reweighting, system.highest);
         Self { points, peak, is_torn: false, density_of_states, populations }
@@ -217,7 +220,11 @@ impl ThermalCurves {
 }
 
 /// The points of the curves at some temperatures, and the peak of the heat capacity if there is one.
-fn curve(reweighting: &Reweighting, grid: &[f64], system: &System) -> (Vec<ThermalPoint>, Option<HeatCapacityPeak>) {
+fn curve(
+    reweighting: &Reweighting,
+    grid: &[f64],
+    system: &System<'_>,
+) -> (Vec<ThermalPoint>, Option<HeatCapacityPeak>) {
     let heat_capacities = |density: &DensityOfStates| -> Vec<f64> {
         grid.iter().map(|temperature| system.heat_capacity(*temperature, &density.at(*temperature))).collect()
     };

@@ -10,28 +10,36 @@ const FEWEST_TRIPS: u64 = 10;
 /// Why there are no curves.
 pub(super) const TORN: &str = "there are no curves: the energies at some temperatures do not overlap with those at the others; add temperatures between them";
 
+/// Why there is no potential of mean force.
+pub(super) const TORN_WINDOWS: &str = "there is no potential of mean force: the distances in some windows do not overlap with those in the others; let the windows overlap more";
+
 impl ExchangeResults {
     /// Why the exchange may not be in equilibrium, in words; empty where nothing speaks against it.
     ///
-    /// A replica that makes a round trip between the lowest and the highest temperature has forgotten there the state that it was in: the number of round trips is that of independent visits to the
+    /// A replica that makes a round trip between the lowest and the highest temperature, or the first and the last window, has forgotten there the state that it was in: the number of round trips is that of independent visits to the
     /// lowest temperature. H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer, J. Stat. Mech. P03018 (2006),
     /// [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018). Named are
-    /// - temperatures whose replica was never swapped with a neighbour;
+    /// - temperatures or windows whose replica was never swapped with a neighbour;
     /// - temperatures at which the potential energy never changed, where it does at others: there is one state only, or the replicas are frozen in it;
     /// - an exchange with fewer than ten round trips, or fewer than it has replicas.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let alone: Vec<f64> = (0..self.temperatures.len()).filter_map(|place| self.alone(place)).collect();
-        if let Some(all) = list(&alone) {
-            warnings.push(format!("frozen at {all}: no replica there was ever swapped; add temperatures beside it"));
+        let alone: Vec<&TemperatureResult> =
+            self.temperatures.iter().enumerate().filter(|(place, _)| self.is_alone(*place)).map(|(_, at)| at).collect();
+        if !alone.is_empty() {
+            let (all, cure) = match self.ensemble {
+                ExchangeEnsemble::Umbrella => (windows(&alone), "let the windows beside it overlap more"),
+                _ => (temperatures(&alone), "add temperatures beside it"),
+            };
+            warnings.push(format!("frozen {all}: no replica there was ever swapped; {cure}"));
         }
         let changes = self.temperatures.iter().any(|at| at.populations.len() > 1);
-        let same: Vec<f64> =
-            self.temperatures.iter().filter(|at| changes && constant(at).is_some()).map(|at| at.temperature).collect();
-        if let Some(all) = list(&same) {
+        let same: Vec<&TemperatureResult> =
+            self.temperatures.iter().filter(|at| changes && constant(at).is_some()).collect();
+        if !same.is_empty() {
             let what = "the potential energy never changed, so that nothing is known of its error";
-            warnings.push(format!("frozen at {all}: {what}"));
+            warnings.push(format!("frozen {}: {what}", temperatures(&same)));
         }
         let trips: u64 = self.round_trips.iter().sum();
         if trips < FEWEST_TRIPS.max(self.round_trips.len() as u64) {
@@ -44,6 +52,7 @@ impl ExchangeResults {
                 "equilibrium is not shown: {trips} between the {}; run it for longer",
                 match self.ensemble {
                     ExchangeEnsemble::Canonical => "lowest and the highest temperature",
+                    ExchangeEnsemble::Umbrella => "first and the last window",
                     ExchangeEnsemble::Multicanonical => "mean energies of the lowest and of the highest temperature",
                 }
             ));
@@ -51,12 +60,11 @@ impl ExchangeResults {
         warnings
     }
 
-    /// The temperature of a place, if its replica was never swapped.
-    fn alone(&self, place: usize) -> Option<f64> {
+    /// Whether no replica at a place was ever swapped.
+    fn is_alone(&self, place: usize) -> bool {
         let pairs = self.neighbours.iter().enumerate().filter(|(pair, _)| *pair == place || pair + 1 == place);
         let mut tried = pairs.filter(|(_, it)| it.attempts > 0).peekable();
-        let is_alone = tried.peek().is_some() && tried.all(|(_, it)| it.accepted == 0);
-        is_alone.then_some(self.temperatures[place].temperature)
+        tried.peek().is_some() && tried.all(|(_, it)| it.accepted == 0)
     }
 }
 
@@ -67,7 +75,13 @@ fn constant(at: &TemperatureResult) -> Option<f64> {
 }
 
 /// Temperatures in words.
-fn list(temperatures: &[f64]) -> Option<String> {
-    let all: Vec<String> = temperatures.iter().map(|it| digits(*it)).collect();
-    (!all.is_empty()).then(|| format!("T = {}", all.join(", ")))
+fn temperatures(all: &[&TemperatureResult]) -> String {
+    let all: Vec<String> = all.iter().map(|at| digits(at.temperature)).collect();
+    format!("at T = {}", all.join(", "))
+}
+
+/// Windows in words.
+fn windows(all: &[&TemperatureResult]) -> String {
+    let all: Vec<String> = all.iter().map(|at| at.place()).collect();
+    format!("in {}", all.join(", "))
 }

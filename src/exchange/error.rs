@@ -5,9 +5,36 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::base::text::digits;
 use crate::engine::{EngineError, SetStateError};
 use crate::io::OutputError;
 use crate::run::checkpoint::CheckpointError;
+
+use super::multicanonical::Torn;
+
+/// Why the equilibration of an exchange has not prepared what is to be measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Unprepared {
+    /// No weights follow from its energies.
+    Torn,
+    /// A replica is not in its window.
+    Outside { window: usize, ends: [f64; 2], distance: f64 },
+}
+
+impl From<Torn> for Unprepared {
+    fn from(_: Torn) -> Self {
+        Self::Torn
+    }
+}
+
+impl<E> From<Unprepared> for ExchangeError<E> {
+    fn from(why: Unprepared) -> Self {
+        match why {
+            Unprepared::Torn => Self::NoOverlap,
+            Unprepared::Outside { window, ends, distance } => Self::OutsideOfWindow { window, ends, distance },
+        }
+    }
+}
 
 /// Why a scene gives no exchange.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -33,6 +60,22 @@ pub enum ExchangeError<E> {
         "no multicanonical weights: in the equilibration, the energies at some temperatures did not overlap with those at the others"
     )]
     NoOverlap,
+    /// A replica has not come into its window in half of the equilibration.
+    #[error(
+        "window {}, from {} to {}: the distance has come to {} only, in half of the equilibration",
+        window + 1,
+        digits(ends[0]),
+        digits(ends[1]),
+        digits(*distance)
+    )]
+    OutsideOfWindow {
+        /// Its number, from 0.
+        window: usize,
+        /// Its ends `[length]`.
+        ends: [f64; 2],
+        /// The distance that was reached `[length]`.
+        distance: f64,
+    },
     /// A replica could not go on.
     #[error("replica {}, at temperature {temperature}: {source}", replica + 1)]
     Engine {
@@ -48,6 +91,8 @@ pub enum ExchangeError<E> {
 impl<E> ExchangeError<E> {
     /// Cure of [`Self::NoOverlap`]: what the user can do.
     pub const NO_OVERLAP_CURE: &str = "add temperatures between them, or give a longer equilibration_time";
+    /// Cure of [`Self::OutsideOfWindow`]: what the user can do.
+    pub const OUTSIDE_OF_WINDOW_CURE: &str = "give a longer equilibration_time or a shorter interval, windows that the particles can be in, or a start that is nearer to them";
 }
 
 /// Error of the folder of an exchange.

@@ -10,7 +10,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::error::ExchangeError;
-use super::multicanonical::Torn;
 use super::replica::Replica;
 use super::replicas::{Exchange, ExchangeRow};
 use crate::engine::{EngineError, Simulation};
@@ -97,7 +96,7 @@ impl Exchange {
     ///
     /// # Errors
     /// [`ExchangeError::Recorder`] if something cannot be kept, [`ExchangeError::Engine`] if a replica cannot go on, [`ExchangeError::NoOverlap`] where no
-    /// multicanonical weights follow from the equilibration.
+    /// multicanonical weights follow from the equilibration, [`ExchangeError::OutsideOfWindow`] of a replica that does not come into its window.
     pub fn execute<R: ExchangeRecorder>(
         mut self,
         jobs: usize,
@@ -144,7 +143,7 @@ impl Exchange {
         while !self.is_over() && !watch.is_over {
             let is_there = advance(self, recorder, watch).map_err(|failed| self.failure(failed))?;
             if is_there {
-                self.attempt().map_err(|Torn| ExchangeError::NoOverlap)?;
+                self.attempt()?;
                 if self.is_measured() {
                     recorder.row(&self.row()).map_err(ExchangeError::Recorder)?;
                 }

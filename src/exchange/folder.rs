@@ -25,8 +25,8 @@ use crate::io::partial::PartialFile;
 use crate::io::plain;
 use crate::io::surfaces;
 use crate::io::{Frames, OutputError, remove};
-use crate::model::Scene;
 use crate::model::input_file::spelled;
+use crate::model::{ExchangePlan, Scene};
 use crate::run::checkpoint::{self, Checked, ManifestEntry};
 use crate::scene::without_limit;
 
@@ -35,10 +35,14 @@ const ROWS: &str = "exchange.csv";
 const ENERGIES: &str = "energies.csv";
 const CURVES: &str = "curves.csv";
 const DENSITY: &str = "density_of_states.csv";
+const MEAN_FORCE: &str = "potential_of_mean_force.csv";
 const CHECKPOINT: &str = "exchange.checkpoint";
 /// The page, which is no longer true of an exchange that goes on to a later end.
 const PAGE: &str = "exchange.html";
 pub(super) const SUMMARY: &str = "summary.json";
+
+/// All files but for trajectories and surfaces.
+const FILES: [&str; 10] = [SCENE, ROWS, ENERGIES, CURVES, DENSITY, MEAN_FORCE, MEASUREMENTS, CHECKPOINT, PAGE, SUMMARY];
 
 /// Content of a checkpoint, as it is read: the exchange, and its files.
 type Content = (Exchange, Vec<ManifestEntry>);
@@ -103,10 +107,8 @@ impl ExchangeFolder {
     pub fn open(path: impl AsRef<Path>, scene: Scene, record: &str) -> Result<Opened, ExchangeFolderError> {
         let path = path.as_ref();
         let mark = mark::locked(path)?;
-        let places = scene.exchange().map_or(0, |plan| plan.temperatures.len());
-        let names = [SCENE, ROWS, ENERGIES, CURVES, DENSITY, MEASUREMENTS, CHECKPOINT, PAGE, SUMMARY]
-            .map(str::to_owned)
-            .into_iter();
+        let places = scene.exchange().map_or(0, ExchangePlan::replicas);
+        let names = FILES.map(str::to_owned).into_iter();
         let names = names.chain(surfaces::names(&scene)).chain(measured::folders(places));
         names.chain((0..places).map(trajectory_of)).try_for_each(|name| plain::refuse_others(path, &name))?;
         let kept = path.join(SCENE);
@@ -138,7 +140,7 @@ impl ExchangeFolder {
         }
         if has_other_end {
             // From here on the results are no longer those of the scene. A process that is killed before it has the new scene comes to the old end again.
-            [SUMMARY, ENERGIES, CURVES, DENSITY, MEASUREMENTS, PAGE]
+            [SUMMARY, ENERGIES, CURVES, DENSITY, MEAN_FORCE, MEASUREMENTS, PAGE]
                 .iter()
                 .try_for_each(|name| remove(&path.join(name)))?;
             write_text(&kept, record)?;
@@ -150,7 +152,7 @@ impl ExchangeFolder {
         let frames = Frames::of(&scene);
         let exchange = Exchange::new(scene)?;
         let count = exchange.temperatures().len();
-        let rows = PartialFile::with_text(path.join(ROWS), &tables::header(count, exchange.measured_names()))?;
+        let rows = PartialFile::with_text(path.join(ROWS), &tables::header(count, &exchange.measured_names()))?;
         let create = |place| PartialFile::create(trajectory_in(path, place));
         let trajectories = (0..count).map(create).collect::<Result<_, _>>()?;
         let folder = Self {
@@ -225,7 +227,7 @@ impl ExchangeFolder {
     /// The files of an exchange that its page is made from, or that it goes on from, whether they are there or not.
     #[must_use]
     pub fn files_of(path: &Path) -> Vec<PathBuf> {
-        [SCENE, ROWS, ENERGIES, CURVES, DENSITY, MEASUREMENTS, CHECKPOINT, SUMMARY].map(|name| path.join(name)).into()
+        FILES.into_iter().filter(|name| *name != PAGE).map(|name| path.join(name)).collect()
     }
 
     /// Gives all files their names and writes the results, `summary.json` last.
@@ -234,19 +236,24 @@ impl ExchangeFolder {
     /// [`ExchangeFolderError::Output`] if a file cannot be written; there is no `summary.json` then.
     pub fn complete(mut self, exchange: &Exchange) -> Result<ExchangeSummary, ExchangeFolderError> {
         self.rows.sync()?;
-        let curves = rows::curves(&PartialFile::present(&self.path.join(ROWS)), exchange)?;
+        let rows = PartialFile::present(&self.path.join(ROWS));
+        let curves = rows::curves(&rows, exchange)?;
         let mut summary = ExchangeSummary::of(exchange).with_curves(curves);
-        let texts = [
+        let mut texts = vec![
             (ENERGIES, tables::energies(&summary.results)),
             (CURVES, tables::curves(&summary.curves)),
             (DENSITY, tables::density_of_states(&summary.density_of_states)),
         ];
+        if exchange.plan().umbrella.is_some() {
+            summary = summary.with_mean_force(rows::mean_force(&rows, exchange)?);
+            texts.push((MEAN_FORCE, tables::mean_force(&summary.potential_of_mean_force)));
+        }
         for (name, text) in &texts {
             write_text(&self.path.join(name), text)?;
         }
         let mut measured = measured::measurements(&summary.results).prepare(&self.path)?;
         let of_measured = measured.first_mut().map(|file| file.keep(&self.path)).transpose()?;
-        let checksums = texts.map(|(name, text)| (name, checksum(text.as_bytes()))).into_iter();
+        let checksums = texts.iter().map(|(name, text)| (*name, checksum(text.as_bytes())));
         let checksums = checksums.chain([(ROWS, self.rows.keep(&self.path)?.checksum)]);
         let checksums = checksums.chain(of_measured.map(|file| (MEASUREMENTS, file.checksum)));
         summary.tables = checksums.map(|(name, checksum)| (name.to_owned(), spelled(checksum))).collect();
@@ -286,7 +293,8 @@ impl ExchangeFolder {
                 Ok::<_, ExchangeFolderError>(Some(text))
             })
         };
-        let [curves, levels, measured] = [table(CURVES)?, table(DENSITY)?, table(MEASUREMENTS)?];
+        let [curves, levels] = [table(CURVES)?, table(DENSITY)?];
+        let [mean_force, measured] = [table(MEAN_FORCE)?, table(MEASUREMENTS)?];
         if let Some(text) = curves {
             summary.curves = tables::read_curves(&text).map_err(|why| damaged(CURVES, why))?;
         }
@@ -295,6 +303,9 @@ impl ExchangeFolder {
         }
         if let Some(text) = measured {
             measured::read(&text, &mut summary.results).map_err(|why| damaged(MEASUREMENTS, why))?;
+        }
+        if let Some(text) = mean_force {
+            summary.potential_of_mean_force = tables::read_mean_force(&text).map_err(|why| damaged(MEAN_FORCE, why))?;
         }
         refuse_other(path, ROWS, &summary, || {
             let mut rows = Checked::new(io::sink());

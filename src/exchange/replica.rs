@@ -24,11 +24,12 @@ impl Replica {
     pub fn new(scene: &Scene, plan: &ExchangePlan, number: usize) -> Result<Self, StartError> {
         let mut own = scene.clone();
         own.exchange = None;
-        own.run.thermostat = Some(bath(plan, number));
+        let temperature = plan.temperatures_of_places()[number];
+        own.run.thermostat = Some(bath(plan, temperature));
         let mut random = Random::new(scene.seed(), Purpose::Exchange, 1 + number);
         let velocity = |species: &Species| match species.is_static() {
             true => Vector::zeros(),
-            false => random.normal_vector(&scene.space) * (plan.temperatures[number] / species.mass).sqrt(),
+            false => random.normal_vector(&scene.space) * (temperature / species.mass).sqrt(),
         };
         let species = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
         let velocities: Vec<Vector> = species.map(velocity).collect();
@@ -71,7 +72,7 @@ impl Replica {
     }
 }
 
-/// The heat bath at a temperature.
-pub(super) fn bath(plan: &ExchangePlan, place: usize) -> Thermostat {
-    Thermostat::Andersen { temperature: plan.temperatures[place], rate: plan.rate, axes: [true; 3] }
+/// The heat bath at a temperature `[energy]`.
+pub(super) fn bath(plan: &ExchangePlan, temperature: f64) -> Thermostat {
+    Thermostat::Andersen { temperature, rate: plan.rate, axes: [true; 3] }
 }

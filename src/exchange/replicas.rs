@@ -43,6 +43,8 @@ use crate::run::FrameLimit;
 #[must_use = "an exchange does nothing until `execute` or `finish`"]
 pub struct Exchange {
     pub(super) plan: ExchangePlan,
+    /// Temperature at each place `[energy]`.
+    pub(super) temperatures: Vec<f64>,
     seed: u64,
     /// Number of the first stream of the heat baths.
     pub(super) first_stream: usize,
@@ -59,6 +61,10 @@ pub struct Exchange {
     pub(super) places: Vec<usize>,
     /// Its potential energy at the last attempt.
     pub(super) energies: Vec<f64>,
+    /// Of windows the distance of each then `[length]`.
+    pub(super) distances: Vec<f64>,
+    /// Whether each is still on its way into its window.
+    pub(super) is_outside: Vec<bool>,
     /// Quantities that were measured of it then: all of the first temperature, then of the second and so on.
     pub(super) measured: Vec<f64>,
     /// Follows from the scene.
@@ -86,11 +92,22 @@ pub struct ExchangeRow<'e> {
     pub measured: &'e [f64],
 }
 
+/// Name of the distance that is held in windows, the first of what is measured of each, and its unit.
+pub const DISTANCE: (&str, &str) = ("distance", "length");
+
+impl ExchangeRow<'_> {
+    /// Of an exchange between windows the distance in each `[length]`.
+    pub(super) fn distances(&self) -> impl Iterator<Item = f64> {
+        let each = self.measured.len() / self.potential.len().max(1);
+        self.measured.iter().copied().step_by(each.max(1))
+    }
+}
+
 /// Attempts between two frames, of so many that are measured: those of the interval in the scene, or so many that the frames of all temperatures have room.
 pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> u64 {
     let given = scene.output().frame_interval.and_then(|interval| plan.attempts(interval)).filter(|every| *every > 0);
     given.unwrap_or_else(|| {
-        let most = FrameLimit::of_replicas(scene, plan.temperatures.len()).of_exchange();
+        let most = FrameLimit::of_replicas(scene, plan.replicas()).of_exchange();
         measured.div_ceil(u64::from(most))
     })
 }
@@ -105,9 +122,9 @@ impl Exchange {
         let attempts = |time: Option<f64>| time.map_or(Some(0), |time| plan.attempts(time));
         let equilibration = attempts(scene.run().equilibration.time).ok_or(StartError::NoPlan)?;
         let measured = attempts(scene.run().limit.time).filter(|attempts| *attempts > 0).ok_or(StartError::NoPlan)?;
-        let count = plan.temperatures.len();
+        let (temperatures, count) = (plan.temperatures_of_places(), plan.replicas());
         let mut example = scene.clone();
-        example.run.thermostat = Some(bath(&plan, 0));
+        example.run.thermostat = Some(bath(&plan, temperatures[0]));
         let (seed, first_stream) = (scene.seed(), scene.first_stream());
         let mut exchange = Self {
             seed,
@@ -120,16 +137,20 @@ impl Exchange {
             replicas: (0..count).map(|number| Replica::new(&scene, &plan, number)).collect::<Result<_, _>>()?,
             places: (0..count).collect(),
             energies: vec![0.0; count],
+            distances: Vec::new(),
+            is_outside: Vec::new(),
             measured: Vec::new(),
             chains: OnceLock::new(),
             random: Random::new(seed, Purpose::Exchange, 0),
-            averages: Averages::new(&example, count),
+            averages: Averages::new(&example, &plan),
             instruments: InstrumentsAtTemperatures::default(),
-            walk: Walk::new(&plan.temperatures),
+            walk: Walk::new(&temperatures),
             multicanonical: (plan.ensemble == ExchangeEnsemble::Multicanonical)
                 .then(|| Multicanonical::new(equilibration)),
             plan,
+            temperatures,
         };
+        exchange.begin_windows();
         for number in 0..count {
             exchange.heat(number, number);
         }
@@ -148,18 +169,19 @@ impl Exchange {
         self.replicas.iter().for_each(|replica| replica.simulation.enlarge());
     }
 
-    /// The temperatures `[energy]`.
+    /// The temperatures, in the order of the places; all windows have the same `[energy]`.
     #[must_use]
     pub fn temperatures(&self) -> &[f64] {
-        &self.plan.temperatures
+        &self.temperatures
     }
 
-    /// The ensemble in which the energies at each place of a row are measured.
+    /// The ensemble in which the energies at each place of a row are measured, or the distances where windows are.
     #[must_use]
     pub fn ensembles(&self) -> Vec<Ensemble> {
-        match self.weights() {
-            None => Ensemble::canonical(self.temperatures()),
-            Some(weights) => vec![Ensemble::Multicanonical(weights.clone()); self.places.len()],
+        match (&self.plan.umbrella, self.weights()) {
+            (Some(umbrella), _) => umbrella.windows.iter().map(|ends| Ensemble::Window { ends: *ends }).collect(),
+            (None, None) => Ensemble::canonical(self.temperatures()),
+            (None, Some(weights)) => vec![Ensemble::Multicanonical(weights.clone()); self.places.len()],
         }
     }
 
@@ -256,10 +278,11 @@ impl Exchange {
     }
 
     /// Names of what is measured at each attempt beside the energies: of a scene with bonded particles `mean_square_radius_of_gyration`, and where there are linear chains
-    /// `mean_square_end_to_end_distance`, `[length^2]`, over all of them.
+    /// `mean_square_end_to_end_distance`, `[length^2]`, over all of them; of windows first the `distance` that is held in them `[length]`.
     #[must_use]
-    pub fn measured_names(&self) -> &'static [&'static str] {
-        self.chains().names()
+    pub fn measured_names(&self) -> Vec<&'static str> {
+        let distance = self.plan.umbrella.as_ref().map(|_| DISTANCE.0);
+        distance.into_iter().chain(self.chains().names().iter().copied()).collect()
     }
 
     fn chains(&self) -> &ChainSizes {
@@ -268,32 +291,35 @@ impl Exchange {
 
     pub(super) fn now_measured(&self) -> Vec<f64> {
         let chains = self.chains();
-        if chains.names().is_empty() {
-            return Vec::new();
-        }
-        self.simulations().flat_map(|simulation| chains.at(&simulation.snapshot())).collect()
+        let of_place = |(place, simulation): (usize, &Simulation)| {
+            let sizes = if chains.names().is_empty() { Vec::new() } else { chains.at(&simulation.snapshot()) };
+            self.distances.get(place).copied().into_iter().chain(sizes)
+        };
+        self.simulations().enumerate().flat_map(of_place).collect()
     }
 
     /// Results so far.
     #[must_use]
     pub fn results(&self) -> ExchangeResults {
-        let temperatures = &self.plan.temperatures;
         let measured = self.attempts.saturating_sub(self.equilibration);
         let faults = self.replicas.iter().enumerate().flat_map(|(number, replica)| {
             replica.faults().into_iter().map(move |fault| format!("replica {}: {fault}", number + 1))
         });
-        let mut at_temperatures = self.averages.results(temperatures, self.measured_names());
+        let mut at_places = self.averages.results(&self.temperatures, &self.measured_names());
+        for (at, window) in at_places.iter_mut().zip(self.plan.umbrella.iter().flat_map(|it| &it.windows)) {
+            at.window = Some(*window);
+        }
         let of_instruments = self.instruments.report(self.example(), self.averages.applicable());
-        at_temperatures.iter_mut().zip(of_instruments).for_each(|(at, measured)| at.measured = measured);
+        at_places.iter_mut().zip(of_instruments).for_each(|(at, measured)| at.measured = measured);
         ExchangeResults {
             ensemble: self.plan.ensemble,
             start: self.time_of(self.equilibration),
             duration: measured as f64 * self.plan.interval,
             attempts: measured,
-            temperatures: at_temperatures,
+            temperatures: at_places,
             neighbours: match self.plan.ensemble {
-                ExchangeEnsemble::Canonical => self.averages.neighbours(temperatures),
                 ExchangeEnsemble::Multicanonical => Vec::new(),
+                _ => self.averages.neighbours(&self.temperatures),
             },
             round_trips: self.walk.trips().to_vec(),
             faults: faults.collect(),

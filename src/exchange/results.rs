@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::instruments::Measured;
 use crate::analysis::statistics::Estimate;
+use crate::base::text::digits;
 use crate::model::ExchangeEnsemble;
 
 /// Population of a level of the potential energy.
@@ -19,12 +20,15 @@ pub struct Population {
     pub population: Estimate,
 }
 
-/// Results at a temperature, over whichever replica was there.
+/// Results at a temperature, or in a window of a distance, over whichever replica was there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct TemperatureResult {
     /// The temperature `[energy]`.
     pub temperature: f64,
+    /// Ends of the window that the distance was held in, of an exchange between windows `[length]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window: Option<[f64; 2]>,
     /// Means by name: those of [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that mean something for the scene, and
     /// `heat_capacity_per_particle` (at constant volume, in units of k_B), `D / 2 + <(U - <U>)^2> / (N T^2)`, and the names of
     /// [`Exchange::measured_names`](super::Exchange::measured_names).
@@ -37,7 +41,18 @@ pub struct TemperatureResult {
     pub measured: Measured,
 }
 
-/// Swaps between two neighbouring temperatures.
+impl TemperatureResult {
+    /// The temperature, or the window, in words.
+    #[must_use]
+    pub fn place(&self) -> String {
+        self.window.map_or_else(
+            || digits(self.temperature),
+            |[lower, upper]| format!("{} to {}", digits(lower), digits(upper)),
+        )
+    }
+}
+
+/// Swaps between two neighbouring temperatures, or windows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct NeighbouringTemperatures {
@@ -64,11 +79,11 @@ pub struct ExchangeResults {
     pub duration: f64,
     /// Attempts in that time, each with a sample of all temperatures.
     pub attempts: u64,
-    /// By temperature, in the order of the scene.
+    /// By temperature, or by window, in the order of the scene.
     pub temperatures: Vec<TemperatureResult>,
-    /// Each temperature with the next one; none of a multicanonical exchange, in which nothing is swapped.
+    /// Each temperature or window with the next one; none of a multicanonical exchange, in which nothing is swapped.
     pub neighbours: Vec<NeighbouringTemperatures>,
-    /// Round trips from the highest temperature to the lowest and back, by replica; of a multicanonical exchange between the mean potential energies of these temperatures.
+    /// Round trips from the highest temperature to the lowest and back, by replica; of a multicanonical exchange between the mean potential energies of these temperatures, and of windows from the last one to the first and back.
     pub round_trips: Vec<u64>,
     /// Faults that the audits of the replicas found, in words; empty for a sound exchange.
     pub faults: Vec<String>,

@@ -7,13 +7,14 @@ use serde::{Deserialize, Serialize};
 use super::curves::{HeatCapacityPeak, ThermalCurves, ThermalPoint};
 use super::equilibrium;
 use super::levels::LevelDensity;
+use super::mean_force::{MeanForce, MeanForcePoint};
 use super::replicas::Exchange;
 use super::results::ExchangeResults;
 use crate::analysis::reweighting::DensityOfStates;
-use crate::model::InputFile;
 use crate::model::exchange_plan::ends;
+use crate::model::{InputFile, UmbrellaPlan};
 
-/// Summary of an exchange: the content of its `summary.json`, with the populations of `energies.csv`, the curves of `curves.csv` and the density of states of `density_of_states.csv`. No number is one of the clock.
+/// Summary of an exchange: the content of its `summary.json`, with the populations of `energies.csv`, the curves of `curves.csv`, the density of states of `density_of_states.csv` and the potential of mean force of `potential_of_mean_force.csv`. No number is one of the clock.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ExchangeSummary {
@@ -38,6 +39,9 @@ pub struct ExchangeSummary {
     pub interval: f64,
     /// Of the heat baths, for each particle `[1 / time]`.
     pub rate: f64,
+    /// The windows of the distance, of an exchange between them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub umbrella: Option<UmbrellaPlan>,
     /// The results.
     #[serde(flatten)]
     pub results: ExchangeResults,
@@ -53,6 +57,9 @@ pub struct ExchangeSummary {
     /// The density of states; in `density_of_states.csv`, not in `summary.json`. There is none before the exchange is complete.
     #[serde(skip)]
     pub density_of_states: Vec<LevelDensity>,
+    /// The potential of mean force along the distance of windows; in `potential_of_mean_force.csv`, not in `summary.json`. There is none before the exchange is complete.
+    #[serde(skip)]
+    pub potential_of_mean_force: Vec<MeanForcePoint>,
 }
 
 impl ExchangeSummary {
@@ -71,10 +78,12 @@ impl ExchangeSummary {
             dimensions: simulation.dimensions(),
             interval: exchange.plan().interval,
             rate: exchange.plan().rate,
+            umbrella: exchange.plan().umbrella.clone(),
             heat_capacity_peak: None,
             warnings: results.warnings(),
             curves: Vec::new(),
             density_of_states: Vec::new(),
+            potential_of_mean_force: Vec::new(),
             results,
         }
     }
@@ -90,6 +99,13 @@ impl ExchangeSummary {
         }
         let ThermalCurves { points, peak, density_of_states, .. } = curves;
         Self { heat_capacity_peak: peak, curves: points, density_of_states, ..self }
+    }
+
+    /// With the potential of mean force of the exchange.
+    #[must_use]
+    pub(super) fn with_mean_force(mut self, found: MeanForce) -> Self {
+        self.warnings.extend(found.is_torn.then(|| equilibrium::TORN_WINDOWS.to_owned()));
+        Self { potential_of_mean_force: found.points, ..self }
     }
 
     /// Ascending temperatures from the lowest to the highest one of the exchange, as few as there can be with the same acceptance of all swaps, at least the one asked for: by the density of states.

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::curves::ThermalPoint;
 use super::levels::LevelDensity;
+use super::mean_force::MeanForcePoint;
 use super::replicas::ExchangeRow;
 use super::results::{ExchangeResults, Population};
 use crate::analysis::statistics::Estimate;
@@ -134,6 +135,43 @@ pub(super) fn read_density_of_states(text: &str) -> Result<Vec<LevelDensity>, St
         found.ok_or_else(|| format!("line {number}: expected an energy, and a number with its error"))
     };
     (2..).zip(lines).map(level).collect()
+}
+
+const MEAN_FORCE_HEADS: &str =
+    "distance,width,free_energy,free_energy_error,potential_of_mean_force,potential_of_mean_force_error";
+
+/// `potential_of_mean_force.csv`.
+pub(super) fn mean_force(points: &[MeanForcePoint]) -> String {
+    let mut text = format!("{MEAN_FORCE_HEADS}\n");
+    for MeanForcePoint { distance, width, free_energy, potential_of_mean_force } in points {
+        let _ = write!(text, "{},{}", Cell(Some(*distance)), Cell(Some(*width)));
+        for it in [free_energy, potential_of_mean_force] {
+            // Writing to a string cannot fail.
+            let _ = write!(text, ",{},{}", Cell(Some(it.mean)), Cell(it.standard_error));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Reads the potential of mean force back; otherwise says what is wrong.
+pub(super) fn read_mean_force(text: &str) -> Result<Vec<MeanForcePoint>, String> {
+    let mut lines = text.lines();
+    if lines.next() != Some(MEAN_FORCE_HEADS) {
+        return Err(format!("line 1: expected `{MEAN_FORCE_HEADS}`"));
+    }
+    let point = |(number, line): (usize, &str)| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let cell = |at: usize| cells.get(at).and_then(|cell| cell.parse::<f64>().ok());
+        let estimate = |at: usize| Some(Estimate { mean: cell(at)?, standard_error: cell(at + 1) });
+        let found = || {
+            let (free_energy, potential_of_mean_force) = (estimate(2)?, estimate(4)?);
+            Some(MeanForcePoint { distance: cell(0)?, width: cell(1)?, free_energy, potential_of_mean_force })
+        };
+        found()
+            .ok_or_else(|| format!("line {number}: expected a distance and a width, and two numbers with their errors"))
+    };
+    (2..).zip(lines).map(point).collect()
 }
 
 const HEADS: &str = "temperature,energy,width,population,population_error";

@@ -1,5 +1,7 @@
 //! Exchanges that are interrupted, and run on any number of threads.
 
+mod windows;
+
 use std::cell::Cell;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -25,6 +27,7 @@ fn fluid(interval: f64, attempts: u32) -> Scene {
             interval,
             rate: 1.0,
             ensemble: ExchangeEnsemble::Canonical,
+            umbrella: None,
         })
         .output(OutputPlan { frame_interval: Some(2.0 * interval), ..OutputPlan::default() })
         .run(RunPlan { equilibration: Limit::time(interval), limit, ..RunPlan::default() })
@@ -280,6 +283,7 @@ fn one_falling_particle_has_the_barometric_energy() {
         interval: 3.0,
         rate: 0.5,
         ensemble: ExchangeEnsemble::Canonical,
+        umbrella: None,
     };
     let walls = [
         crate::model::space::Boundary::Periodic,

@@ -13,10 +13,10 @@ enum Heading {
     Up,
 }
 
-/// Round trips of all replicas between the ends of the temperatures, or of the energies.
+/// Round trips of all replicas between the ends of the temperatures, of the windows, or of the energies.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Walk {
-    /// Places of the highest and of the lowest temperature.
+    /// Places of the highest and of the lowest temperature, or of the last and of the first window.
     ends: [usize; 2],
     /// By replica.
     headings: Vec<Heading>,
@@ -24,10 +24,11 @@ pub(super) struct Walk {
 }
 
 impl Walk {
+    /// Of replicas at temperatures that ascend or descend; of windows at one temperature their places ascend.
     pub fn new(temperatures: &[f64]) -> Self {
-        let last = temperatures.len() - 1;
-        let ends = if temperatures[0] > temperatures[last] { [0, last] } else { [last, 0] };
         let count = temperatures.len();
+        let last = count - 1;
+        let ends = if temperatures[0] > temperatures[last] { [0, last] } else { [last, 0] };
         Self { ends, headings: vec![Heading::Nowhere; count], trips: vec![0; count] }
     }
 

@@ -1,11 +1,12 @@
 //! Plan of replica exchange: the table `[exchange]`.
 
+use super::UmbrellaPlan;
 use serde::{Deserialize, Serialize};
 
-/// Replica exchange plan of a scene (parallel tempering): a replica for each temperature, and when neighbours are swapped.
+/// Replica exchange plan of a scene (parallel tempering): a replica for each temperature, or for each window of a distance, and when neighbours are swapped.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExchangePlan {
-    /// Temperatures, ascending or descending; those next to each other are neighbours `[energy]`.
+    /// Temperatures, ascending or descending; those next to each other are neighbours. Of umbrella windows the one that all have `[energy]`.
     pub temperatures: Vec<f64>,
     /// Between two attempts to swap `[time]`.
     pub interval: f64,
@@ -13,6 +14,8 @@ pub struct ExchangePlan {
     pub rate: f64,
     /// How replicas sample the energies between those of the temperatures.
     pub ensemble: ExchangeEnsemble,
+    /// Windows of a distance, of the ensemble [`ExchangeEnsemble::Umbrella`].
+    pub umbrella: Option<UmbrellaPlan>,
 }
 
 /// Ensemble in which replicas are measured.
@@ -24,9 +27,25 @@ pub enum ExchangeEnsemble {
     Canonical,
     /// All replicas in one multicanonical ensemble, which visits all energies between those of the temperatures equally often.
     Multicanonical,
+    /// In each window of a distance a canonical ensemble with the distance in that window, at one temperature, whose replicas are swapped: umbrella sampling.
+    Umbrella,
 }
 
 impl ExchangePlan {
+    /// Number of replicas: one for each temperature, or for each window.
+    #[must_use]
+    pub fn replicas(&self) -> usize {
+        self.umbrella.as_ref().map_or(self.temperatures.len(), |umbrella| umbrella.windows.len())
+    }
+
+    /// Temperature of each replica, in the order of the places `[energy]`.
+    pub(crate) fn temperatures_of_places(&self) -> Vec<f64> {
+        match (&self.umbrella, self.temperatures.first()) {
+            (Some(umbrella), Some(temperature)) => vec![*temperature; umbrella.windows.len()],
+            _ => self.temperatures.clone(),
+        }
+    }
+
     /// How many intervals a duration `[time]` has, where it is a whole number of them but for rounding.
     #[must_use]
     pub fn attempts(&self, duration: f64) -> Option<u64> {
@@ -62,6 +81,7 @@ mod tests {
             interval: 0.1,
             rate: 1.0,
             ensemble: ExchangeEnsemble::Canonical,
+            umbrella: None,
         };
         assert_eq!(plan.attempts(0.3), Some(3));
         assert_eq!(plan.attempts(1e6), Some(10_000_000));

@@ -14,7 +14,7 @@ mod space;
 mod surface;
 
 pub(crate) use diameter::{DiameterFile, DistributionFile};
-pub(crate) use drive::{ExchangeFile, GrowthFile, StageFile, ThermostatFile, ThreadsFile};
+pub(crate) use drive::{ExchangeFile, GrowthFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile};
 pub(crate) use interaction::InteractionFile;
 pub(crate) use live::{LiveFile, SliderFile};
 pub(crate) use measure::MeasureFile;

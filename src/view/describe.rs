@@ -1,10 +1,12 @@
 //! Descriptions of a scene in words, and numbers as people read them: for the terminal and for the page about a run.
 
 mod estimate;
+mod exchange;
 mod facts;
 mod surfaces;
 
 pub use estimate::{estimate, observable};
+pub use exchange::{distance_between, exchange};
 pub(crate) use facts::AUTO_THREADS;
 pub use facts::{Fact, facts};
 pub use surfaces::meshes;
@@ -18,8 +20,8 @@ use crate::engine::EngineChoice;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{
-    Equilibration, ExchangeEnsemble, ExchangePlan, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene,
-    Species, SpeciesId, StagePlan, Thermostat,
+    Equilibration, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan,
+    Thermostat,
 };
 
 /// Numbers of particles of each species.
@@ -242,23 +244,6 @@ pub fn stage(stage: &StagePlan) -> String {
         parts.push(format!("{measured}{}", limit(&stage.limit)));
     }
     format!("{}: {}", stage.name, parts.join("; "))
-}
-
-/// Replicas, and when they are swapped.
-#[must_use]
-pub fn exchange(plan: &ExchangePlan) -> String {
-    let temperatures: Vec<String> = plan.temperatures.iter().map(|temperature| digits(*temperature)).collect();
-    let then = match plan.ensemble {
-        ExchangeEnsemble::Canonical => "",
-        ExchangeEnsemble::Multicanonical => " and measured in a multicanonical ensemble",
-    };
-    format!(
-        "{} replicas at temperatures {}, in heat baths of rate {}, are swapped at intervals of {}{then}; `carom exchange` runs it",
-        temperatures.len(),
-        temperatures.join(", "),
-        digits(plan.rate),
-        digits(plan.interval)
-    )
 }
 
 /// Description of a thermostat.

@@ -27,7 +27,7 @@ pub fn in_ensemble(
     interval: f64,
     attempts: [u32; 2],
 ) -> Scene {
-    let plan = ExchangePlan { temperatures: temperatures.to_vec(), interval, rate: 0.7, ensemble };
+    let plan = ExchangePlan { temperatures: temperatures.to_vec(), interval, rate: 0.7, ensemble, umbrella: None };
     let [equilibration, limit] = attempts.map(|count| Limit::time(f64::from(count) * interval));
     builder.exchange(plan).run(RunPlan { equilibration, limit, ..RunPlan::default() }).build().unwrap()
 }

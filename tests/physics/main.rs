@@ -24,5 +24,6 @@ mod rates;
 mod sheared;
 mod single_bodies;
 mod steps;
+mod umbrella;
 mod unbounded;
 mod walls;

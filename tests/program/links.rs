@@ -137,6 +137,7 @@ fn no_exchange_writes_through_a_link() {
         "curves.csv.partial",
         "density_of_states.csv",
         "measurements",
+        "potential_of_mean_force.csv",
         "trajectory-2.xyz.partial",
         "exchange.html",
         "scene.toml",

@@ -28,3 +28,4 @@ mod sweep;
 mod sweep_inputs;
 mod sweep_values;
 mod threads;
+mod umbrella;

@@ -1,4 +1,4 @@
-"""Replica exchange: replicas of a scene at several temperatures, which are swapped."""
+"""Replica exchange: replicas of a scene at several temperatures, or in windows of a distance, which are swapped."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ class Exchange(InFolder):
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
-        """The temperatures, in the order of the scene `[energy]`.
+        """The temperatures, in the order of the scene; of windows that of each, which is the same `[energy]`.
 
         Examples
         --------
@@ -203,7 +203,7 @@ class Exchange(InFolder):
 
     @property
     def acceptance(self) -> list[Observable]:
-        """Part of the attempted swaps between each temperature and the next that were accepted.
+        """Part of the attempted swaps between each temperature or window and the next that were accepted.
 
         Examples
         --------
@@ -215,7 +215,7 @@ class Exchange(InFolder):
 
     @property
     def round_trips(self) -> NDArray[np.int64]:
-        """Round trips from the highest temperature to the lowest and back, by replica.
+        """Round trips from the highest temperature to the lowest and back, or from the last window to the first and back, by replica.
 
         Examples
         --------
@@ -263,6 +263,53 @@ class Exchange(InFolder):
         """
         return Table.read(self.folder / "density_of_states.csv")
 
+    @property
+    def windows(self) -> NDArray[np.float64]:
+        """Lower and upper end of each window of a distance, of an exchange with ``ensemble = "umbrella"`` `[length]`; of another one none.
+
+        Examples
+        --------
+        >>> carom.exchange(pair).windows.shape
+        (0, 2)
+        """
+        found = (self.summary.get("umbrella") or {}).get("windows", [])
+        return fixed(np.array(found, dtype=float).reshape(-1, 2))
+
+    @cached_property
+    def potential_of_mean_force(self) -> Table:
+        """Free energies along the distance of windows, from all of them together: ``distance`` (the middle of a bin) and its ``width`` `[length]`, ``free_energy``, that is
+        ``F(r) = -T ln p(r)`` with the probability density ``p(r)`` of the distance, and ``potential_of_mean_force``, ``w(r) = F(r) + (D - 1) T ln r`` in ``D`` dimensions `[energy]`, each
+        with its error, as ``free_energy_error``, and zero where it is lowest.
+
+        Raises
+        ------
+        FolderError
+            If the exchange has no windows.
+
+        Examples
+        --------
+        >>> umbrella = {"between": [[0], [1]], "windows": [[1.0, 1.6], [1.4, 1.95]], "bins": 8}
+        >>> changed = {"exchange.ensemble": "umbrella", "exchange.temperatures": [0.6], "exchange.umbrella": umbrella, "run.equilibration_time": 200.0}
+        >>> w = carom.exchange(pair, set=changed).potential_of_mean_force
+        >>> bool(w["potential_of_mean_force"][w["distance"] < 1.5].max() < w["potential_of_mean_force"][w["distance"] > 1.5].min())
+        True
+        """
+        if not len(self.windows):
+            raise FolderError(f"{self.folder} has no potential of mean force: its exchange is not one between windows of a distance")
+        return Table.read(self.folder / "potential_of_mean_force.csv")
+
+    @property
+    def distances(self) -> NDArray[np.float64]:
+        """Distance of the replica in each window at each attempt, of the shape ``(windows, attempts)`` `[length]`; of an exchange without windows there are none.
+
+        Examples
+        --------
+        >>> carom.exchange(pair).distances.shape
+        (0,)
+        """
+        rows = self.attempts
+        return fixed(np.array([rows[f"distance_{at}"] for at in range(1, len(self.windows) + 1)], dtype=float))
+
     def temperatures_for(self, acceptance: float) -> NDArray[np.float64]:
         """Temperatures from the lowest to the highest one with the same acceptance of all swaps, as few as there can be where it is at least the one asked for: by the density of states
         `[energy]`.
@@ -303,7 +350,7 @@ class Exchange(InFolder):
 
     @cached_property
     def attempts(self) -> Table:
-        """Rows of ``exchange.csv``, one for each attempt to swap: ``time``, and at each temperature ``replica_1``, ``potential_1`` and so on.
+        """Rows of ``exchange.csv``, one for each attempt to swap: ``time``, and at each temperature or in each window ``replica_1``, ``potential_1`` and so on.
 
         Examples
         --------
@@ -351,4 +398,5 @@ class Exchange(InFolder):
         return framed(self.page())
 
     def __repr__(self) -> str:
-        return f"<Exchange of {self.summary['scene']}: {len(self.temperatures)} temperatures, {self.summary['attempts']} attempts>"
+        places = "windows" if len(self.windows) else "temperatures"
+        return f"<Exchange of {self.summary['scene']}: {len(self.temperatures)} {places}, {self.summary['attempts']} attempts>"

@@ -12,6 +12,11 @@ pub enum Ensemble {
     },
     /// With weights of the energy: `u(U) = w(U)`.
     Multicanonical(EnergyWeights),
+    /// In a window of a coordinate that stands in the place of the energy, at one temperature: `u` is zero from the lower end up to the upper one, and infinite elsewhere.
+    Window {
+        /// The lower and the upper end.
+        ends: [f64; 2],
+    },
 }
 
 impl Ensemble {
@@ -27,6 +32,8 @@ impl Ensemble {
         match self {
             Self::Canonical { temperature } => energy / temperature,
             Self::Multicanonical(weights) => weights.at(energy),
+            Self::Window { ends: [lower, upper] } if (*lower..*upper).contains(&energy) => 0.0,
+            Self::Window { .. } => f64::INFINITY,
         }
     }
 }

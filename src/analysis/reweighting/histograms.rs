@@ -19,20 +19,27 @@ const MOST_BLOCKS: u64 = 512;
 pub struct EnergyLevels {
     /// In ascending order; of bins, their lower edges.
     levels: Vec<f64>,
-    /// Width of the bins; `None` for levels.
-    width: Option<f64>,
+    /// Whether they are bins, and not levels.
+    are_bins: bool,
     ends: Option<[f64; 2]>,
     rows: u64,
 }
 
 impl EnergyLevels {
+    /// Bins, by their lower edges in ascending order; of what is below the first one, that counts to it.
+    #[must_use]
+    pub fn of_bins(lower_edges: &[f64]) -> Self {
+        Self { levels: lower_edges.to_vec(), are_bins: true, ..Self::default() }
+    }
+
     /// Looks at the energies of all ensembles at a time `[energy]`.
     pub fn see(&mut self, energies: &[f64]) {
         self.rows += 1;
         for energy in energies.iter().copied().filter(|energy| energy.is_finite()) {
             let [least, most] = self.ends.unwrap_or([energy, energy]);
             self.ends = Some([least.min(energy), most.max(energy)]);
-            if self.levels.len() <= MOST_LEVELS
+            if !self.are_bins
+                && self.levels.len() <= MOST_LEVELS
                 && let Err(place) = self.find(energy)
             {
                 self.levels.insert(place, energy);
@@ -50,19 +57,19 @@ impl EnergyLevels {
 
     /// Makes bins of levels that are too many.
     fn closed(mut self) -> Self {
-        if let Some([least, most]) = self.ends.filter(|_| self.levels.len() > MOST_LEVELS) {
+        if let Some([least, most]) = self.ends.filter(|_| !self.are_bins && self.levels.len() > MOST_LEVELS) {
             let width = (most - least) / MOST_LEVELS as f64;
             self.levels = (0..MOST_LEVELS).map(|bin| least + bin as f64 * width).collect();
-            self.width = Some(width);
+            self.are_bins = true;
         }
         self
     }
 
     /// The level or bin of an energy that was seen.
     fn place(&self, energy: f64) -> usize {
-        match self.width {
-            Some(_) => self.levels.partition_point(|edge| *edge <= energy).saturating_sub(1),
-            None => self.find(energy).unwrap_or_else(|place| place.min(self.levels.len() - 1)),
+        match self.are_bins {
+            true => self.levels.partition_point(|edge| *edge <= energy).saturating_sub(1),
+            false => self.find(energy).unwrap_or_else(|place| place.min(self.levels.len() - 1)),
         }
     }
 }

@@ -41,6 +41,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 confinement: sources.confinement.clone(),
                 surface_random: sources.surface_random.as_ref().map(|column| column.permuted(order)),
                 andersen: None,
+                restraint: None,
+                is_watched: sources.confinement.is_some(),
                 next_global: f64::INFINITY,
             },
             counts: Box::new(self.no_counts()),

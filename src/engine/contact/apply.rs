@@ -16,6 +16,8 @@ pub(in crate::engine) enum With {
     Surface(u32),
     /// A heat bath.
     Bath,
+    /// The other members of a distance that is held in a window.
+    Restraint,
     /// The program: velocities are set or scaled.
     Program,
 }
@@ -113,7 +115,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 let (surface, feature) = named.unwrap_or_default();
                 (Other::Surface { surface, feature }, [first, Vector::zeros()], change.after)
             }
-            With::Bath | With::Program => (Other::Bath, [first, Vector::zeros()], change.after),
+            With::Bath | With::Restraint | With::Program => (Other::Bath, [first, Vector::zeros()], change.after),
         };
         let outcome = match kind {
             CountedKind::Core => EventKind::Pair(Outcome::Core),
@@ -164,17 +166,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.counts.totals.virial.add(change.virial);
         }
         self.note_energies(change.energy_step, change.dissipated, change.supplied);
-        if self.sources.confinement.is_some() {
-            self.account_between_walls(*change, *before);
+        if self.sources.is_watched {
+            self.watch(*change, *before);
         }
     }
 
-    /// Adds a change to the sums of the pressure between walls.
+    /// Adds a change to the sums of the pressure between walls, and has a restraint look at it.
     #[cold]
     #[inline(never)]
-    fn account_between_walls(&mut self, change: Change, before: [Vector; 2]) {
-        let partner = if let With::Particle(partner) = change.other { Some(partner) } else { None };
-        self.note_confined(change.particle, partner, &before);
+    fn watch(&mut self, change: Change, before: [Vector; 2]) {
+        self.watch_restraint(&change);
+        let (partner, is_internal) = match change.other {
+            With::Particle(partner) => (Some(partner), true),
+            With::Restraint => (None, true),
+            With::Surface(_) | With::Bath | With::Program => (None, false),
+        };
+        self.note_confined([Some(change.particle), partner], is_internal, &before);
         if let With::Surface(surface) = change.other {
             self.note_wall(&change, surface);
         }

@@ -34,7 +34,7 @@ pub(in crate::engine) struct Frame {
 /// the roundings evenly, and leave a head-on collision of simple numbers exact. Spheres of diameter 4/3 are the ones whose squared
 /// distance nine sixteenths take to a power of two: their line stays as long as it is.
 #[inline]
-fn stretch(squared: f64) -> f64 {
+pub(in crate::engine) fn stretch(squared: f64) -> f64 {
     // The digits of `9/16 |r|^2`, moved so that those next to a power of two, on either side, are the smallest numbers.
     let digits = (0.5625 * squared).to_bits().wrapping_add(NEAR_POWER_OF_TWO) & DIGITS;
     if digits < 2 * NEAR_POWER_OF_TWO { 1.0 } else { 0.75 }

@@ -5,6 +5,7 @@ use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 
 use crate::exchange::curves::ThermalCurves;
+use crate::exchange::mean_force::MeanForce;
 use crate::exchange::{Exchange, ExchangeFolderError, tables};
 
 /// The heads of a table, and its other lines with their numbers.
@@ -37,18 +38,35 @@ pub(super) fn places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64,
 
 /// Curves from the energies of all rows, which are read twice, so that any number of them needs no more memory.
 pub(super) fn curves(path: &Path, exchange: &Exchange) -> Result<ThermalCurves, ExchangeFolderError> {
+    ThermalCurves::of(exchange, |see| visit(path, exchange, |energies, measured| see(energies, measured)))
+}
+
+/// The potential of mean force from the distances of all rows, which are read twice.
+pub(super) fn mean_force(path: &Path, exchange: &Exchange) -> Result<MeanForce, ExchangeFolderError> {
+    let each = exchange.measured_names().len();
+    let mut distances = Vec::new();
+    MeanForce::of(exchange, |see| {
+        visit(path, exchange, |_, measured| {
+            distances.clear();
+            // The first of what is measured of each replica.
+            distances.extend(measured.iter().step_by(each));
+            see(&distances);
+        })
+    })
+}
+
+/// Hands out the energies of all rows, and what is measured with them.
+fn visit(path: &Path, exchange: &Exchange, mut see: impl FnMut(&[f64], &[f64])) -> Result<(), ExchangeFolderError> {
     let count = exchange.temperatures().len();
     let of_each = exchange.measured_names().len();
     let (mut energies, mut measured) = (Vec::new(), Vec::new());
-    ThermalCurves::of(exchange, |see| {
-        for (number, line) in lines(path)?.1 {
-            let line = line.map_err(|source| read(path, source))?;
-            let is_whole = tables::numbers(&line, count, &mut energies, &mut measured);
-            if !is_whole || measured.len() != of_each * count {
-                return Err(damaged(path, number));
-            }
-            see(&energies, &measured);
+    for (number, line) in lines(path)?.1 {
+        let line = line.map_err(|source| read(path, source))?;
+        let is_whole = tables::numbers(&line, count, &mut energies, &mut measured);
+        if !is_whole || measured.len() != of_each * count {
+            return Err(damaged(path, number));
         }
-        Ok(())
-    })
+        see(&energies, &measured);
+    }
+    Ok(())
 }

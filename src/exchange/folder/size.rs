@@ -14,8 +14,8 @@ impl ExchangeFolder {
         // Of a number in a table, with its comma.
         const NUMBER: f64 = 12.0;
         let Some(plan) = scene.exchange() else { return 0.0 };
-        let (temperatures, time) = (plan.temperatures.len() as f64, scene.run().limit.time.unwrap_or(0.0));
-        let measured = ChainSizes::of(scene).names().len() as f64;
+        let (temperatures, time) = (plan.replicas() as f64, scene.run().limit.time.unwrap_or(0.0));
+        let measured = ChainSizes::of(scene).names().len() as f64 + f64::from(plan.umbrella.is_some());
         let rows = time / plan.interval;
         let of_frames = Self::expected_frames(scene) * frame_bytes(scene);
         rows * NUMBER * (1.0 + (2.0 + measured) * temperatures) + of_frames
@@ -27,13 +27,13 @@ impl ExchangeFolder {
         let Some(plan) = scene.exchange() else { return 0.0 };
         let measured = scene.run().limit.time.and_then(|time| plan.attempts(time)).unwrap_or(0);
         let each = measured / frame_every(scene, plan, measured).max(1);
-        each as f64 * plan.temperatures.len() as f64
+        each as f64 * plan.replicas() as f64
     }
 
     /// Why the exchange of a scene writes fewer frames than one of a smaller system, if it does.
     #[must_use]
     pub fn frames_limit(scene: &Scene) -> Option<&'static str> {
-        let temperatures = scene.exchange()?.temperatures.len();
+        let temperatures = scene.exchange()?.replicas();
         FrameLimit::of_replicas(scene, temperatures).reason_of_exchange()
     }
 }

@@ -9,6 +9,7 @@ use crate::base::whole;
 use crate::model::Threads;
 use crate::model::exchange_plan::MOST_TEMPERATURES;
 use crate::model::space::AXES;
+use crate::model::umbrella_plan::{MOST_BINS, MOST_MEMBERS, USUAL_BINS};
 use crate::scene::names::WORDS;
 use crate::scene::parse::plan::{AUTOMATIC, ENSEMBLES, THERMOSTATS};
 use crate::scene::schema::{keys_by_kind, words};
@@ -101,12 +102,12 @@ pub(crate) struct GrowthFile {
     pub compressibility_factor: Option<f64>,
 }
 
-/// `[exchange]`: replica exchange, in which a replica at each temperature is swapped with its neighbours now and then.
+/// `[exchange]`: replica exchange, in which a replica at each temperature, or in each window of a distance, is swapped with its neighbours now and then.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ExchangeFile {
-    /// Temperatures, ascending or descending, all different `[energy]`.
-    #[schemars(length(min = 2, max = MOST_TEMPERATURES), extend("items" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
+    /// Temperatures, ascending or descending, all different; of windows one `[energy]`.
+    #[schemars(length(min = 1, max = MOST_TEMPERATURES), extend("items" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub temperatures: Vec<f64>,
     /// Between two attempts to swap `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -114,7 +115,27 @@ pub(crate) struct ExchangeFile {
     /// How often a particle gets a new velocity from the heat bath of its replica `[1 / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
-    /// Ensemble that is measured: `canonical` at each temperature, with swaps, or one `multicanonical` ensemble of all replicas, which visits all energies between those of the temperatures equally often.
+    /// Ensemble that is measured: `canonical` at each temperature, with swaps, one `multicanonical` ensemble of all replicas, which visits all energies between those of the temperatures equally often, or
+    /// `umbrella`: a canonical ensemble in each window of a distance, at one temperature, with swaps.
     #[schemars(extend("enum" = words(&ENSEMBLES), "default" = "canonical"))]
     pub ensemble: Option<String>,
+    /// The distance, and its windows, of the ensemble `umbrella`.
+    pub umbrella: Option<UmbrellaFile>,
+}
+
+/// `{ between = [[0], [19]], windows = [[0.9, 2.0], [1.6, 3.0]] }`
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct UmbrellaFile {
+    /// The ids of the particles of two groups: the distance is that of two particles, or of the centres of mass of groups of several, which are bonded together in a periodic box. Ids count from 0.
+    #[schemars(inner(length(min = 1, max = MOST_MEMBERS), inner(range(min = 0, max = u32::MAX))))]
+    #[serde(deserialize_with = "whole::lists")]
+    pub between: [Vec<u32>; 2],
+    /// Lower and upper end of each window, both ascending; each window overlaps with the next one `[length]`.
+    #[schemars(length(min = 2, max = MOST_TEMPERATURES), inner(inner(range(min = 0))))]
+    pub windows: Vec<[f64; 2]>,
+    /// Bins of the potential of mean force over all windows together, about: ends of windows are edges of bins.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = USUAL_BINS))]
+    #[serde(default, deserialize_with = "whole::given")]
+    pub bins: Option<usize>,
 }

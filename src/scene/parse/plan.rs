@@ -5,12 +5,16 @@ use crate::base::numbers::trunc_to_usize;
 use crate::base::text::shortest;
 use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
+use crate::model::umbrella_plan::USUAL_BINS;
 use crate::model::{
-    Equilibration, ExchangeEnsemble, ExchangePlan, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat, Threads,
+    Equilibration, ExchangeEnsemble, ExchangePlan, Growth, GrowthTarget, Limit, ParticleId, RunPlan, StagePlan,
+    Thermostat, Threads, UmbrellaPlan,
 };
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
-use crate::scene::file::{ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile, ThreadsFile};
+use crate::scene::file::{
+    ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile,
+};
 use crate::scene::validate::plan::SO_MANY_THREADS;
 
 /// How long to run, and what to do first.
@@ -129,15 +133,24 @@ fn parse_axes(words: &[String], at: &ConfigPath) -> Result<[bool; 3], SceneError
 
 /// Replicas at several temperatures.
 pub(crate) fn parse_exchange(file: ExchangeFile) -> Result<ExchangePlan, SceneError> {
-    let ExchangeFile { temperatures, interval, rate, ensemble } = file;
+    let ExchangeFile { temperatures, interval, rate, ensemble, umbrella } = file;
     let at = ConfigPath::root().key("exchange").key("ensemble");
     let ensemble = ensemble.map(|word| variant(&ENSEMBLES, "ensemble", &word, &at).copied());
-    Ok(ExchangePlan { temperatures, interval, rate, ensemble: ensemble.transpose()?.unwrap_or_default() })
+    let umbrella = umbrella.map(|UmbrellaFile { between, windows, bins }| UmbrellaPlan {
+        between: between.map(|ids| ids.into_iter().map(ParticleId).collect()),
+        windows,
+        bins: bins.unwrap_or(USUAL_BINS),
+    });
+    let ensemble = ensemble.transpose()?.unwrap_or_default();
+    Ok(ExchangePlan { temperatures, interval, rate, ensemble, umbrella })
 }
 
 /// Ensembles of an exchange.
-pub(crate) const ENSEMBLES: [(&str, ExchangeEnsemble); 2] =
-    [("canonical", ExchangeEnsemble::Canonical), ("multicanonical", ExchangeEnsemble::Multicanonical)];
+pub(crate) const ENSEMBLES: [(&str, ExchangeEnsemble); 3] = [
+    ("canonical", ExchangeEnsemble::Canonical),
+    ("multicanonical", ExchangeEnsemble::Multicanonical),
+    ("umbrella", ExchangeEnsemble::Umbrella),
+];
 
 /// Measurement plan from the table `[measure]`.
 pub(crate) fn parse_measure(file: MeasureFile) -> MeasurementPlan {

@@ -1,5 +1,7 @@
 //! Validates the table `[exchange]`: temperatures, whole numbers of intervals, what else the scene may have, and whether there is an equilibrium.
 
+mod umbrella;
+
 use crate::Vector;
 use crate::base::text::shortest;
 use crate::model::exchange_plan::{MOST_ATTEMPTS, MOST_TEMPERATURES};
@@ -15,7 +17,10 @@ impl SceneParts {
     /// The plan of an exchange, and what it leaves no room for.
     pub(super) fn check_exchange(&self) -> Result<(), SceneError> {
         let Some(plan) = &self.exchange else { return Ok(()) };
-        check_temperatures(&plan.temperatures)?;
+        match plan.ensemble {
+            ExchangeEnsemble::Umbrella => umbrella::check_windows(plan)?,
+            _ => check_temperatures(plan)?,
+        }
         let at = ConfigPath::root().key("exchange");
         positive(plan.interval, at.key("interval"))?;
         positive(plan.rate, at.key("rate"))?;
@@ -62,15 +67,17 @@ impl SceneParts {
         Ok(())
     }
 
-    /// An equilibration that is long enough to find multicanonical weights in.
+    /// An equilibration that is long enough to find multicanonical weights in, or to bring replicas into their windows.
     fn check_learning(&self, plan: &ExchangePlan) -> Result<(), SceneError> {
-        if plan.ensemble == ExchangeEnsemble::Canonical {
-            return Ok(());
-        }
+        let why = match plan.ensemble {
+            ExchangeEnsemble::Canonical => return Ok(()),
+            ExchangeEnsemble::Multicanonical => {
+                "\"multicanonical\", whose weights follow from the energies of its equilibration"
+            }
+            ExchangeEnsemble::Umbrella => "\"umbrella\", whose replicas come into their windows in its equilibration",
+        };
         let at = ConfigPath::root().key("run");
-        let expected = format!(
-            "at least {LEAST_LEARNING} times exchange.interval beside the ensemble \"multicanonical\", whose weights follow from the energies of its equilibration"
-        );
+        let expected = format!("at least {LEAST_LEARNING} times exchange.interval beside the ensemble {why}");
         match self.run.equilibration.time {
             None => Err(missing(&at, "equilibration_time", &expected)),
             Some(time) if plan.attempts(time).is_none_or(|attempts| attempts < LEAST_LEARNING) => {
@@ -178,18 +185,19 @@ impl SceneBuilder {
             return refuse(at, "given for a scene in which nothing moves", "particles that move");
         }
         check_energies(scene, plan)?;
-        affordable((scene.particles.len() as u64).saturating_mul(plan.temperatures.len() as u64), &at)
+        umbrella::check_groups(scene, plan)?;
+        affordable((scene.particles.len() as u64).saturating_mul(plan.replicas() as u64), &at)
     }
 }
 
-/// Attempts that the equilibration of a multicanonical exchange has at least: five of them are the first energies that weights are made of.
+/// Attempts that the equilibration has at least in which something is prepared: of a multicanonical exchange five of them are the first energies that weights are made of.
 const LEAST_LEARNING: u64 = 20;
 
 const LOSSLESS: &str = "1 beside [exchange]: what loses energy in contacts has no equilibrium";
 
 /// Energies that change in steps only, for weights of them.
 fn check_energies(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> {
-    if plan.ensemble == ExchangeEnsemble::Canonical {
+    if plan.ensemble != ExchangeEnsemble::Multicanonical {
         return Ok(());
     }
     let at = ConfigPath::root().key("exchange").key("ensemble");
@@ -206,8 +214,13 @@ fn check_energies(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// Several positive temperatures, one after the other.
-fn check_temperatures(temperatures: &[f64]) -> Result<(), SceneError> {
+/// Several positive temperatures, one after the other, and no windows.
+fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
+    let temperatures = &plan.temperatures;
+    if plan.umbrella.is_some() {
+        let at = ConfigPath::root().key("exchange").key("umbrella");
+        return refuse(at, "given", "none but beside exchange.ensemble = \"umbrella\"");
+    }
     let at = ConfigPath::root().key("exchange").key("temperatures");
     let count = temperatures.len();
     if !(2..=MOST_TEMPERATURES).contains(&count) {

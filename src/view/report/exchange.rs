@@ -1,4 +1,7 @@
-//! The page of a replica exchange: temperatures with their averages and acceptance, energies, populations, and the replica paths.
+//! The page of a replica exchange: temperatures or windows with their averages and acceptance, energies, populations, the potential of mean force, and the replica paths.
+
+mod mean_force;
+mod paths;
 
 use std::path::{Path, PathBuf};
 
@@ -12,15 +15,11 @@ use crate::analysis::instruments::CHAIN_SIZES;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::Estimate;
 use crate::base::text::{digits, plural, unit};
-use crate::exchange::{ExchangeFolder, ExchangeFolderError, ExchangeSummary, TemperatureResult, ThermalPoint};
+use crate::exchange::{
+    DISTANCE, ExchangeFolder, ExchangeFolderError, ExchangeSummary, TemperatureResult, ThermalPoint,
+};
 use crate::model::ExchangeEnsemble;
-
-/// Rows of which replica paths are drawn at most, and from how many of all that are chosen: those of some round trips.
-const MOST_ROWS: u64 = 120;
-const ROUND_TRIPS: u64 = 4;
-
-/// Replicas whose paths can still be told apart.
-const MOST_PATHS: usize = 3;
+use paths::{drawn, paths};
 
 /// Curves in a plot of a family.
 const MOST_CURVES: usize = 24;
@@ -55,16 +54,23 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     let heading = format!(
         "<h1>{} {verdict} {state}</h1>\n<p class=\"subtitle\">{} of {} at {}</p>\n<p class=\"facts\">seed {} · {} · carom {}</p>\n",
         escape(&summary.scene),
-        if is_swapped(&summary) { "Replica exchange" } else { "Multicanonical ensemble" },
+        match results.ensemble {
+            ExchangeEnsemble::Canonical => "Replica exchange",
+            ExchangeEnsemble::Multicanonical => "Multicanonical ensemble",
+            ExchangeEnsemble::Umbrella => "Umbrella sampling",
+        },
         plural(summary.particles as u64, "particle"),
-        plural(results.temperatures.len() as u64, "temperature"),
+        plural(results.temperatures.len() as u64, place_of(&summary)),
         summary.seed,
         escape(&summary.engine),
         escape(&summary.version),
     );
     let again = "the exchange can be made again, bit for bit, on any number of threads";
     let sections = [
-        ("temperatures", "Temperatures", temperatures(&summary)),
+        match summary.umbrella {
+            Some(_) => ("windows", "Windows", temperatures(&summary)),
+            None => ("temperatures", "Temperatures", temperatures(&summary)),
+        },
         ("plots", "Plots", plots(&summary, &places)),
         if is_swapped(&summary) {
             ("swaps", "Swaps", swaps(&summary))
@@ -78,9 +84,14 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     Ok(Page { html: shell(&summary.scene, &heading, &above, &sections), notes })
 }
 
-/// Whether replicas are swapped between temperatures, instead of all of them visiting all energies.
+/// Whether replicas are swapped between temperatures or windows, instead of all of them visiting all energies.
 fn is_swapped(summary: &ExchangeSummary) -> bool {
-    summary.results.ensemble == ExchangeEnsemble::Canonical
+    summary.results.ensemble != ExchangeEnsemble::Multicanonical
+}
+
+/// Word for a place that a replica can be at.
+fn place_of(summary: &ExchangeSummary) -> &'static str {
+    if summary.umbrella.is_some() { "window" } else { "temperature" }
 }
 
 /// Why the exchange may not be in equilibrium.
@@ -94,14 +105,6 @@ fn warnings(warnings: &[String]) -> String {
     )
 }
 
-/// Rows that are drawn: every N-th, up to a last one.
-fn drawn(summary: &ExchangeSummary) -> [u64; 2] {
-    let attempts = summary.results.attempts;
-    let trips = summary.results.round_trips.iter().copied().max().unwrap_or(0);
-    let rows = (attempts / (trips + 1)).saturating_mul(ROUND_TRIPS).clamp(MOST_ROWS.min(attempts), attempts);
-    [rows.div_ceil(MOST_ROWS), rows]
-}
-
 /// Where the page of an exchange is, in its folder.
 #[must_use]
 pub fn exchange_page_in(folder: &Path) -> PathBuf {
@@ -111,8 +114,13 @@ pub fn exchange_page_in(folder: &Path) -> PathBuf {
 /// Quantities with a mean at some temperature, with their units; those of instruments last.
 fn quantities(summary: &ExchangeSummary) -> Vec<(&str, String)> {
     let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
-    let mut all: Vec<_> =
-        OBSERVABLES.into_iter().chain([HEAT_CAPACITY]).chain(CHAIN_SIZES).filter(|(name, _)| has(name)).collect();
+    let mut all: Vec<_> = OBSERVABLES
+        .into_iter()
+        .chain([HEAT_CAPACITY])
+        .chain(CHAIN_SIZES)
+        .chain([DISTANCE])
+        .filter(|(name, _)| has(name))
+        .collect();
     all.sort_by_key(|(name, _)| FIRST.iter().position(|first| first == name).unwrap_or(FIRST.len()));
     let mut all: Vec<(&str, String)> = all.into_iter().map(|(name, of)| (name, unit(of, summary.dimensions))).collect();
     for number in summary.results.temperatures.iter().flat_map(|at| &at.measured.numbers) {
@@ -153,6 +161,11 @@ fn mean(measured: Option<Estimate>) -> String {
     measured.map_or_else(String::new, |it| value(Some(it.mean), it.standard_error))
 }
 
+/// The temperature of a place, or its window.
+fn named(at: &TemperatureResult) -> String {
+    at.window.map_or_else(|| given(at.temperature), |[lower, upper]| format!("{} to {}", given(lower), given(upper)))
+}
+
 /// A number that was given.
 fn given(number: f64) -> String {
     escape(&html::number(&digits(number)))
@@ -161,7 +174,8 @@ fn given(number: f64) -> String {
 fn temperatures(summary: &ExchangeSummary) -> String {
     let (results, quantities) = (&summary.results, quantities(summary));
     let is_swapped = is_swapped(summary);
-    let fixed = std::iter::once("temperature [energy]").chain(is_swapped.then_some("swaps with the next"));
+    let head = if summary.umbrella.is_some() { "window [length]" } else { "temperature [energy]" };
+    let fixed = std::iter::once(head).chain(is_swapped.then_some("swaps with the next"));
     let names = quantities.iter().map(|(name, unit)| match *name {
         "temperature" => quantity("kinetic temperature", unit),
         name => quantity(&words(name), unit),
@@ -171,7 +185,7 @@ fn temperatures(summary: &ExchangeSummary) -> String {
         let acceptance = results.neighbours.get(place).and_then(|it| it.acceptance);
         let means = quantities.iter().map(|(name, _)| mean(measured(at, name)));
         let swaps = is_swapped.then(|| mean(acceptance));
-        std::iter::once(given(at.temperature)).chain(swaps).chain(means).collect()
+        std::iter::once(named(at)).chain(swaps).chain(means).collect()
     };
     let rows: Vec<Vec<String>> = results.temperatures.iter().enumerate().map(row).collect();
     let (what, whose) =
@@ -179,6 +193,7 @@ fn temperatures(summary: &ExchangeSummary) -> String {
     let caption = format!("Averages over {} {what}, a time of {}", results.attempts, digits(results.duration));
     table(&caption, &heads, &rows)
         + &peak(summary)
+        + &mean_force::sentence(summary)
         + &format!(
             "<p class=\"aside\">{whose} The heat capacity is that at constant volume, in units of k_B: D / 2 \
            and the fluctuations of the potential energy. The same numbers are in <code>summary.json</code>.</p>\n"
@@ -186,7 +201,7 @@ fn temperatures(summary: &ExchangeSummary) -> String {
 }
 
 /// Whose averages those at a temperature are.
-const OVER_REPLICAS: &str = "Averages of a temperature are over whichever replica was there.";
+const OVER_REPLICAS: &str = "Averages of a temperature or a window are over whichever replica was there.";
 const REWEIGHTED: &str = "Averages at the temperatures follow from the energies of all replicas by reweighting.";
 
 /// The sentence on the maximum of the heat capacity; empty without one.
@@ -200,30 +215,40 @@ fn peak(summary: &ExchangeSummary) -> String {
 fn swaps(summary: &ExchangeSummary) -> String {
     let results = &summary.results;
     let heads = ["between", "and", "attempts", "swaps", "acceptance"].map(str::to_owned);
-    let row = |it: &crate::exchange::NeighbouringTemperatures| {
-        let [one, other] = it.temperatures.map(given);
+    let row = |(place, it): (usize, &crate::exchange::NeighbouringTemperatures)| {
+        let name = |place: usize| results.temperatures.get(place).map_or_else(String::new, named);
+        let [one, other] = [name(place), name(place + 1)];
         vec![one, other, it.attempts.to_string(), it.accepted.to_string(), mean(it.acceptance)]
     };
-    let rows: Vec<Vec<String>> = results.neighbours.iter().map(row).collect();
-    table("Swaps between neighbouring temperatures", &heads, &rows)
+    let rows: Vec<Vec<String>> = results.neighbours.iter().enumerate().map(row).collect();
+    table(&format!("Swaps between neighbouring {}s", place_of(summary)), &heads, &rows)
         + &trips(summary)
-        + "<p class=\"aside\">A low acceptance asks for more temperatures there, few round trips for a longer run. The replica at each temperature, and its potential energy, are in \
-           <code>exchange.csv</code>.</p>\n"
+        + &format!(
+            "<p class=\"aside\">A low acceptance asks for more {0}s there, few round trips for a longer run. The replica at each {0}, and its potential energy, are in \
+             <code>exchange.csv</code>.</p>\n",
+            place_of(summary)
+        )
 }
 
 /// Round trips of the replicas.
 fn trips(summary: &ExchangeSummary) -> String {
     let trips = |(trips, number): (&u64, u64)| vec![number.to_string(), trips.to_string()];
     let rows: Vec<Vec<String>> = summary.results.round_trips.iter().zip(1..).map(trips).collect();
-    let ends = match is_swapped(summary) {
-        true => "the highest temperature to the lowest and back",
-        false => "the mean potential energy at the highest temperature to that at the lowest and back",
+    let ends = match summary.results.ensemble {
+        ExchangeEnsemble::Canonical => "the highest temperature to the lowest and back",
+        ExchangeEnsemble::Umbrella => "the last window to the first and back",
+        ExchangeEnsemble::Multicanonical => {
+            "the mean potential energy at the highest temperature to that at the lowest and back"
+        }
     };
     table("Round trips of the replicas", &["replica", "round trips"].map(str::to_owned), &rows)
         + &format!("<p class=\"aside\">A round trip leads from {ends}.</p>\n")
 }
 
 fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
+    if summary.umbrella.is_some() {
+        return format!("<div class=\"plots\">\n{}</div>\n", mean_force::plots(summary, places));
+    }
     let along = summary.results.temperatures.iter().map(|at| at.temperature);
     let [least, most] = along.fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], x| [a.min(x), b.max(x)]);
     let is_logarithmic = most / least > LONG;
@@ -338,36 +363,4 @@ fn populations(summary: &ExchangeSummary) -> Option<String> {
     let lines = temperatures.iter().step_by(step).map(line).collect();
     let (label, key) = ("Populations, by temperature".to_owned(), Some(key));
     curves_figure("Populations", &Curves { label, titles, lines, key, ..Curves::default() }, &text)
-}
-
-fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic: bool) -> Option<String> {
-    if !is_swapped(summary) {
-        return None;
-    }
-    let temperatures = &summary.results.temperatures;
-    let shown: Vec<usize> = (0..temperatures.len()).step_by(temperatures.len().div_ceil(MOST_PATHS)).collect();
-    let line = |replica: &usize| Line {
-        style: LineStyle::TimeSeries,
-        label: format!("replica {}", replica + 1),
-        points: places
-            .iter()
-            .map(|(time, replicas)| {
-                let place = replicas.iter().position(|number| number == replica)?;
-                Some(Dot { x: *time, y: temperatures.get(place)?.temperature, error: 0.0 })
-            })
-            .collect(),
-        ..Line::default()
-    };
-    let titles = ["time".to_owned(), "temperature [energy]".to_owned()];
-    let [every, rows] = drawn(summary);
-    let which = match (every > 1, rows < summary.results.attempts) {
-        (true, true) => format!("one in {every} of the first {rows} rows"),
-        (true, false) => format!("one in {every} rows"),
-        (false, true) => format!("the first {rows} rows"),
-        (false, false) => "all rows".to_owned(),
-    };
-    let text = format!("Where replicas are, from {which} of <code>exchange.csv</code>.");
-    let (label, lines) = ("Replica paths".to_owned(), shown.iter().map(line).collect());
-    let curves = Curves { label, titles, is_logarithmic: [false, is_logarithmic], lines, ..Curves::default() };
-    curves_figure("Replica paths", &curves, &text)
 }

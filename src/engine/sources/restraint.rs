@@ -1,0 +1,311 @@
+//! The restraint of a distance: two particles, or the centres of mass of two groups, are reflected at the ends of a window.
+//!
+//! Between events of the members of both groups the relative position of the centres changes along a straight line, so that the time of the next reflection follows from the same
+//! equations as that of a pair. With an energy `U(|R_A - R_B|)`, the force on a particle `i` of the group `A` is its share `m_i / M_A` of that on the centre: in a reflection all members of a
+//! group change their velocities by the same amount, momentum and energy are conserved, and motion within a group is not changed.
+
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+
+use super::Repredict;
+use crate::Vector;
+use crate::engine::contact::apply::{Change, With};
+use crate::engine::contact::frame::stretch;
+use crate::engine::observe::Observe;
+use crate::engine::parts::Engine;
+use crate::engine::{Chosen, EngineError, Invariant, Simulation};
+use crate::model::umbrella_plan::bonded_order;
+use crate::model::{Bond, ParticleId};
+use crate::physics::detection::inertial::next_event;
+use crate::physics::motion::RelativeState;
+use crate::physics::overlap::{Quadratic, Side};
+use crate::physics::response::{Approach, respond};
+
+/// A particle of a group.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Member {
+    id: ParticleId,
+    /// Place in the group of a member before it, to which it is bonded; the first one has its own.
+    parent: usize,
+    /// `m_i / M`.
+    share: f64,
+}
+
+/// Particles with a centre of mass.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Group {
+    members: Vec<Member>,
+    /// `1 / M` `[1 / mass]`.
+    inverse_mass: f64,
+}
+
+/// A distance that is held in a window.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(in crate::engine) struct Restraint {
+    groups: [Group; 2],
+    /// The group of each member, by ascending id.
+    group_of: Vec<(ParticleId, usize)>,
+    /// Lower and upper end `[length]`: zero and infinity for none.
+    window: [f64; 2],
+    /// When it comes to an end of the window, since the epoch; infinite for never.
+    next: f64,
+    /// The side of that end on which it is.
+    side: Side,
+}
+
+impl Restraint {
+    /// When the distance comes to an end of the window, since the epoch.
+    #[inline]
+    pub fn next_reflection(&self) -> f64 {
+        self.next
+    }
+
+    /// Counts times from an epoch that is later by `shift`.
+    pub fn shift(&mut self, shift: f64) {
+        self.next -= shift;
+    }
+
+    fn members(&self) -> impl Iterator<Item = &Member> {
+        self.groups.iter().flat_map(|group| &group.members)
+    }
+
+    /// The group that a particle is in.
+    fn group(&self, id: ParticleId) -> Option<usize> {
+        let place = self.group_of.binary_search_by_key(&id, |of| of.0).ok()?;
+        Some(self.group_of[place].1)
+    }
+
+    /// Time from now to the end that is reached next, and its side.
+    fn next_end(&self, apart: &RelativeState) -> Option<(f64, Side)> {
+        let [lower, upper] = self.window;
+        let at = |distance: f64, side| {
+            let after = next_event(&Quadratic::new(apart, distance * distance), side)?;
+            Some((after, side))
+        };
+        let inner = if lower > 0.0 { at(lower, Side::Positive) } else { None };
+        let outer = if upper < f64::INFINITY { at(upper, Side::Negative) } else { None };
+        match (inner, outer) {
+            (Some(inner), Some(outer)) if outer.0 < inner.0 => Some(outer),
+            (inner, outer) => inner.or(outer),
+        }
+    }
+}
+
+impl Simulation {
+    /// Holds the distance of two particles, or of the centres of mass of two groups, in a window `[length]`, at whose ends it is reflected; `[0, infinity]` holds nothing.
+    ///
+    /// Of groups of particles that move, and accelerate alike. In a periodic box the upper end is below half a period, and the members of a group are bonded together.
+    pub(crate) fn restrain_distance(&mut self, between: &[Vec<ParticleId>; 2], window: [f64; 2]) {
+        let holds = |bond: &Bond| self.scene.interactions[bond.interaction.0 as usize].potential.is_bond();
+        let orders = between.each_ref().map(|group| {
+            let bonded = bonded_order(group, &self.scene.bonds, holds);
+            bonded.unwrap_or_else(|| group.iter().map(|id| (*id, 0)).collect())
+        });
+        with_engine!(&mut self.engine, engine => engine.restrain(&orders, window));
+    }
+
+    /// Gives the distance that is held another window `[length]`.
+    pub(crate) fn set_distance_window(&mut self, window: [f64; 2]) {
+        with_engine!(&mut self.engine, engine => {
+            engine.join();
+            if let Some(restraint) = &mut engine.sources.restraint {
+                restraint.window = window;
+            }
+            engine.predict_restraint();
+        });
+    }
+
+    /// The window that a distance is held in `[length]`; `None` where none is.
+    pub(crate) fn distance_window(&self) -> Option<[f64; 2]> {
+        with_engine!(&self.engine, engine => engine.sources.restraint.as_ref().map(|restraint| restraint.window))
+    }
+
+    /// The distance now that is held in a window `[length]`; `None` where none is.
+    pub(crate) fn restrained_distance(&self) -> Option<f64> {
+        with_engine!(&self.engine, engine => engine.restrained_distance())
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    fn restrain(&mut self, orders: &[Vec<(ParticleId, usize)>; 2], window: [f64; 2]) {
+        self.join();
+        let groups = orders.each_ref().map(|order| {
+            let mass = |id: ParticleId| self.inverse_mass(self.number(id)).recip();
+            let all: f64 = order.iter().map(|(id, _)| mass(*id)).sum();
+            let member = |&(id, parent): &(ParticleId, usize)| Member { id, parent, share: mass(id) / all };
+            Group { members: order.iter().map(member).collect(), inverse_mass: all.recip() }
+        });
+        let ids = |number: usize| orders[number].iter().map(move |(id, _)| (*id, number));
+        let mut group_of: Vec<(ParticleId, usize)> = ids(0).chain(ids(1)).collect();
+        group_of.sort_unstable();
+        let restraint = Restraint { groups, group_of, window, next: f64::INFINITY, side: Side::Positive };
+        self.sources.restraint = Some(Box::new(restraint));
+        self.sources.is_watched = true;
+        self.predict_restraint();
+    }
+
+    /// Finds when the distance that is held comes to an end of its window.
+    pub(in crate::engine) fn predict_restraint(&mut self) {
+        let Some(restraint) = &self.sources.restraint else { return };
+        let now = self.clock.now;
+        let found = restraint.next_end(&self.centres_apart(restraint));
+        if let Some(restraint) = &mut self.sources.restraint {
+            (restraint.next, restraint.side) =
+                found.map_or((f64::INFINITY, Side::Positive), |(after, side)| (now + after, side));
+        }
+        self.schedule_global();
+    }
+
+    /// Predicts the next reflection anew, if the velocity of a member of a group has changed.
+    pub(in crate::engine) fn watch_restraint(&mut self, change: &Change) {
+        let Some(restraint) = &self.sources.restraint else { return };
+        let partner = match change.other {
+            With::Particle(partner) => Some(partner),
+            // All members change together, and are looked at when they have.
+            With::Restraint => return,
+            _ => None,
+        };
+        let group = |particle: u32| restraint.group(self.name(particle));
+        let groups = (group(change.particle), partner.map(group));
+        // Two members of one group leave its centre as it is.
+        let is_changed = match groups {
+            (None, None | Some(None)) => false,
+            (one, other) => other != Some(one),
+        };
+        if is_changed {
+            self.predict_restraint();
+        }
+    }
+
+    fn restrained_distance(&self) -> Option<f64> {
+        let restraint = self.sources.restraint.as_ref()?;
+        Some(self.centres_apart(restraint).position.norm())
+    }
+
+    /// `R_A - R_B` now, in the nearest image, and its rate of change.
+    fn centres_apart(&self, restraint: &Restraint) -> RelativeState {
+        let [a, b] = restraint.groups.each_ref().map(|group| self.centre(group));
+        self.nearest(a.position - b.position, a.velocity - b.velocity, self.clock.now).0
+    }
+
+    /// The centre of mass of a group now: each member is the image that is nearest to the one that it is bonded to.
+    fn centre(&self, group: &Group) -> RelativeState {
+        let now = self.clock.now;
+        let state = |member: &Member| self.state_at(self.number(member.id), now);
+        let mut centre = RelativeState { position: Vector::zeros(), velocity: Vector::zeros() };
+        let Some((first, others)) = group.members.split_first() else { return centre };
+        let (start, velocity) = state(first);
+        centre.velocity = velocity * first.share;
+        // Positions from the first member, of all so far.
+        let mut places = Vec::with_capacity(others.len());
+        for member in others {
+            let (position, velocity) = state(member);
+            let (beside, of_parent) = match member.parent.checked_sub(1) {
+                Some(place) => {
+                    let parent = &others[place];
+                    (self.state_at(self.number(parent.id), now).0, places[place])
+                }
+                None => (start, Vector::zeros()),
+            };
+            let place: Vector = of_parent + self.nearest(position - beside, Vector::zeros(), now).0.position;
+            centre.position += place * member.share;
+            centre.velocity += velocity * member.share;
+            places.push(place);
+        }
+        centre.position += start;
+        centre
+    }
+
+    /// Reflects the distance at an end of its window.
+    pub(in crate::engine) fn reflect_distance(
+        &mut self,
+        observe: &mut Observe<'_>,
+    ) -> Result<(Repredict, ControlFlow<()>), EngineError> {
+        let Some(restraint) = self.sources.restraint.take() else {
+            return Err(self.broken(0, None, Invariant::GlobalEvent).into());
+        };
+        self.clock.now = restraint.next.max(self.clock.now);
+        let members: Vec<u32> = restraint.members().map(|member| self.number(member.id)).collect();
+        members.iter().for_each(|&particle| self.stream(particle, self.clock.now));
+        let apart = self.centres_apart(&restraint);
+        let mut flow = ControlFlow::Continue(());
+        for change in &self.reflection(&restraint, &apart) {
+            if self.apply(change, observe).is_break() {
+                flow = ControlFlow::Break(());
+            }
+        }
+        self.sources.restraint = Some(restraint);
+        self.predict_restraint();
+        self.count_standstill();
+        self.check_time_stands_still(members[0], members.last().copied())?;
+        Ok((Repredict::Some(members), flow))
+    }
+
+    /// The changes of velocity of all members in a reflection.
+    fn reflection(&self, restraint: &Restraint, apart: &RelativeState) -> Vec<Change> {
+        let [of_a, of_b] = restraint.groups.each_ref().map(|group| group.inverse_mass);
+        let stretch = stretch(apart.position.norm_squared());
+        let line = apart.position * stretch;
+        let (radial, squared) = (apart.velocity.dot(&line), line.norm_squared());
+        let approach = Approach { radial, squared, reduced_mass: (of_a + of_b).recip() };
+        let response = respond(restraint.side, f64::INFINITY, &approach, 1.0);
+        let change = if squared > 0.0 { line * ((response.radial - radial) / squared) } else { Vector::zeros() };
+        let [of_a, of_b] = self.separated(restraint, apart, shares(&change, [of_a, of_b]));
+        let virial = approach.reduced_mass * (response.radial - radial) / stretch;
+        let mut changes = Vec::new();
+        for (group, gained) in restraint.groups.iter().zip([of_a, -of_b]) {
+            for member in &group.members {
+                let particle = self.number(member.id);
+                let after = self.state.bodies[particle as usize].velocity + gained;
+                let before = &self.state.bodies[particle as usize].velocity;
+                let of_one = Change::of_one(With::Restraint, particle, before, after, self.inverse_mass(particle));
+                let virial = if changes.is_empty() { virial } else { 0.0 };
+                changes.push(Change { virial, supplied: 0.0, ..of_one });
+            }
+        }
+        changes
+    }
+
+    /// Changes of the velocities of both groups after which the distance leaves the end of the window in the numbers that prediction will see, as pairs leave their discontinuities.
+    fn separated(&self, restraint: &Restraint, apart: &RelativeState, mut changes: [Vector; 2]) -> [Vector; 2] {
+        let velocities = |group: &Group| -> Vec<(f64, Vector)> {
+            let of = |member: &Member| (member.share, self.state.bodies[self.number(member.id) as usize].velocity);
+            group.members.iter().map(of).collect()
+        };
+        let before = restraint.groups.each_ref().map(velocities);
+        let of_centre = |of: &[(f64, Vector)], gained: Vector| {
+            of.iter().fold(Vector::zeros(), |sum: Vector, (share, velocity)| sum + (velocity + gained) * *share)
+        };
+        let is_closing = |[a, b]: [Vector; 2]| {
+            let velocity = of_centre(&before[0], a) - of_centre(&before[1], -b);
+            match restraint.side {
+                Side::Positive => velocity.dot(&apart.position) < 0.0,
+                Side::Negative => velocity.dot(&apart.position) >= 0.0,
+            }
+        };
+        let fastest = before.iter().flatten().fold(0.0, |most: f64, (_, velocity)| most.max(velocity.amax()));
+        let Some(normal) = apart.position.try_normalize(0.0).filter(|_| is_closing(changes)) else { return changes };
+        let inverse_masses = restraint.groups.each_ref().map(|group| group.inverse_mass);
+        let mut change = restraint.side.sign() * f64::EPSILON * fastest;
+        // 52 doublings take a float's spacing to the float itself.
+        for _ in 0..52 {
+            let [a, b] = shares(&(normal * change), inverse_masses);
+            changes = [changes[0] + a, changes[1] + b];
+            if !is_closing(changes) {
+                break;
+            }
+            change *= 2.0;
+        }
+        changes
+    }
+}
+
+/// Shares of a change of the relative velocity: the first group gains its own, the second loses its own. Together they are all of the change, without rounding.
+fn shares(change: &Vector, [of_a, of_b]: [f64; 2]) -> [Vector; 2] {
+    let less = change * (of_a.min(of_b) / (of_a + of_b));
+    let more = change - less;
+    if of_a < of_b { [less, more] } else { [more, less] }
+}
+
+#[cfg(test)]
+mod tests;

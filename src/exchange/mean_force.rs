@@ -1,0 +1,117 @@
+//! The potential of mean force along a distance, from all windows of an exchange together.
+
+use super::execute::ExchangeRecorder;
+use super::replicas::{Exchange, ExchangeRow};
+use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLevels, Reweighting};
+use crate::analysis::statistics::Estimate;
+use std::convert::Infallible;
+
+/// Free energies of a bin of the distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct MeanForcePoint {
+    /// Middle of the bin `[length]`.
+    pub distance: f64,
+    /// Its width `[length]`.
+    pub width: f64,
+    /// `F(r) = -T ln p(r)`, with the probability density `p(r)` of the distance; zero in the bin where it is lowest `[energy]`.
+    pub free_energy: Estimate,
+    /// Potential of mean force, `w(r) = F(r) + (D - 1) T ln r` in `D` dimensions: `-T` times the logarithm of the density in space; zero in the bin where it is lowest `[energy]`.
+    pub potential_of_mean_force: Estimate,
+}
+
+/// The potential of mean force along the distance of an exchange in windows, [`ExchangeEnsemble::Umbrella`](crate::model::ExchangeEnsemble::Umbrella).
+///
+/// In each window the distance has the probability density of all distances, but for a factor. These factors follow from the samples of all windows together, by the equations of
+/// [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram) with an energy that is zero in a window and infinite outside of it; errors are those of [`Reweighting`].
+///
+/// S. Kumar, J. M. Rosenberg, D. Bouzida, R. H. Swendsen and P. A. Kollman, J. Comput. Chem. 13, 1011 (1992),
+/// [doi:10.1002/jcc.540130812](https://doi.org/10.1002/jcc.540130812).
+#[doc(alias = "WHAM")]
+#[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
+pub struct MeanForce {
+    /// Of all bins that were visited, by ascending distance; none where some windows share too few samples with the others.
+    pub points: Vec<MeanForcePoint>,
+    /// Whether some windows share too few samples with the others.
+    pub is_torn: bool,
+}
+
+/// Distances of an exchange in windows, kept in memory: a recorder for exchanges without a folder.
+#[derive(Debug, Clone, Default)]
+pub struct Distances {
+    rows: Vec<Vec<f64>>,
+}
+
+impl ExchangeRecorder for Distances {
+    type Error = Infallible;
+
+    fn row(&mut self, row: &ExchangeRow<'_>) -> Result<(), Infallible> {
+        self.rows.push(row.distances().collect());
+        Ok(())
+    }
+}
+
+impl Distances {
+    /// The distances in all windows at each attempt `[length]`.
+    #[must_use]
+    pub fn rows(&self) -> &[Vec<f64>] {
+        &self.rows
+    }
+
+    /// The potential of mean force of the exchange that they are from.
+    #[must_use]
+    pub fn mean_force(&self, exchange: &Exchange) -> MeanForce {
+        let visit = |see: &mut dyn FnMut(&[f64])| {
+            self.rows.iter().for_each(|row| see(row));
+            Ok::<(), Infallible>(())
+        };
+        MeanForce::of(exchange, visit).unwrap_or_else(|none| match none {})
+    }
+}
+
+impl MeanForce {
+    /// Of the distances in all windows of an exchange, which are visited twice.
+    pub(super) fn of<E>(
+        exchange: &Exchange,
+        mut visit: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
+    ) -> Result<Self, E> {
+        let Some(umbrella) = &exchange.plan().umbrella else { return Ok(Self::default()) };
+        let edges = umbrella.edges();
+        let mut bins = EnergyLevels::of_bins(&edges[..edges.len() - 1]);
+        visit(&mut |row| bins.see(row))?;
+        let mut histograms = EnergyHistograms::new(exchange.ensembles(), bins, 0);
+        visit(&mut |row| histograms.add(row, &[]))?;
+        let [_, dimensions] = exchange.size();
+        let found = Reweighting::new(&histograms, exchange.scene().seed());
+        let points = found.map(|reweighting| points(&reweighting, &edges, exchange.temperatures()[0], dimensions));
+        Ok(Self { is_torn: points.is_none() && !histograms.is_empty(), points: points.unwrap_or_default() })
+    }
+}
+
+/// Free energies of all bins that have samples.
+fn points(reweighting: &Reweighting, edges: &[f64], temperature: f64, dimensions: f64) -> Vec<MeanForcePoint> {
+    // Of the bins as they are, so that a density that is constant in space has a constant potential, however wide they are.
+    let volume = |pair: &[f64]| (libm::pow(pair[1], dimensions) - libm::pow(pair[0], dimensions)) / dimensions;
+    let of_bins = |size: &dyn Fn(&[f64]) -> f64| -> Vec<Estimate> {
+        let sizes: Vec<f64> = edges.windows(2).map(|pair| libm::log(size(pair))).collect();
+        let free_energies = |density: &DensityOfStates| -> Vec<f64> {
+            density.levels().zip(&sizes).map(|((_, logarithm), size)| temperature * (size - logarithm)).collect()
+        };
+        let all = free_energies(reweighting.density());
+        let lowest = (1..all.len()).fold(0, |best, place| if all[place] < all[best] { place } else { best });
+        reweighting.estimates(|density| {
+            let all = free_energies(density);
+            all.iter().map(|it| it - all[lowest]).collect()
+        })
+    };
+    let (free_energies, potentials) = (of_bins(&|pair| pair[1] - pair[0]), of_bins(&volume));
+    let point = |((pair, free_energy), potential_of_mean_force): ((&[f64], Estimate), Estimate)| MeanForcePoint {
+        distance: 0.5 * (pair[0] + pair[1]),
+        width: pair[1] - pair[0],
+        free_energy,
+        potential_of_mean_force,
+    };
+    let all = edges.windows(2).zip(free_energies).zip(potentials).map(point);
+    all.filter(|point| point.free_energy.mean.is_finite()).collect()
+}

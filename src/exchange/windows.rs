@@ -1,0 +1,90 @@
+//! Windows of a distance: how replicas come into them, and when neighbours are swapped.
+
+use super::error::Unprepared;
+use super::replicas::Exchange;
+use crate::model::UmbrellaPlan;
+use crate::model::space::Space;
+
+/// Whether a distance is in a window.
+fn is_within(distance: f64, [lower, upper]: [f64; 2]) -> bool {
+    (lower..=upper).contains(&distance)
+}
+
+/// Part of a window that a replica on its way into it may go back: a distance that is squeezed between what is reached and what cannot be passed would be reflected ever more often.
+const BACK: f64 = 0.1;
+
+/// The window that a replica has on its way into another one: as wide as it must be for the distance that it has reached, and no wider than the one that it had.
+fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f64; 2] {
+    if is_within(distance, window) {
+        return window;
+    }
+    // Beyond half a period the nearest image is another one from time to time, and no distance is held.
+    let half = 0.5 * space.periods().min();
+    if distance >= half {
+        return had;
+    }
+    let [lower, upper] = window;
+    let back = BACK * (upper - lower);
+    [had[0].max(lower.min(distance - back)), had[1].min(upper.max(distance + back)).min(half)]
+}
+
+impl Exchange {
+    /// Has the distances of all replicas held in the windows of their places, or in those that reach to them.
+    pub(super) fn begin_windows(&mut self) {
+        let Some(UmbrellaPlan { between, windows, .. }) = self.plan.umbrella.clone() else { return };
+        for (place, window) in windows.into_iter().enumerate() {
+            let simulation = &mut self.replicas[self.places[place]].simulation;
+            let free = [0.0, f64::INFINITY];
+            simulation.restrain_distance(&between, free);
+            let distance = simulation.restrained_distance().unwrap_or(0.0);
+            simulation.set_distance_window(reaching(distance, window, free, &simulation.scene().space));
+            self.distances.push(distance);
+            self.is_outside.push(!is_within(distance, window));
+        }
+    }
+
+    /// Takes the distances of all replicas, and narrows the windows of those that are not in theirs yet to what they have reached.
+    pub(super) fn see_distances(&mut self) {
+        let Some(umbrella) = &self.plan.umbrella else { return };
+        for (place, window) in umbrella.windows.iter().enumerate() {
+            let simulation = &mut self.replicas[self.places[place]].simulation;
+            let distance = simulation.restrained_distance().unwrap_or(0.0);
+            self.distances[place] = distance;
+            if self.is_outside[place] {
+                let had = simulation.distance_window().unwrap_or(*window);
+                simulation.set_distance_window(reaching(distance, *window, had, &simulation.scene().space));
+                self.is_outside[place] = !is_within(distance, *window);
+            }
+        }
+    }
+
+    /// Whether the replicas of two neighbouring windows have distances that are in both: that of either in the window of the other.
+    pub(super) fn are_in_both(&self, windows: &[[f64; 2]], lower: usize) -> bool {
+        is_within(self.distances[lower], windows[lower + 1]) && is_within(self.distances[lower + 1], windows[lower])
+    }
+
+    /// Gives the replicas of two neighbouring windows that of the other.
+    pub(super) fn swap_windows(&mut self, lower: usize) {
+        self.distances.swap(lower, lower + 1);
+        let Some(umbrella) = &self.plan.umbrella else { return };
+        for place in [lower, lower + 1] {
+            self.is_outside[place] = false;
+            self.replicas[self.places[place]].simulation.set_distance_window(umbrella.windows[place]);
+        }
+    }
+
+    /// Refuses a replica that is not in its window after half of the equilibration.
+    pub(super) fn check_windows(&self) -> Result<(), Unprepared> {
+        let Some(umbrella) = self.plan.umbrella.as_ref().filter(|_| self.attempts >= self.equilibration / 2) else {
+            return Ok(());
+        };
+        match self.is_outside.iter().position(|is_outside| *is_outside) {
+            None => Ok(()),
+            Some(place) => Err(Unprepared::Outside {
+                window: place,
+                ends: umbrella.windows[place],
+                distance: self.distances[place],
+            }),
+        }
+    }
+}

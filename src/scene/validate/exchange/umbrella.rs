@@ -1,0 +1,139 @@
+//! Validates windows of a distance: their ends, and the groups that it is of.
+
+use crate::base::text::shortest;
+use crate::model::exchange_plan::MOST_TEMPERATURES;
+use crate::model::limits::LARGEST;
+use crate::model::umbrella_plan::{MOST_BINS, MOST_MEMBERS, bonded_order};
+use crate::model::{Bond, ExchangePlan, ParticleId, Scene, UmbrellaPlan};
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, missing, refuse};
+use crate::scene::limits::positive;
+
+/// Width of a window relative to its upper end, at least: between the ends of a narrower one a distance is reflected so often that nothing else happens.
+const NARROWEST: f64 = 1e-6;
+
+fn at() -> ConfigPath {
+    ConfigPath::root().key("exchange").key("umbrella")
+}
+
+/// One temperature, and windows that ascend and overlap.
+pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
+    let temperatures = ConfigPath::root().key("exchange").key("temperatures");
+    let [temperature] = plan.temperatures[..] else {
+        let value = format!("a list of {}", plan.temperatures.len());
+        return refuse(temperatures, value, "one, that of all windows, beside the ensemble \"umbrella\"");
+    };
+    positive(temperature, temperatures.index(0))?;
+    let Some(umbrella) = &plan.umbrella else {
+        let why = "the ensemble \"umbrella\" has windows of a distance: { between = [[0], [1]], windows = [[1.0, 2.0], [1.5, 3.0]] }";
+        return Err(missing(&ConfigPath::root().key("exchange"), "umbrella", why));
+    };
+    let (windows, key) = (&umbrella.windows, at().key("windows"));
+    if !(2..=MOST_TEMPERATURES).contains(&windows.len()) {
+        let expected = format!("2 to {MOST_TEMPERATURES}, ascending: replicas in neighbouring ones are swapped");
+        return refuse(key, format!("a list of {}", windows.len()), expected);
+    }
+    for (index, [lower, upper]) in windows.iter().enumerate() {
+        if !(0.0..=LARGEST).contains(lower) {
+            return refuse(key.index(index).index(0), shortest(*lower), "zero or a number up to 1e50");
+        }
+        if !(*upper > *lower && upper - lower >= NARROWEST * upper && *upper <= LARGEST) {
+            let expected =
+                format!("more than {}, the lower end of the window, by a millionth at least", shortest(*lower));
+            return refuse(key.index(index).index(1), shortest(*upper), expected);
+        }
+    }
+    for (index, pair) in windows.windows(2).enumerate() {
+        let ([lower, upper], [next_lower, next_upper]) = (pair[0], pair[1]);
+        let at = key.index(index + 1);
+        if !(lower < next_lower && next_lower < upper) {
+            let (lower, upper) = (shortest(lower), shortest(upper));
+            let expected =
+                format!("between {lower} and {upper}: windows ascend, and each overlaps with the one before");
+            return refuse(at.index(0), shortest(next_lower), expected);
+        }
+        if next_upper <= upper {
+            let expected = format!("more than {}, where the window before ends", shortest(upper));
+            return refuse(at.index(1), shortest(next_upper), expected);
+        }
+    }
+    if !(1..=MOST_BINS).contains(&umbrella.bins) {
+        return refuse(at().key("bins"), umbrella.bins, format!("1 to {MOST_BINS}"));
+    }
+    Ok(())
+}
+
+/// Two groups of particles that have centres of mass, whose distance can be held in the windows.
+pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> {
+    let Some(umbrella) = &plan.umbrella else { return Ok(()) };
+    check_members(scene, umbrella)?;
+    check_accelerations(scene, umbrella)?;
+    let shortest_period = scene.space.periods().min();
+    if shortest_period == f64::INFINITY {
+        return Ok(());
+    }
+    let (last, [_, upper]) = (umbrella.windows.len() - 1, umbrella.range());
+    if upper >= 0.5 * shortest_period {
+        let half = shortest(0.5 * shortest_period);
+        let expected = format!("less than {half}, half of the shortest period: beyond, another image is nearer");
+        return refuse(at().key("windows").index(last).index(1), shortest(upper), expected);
+    }
+    let range = |bond: &Bond| scene.interactions[bond.interaction.0 as usize].potential.range();
+    let holds = |bond: &Bond| {
+        scene.interactions[bond.interaction.0 as usize].potential.is_bond() && range(bond) < 0.5 * shortest_period
+    };
+    for (index, group) in umbrella.between.iter().enumerate() {
+        if group.len() > 1 && bonded_order(group, &scene.bonds, holds).is_none() {
+            let expected = "particles that are bonded together, each by bonds shorter than half a period to others of the group: in a periodic box, others have no centre";
+            return refuse(at().key("between").index(index), ids(group), expected);
+        }
+    }
+    Ok(())
+}
+
+/// Ids as they are typed, not too many of them.
+fn ids(group: &[ParticleId]) -> String {
+    let shown: Vec<String> = group.iter().take(6).map(|id| id.0.to_string()).collect();
+    format!("[{}{}]", shown.join(", "), if group.len() > 6 { ", ..." } else { "" })
+}
+
+/// Particles that exist and move, each once.
+fn check_members(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
+    let mut taken: Vec<ParticleId> = Vec::new();
+    for (index, group) in umbrella.between.iter().enumerate() {
+        let key = at().key("between").index(index);
+        if !(1..=MOST_MEMBERS).contains(&group.len()) {
+            return refuse(key, format!("a list of {}", group.len()), format!("1 to {MOST_MEMBERS} particles"));
+        }
+        for (place, id) in group.iter().enumerate() {
+            let key = key.index(place);
+            let Some(particle) = scene.particles.get(id.0 as usize) else {
+                let expected = format!("below {}, the number of particles: ids count from 0", scene.particles.len());
+                return refuse(key, id.0, expected);
+            };
+            let species = &scene.species[particle.species.0 as usize];
+            if species.is_static() {
+                let value = format!("{}, of the static species `{}`", id.0, species.name);
+                return refuse(key, value, "a particle that moves");
+            }
+            if taken.contains(id) {
+                return refuse(key, id.0, "a particle that is not in the groups yet");
+            }
+            taken.push(*id);
+        }
+    }
+    Ok(())
+}
+
+/// Centres that accelerate alike, so that their distance changes along straight lines.
+fn check_accelerations(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
+    let mut all = umbrella.between.iter().flatten().map(|id| scene.species_of(*id));
+    let Some(first) = all.next() else { return Ok(()) };
+    match all.find(|species| species.acceleration != first.acceleration) {
+        None => Ok(()),
+        Some(other) => {
+            let value = format!("of `{}` and `{}`, which accelerate differently", first.name, other.name);
+            refuse(at().key("between"), value, "particles with the same acceleration")
+        }
+    }
+}

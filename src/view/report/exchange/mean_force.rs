@@ -1,0 +1,76 @@
+//! The potential of mean force on the page of an exchange between windows.
+
+use super::paths::paths_at;
+use super::{dot, given};
+use crate::analysis::statistics::Estimate;
+use crate::exchange::{ExchangeSummary, MeanForcePoint, TemperatureResult};
+use crate::view::describe::distance_between;
+use crate::view::report::figures::curves_figure;
+use crate::view::report::html::escape;
+use crate::view::report::plot::{Curves, Line, Point as Dot};
+
+/// Sentence on the distance, and where the potential of mean force is lowest; empty without windows.
+pub(super) fn sentence(summary: &ExchangeSummary) -> String {
+    let Some(umbrella) = &summary.umbrella else { return String::new() };
+    let temperature = summary.results.temperatures.first().map_or_else(String::new, |at| given(at.temperature));
+    let lowest = summary.potential_of_mean_force.iter();
+    let lowest = lowest.min_by(|a, b| a.potential_of_mean_force.mean.total_cmp(&b.potential_of_mean_force.mean));
+    let lowest = lowest.map_or_else(String::new, |point| {
+        format!(" The potential of mean force is lowest at {}.", given(point.distance))
+    });
+    format!("<p>Windows of {}, at the temperature {temperature}.{lowest}</p>\n", escape(&distance_between(umbrella)))
+}
+
+/// The curves along the distance, the acceptance, and the replica paths.
+pub(super) fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
+    let free_energy = along(
+        summary,
+        ["Potential of mean force", "potential of mean force [energy]"],
+        "w(r) = F(r) + (D - 1) T ln r, from all windows together; zero where it is lowest.",
+        |point| point.potential_of_mean_force,
+    );
+    let potential = along(
+        summary,
+        ["Free energy of the distance", "free energy [energy]"],
+        "F(r) = -T ln p(r), with the probability density p(r) of the distance, from all windows together; zero where it is lowest.",
+        |point| point.free_energy,
+    );
+    let middle = |at: &TemperatureResult| at.window.map(|[lower, upper]| 0.5 * (lower + upper));
+    let windows = &summary.results.temperatures;
+    let height = |place: usize| windows.get(place).and_then(middle);
+    let paths = paths_at(summary, places, ("middle of the window [length]", false), height);
+    [free_energy, potential, acceptance(summary), paths].into_iter().flatten().collect()
+}
+
+/// A curve along the distance.
+fn along(
+    summary: &ExchangeSummary,
+    [label, title]: [&str; 2],
+    text: &str,
+    of: fn(&MeanForcePoint) -> Estimate,
+) -> Option<String> {
+    let points: Vec<Option<Dot>> =
+        summary.potential_of_mean_force.iter().map(|point| dot(point.distance, of(point))).collect();
+    let text = format!("{text} Error bars: standard errors. From <code>potential_of_mean_force.csv</code>.");
+    curve(label, ["distance [length]", title], points, &text)
+}
+
+/// Acceptance of swaps, each in the middle of the part that two windows share.
+fn acceptance(summary: &ExchangeSummary) -> Option<String> {
+    let windows = &summary.results.temperatures;
+    let middle = |place: usize| {
+        let [lower, upper] = [windows.get(place + 1)?.window?[0], windows.get(place)?.window?[1]];
+        Some(0.5 * (lower + upper))
+    };
+    let neighbours = summary.results.neighbours.iter().enumerate();
+    let points = neighbours.map(|(place, it)| dot(middle(place)?, it.acceptance?)).collect();
+    let text =
+        "Of swaps between two neighbours, in the middle of what their windows share. Error bars: standard errors.";
+    curve("Acceptance", ["distance [length]", "acceptance"], points, text)
+}
+
+fn curve(label: &str, titles: [&str; 2], points: Vec<Option<Dot>>, text: &str) -> Option<String> {
+    let lines = vec![Line { points, ..Line::default() }];
+    let titles = titles.map(str::to_owned);
+    curves_figure(label, &Curves { label: label.to_owned(), titles, lines, ..Curves::default() }, text)
+}

@@ -1,0 +1,207 @@
+//! Replicas in windows of a distance, of particles whose potential of mean force is known exactly.
+
+use std::ops::ControlFlow;
+
+use carom::Vector;
+use carom::exchange::{Distances, Exchange, ExchangeResults, MeanForce, MeanForcePoint};
+use carom::model::space::Boundary;
+use carom::model::{ExchangeEnsemble, ExchangePlan, Limit, ParticleId, Potential, RunPlan, Scene, Space, UmbrellaPlan};
+use carom::scene::SceneBuilder;
+
+use super::exchange::{DEPTH, deviation, pair};
+
+const TEMPERATURE: f64 = 0.6;
+
+fn in_windows(builder: SceneBuilder, between: [&[u32]; 2], windows: &[[f64; 2]], attempts: [u32; 2]) -> Scene {
+    let between = between.map(|group| group.iter().map(|id| ParticleId(*id)).collect());
+    let umbrella = UmbrellaPlan { between, windows: windows.to_vec(), bins: 40 };
+    let plan = ExchangePlan {
+        temperatures: vec![TEMPERATURE],
+        interval: 1.0,
+        rate: 0.7,
+        ensemble: ExchangeEnsemble::Umbrella,
+        umbrella: Some(umbrella),
+    };
+    let [equilibration, limit] = attempts.map(|count| Limit::time(f64::from(count)));
+    builder.exchange(plan).run(RunPlan { equilibration, limit, ..RunPlan::default() }).build().unwrap()
+}
+
+fn results(scene: Scene) -> (ExchangeResults, MeanForce) {
+    let mut distances = Distances::default();
+    let watch = &mut |_| ControlFlow::Continue(());
+    let exchange = Exchange::new(scene).unwrap().execute(2, &mut distances, watch).unwrap();
+    let results = exchange.results();
+    assert_eq!((&results.faults, &results.warnings()), (&Vec::new(), &Vec::new()));
+    for (at, window) in results.temperatures.iter().zip(&exchange.plan().umbrella.as_ref().unwrap().windows) {
+        let distance = at.observables["distance"];
+        assert!(window[0] < distance.mean && distance.mean < window[1]);
+        let kinetic = at.observables["temperature"];
+        assert!(deviation(kinetic, TEMPERATURE).abs() < 4.0, "{kinetic:?}");
+    }
+    (results, distances.mean_force(&exchange))
+}
+
+/// Compares a potential of mean force in all bins with one that is known, and the mean of what it is beyond a distance and below.
+fn refuse_other(found: &MeanForce, bins: usize, expected: impl Fn(&MeanForcePoint) -> f64) {
+    assert!(!found.is_torn && found.points.len() == bins, "{} bins", found.points.len());
+    let lowest = found.points.iter().find(|point| point.potential_of_mean_force.mean == 0.0).unwrap();
+    let zero = expected(lowest);
+    let mut sum = 0.0;
+    for point in &found.points {
+        let it = point.potential_of_mean_force;
+        if it.mean == 0.0 {
+            continue;
+        }
+        let deviation = deviation(it, expected(point) - zero);
+        assert!(deviation.abs() < 4.5, "{point:?}, expected {}", expected(point) - zero);
+        assert!(it.standard_error.unwrap() < 0.15 * TEMPERATURE, "{point:?}");
+        sum += deviation * deviation;
+    }
+    let mean = sum / found.points.len() as f64;
+    println!("mean square of deviations in errors: {mean:.2}");
+    // The zero is the lowest of all bins, so that all deviations have a part in common.
+    assert!(mean < 5.0, "{mean}");
+}
+
+fn square_well(point: &MeanForcePoint) -> f64 {
+    if point.distance < 1.5 { -DEPTH } else { 0.0 }
+}
+
+/// A pair with a square well: the potential of mean force is the potential.
+#[test]
+fn a_pair_has_its_potential() {
+    let windows = [[1.0, 1.5], [1.3, 1.8], [1.5, 1.98]];
+    let (results, found) = results(in_windows(pair().seed(3), [&[0], &[1]], &windows, [200, 30_000]));
+    refuse_other(&found, found.points.len(), square_well);
+    assert!(found.points.len() >= 39);
+    // The density of the distance itself has the volume of the shells in it.
+    for pair in found.points.windows(2).filter(|pair| square_well(&pair[0]) == square_well(&pair[1])) {
+        let volume = |it: &MeanForcePoint| it.distance * it.distance + it.width * it.width / 12.0;
+        let difference = |of: fn(&MeanForcePoint) -> f64| of(&pair[1]) - of(&pair[0]);
+        let of_shells = TEMPERATURE * (volume(&pair[1]) / volume(&pair[0])).ln();
+        let found = difference(|it| it.potential_of_mean_force.mean) - difference(|it| it.free_energy.mean);
+        assert!((found - of_shells).abs() < 1e-9, "{found}, expected {of_shells}");
+    }
+    assert!(results.neighbours.iter().all(|it| it.acceptance.unwrap().mean > 0.05));
+    assert!(results.round_trips.iter().all(|trips| *trips > 100), "{:?}", results.round_trips);
+    // Both distances in what two windows share: the parts that it has of each, of the levels in and out of the well.
+    let weight = |from: f64, to: f64| {
+        let cubes = |from: f64, to: f64| if to > from { to.powi(3) - from.powi(3) } else { 0.0 };
+        cubes(from, to.min(1.5)) * (DEPTH / TEMPERATURE).exp() + cubes(from.max(1.5), to)
+    };
+    for (it, pair) in results.neighbours.iter().zip(windows.windows(2)) {
+        let ([a, b], [c, d]) = (pair[0], pair[1]);
+        let expected = weight(c, b) / weight(a, b) * (weight(c, b) / weight(c, d));
+        // Distances are not quite independent from one attempt to the next.
+        let found = it.acceptance.unwrap();
+        assert!(deviation(found, expected).abs() < 4.0, "{found:?}, expected {expected}");
+    }
+}
+
+/// Disks in a plane, and rods on a line.
+#[test]
+fn a_pair_has_its_potential_in_two_dimensions_and_in_one() {
+    for (dimensions, size) in [(2, Vector::new(5.0, 6.0, 0.0)), (1, Vector::new(5.0, 0.0, 0.0))] {
+        let boundary = std::array::from_fn(|axis| if axis < dimensions { Boundary::Periodic } else { Boundary::Flat });
+        let y = if dimensions > 1 { 2.0 } else { 0.0 };
+        let scene = SceneBuilder::new("pair")
+            .space(Space { lower: Vector::zeros(), size, boundary })
+            .species("A", 1.3, 1.0)
+            .species("B", 0.37, 1.0)
+            .no_interaction("A", "A")
+            .no_interaction("B", "B")
+            .interaction("A", "B", Potential::square_well(1.0, 1.5, DEPTH).unwrap(), 1.0)
+            .particle("A", Vector::new(1.0, y, 0.0), Vector::zeros())
+            .particle("B", Vector::new(3.3, y, 0.0), Vector::zeros());
+        let windows = [[1.0, 1.6], [1.4, 2.0], [1.5, 2.4]];
+        let (_, found) = results(in_windows(scene, [&[1], &[0]], &windows, [200, 20_000]));
+        refuse_other(&found, found.points.len(), square_well);
+    }
+}
+
+/// The centre of two bonded particles of unequal masses, of which one has a square well for a third particle.
+#[test]
+fn centres_of_mass_have_the_mean_over_the_motion_of_their_members() {
+    let masses = [1.3, 0.7];
+    let (shortest, longest) = (0.9, 1.3);
+    let scene = SceneBuilder::new("molecules")
+        .space(Space::periodic_cube(8.0))
+        .species("A", masses[0], 1.0)
+        .species("B", masses[1], 1.0)
+        .species("C", 0.45, 1.0)
+        .interaction("A", "C", Potential::square_well(0.8, 1.5 / 0.8, DEPTH).unwrap(), 1.0)
+        .bond_interaction("bond", Potential::bond(shortest, longest).unwrap(), 1.0);
+    let scene = [("A", "A"), ("A", "B"), ("B", "B"), ("B", "C"), ("C", "C")]
+        .into_iter()
+        .fold(scene, |scene, (a, b)| scene.no_interaction(a, b))
+        .particle("A", Vector::new(7.8, 4.0, 4.0), Vector::zeros())
+        .particle("B", Vector::new(0.8, 4.0, 4.0), Vector::zeros())
+        .particle("C", Vector::new(1.8, 5.5, 4.0), Vector::zeros())
+        .bond(0, 1, "bond");
+    let windows = [[0.6, 1.2], [0.9, 2.0], [1.7, 2.8]];
+    let (_, found) = results(in_windows(scene, [&[1, 0], &[2]], &windows, [400, 20_000]));
+    let weight = |distance: f64| -> f64 {
+        if distance < 0.8 {
+            0.0
+        } else if distance < 1.5 {
+            (DEPTH / TEMPERATURE).exp()
+        } else {
+            1.0
+        }
+    };
+    // Over lengths of the bond, and over its directions, by midpoints.
+    let at = |r: f64| {
+        let (mut sum, mut norm) = (0.0, 0.0);
+        for i in 0..60 {
+            let bond = shortest + (longest - shortest) * (f64::from(i) + 0.5) / 60.0;
+            let arm = bond * masses[1] / (masses[0] + masses[1]);
+            for k in 0..400 {
+                let cosine = -1.0 + (f64::from(k) + 0.5) / 200.0;
+                sum += bond * bond * weight((r * r + arm * arm - 2.0 * r * arm * cosine).sqrt());
+                norm += bond * bond;
+            }
+        }
+        sum / norm
+    };
+    // In a bin, over the volumes of thinner shells.
+    let expected = |point: &MeanForcePoint| {
+        let thin = |k: u32| point.distance + point.width * ((f64::from(k) + 0.5) / 10.0 - 0.5);
+        let volume: f64 = (0..10).map(|k| thin(k).powi(2)).sum();
+        -TEMPERATURE * ((0..10).map(|k| thin(k).powi(2) * at(thin(k))).sum::<f64>() / volume).ln()
+    };
+    refuse_other(&found, found.points.len(), expected);
+    let most = found.points.iter().map(|point| point.potential_of_mean_force.mean).fold(0.0, f64::max);
+    assert!(most > 0.8, "{most}");
+}
+
+/// Two large spheres among small ones that pass through each other: these have more room where the shells overlap that they cannot enter.
+#[test]
+fn large_spheres_attract_each_other_by_the_room_of_small_ones() {
+    let (length, count, radius) = (8.0_f64, 140, 1.5_f64);
+    let mut scene = SceneBuilder::new("depletion")
+        .seed(4)
+        .space(Space::periodic_cube(length))
+        .species("large", 5.3, 2.0)
+        .species("small", 0.7, 1.0)
+        .interaction("large", "large", Potential::hard_sphere(2.0).unwrap(), 1.0)
+        .interaction("large", "small", Potential::hard_sphere(radius).unwrap(), 1.0)
+        .no_interaction("small", "small")
+        .particle("large", Vector::new(2.0, 4.0, 4.0), Vector::zeros())
+        .particle("large", Vector::new(5.0, 4.0, 4.0), Vector::zeros());
+    // A lattice around the large ones.
+    let places = (0..512).map(|k| Vector::new(f64::from(k % 8), f64::from(k / 8 % 8), f64::from(k / 64)));
+    let is_free = |place: &Vector| [2.0, 5.0].iter().all(|x| (place - Vector::new(*x, 4.0, 4.0)).norm() > radius);
+    for place in places.filter(is_free).step_by(3).take(count) {
+        scene = scene.particle("small", place, Vector::zeros());
+    }
+    let windows = [[2.0, 2.6], [2.3, 3.1], [2.8, 3.6]];
+    let (_, found) = results(in_windows(scene, [&[0], &[1]], &windows, [200, 3000]));
+    let sphere = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let overlap = |r: f64| {
+        let depth = (2.0 * radius - r).max(0.0);
+        std::f64::consts::PI * (4.0 * radius + r) * depth * depth / 12.0
+    };
+    let potential = |r: f64| -TEMPERATURE * count as f64 * (length.powi(3) - 2.0 * sphere + overlap(r)).ln();
+    refuse_other(&found, found.points.len(), |point| potential(point.distance));
+    assert!(potential(3.6) - potential(2.0) > 0.5 * TEMPERATURE);
+}
