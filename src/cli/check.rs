@@ -104,7 +104,7 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRat
 /// The estimate of a run, for all replicas where the scene asks for several.
 fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
     let Some(plan) = scene.exchange() else { return run };
-    let (replicas, time) = (plan.temperatures.len() as f64, scene.run().limit.time.unwrap_or(0.0));
+    let (replicas, time) = (plan.replicas() as f64, scene.run().limit.time.unwrap_or(0.0));
     let frames = ExchangeFolder::expected_frames(scene);
     SizeEstimate {
         rows: Some((time / plan.interval).round()),
