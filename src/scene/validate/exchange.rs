@@ -137,9 +137,8 @@ impl SceneParts {
         let others = [("profile", plan.profiles.is_empty()), ("flow", plan.flows.is_empty())];
         let others = others.into_iter().filter(|(_, is_empty)| !is_empty).map(|(key, _)| key);
         let mut all = asked(plan).map(|(key, ..)| key).chain(others);
-        let is_weighted = self.exchange.as_ref().is_some_and(|plan| plan.ensemble == ExchangeEnsemble::Multicanonical);
-        if is_weighted {
-            let expected = "none beside the ensemble \"multicanonical\", in which configurations have weights: measure it in the canonical one";
+        if self.exchange.as_ref().is_some_and(|plan| plan.ensemble != ExchangeEnsemble::Canonical) {
+            let expected = "none beside an ensemble other than \"canonical\": measure it in that one";
             return all.next().map(|key| (key, expected));
         }
         let expected = "none beside [exchange], whose replicas change their temperatures, so that it measures what is seen at one time: radial_distribution, structure_factor, chains, \
