@@ -149,6 +149,7 @@ mod tests {
             limit: Limit::default(),
             thermostat: None,
             gravity: None,
+            barostat: None,
             growth,
             measured: None,
         };

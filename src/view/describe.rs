@@ -371,6 +371,7 @@ mod tests {
             name: "dense".to_owned(),
             limit: Limit::time(20.0),
             thermostat: Some(bath),
+            barostat: None,
             gravity: None,
             growth: Some(growth),
             measured: None,

@@ -6,11 +6,14 @@ use crate::base::text::shortest;
 use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
 use crate::model::{
-    Equilibration, ExchangeEnsemble, ExchangePlan, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat, Threads,
+    Barostat, Equilibration, ExchangeEnsemble, ExchangePlan, Growth, GrowthTarget, Limit, RunPlan, StagePlan,
+    Thermostat, Threads,
 };
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
-use crate::scene::file::{ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile, ThreadsFile};
+use crate::scene::file::{
+    BarostatFile, ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile, ThreadsFile,
+};
 use crate::scene::validate::plan::SO_MANY_THREADS;
 
 /// How long to run, and what to do first.
@@ -32,6 +35,7 @@ pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<
         limit: Limit { time: run.until_time, events: run.until_events },
         gravity: run.gravity.map(vector),
         thermostat: run.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
+        barostat: run.barostat.map(parse_barostat),
         threads: run.threads.map_or(Ok(Threads::default()), |file| parse_threads(file, at.key("threads")))?,
     })
 }
@@ -81,6 +85,7 @@ fn parse_stage(stage: StageFile, at: &ConfigPath) -> Result<StagePlan, SceneErro
         gravity: stage.gravity.map(vector),
         limit,
         thermostat: stage.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
+        barostat: stage.barostat.map(parse_barostat),
         growth: stage.grow.map(|file| parse_growth(&file, &at.key("grow"))).transpose()?,
     })
 }
@@ -114,6 +119,11 @@ fn parse_thermostat(file: ThermostatFile, at: &ConfigPath) -> Result<Thermostat,
             interval: file.interval.ok_or_else(|| missing(at, "interval", "the time between two scalings"))?,
         }),
     }
+}
+
+fn parse_barostat(file: BarostatFile) -> Barostat {
+    let BarostatFile { pressure, interval, amplitude } = file;
+    Barostat { pressure, interval, amplitude }
 }
 
 fn parse_axes(words: &[String], at: &ConfigPath) -> Result<[bool; 3], SceneError> {
