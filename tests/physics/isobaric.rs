@@ -225,10 +225,10 @@ fn a_dimer_and_a_disk_are_two_molecules() {
 #[test]
 fn the_virial_has_the_pressure_of_the_barostat() {
     let pressure = 3.0;
-    let mut run = plan(pressure, 0.2, 0.05, 1_500);
+    let mut run = plan(pressure, 0.05, 0.05, 12_000);
     // The amplitude is found.
     run.barostat = Some(Barostat { amplitude: None, ..run.barostat.unwrap() });
-    run.equilibration = Limit::time(80.0);
+    run.equilibration = Limit::time(60.0);
     let mixture = Fill {
         composition: vec![("A".to_owned(), 0.5), ("B".to_owned(), 0.5)],
         temperature: Some(TEMPERATURE),
@@ -246,7 +246,7 @@ fn the_virial_has_the_pressure_of_the_barostat() {
         .run(run);
     let finished = finish(scene.build().unwrap());
     let (virial, error) = observable(&finished, "pressure");
-    assert!((virial - pressure).abs() < 4.0 * error && error < 0.02 * pressure, "{virial} +- {error}");
+    assert!((virial - pressure).abs() < 4.0 * error && error < 0.03 * pressure, "{virial} +- {error}");
     // All of the ensemble's numbers say one thing.
     let (volume, _) = observable(&finished, "volume");
     let (factor, _) = observable(&finished, "compressibility_factor");
@@ -257,7 +257,7 @@ fn the_virial_has_the_pressure_of_the_barostat() {
     assert!(density > 40.0 / volume && density < 1.02 * 40.0 / volume, "{density}, {volume}");
     assert!((filled / density - PI / 12.0 * (1.0 + 0.512)).abs() < 1e-12);
     let moves = finished.volume_moves.unwrap();
-    assert!((0.3..0.5).contains(&moves.acceptance().unwrap()) && moves.attempted == 1500, "{moves:?}");
+    assert!((0.3..0.5).contains(&moves.acceptance().unwrap()) && moves.attempted == 12_000, "{moves:?}");
 }
 
 /// Chains longer than the box, and free disks.
@@ -297,7 +297,8 @@ fn chains_longer_than_the_box_keep_their_bonds() {
         let simulation = run.simulation();
         assert_eq!(simulation.real_overlaps(), []);
         let (snapshot, space) = (simulation.snapshot(), simulation.scene().space());
-        assert_eq!((snapshot.size, snapshot.size.y / snapshot.size.x), (space.size, 7.0 / 9.0));
+        assert_eq!(snapshot.size, space.size);
+        assert!((snapshot.size.y / snapshot.size.x - 7.0 / 9.0).abs() < 1e-12);
         volumes.push(simulation.volume());
         for bond in simulation.scene().bonds() {
             let [a, b] = bond.pair.map(|id| snapshot.positions[id.0 as usize]);
@@ -364,7 +365,7 @@ fn a_run_goes_on_at_the_volume_that_a_stage_has_left() {
         name: "press".to_owned(),
         limit: Limit::time(20.0),
         thermostat: bath(2.0),
-        barostat: Some(Barostat { pressure: 5.0, interval: 0.1, amplitude: Some(0.1) }),
+        barostat: Some(Barostat { pressure: 5.0, interval: 0.02, amplitude: Some(0.02) }),
         ..StagePlan::default()
     };
     let plan = RunPlan { stages: vec![stage], limit: Limit::time(100.0), ..RunPlan::default() };
