@@ -170,7 +170,7 @@ fn check_output(scene: &Scene) -> Result<(), SceneError> {
     match instrument(&scene.measure) {
         Some(key) => {
             let expected = format!(
-                "none in a measurement with a barostat, where {} measure: equilibrate in a [[stage]] with the barostat, and measure at its volume in [run] without",
+                "none in a measurement with a barostat, which has {} only: equilibrate in a [[stage]] with the barostat, and measure at its volume in [run] without",
                 OF_ANY_VOLUME.join(", ")
             );
             refuse(root.key("measure").key(key), "given", expected)
