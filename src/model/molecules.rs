@@ -8,7 +8,7 @@ use crate::Vector;
 /// Molecules of a scene. A particle without bonds is one; a bond that two particles can leave joins nothing.
 #[derive(Debug, Clone)]
 pub(crate) struct Molecules {
-    /// Those of two particles and more.
+    /// Molecules of two particles and more.
     components: Vec<Component>,
     /// Mass of each particle `[mass]`.
     masses: Vec<f64>,

@@ -310,7 +310,7 @@ fn chains_longer_than_the_box_keep_their_bonds() {
     assert!(least < 0.8 * most, "{least} {most}");
 }
 
-/// What a run of a scene comes to, on so many threads, with pauses after so many events.
+/// Last state and results of a run of a scene, on so many threads, with pauses after so many events.
 fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String) {
     let mut run = Run::new(scene.clone()).threads(threads);
     let mut events = 0;
@@ -363,7 +363,7 @@ fn pauses_and_threads_change_nothing() {
 fn a_run_goes_on_at_the_volume_that_a_stage_has_left() {
     let stage = StagePlan {
         name: "press".to_owned(),
-        limit: Limit::time(20.0),
+        limit: Limit::time(60.0),
         thermostat: bath(2.0),
         barostat: Some(Barostat { pressure: 5.0, interval: 0.02, amplitude: Some(0.02) }),
         ..StagePlan::default()

@@ -17,7 +17,7 @@ pub(super) fn check_numbers(barostat: Option<&Barostat>, at: &ConfigPath) -> Res
     checked.or_else(|error| refuse(at.key(error.name), shortest(error.value), error.expected))
 }
 
-/// What acts on a stage of a run, for a barostat.
+/// Drives of a stage of a run, for a barostat.
 struct Phase<'a> {
     /// The table of the stage.
     at: ConfigPath,
