@@ -1,9 +1,11 @@
 //! Descriptions of a scene in words, and numbers as people read them: for the terminal and for the page about a run.
 
+mod barostat;
 mod estimate;
 mod facts;
 mod surfaces;
 
+pub use barostat::{barostat, volume_moves};
 pub use estimate::{estimate, observable};
 pub(crate) use facts::AUTO_THREADS;
 pub use facts::{Fact, facts};
@@ -18,8 +20,8 @@ use crate::engine::EngineChoice;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{
-    Barostat, Equilibration, ExchangeEnsemble, ExchangePlan, GrowthTarget, Influence, Interaction, Limit, RunPlan,
-    Scene, Species, SpeciesId, StagePlan, Thermostat, VolumeMoves,
+    Equilibration, ExchangeEnsemble, ExchangePlan, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene,
+    Species, SpeciesId, StagePlan, Thermostat,
 };
 
 /// Numbers of particles of each species.
@@ -278,24 +280,6 @@ pub fn thermostat(thermostat: &Thermostat) -> String {
             format!("velocities are scaled to temperature {} every {}", digits(*temperature), digits(*interval))
         }
     }
-}
-
-/// Description of a barostat.
-#[must_use]
-pub fn barostat(barostat: &Barostat) -> String {
-    let (pressure, interval) = (digits(barostat.pressure), digits(barostat.interval));
-    let amplitude = match barostat.amplitude {
-        Some(amplitude) => format!("by up to {}", digits(amplitude)),
-        None => "by as much as lets some 40 % of the moves be accepted, found where nothing is measured".to_owned(),
-    };
-    format!("the volume is moved every {interval} at a pressure of {pressure}, its logarithm {amplitude}")
-}
-
-/// Volume moves of a measurement: how many there were, how many were accepted, and how large they were.
-#[must_use]
-pub fn volume_moves(moves: &VolumeMoves) -> String {
-    let accepted = moves.acceptance().map_or_else(String::new, |part| format!(", {:.1} % accepted", 100.0 * part));
-    format!("{}{accepted}, of ln V by up to {}", moves.attempted, digits(moves.amplitude))
 }
 
 /// Why the momentum is not conserved over a whole run, as far as it applies: `walls along x and y, gravity along z`.
