@@ -93,7 +93,10 @@ mod tests {
                 ..Space::periodic_cube(9.0)
             })
             .species("A", 1.3, 0.1)
-            .species("B", 2.9, 0.1);
+            .species("B", 2.9, 0.1)
+            .no_interaction("A", "A")
+            .no_interaction("A", "B")
+            .no_interaction("B", "B");
         scene = scene.bond_interaction("link", Potential::bond(0.5, 3.5).unwrap(), 1.0);
         for (index, x) in at.iter().enumerate() {
             let (species, y) = (["A", "B"][index % 2], 1.0 + 0.25 * index as f64);

@@ -49,8 +49,9 @@ fn each_row_and_frame_has_the_box_of_its_time() {
     assert!((mean / average - 1.0).abs() < 0.01, "{mean} {average}");
     let report = place.read("runs/scene/report.txt");
     assert!(report.contains("volume moves                    200, ") && report.contains("isothermal compressibility"));
-    for target in ["a.gsd", "a.lammps", "b.xyz"] {
-        assert_eq!(code(&place.carom(&["convert", "runs/scene", "--out", target])), 0, "{target}");
+    for format in ["gsd", "lammps", "vtk"] {
+        let converted = place.carom(&["convert", "runs/scene", "--to", format]);
+        assert_eq!(code(&converted), 0, "{format}: {}", line(&converted));
     }
     assert_eq!(code(&place.carom(&["report", "runs/scene"])), 0);
     assert!(place.read("runs/scene/report.html").contains("volume moves"));
