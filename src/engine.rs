@@ -50,6 +50,7 @@ mod states;
 pub(crate) mod surfaces;
 mod threads;
 pub(crate) mod transport;
+mod volume_move;
 
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::model::space::Boundary;
@@ -70,6 +71,7 @@ pub use snapshot::{Energy, ParticleNow, Snapshot};
 pub use start::NeedsRun;
 pub use states::{Elapsed, States};
 pub use transport::Transport;
+pub(crate) use volume_move::Scaling;
 
 /// How far to go: whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -198,7 +200,7 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// The scene that it started from; after a growth with the diameters and the state at its end.
+    /// The scene that it started from; after a growth with the diameters and the state at its end, with a barostat in the box that it has now.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene

@@ -2,6 +2,8 @@
 //!
 //! Nothing here depends on a file or a key that a user typed; [`Scene`] is what all other layers read.
 
+pub mod barostat;
+pub(crate) mod components;
 mod energy_weights;
 pub mod error;
 pub mod exchange_plan;
@@ -9,6 +11,7 @@ pub mod input_file;
 pub(crate) mod limits;
 pub mod live_plan;
 pub mod measurement_plan;
+pub(crate) mod molecules;
 pub mod momentum;
 pub mod output_plan;
 pub mod potential;
@@ -26,6 +29,7 @@ pub mod threads;
 pub mod triangle_mesh;
 pub mod umbrella_plan;
 
+pub use barostat::{Barostat, BarostatError, VolumeMoves};
 pub use energy_weights::EnergyWeights;
 pub use error::PotentialError;
 pub use exchange_plan::{ExchangeEnsemble, ExchangePlan};

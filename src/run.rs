@@ -37,6 +37,7 @@ use crate::analysis::observables::{Equilibrium, Row};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::engine::{Arrest, EngineError, InvariantBroken, Simulation, Snapshot};
+use crate::model::VolumeMoves;
 use crate::run::audit::Audit;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -253,6 +254,8 @@ pub struct Finished {
     pub equilibrium: Equilibrium,
     /// Results of the instruments, of the scene and of the user: [`Measured::number`], [`Measured::curve`].
     pub measured: Measured,
+    /// Volume moves of the barostat of the measurement; `None` without one.
+    pub volume_moves: Option<VolumeMoves>,
     /// The measured stages before it, as far as they were begun.
     pub stages: Vec<MeasuredStage>,
     /// Audit of the run.

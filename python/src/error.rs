@@ -145,12 +145,14 @@ pub fn needs_run(error: &NeedsRun) -> PyErr {
         NeedsRun::Stage { name } => format!("the scene plans the stage `{name}`"),
         NeedsRun::Equilibration => "the scene plans an equilibration".to_owned(),
         NeedsRun::Rescaling => "the scene plans a thermostat that scales velocities".to_owned(),
+        NeedsRun::Barostat => "the scene plans a barostat that changes the volume".to_owned(),
         NeedsRun::Exchange => "the scene plans replicas at several temperatures".to_owned(),
         _ => error.to_string(),
     };
     let cure = match error {
         NeedsRun::Exchange => "use carom.exchange, or Simulation(scene, plan=False) for the dynamics alone",
         NeedsRun::Rescaling => "use carom.run, or Simulation(scene, plan=False) and its rescale",
+        NeedsRun::Barostat => "use carom.run, or Simulation(scene, plan=False) for the dynamics alone",
         _ => {
             "use carom.run; or Simulation.prepared(scene), which is where its measurement begins; or Simulation(scene, plan=False) for the dynamics alone"
         }

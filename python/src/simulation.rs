@@ -118,6 +118,9 @@ impl Simulation {
         if matches!(model.run().thermostat, Some(Thermostat::Rescaling { .. })) {
             return Err(error::needs_run(&NeedsRun::Rescaling));
         }
+        if model.run().barostat.is_some() {
+            return Err(error::needs_run(&NeedsRun::Barostat));
+        }
         let mut watch = Watch::new(callback);
         let (run, ending) = py.detach(|| {
             let run = Run::new(model);

@@ -5,56 +5,31 @@
 mod applicable;
 mod equilibrium;
 mod regions;
+mod row;
+mod volume;
 
 pub use applicable::ApplicableObservables;
 use equilibrium::Conditions;
 pub(crate) use equilibrium::is_settled;
 pub use equilibrium::{Answer, Equilibrium};
+pub use row::Row;
+use volume::VolumePiece;
 
 use crate::Vector;
 use crate::analysis::statistics::{BlockAverage, Estimate, Stationarity};
 use crate::base::numbers::trunc_to_usize;
 use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Simulation};
-use crate::model::{Scene, Thermostat};
+use crate::model::{Barostat, Scene, Thermostat};
 use serde::{Deserialize, Serialize};
-
-/// Thermodynamic observables at one time, and averages since the row before: a row of `thermo.csv`.
-///
-/// Quantities that mean nothing for the scene, or cannot be known yet, are `None`.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct Row {
-    /// Simulated time `[time]`.
-    pub time: f64,
-    /// Physical events since the start of the simulation.
-    pub events: u64,
-    /// Kinetic temperature now `[energy]`.
-    pub temperature: Option<f64>,
-    /// Kinetic energy now `[energy]`.
-    pub kinetic: f64,
-    /// Potential energy now, of pairs and of weight `[energy]`.
-    pub potential: f64,
-    /// Energy that thermostats, walls, growth and shear have supplied so far, less what they took `[energy]`.
-    pub supplied: f64,
-    /// Kinetic and potential energy, and what was dissipated so far, less what was supplied: constant but for round-off `[energy]`.
-    pub ledger: f64,
-    /// Pressure since the row before `[energy / length^D]`.
-    pub pressure: Option<f64>,
-    /// Core contacts per particle and time since the row before `[1 / time]`.
-    pub collision_rate: Option<f64>,
-    /// Height of the centre of mass against gravity `[length]`.
-    pub height: Option<f64>,
-    /// Number of moving particles in each of the regions that the scene counts in.
-    pub counts: Vec<usize>,
-}
 
 const TEMPERATURE: &str = "temperature";
 const COMPRESSIBILITY: &str = "compressibility_factor";
+const ISOTHERMAL_COMPRESSIBILITY: &str = "isothermal_compressibility";
 const HEAT_FLUX: &str = "energy / (length^(D - 1) time)";
 
 /// The quantities with a mean over a run, by name, in the order of `summary.json`.
-pub const OBSERVABLES: [(&str, &str); 17] = [
+pub const OBSERVABLES: [(&str, &str); 21] = [
     (TEMPERATURE, "energy"),
     ("pressure", "energy / length^D"),
     (COMPRESSIBILITY, "1"),
@@ -72,13 +47,18 @@ pub const OBSERVABLES: [(&str, &str); 17] = [
     ("heat_flux_through_upper_y_wall", HEAT_FLUX),
     ("heat_flux_through_lower_z_wall", HEAT_FLUX),
     ("heat_flux_through_upper_z_wall", HEAT_FLUX),
+    ("volume", "length^D"),
+    ("number_density", "1 / length^D"),
+    ("packing_fraction", "1"),
+    (ISOTHERMAL_COMPRESSIBILITY, "length^D / energy"),
 ];
 
-/// Where they are among these: the pressure, the collision rate, and those of the lower x wall.
+/// Where they are among these: the pressure, the collision rate, those of the lower x wall, and the volume.
 const PRESSURE: usize = 1;
 const COLLISION_RATE: usize = 3;
 const FIRST_WALL: usize = 5;
 const FIRST_HEAT: usize = 11;
+const VOLUME: usize = 17;
 
 /// Averages the thermodynamic observables of a simulation between rows: temperature, pressure, collision rate, energies.
 ///
@@ -92,6 +72,11 @@ const FIRST_HEAT: usize = 11;
 /// | heat flux through a wall | energy that it supplied in a time `t`, less what it took, divided by `t` and by its area: positive into the particles |
 /// | collision rate | `n / (N t)`, where `n` counts the Core events that each particle takes part in: two of them in one, or one and a static one |
 /// | potential energy per particle | energy of the pairs over `N` |
+/// | volume, number density, packing fraction | where a barostat changes the volume `V`: means over the time of `V`, `N / V`, and the volume of the particles by `V` |
+/// | isothermal compressibility | `(<V^2> - <V>^2) / (<V> T)`, with the temperature of the heat bath |
+///
+/// Where the volume changes, the pressure is the mean of `(N T + W / (D t)) / V` over the pieces of the time in which it is constant, and the compressibility factor is `P <V> / (N T)`
+/// with the pressure `P` of the barostat.
 ///
 /// A wall keeps centres a radius away, so that those of each species `s` have their own volume `V_s` and area `A_s`. In the momentum along an
 /// axis between walls, `x` from the middle, the mean of `d/dt sum x m v` is zero for each species: `<sum m v_x^2> + <sum x J> / t` is `V_s / A_s` times its mean
@@ -136,6 +121,8 @@ struct Piece {
     pair_energy_moment: f64,
     temperature: Option<f64>,
     pair_energy: f64,
+    /// Where the volume changes.
+    volume: Option<VolumePiece>,
     /// `[energy time]`
     integrals: [f64; 2],
     /// Of `sum m v^2 / V` along each axis between walls, from the time 0 of the simulation on `[energy time / length^D]`.
@@ -158,6 +145,11 @@ impl Observer {
     /// Measures a stage with a thermostat, which may change the momentum.
     pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
         self.applicable.set_thermostat(scene, thermostat);
+    }
+
+    /// Measures a stage in which a barostat acts beside a thermostat, and to whose beginning diameters have grown by a factor since the observer was made.
+    pub(crate) fn set_barostat(&mut self, scene: &Scene, acting: Option<(&Barostat, &Thermostat)>, grown: f64) {
+        self.applicable.set_barostat(scene, acting, grown);
     }
 
     /// Measures now, and the interval since the last time.
@@ -186,6 +178,7 @@ impl Observer {
             ledger: energy.kinetic + energy.potential + event_counts.dissipated.total() - event_counts.supplied.total(),
             pressure: mean(PRESSURE),
             collision_rate: mean(COLLISION_RATE),
+            volume: simulation.scene().run.has_barostat().then(|| simulation.volume()),
             height,
             counts,
         }
@@ -197,6 +190,9 @@ impl Observer {
         let estimate = |at: usize, name: &str, average: &BlockAverage| {
             let estimate = match name {
                 COMPRESSIBILITY => average.ratio(self.averages.first()?),
+                ISOTHERMAL_COMPRESSIBILITY => {
+                    self.applicable.isobaric?.compressibility(self.averages.get(VOLUME)?, average)
+                }
                 _ => self.of_wall(at, average).or_else(|| average.estimate()),
             }?;
             Some(if self.stationarity_of(name, average) == Stationarity::Constant {
@@ -249,6 +245,11 @@ impl Observer {
     fn stationarity_of(&self, name: &str, average: &BlockAverage) -> Stationarity {
         match (name, self.averages.first()) {
             (COMPRESSIBILITY, Some(temperature)) => average.stationarity_of_ratio(temperature),
+            (ISOTHERMAL_COMPRESSIBILITY, _) => {
+                let ensemble = self.applicable.isobaric.zip(self.averages.get(VOLUME));
+                let series = ensemble.and_then(|(it, volume)| it.fluctuation(volume, average));
+                series.as_ref().unwrap_or(average).stationarity()
+            }
             // A few rows are enough for what the scene conserves; only a program that sets velocities changes it.
             (TEMPERATURE, _) if self.applicable.conserves_temperature && average.is_constant() => {
                 Stationarity::Constant
@@ -285,6 +286,7 @@ impl Observer {
         let pair_energy_moment = counts.pair_energy_moment.total();
         let heated = self.applicable.heated(counts, energy.pair);
         let mut integrals = [0.0; 2];
+        let mut volume = self.applicable.isobaric.map(|_| VolumePiece::of(simulation));
         if let Some(last) = &self.piece {
             let (half, middle) = (0.5 * (time - last.time), 0.5 * (last.elapsed + elapsed));
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
@@ -295,6 +297,7 @@ impl Observer {
             let pair = half * (last.pair_energy + energy.pair)
                 + missed(energy.pair - last.pair_energy, pair_energy_moment - last.pair_energy_moment);
             integrals = [last.integrals[0] + heat, last.integrals[1] + pair];
+            volume = last.volume.map(|last| last.next(simulation, 2.0 * half, heat, &self.applicable));
         }
         let heating = &counts.confined_heating;
         let confined = std::array::from_fn(|axis| energy.confined[axis] * time - heating[axis].total());
@@ -305,6 +308,7 @@ impl Observer {
             pair_energy_moment,
             temperature,
             pair_energy: energy.pair,
+            volume,
             integrals,
             confined,
         });
@@ -323,13 +327,21 @@ impl Observer {
         let [heat, pair] = [0, 1].map(|k| to.integrals[k] - from.integrals[k]);
         let temperature = from.temperature.and(to.temperature).map(|_| heat / duration);
         let confined = std::array::from_fn(|axis| to.confined[axis] - from.confined[axis]);
-        let pressure =
-            temperature.and_then(|temperature| applicable.pressure(&counted, duration, temperature, &confined));
+        let isobaric = applicable.isobaric.zip(from.volume.zip(to.volume));
+        let isobaric = isobaric.map(|(ensemble, (from, to))| (ensemble, to.since(&from, duration)));
+        let pressure = temperature.and_then(|temperature| match isobaric {
+            Some((_, means)) => applicable.has_pressure.then_some(means.pressure),
+            None => applicable.pressure(&counted, duration, temperature, &confined),
+        });
+        // Over the mean temperature they are the compressibility factor. That of the ensemble is `P <V> / (N T)`.
+        let factor = match isobaric {
+            Some((ensemble, means)) => Some(ensemble.pressure * means.volume / moving),
+            None => pressure.map(|pressure| pressure / applicable.number_density),
+        };
         let of_all = [
             temperature,
             pressure,
-            // Over that of the temperature it is the compressibility factor.
-            pressure.filter(|_| applicable.is_homogeneous).map(|pressure| pressure / applicable.number_density),
+            factor.filter(|_| applicable.is_homogeneous && temperature.is_some()),
             applicable.has_core.then(|| counted.core_contacts() as f64 / (moving * duration)),
             applicable.has_wells.then(|| pair / (duration * moving)),
         ];
@@ -341,7 +353,11 @@ impl Observer {
         let fluxes = walls().map(|(axis, side)| {
             applicable.heat_areas[axis][side].map(|area| counted.wall_heat[axis][side].total() / (area * duration))
         });
-        Some((duration, of_all.into_iter().chain(pressures).chain(fluxes).collect()))
+        let of_volume = match isobaric {
+            Some((ensemble, means)) => means.values(&ensemble, moving).map(Some),
+            None => [None; 4],
+        };
+        Some((duration, of_all.into_iter().chain(pressures).chain(fluxes).chain(of_volume).collect()))
     }
 }
 

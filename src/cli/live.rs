@@ -49,6 +49,10 @@ impl Live {
             return Err(Failure::bad_input(message, Some(help)));
         }
         super::refuse_exchange(&scene, "a page runs one system: leave [exchange] out")?;
+        if scene.run().has_barostat() {
+            let message = format!("the scene {} has a barostat, and the box of a page does not change", scene.name());
+            return Err(Failure::bad_input(message, Some("leave the barostat out")));
+        }
         let source = live::Source::of_file(&self.scene.scene, &borrowed(&self.scene.changes.all()))?;
         let module = self.module()?;
         let Some(engine) = live::Engine::of(&module) else {

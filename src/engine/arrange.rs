@@ -37,9 +37,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.images.slide() || !self.distances.are_constant() {
             return false;
         }
-        let range = self.ranges.between.iter().copied().fold(0.0, f64::max);
-        let positions = || self.state.bodies.iter().map(|body| body.position);
-        let search = Search::choose_among(&self.state.space, range, positions, Some(self.neighbours.search()));
+        let search = self.best_search();
         if search == self.neighbours.search() {
             return false;
         }
@@ -50,6 +48,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sort_in(search);
         self.predict_all();
         true
+    }
+
+    /// The search for the density that there is, given the one that is in use.
+    pub(super) fn best_search(&self) -> Search {
+        let range = self.ranges.between.iter().copied().fold(0.0, f64::max);
+        let positions = || self.state.bodies.iter().map(|body| body.position);
+        Search::choose_among(&self.state.space, range, positions, Some(self.neighbours.search()))
     }
 
     /// Moves all particles along their free flights to a time since the epoch, and brings those that have left the box back in.

@@ -158,10 +158,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.move_again();
     }
 
-    /// Puts all particles that move elsewhere, by id.
-    fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
+    /// Puts all particles that move elsewhere, by id, into the box of the scene, which may be another one.
+    pub(super) fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
         self.join();
         let before = self.energy();
+        let is_other_box = self.state.space != scene.space;
+        if is_other_box {
+            (self.state.space, self.state.periods) = (scene.space.clone(), scene.space.periods());
+        }
         for (particle, position) in self.state.numbers.clone().into_iter().zip(positions) {
             if !self.is_static(particle) {
                 self.stream(particle, self.clock.now);
@@ -169,7 +173,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.bring_in(particle);
             }
         }
-        let search = self.neighbours.search();
+        let search = if is_other_box { self.best_search() } else { self.neighbours.search() };
         self.reorder();
         self.sort_in(search);
         if states == PairStates::FromDistances {

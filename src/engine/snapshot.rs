@@ -27,6 +27,8 @@ pub struct Snapshot {
     pub images: Vec<[i32; 3]>,
     /// Displacement of the next image up, along x, less whole periods: in `(-L_x / 2, L_x / 2]`, 0 in a box at rest `[length]`.
     pub displacement: f64,
+    /// Edge lengths of the box `[length]`; 0 along flat axes.
+    pub size: Vector,
     /// Factor by which diameters have grown since the start of the scene.
     pub scale: f64,
     /// By surface of the scene, whether it is there now; empty where all always are.
@@ -108,6 +110,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             velocities: Vec::with_capacity(count),
             images: Vec::with_capacity(count),
             displacement: self.displacement().0,
+            size: self.state.space.size,
             scale: self.scale(),
             surfaces: self.sources.surfaces.presence(),
         };

@@ -28,6 +28,11 @@ pub enum NeedsRun {
         "velocities of the scene are scaled by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]
     Rescaling,
+    /// A barostat that changes the volume.
+    #[error(
+        "the volume of the scene is changed by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
+    )]
+    Barostat,
     /// Replicas at several temperatures.
     #[error(
         "the replicas of the scene are for exchange::Exchange: use that, or Simulation::without_plan for the dynamics alone"
@@ -42,7 +47,7 @@ impl Simulation {
     /// scene is to be simulated, what is to be measured and what to be written is not.
     ///
     /// # Errors
-    /// [`NeedsRun`] if the scene plans stages, an equilibration, a thermostat that scales velocities, or replicas.
+    /// [`NeedsRun`] if the scene plans stages, an equilibration, a thermostat that scales velocities, a barostat, or replicas.
     pub fn new(scene: Scene) -> Result<Self, NeedsRun> {
         let plan = &scene.run;
         if scene.exchange.is_some() {
@@ -57,6 +62,9 @@ impl Simulation {
         let thermostat = plan.thermostat;
         if matches!(thermostat, Some(Thermostat::Rescaling { .. })) {
             return Err(NeedsRun::Rescaling);
+        }
+        if plan.barostat.is_some() {
+            return Err(NeedsRun::Barostat);
         }
         // The number of the measurement among the stages of a run, so that the random numbers are the same.
         let stage = scene.first_stream() + plan.stages.len() + 1;
@@ -126,7 +134,7 @@ fn diameters(scene: &Scene) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::engine::Until;
-    use crate::model::{Growth, GrowthTarget, Potential, RunPlan, StagePlan};
+    use crate::model::{Barostat, Growth, GrowthTarget, Potential, RunPlan, StagePlan};
     use crate::run::Run;
     use crate::scene::{Amount, Lattice, SceneBuilder};
 
@@ -149,16 +157,20 @@ mod tests {
             limit: Limit::default(),
             thermostat: None,
             gravity: None,
+            barostat: None,
             growth,
             measured: None,
         };
         let rescaling = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
+        let bath = Some(Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true; 3] });
+        let barostat = Barostat { pressure: 1.0, interval: 1.0, amplitude: Some(0.1) };
         let plain = RunPlan { limit: Limit::time(1.0), ..RunPlan::default() };
         for (plan, refused) in [
             (RunPlan { stages: vec![stage], ..plain.clone() }, NeedsRun::Stage { name: "grow".into() }),
             (RunPlan { equilibration: Limit::events(1), ..plain.clone() }, NeedsRun::Equilibration),
             (RunPlan { until_stationary: true, ..plain.clone() }, NeedsRun::Equilibration),
             (RunPlan { thermostat: rescaling, ..plain.clone() }, NeedsRun::Rescaling),
+            (RunPlan { thermostat: bath, barostat: Some(barostat), ..plain.clone() }, NeedsRun::Barostat),
         ] {
             let scene = planned(plan);
             assert_eq!(Simulation::new(scene.clone()).err(), Some(refused));

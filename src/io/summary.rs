@@ -18,7 +18,7 @@ use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_flows, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::Simulation;
-use crate::model::{InputFile, Species, StagePlan};
+use crate::model::{InputFile, Species, StagePlan, VolumeMoves};
 use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
@@ -52,6 +52,9 @@ pub struct Summary {
     /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files that do not have it.
     #[serde(default = "not_grown")]
     pub diameter_factor: f64,
+    /// Volume moves of the barostat of the measurement; absent without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume_moves: Option<VolumeMoves>,
     pub events: Events,
     pub energy: Energies,
     pub momentum: Momentum,
@@ -89,6 +92,9 @@ pub struct StageSummary {
     pub name: String,
     pub measured: Period,
     pub diameter_factor: f64,
+    /// Volume moves of its barostat; absent without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume_moves: Option<VolumeMoves>,
     pub events: Events,
     pub equilibrated: Equilibrium,
     pub observables: BTreeMap<String, Observable>,
@@ -218,6 +224,7 @@ impl Summary {
             measured: Some(Period::of(&finished.measurement)),
             system: Some(System::of(finished)),
             diameter_factor: simulation.scale(),
+            volume_moves: finished.volume_moves,
             events: events(&finished.measurement),
             energy: Energies {
                 initial: audit.initial_energy,
@@ -264,6 +271,7 @@ impl StageSummary {
             name: stage.name.clone(),
             measured: Period::of(&stage.measurement),
             diameter_factor: stage.diameter_factor,
+            volume_moves: stage.volume_moves,
             events: events(&stage.measurement),
             equilibrated: stage.equilibrium.clone(),
             observables: observables(&stage.observables, &stage.stationarity),
@@ -305,7 +313,7 @@ fn observables(
     estimates.iter().map(observable).collect()
 }
 
-/// Published values of a system in a stage, or in the last measurement, with diameters that are larger by a factor than those of its scene, at its mean temperature.
+/// Published values, none where the volume of the simulation now is not that of the measurement, of a system in a stage, or in the last measurement, with diameters that are larger by a factor than those of its scene, at its mean temperature.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,
@@ -315,6 +323,9 @@ fn published(
     let temperature = estimates.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
     let (scene, population) = (simulation.scene(), simulation.population());
     let run = &scene.run;
+    if if stage.is_some() { run.has_barostat() } else { run.barostat.is_some() } {
+        return Vec::new();
+    }
     let (thermostat, gravity) =
         stage.map_or((&run.thermostat, run.gravity), |stage| (&stage.thermostat, stage.gravity));
     let falls = |species: &Species| species.acceleration.norm();

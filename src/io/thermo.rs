@@ -77,7 +77,7 @@ impl Columns {
     }
 
     /// The quantities of a row, in the order of their columns.
-    fn quantities(&self) -> [Quantity; 8] {
+    fn quantities(&self) -> [Quantity; 9] {
         let applicable = &self.applicable;
         [
             (applicable.has_temperature, "temperature", "energy", |row| row.temperature),
@@ -87,6 +87,7 @@ impl Columns {
             (self.is_driven, "supplied", "energy", |row| Some(row.supplied)),
             (applicable.has_pressure, "pressure", "energy / length^D", |row| row.pressure),
             (applicable.has_core, "collision_rate", "1 / time", |row| row.collision_rate),
+            (self.plan.has_barostat(), "volume", "length^D", |row| row.volume),
             (applicable.has_height(), "height", "length", |row| row.height),
         ]
     }

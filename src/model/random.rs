@@ -23,6 +23,8 @@ pub(crate) enum Purpose {
     Bootstrap,
     /// Velocities that are drawn anew on the way.
     Thermalizing,
+    /// Volume moves of a barostat.
+    Volume,
 }
 
 impl Purpose {
@@ -34,6 +36,7 @@ impl Purpose {
             Self::Exchange => (1 << 62) + group as u64,
             Self::Bootstrap => (1 << 61) + group as u64,
             Self::Thermalizing => (1 << 60) + group as u64,
+            Self::Volume => (1 << 59) + group as u64,
             Self::Surface => (1 << 42) + 4 * group as u64 + 3,
             _ => 4 * group as u64 + self as u64,
         }
@@ -145,6 +148,7 @@ mod tests {
         assert_eq!(first_four.map(|purpose| purpose.stream(3)), [12, 13, 14, 15]);
         assert_eq!([Purpose::Growth, Purpose::Exchange].map(|it| it.stream(3)), [(1 << 63) + 3, (1 << 62) + 3]);
         assert_eq!(Purpose::Surface.stream(3), (1 << 42) + 15);
+        assert_eq!(Purpose::Volume.stream(3), (1 << 59) + 3);
         assert_eq!([Purpose::Bootstrap, Purpose::Thermalizing].map(|it| it.stream(3)), [(1 << 61) + 3, (1 << 60) + 3]);
     }
 

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::barostat::Barostat;
 use super::thermostat::Thermostat;
 use super::threads::Threads;
 use crate::Vector;
@@ -48,6 +49,8 @@ pub struct RunPlan {
     pub limit: Limit,
     /// Thermostat of the measurement.
     pub thermostat: Option<Thermostat>,
+    /// Barostat of the measurement.
+    pub barostat: Option<Barostat>,
     /// Gravity of the last equilibration and measurement, in place of that of the species; of all stages or of none `[length / time^2]`.
     pub gravity: Option<Vector>,
     /// Threads that everything of it runs on.
@@ -88,6 +91,12 @@ impl RunPlan {
         self.thermostat.is_some() || self.stages.iter().any(has_any)
     }
 
+    /// Whether the volume changes in some stage.
+    #[must_use]
+    pub fn has_barostat(&self) -> bool {
+        self.barostat.is_some() || self.stages.iter().any(|stage| stage.barostat.is_some())
+    }
+
     /// Gravity of the stages that have one, the measurement last.
     pub fn gravities(&self) -> impl Iterator<Item = Vector> + '_ {
         self.stages.iter().map(|stage| stage.gravity).chain([self.gravity]).flatten()
@@ -110,6 +119,8 @@ pub struct StagePlan {
     pub limit: Limit,
     /// A thermostat.
     pub thermostat: Option<Thermostat>,
+    /// A barostat, beside a thermostat.
+    pub barostat: Option<Barostat>,
     /// Gravity during the stage, in place of that of the species `[length / time^2]`.
     pub gravity: Option<Vector>,
     /// How the diameters grow.

@@ -8,11 +8,13 @@ mod measure;
 mod pace;
 mod recorder;
 mod stages;
+mod volume;
 
 pub use equilibrate::MOST_EVENTS_PER_PARTICLE;
 pub(super) use equilibrate::Monitor;
 pub(super) use growth::PressureCheck;
 use recorder::{Failed, KeepsError};
+pub(super) use volume::Moves;
 
 use std::ops::ControlFlow;
 
@@ -22,7 +24,7 @@ use super::state::RunState;
 use super::{Ending, Finished, Recorder, Run, Stage};
 use crate::analysis::instruments::{Registry, SystemDescription};
 use crate::base::clock::Instant;
-use crate::engine::{Simulation, Until};
+use crate::engine::{Scaling, Simulation, Until};
 use crate::model::Limit;
 
 /// The engine's steps between two questions whether to go on: the first time, and at most. Steps can be slow, of particles with very many
@@ -102,6 +104,8 @@ struct Driver<'a> {
     patience: u64,
     /// Steps of the engine until it is next asked whether to go on.
     steps: u64,
+    /// Constants of the volume moves, once there was one.
+    scaling: Option<Scaling>,
 }
 
 impl<'a> Driver<'a> {
@@ -127,6 +131,7 @@ impl<'a> Driver<'a> {
             patience: u64::MAX,
             is_over: false,
             steps: STEPS[0],
+            scaling: None,
         };
         driver.describe();
         driver
@@ -189,7 +194,8 @@ impl Driver<'_> {
             }
             let scaling = self.state.next_scaling;
             let temperature = self.state.next_temperature;
-            let until = time.min(scaling).min(temperature);
+            let next_move = self.next_move();
+            let until = time.min(scaling).min(temperature).min(next_move);
             let most = events.min(self.next_check());
             let ending = self.go(until, most)?;
             match ending {
@@ -199,6 +205,9 @@ impl Driver<'_> {
                         self.rescale(scaling);
                     } else if temperature <= until {
                         self.sample_temperature();
+                    }
+                    if next_move <= until {
+                        self.move_volume(next_move);
                     }
                     if time <= until {
                         break;

@@ -44,7 +44,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
     }
     let pace = Pace::of(scene);
     let plan = &scene.run;
-    for Settings { limit, thermostat, growth, .. } in Stage::all(plan).map(|stage| stage.settings(plan)) {
+    for Settings { limit, thermostat, barostat, growth, .. } in Stage::all(plan).map(|stage| stage.settings(plan)) {
         let by_events = limit.events.map_or(f64::INFINITY, |events| events as f64 / pace.events);
         let grown = growth.map_or(f64::INFINITY, |growth| duration_of(scene, &growth));
         let by_time = limit.time.unwrap_or(f64::INFINITY).min(grown);
@@ -69,6 +69,11 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
                 burdens.extend(pace.burden(cause, pace.moving / interval, duration));
             }
             None => {}
+        }
+        if let Some(barostat) = barostat {
+            let cause =
+                format!("the volume is moved some {:.0e} times, with all particles", duration / barostat.interval);
+            burdens.extend(pace.burden(cause, pace.moving / barostat.interval, duration));
         }
         if let Some(rate) = scene.shear_rate {
             // Images are looked at anew whenever they have slid by a quarter of the box.

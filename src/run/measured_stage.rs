@@ -7,6 +7,7 @@ use crate::analysis::instruments::Measured;
 use crate::analysis::observables::Equilibrium;
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::EventCountsBySpecies;
+use crate::model::VolumeMoves;
 
 /// Results of a measured stage of a scene: the same as of the last measurement of a run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -30,6 +31,8 @@ pub struct MeasuredStage {
     pub measured: Measured,
     /// Factor by which diameters had grown since the start of the scene.
     pub diameter_factor: f64,
+    /// Volume moves of a barostat; `None` without one.
+    pub volume_moves: Option<VolumeMoves>,
 }
 
 /// Values by the name of an observable, of which a checkpoint has the place among [`OBSERVABLES`].
@@ -127,6 +130,7 @@ mod tests {
             equilibrium: Equilibrium { verdict: Answer::No, reasons: vec!["it cools".to_owned()] },
             measured: Measured::default(),
             diameter_factor: 1.25,
+            volume_moves: None,
         };
         use Stationarity::{Constant, Drifting, Stationary, Unknown};
         for stationarity in [Stationary, Constant, Drifting(-0.25), Unknown] {

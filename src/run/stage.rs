@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Vector;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
-use crate::model::{Growth, Limit, RunPlan, StagePlan, Thermostat};
+use crate::model::{Barostat, Growth, Limit, RunPlan, StagePlan, Thermostat};
 
 /// Stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,6 +28,7 @@ pub enum Stage {
 pub(crate) struct Settings {
     pub limit: Limit,
     pub thermostat: Option<Thermostat>,
+    pub barostat: Option<Barostat>,
     pub growth: Option<Growth>,
     pub gravity: Option<Vector>,
     /// Whether it ends when no observable drifts.
@@ -92,16 +93,17 @@ impl Stage {
     /// Settings of the stage in a run.
     pub(crate) fn settings(self, plan: &RunPlan) -> Settings {
         let listed = |number: u32| (&plan.stages[number as usize], plan.first_stream_of(number as usize));
-        let plain = |limit, (thermostat, gravity), stream| Settings {
+        let plain = |limit, (thermostat, barostat, gravity), stream| Settings {
             limit,
             thermostat,
+            barostat,
             growth: None,
             gravity,
             until_stationary: false,
             stream,
         };
-        let of_stage = |stage: &StagePlan| (stage.thermostat, stage.gravity);
-        let of_run = (plan.thermostat, plan.gravity);
+        let of_stage = |stage: &StagePlan| (stage.thermostat, stage.barostat, stage.gravity);
+        let of_run = (plan.thermostat, plan.barostat, plan.gravity);
         match self {
             Self::Preparation(number) => {
                 let (stage, stream) = listed(number);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::driver::{Monitor, PressureCheck};
+use super::driver::{Monitor, Moves, PressureCheck};
 use super::forecast;
 use super::frames::FrameLimit;
 use super::measured_stage::MeasuredStage;
@@ -136,6 +136,10 @@ pub struct RunState {
     pub(super) next_scaling: f64,
     /// Simulated time of the next sample of the temperature before that; infinite for none.
     pub(super) next_temperature: f64,
+    /// Volume moves of the present stage.
+    pub(super) moves: Option<Moves>,
+    /// Amplitude of volume moves that was found so far.
+    pub(super) amplitude: Option<f64>,
     /// The observables in an equilibration that ends when they do not drift.
     pub(super) monitor: Option<Monitor>,
     /// The pressure of spheres that grow until it is reached.
@@ -200,6 +204,8 @@ impl RunState {
             has_begun: false,
             next_scaling: f64::INFINITY,
             next_temperature: f64::INFINITY,
+            moves: None,
+            amplitude: None,
             monitor: None,
             pressure_check: None,
             registered: Vec::new(),

@@ -14,7 +14,7 @@ mod space;
 mod surface;
 
 pub(crate) use diameter::{DiameterFile, DistributionFile};
-pub(crate) use drive::{ExchangeFile, GrowthFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile};
+pub(crate) use drive::{BarostatFile, ExchangeFile, GrowthFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile};
 pub(crate) use interaction::InteractionFile;
 pub(crate) use live::{LiveFile, SliderFile};
 pub(crate) use measure::MeasureFile;
@@ -187,6 +187,8 @@ pub(crate) struct RunFile {
     pub gravity: Option<[f64; 3]>,
     /// Thermostat while the run is measured; none if not given.
     pub thermostat: Option<ThermostatFile>,
+    /// Barostat while the run is equilibrated and measured, beside a thermostat of the kind `andersen`; none if not given.
+    pub barostat: Option<BarostatFile>,
     /// Threads that everything runs on, with the same bits for any number; 1 if not given, as many as there are cores where it pays for `auto`.
     pub threads: Option<ThreadsFile>,
 }

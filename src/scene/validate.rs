@@ -1,5 +1,6 @@
 //! Validates the parts of an unvalidated scene, and makes a [`Scene`] of them.
 
+mod barostat;
 mod exchange;
 pub(crate) mod instruments;
 pub(crate) mod measure;
@@ -87,6 +88,7 @@ impl SceneBuilder {
         plan::settle_gravity(&mut scene)?;
         plan::check_growth_fits(&scene)?;
         plan::settle_thermostats(&mut scene)?;
+        barostat::check_barostats(&scene)?;
         self.check_equilibrium(&scene)?;
         instruments::check_measurable(&scene)?;
         Ok(scene)

@@ -1,10 +1,12 @@
 //! Descriptions of a scene in words, and numbers as people read them: for the terminal and for the page about a run.
 
+mod barostat;
 mod estimate;
 mod exchange;
 mod facts;
 mod surfaces;
 
+pub use barostat::{barostat, volume_moves};
 pub use estimate::{estimate, observable};
 pub use exchange::{distance_between, exchange};
 pub(crate) use facts::AUTO_THREADS;
@@ -236,6 +238,7 @@ pub fn stage(stage: &StagePlan) -> String {
     }
     parts.extend(stage.gravity.map(|gravity| format!("gravity {}", vector(&gravity))));
     parts.extend(stage.thermostat.as_ref().map(thermostat));
+    parts.extend(stage.barostat.as_ref().map(barostat));
     if let Some(before) = stage.measured.filter(|before| !before.is_empty()) {
         parts.push(format!("equilibrates {}", equilibrates(&before)));
     }
@@ -356,6 +359,7 @@ mod tests {
             name: "dense".to_owned(),
             limit: Limit::time(20.0),
             thermostat: Some(bath),
+            barostat: None,
             gravity: None,
             growth: Some(growth),
             measured: None,

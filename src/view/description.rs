@@ -158,7 +158,8 @@ fn density(scene: &Scene) -> Option<String> {
     let temperature =
         temperature(scene).map_or_else(String::new, |now| format!(", temperature {} at the start", digits(now)));
     let (number_density, packing_fraction) = (digits(number_density), digits(packing_fraction));
-    Some(format!("number density {number_density}, packing fraction {packing_fraction}{temperature}"))
+    let when = if scene.run().has_barostat() { " at the start" } else { "" };
+    Some(format!("number density {number_density}, packing fraction {packing_fraction}{when}{temperature}"))
 }
 
 /// The kinetic temperature at the start, as a run writes it into its first row.

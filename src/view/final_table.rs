@@ -10,6 +10,7 @@ use crate::engine::Simulation;
 use crate::engine::event::EventCounts;
 use crate::io::Summary;
 use crate::io::rates::{Rate, rates, told_apart};
+use crate::model::VolumeMoves;
 use crate::run::{Ending, Finished, Stage};
 use crate::view::{audit, describe};
 
@@ -54,6 +55,7 @@ pub fn text(finished: &Finished) -> String {
         lines.title("mean and standard error");
         lines.means(&finished.observables, &finished.stationarity, event_counts, dimensions);
     }
+    lines.moves(finished.volume_moves.as_ref());
     lines.instruments("results of instruments", &finished.measured, dimensions);
     lines.rates(&rates(simulation, &finished.event_counts_by_species, finished.measurement.duration));
     for stage in &finished.stages {
@@ -61,6 +63,7 @@ pub fn text(finished: &Finished) -> String {
         let (duration, events) = (digits(stage.measurement.duration), event_counts.physical());
         lines.title(&format!("stage {}, a time of {duration}, {events} events", stage.name));
         lines.means(&stage.observables, &stage.stationarity, event_counts, dimensions);
+        lines.moves(stage.volume_moves.as_ref());
         lines.pair("equilibrated", &stage.equilibrium.to_string());
         lines.instruments("results of instruments in this stage", &stage.measured, dimensions);
         lines.rates(&rates(simulation, &stage.event_counts_by_species, stage.measurement.duration));
@@ -136,6 +139,13 @@ impl Lines {
             let verdict = verdicts.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
             let words = describe::observable(name, estimate, verdict, counted.physical());
             self.pair(&name.replace('_', " "), &format!("{words} [{}]", text::unit(unit, dimensions)));
+        }
+    }
+
+    /// Volume moves of a barostat, if there is one.
+    fn moves(&mut self, moves: Option<&VolumeMoves>) {
+        if let Some(moves) = moves {
+            self.pair("volume moves", &describe::volume_moves(moves));
         }
     }
 

@@ -286,6 +286,7 @@ fn a_stage_with_a_heat_bath_leaves_a_fluid_that_moves_as_a_whole() {
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 2.0, axes: [true; 3] };
     let stage = StagePlan {
         gravity: None,
+        barostat: None,
         name: "heat".into(),
         limit: Limit::time(3.0),
         thermostat: Some(bath),

@@ -12,6 +12,7 @@ fn growing_spheres_of_two_sizes_reach_their_packing_fraction_without_an_overlap(
     let growth = Growth { rate: 0.05, until: GrowthTarget::PackingFraction(0.6) };
     let stage = StagePlan {
         gravity: None,
+        barostat: None,
         name: "compress".into(),
         limit: Limit::default(),
         thermostat: Some(scaling),
@@ -52,6 +53,7 @@ fn growth_to_a_pressure_ends_near_the_jammed_state() {
     let growth = Growth { rate: 0.1, until: GrowthTarget::CompressibilityFactor(200.0) };
     let stage = StagePlan {
         gravity: None,
+        barostat: None,
         name: "jam".into(),
         limit: Limit::default(),
         thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
@@ -83,6 +85,7 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
     for seed in 1..=2 {
         let stage = StagePlan {
             gravity: None,
+            barostat: None,
             name: "compress".into(),
             limit: Limit::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),

@@ -17,6 +17,7 @@ mod heat_flux;
 mod hopper;
 mod in_plane;
 mod invariance;
+mod isobaric;
 mod measure;
 mod moving;
 mod multicanonical;

@@ -20,6 +20,7 @@ mod normalisation;
 mod outputs;
 mod own_instruments;
 mod place;
+mod pressure;
 mod replaced;
 mod run;
 mod stages;

@@ -7,7 +7,7 @@ use std::process::{Child, Command, Output, Stdio};
 use super::files::files;
 
 /// Scenes of every kind of engine, with what acts from outside, and as many events as take some tenths of a second.
-pub const SCENES: [(&str, &str); 8] = [
+pub const SCENES: [(&str, &str); 9] = [
     ("hard_sphere_fluid", "300000"),
     ("polymer", "150000"),
     ("pendulum", "400000"),
@@ -16,6 +16,7 @@ pub const SCENES: [(&str, &str); 8] = [
     ("heat_flux", "100000"),
     ("grown", "100000"),
     ("sheared", "60000"),
+    ("isobaric", "60000"),
 ];
 
 /// Spheres that are compressed, then heated, and measured under a heat bath.
@@ -96,6 +97,50 @@ name = "layers"
 bins = [1, 10, 1]
 "#;
 
+/// Chains in a solvent, pressed in a stage in which the amplitude is found, and measured at another pressure.
+pub const ISOBARIC: &str = r#"
+[[species]]
+name = "A"
+mass = 1.3
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "square-well"
+lambda = 1.5
+well_depth = 0.4
+[[interaction]]
+name = "link"
+potential = "bond"
+shortest = 1.0
+longest = 1.3
+[space]
+size = [7.0, 8.0, 7.5]
+[[chain]]
+species = "A"
+bond = "link"
+count = 4
+length = 12
+temperature = 1.0
+[[fill]]
+species = "A"
+arrangement = "random"
+count = 60
+temperature = 1.0
+[[stage]]
+name = "press"
+until_time = 8.0
+thermostat = { kind = "andersen", temperature = 1.2, rate = 2.0 }
+barostat = { pressure = 1.5, interval = 0.03 }
+[run]
+thermostat = { kind = "andersen", temperature = 1.2, rate = 0.5 }
+barostat = { pressure = 0.8, interval = 0.02 }
+until_events = 1000
+[measure]
+speeds = true
+chains = true
+bond_order = true
+"#;
+
 pub fn carom(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -112,6 +157,7 @@ pub fn start(scene: &str, events: &str, folder: &Path) -> Command {
     let text = match scene {
         "grown" => Some(GROWN),
         "sheared" => Some(SHEARED),
+        "isobaric" => Some(ISOBARIC),
         _ => None,
     };
     let scene = text.map_or_else(

@@ -2,7 +2,6 @@
 
 mod report;
 mod sizes;
-pub(super) mod topology;
 
 use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
@@ -12,11 +11,11 @@ use crate::Vector;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::{id, trunc_to_usize};
+use crate::model::components::{Component, components};
 use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::{BINS, MOST_BINS};
 use crate::model::space::nearest_image;
 use serde::{Deserialize, Serialize};
-use topology::{Component, components};
 
 pub use sizes::CHAIN_SIZES;
 pub(crate) use sizes::ChainSizes;
@@ -63,7 +62,7 @@ impl Chains {
     pub fn new(plan: &plan::Chains, setup: &Setup<'_>) -> Self {
         let system = setup.system;
         let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS) as usize;
-        let components = components(system);
+        let components = components(system.species.len(), &system.bonds);
         let groups = groups(&components, system.bond_lengths[1]);
         let distributions = groups.iter().filter(|group| group.distribution.is_some()).count();
         Self {
@@ -132,7 +131,7 @@ impl Instrument for Chains {
         if !self.times.is_due(sample.time) || system.bonds.is_empty() {
             return;
         }
-        let components = self.components.take().unwrap_or_else(|| components(system));
+        let components = self.components.take().unwrap_or_else(|| components(system.species.len(), &system.bonds));
         self.sample_bonds(sample, system);
         self.sample_components(&components, sample, system);
         self.components = Some(components);
@@ -170,14 +169,7 @@ fn groups(components: &[Component], longest_bond: f64) -> Vec<Group> {
 /// The positions of a component's particles from its first one, along the bonds.
 fn unwrapped(component: &Component, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Vector> {
     let periods = system.space.periods();
-    let mut path: Vec<Vector> = Vec::with_capacity(component.ids.len());
-    for (&id, &parent) in component.ids.iter().zip(&component.parents) {
-        let from = component.ids[parent as usize] as usize;
-        let apart = sample.positions[id as usize] - sample.positions[from];
-        let step = nearest_image(apart, &periods, sample.displacement);
-        path.push(path.get(parent as usize).map_or(step, |at| at + step));
-    }
-    path
+    component.path(sample.positions, |apart| nearest_image(apart, &periods, sample.displacement))
 }
 
 /// The square of the radius of gyration, `sum_i |r_i - mean r|^2 / n`.

@@ -3,11 +3,12 @@
 mod walls;
 
 use super::regions::Regions;
+use super::volume::{Isobaric, filled};
 use crate::Vector;
 use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Simulation};
 use crate::model::potential::Potential;
-use crate::model::{Scene, Thermostat};
+use crate::model::{Barostat, Scene, Thermostat};
 use serde::{Deserialize, Serialize};
 
 /// The observables that apply to a scene, and the constants of their formulas: degrees of freedom, densities, conserved momenta.
@@ -53,6 +54,10 @@ pub struct ApplicableObservables {
     pub has_steady_state: bool,
     /// Time between two scalings of all velocities by a thermostat `[time]`; none without.
     pub(crate) scaling_interval: Option<f64>,
+    /// The ensemble, where a barostat changes the volume.
+    pub(super) isobaric: Option<Isobaric>,
+    /// Volume of the particles themselves at the start `[length^D]`.
+    filled: f64,
     is_sheared: bool,
     total_mass: f64,
     up: Option<Vector>,
@@ -114,6 +119,8 @@ impl ApplicableObservables {
             number_density: moving as f64 / scene.space.volume(),
             has_steady_state: true,
             scaling_interval: None,
+            isobaric: None,
+            filled: filled(scene),
             is_sheared: scene.shear_rate.is_some(),
             total_mass: all.map(mass).sum(),
             up,
@@ -140,6 +147,7 @@ impl ApplicableObservables {
             Some(&Thermostat::Rescaling { interval, .. }) => Some(interval),
             _ => None,
         };
+        self.number_density = self.moving as f64 / scene.space.volume();
         self.conserved_axes = scene.conserved_axes_with(thermostat);
         self.has_steady_state = scene.has_steady_state_with(thermostat);
         self.balanced_axis = walls::balanced(&self.walled_axes, thermostat);
@@ -149,6 +157,11 @@ impl ApplicableObservables {
         let conserved = self.conserved_axes.iter().filter(|is_conserved| **is_conserved).count();
         self.conserves_momentum = conserved == scene.space.dimensions() && scene.shear_rate.is_none();
         self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;
+    }
+
+    /// Counts the volume in a stage in which a barostat acts beside a thermostat, with diameters that have grown by a factor since the start.
+    pub(crate) fn set_barostat(&mut self, scene: &Scene, acting: Option<(&Barostat, &Thermostat)>, grown: f64) {
+        self.isobaric = Isobaric::of(acting, self.filled * libm::pow(grown, scene.space.dimensions() as f64));
     }
 
     /// Pressure `[energy / length^D]` from what was counted in a time, the mean temperature in it, and the integral over it of `sum m v^2 / V` along

@@ -62,6 +62,7 @@ impl Frames {
     /// Writes a snapshot, with what is measured of each particle.
     pub fn write(&mut self, output: impl Write, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (snapshot.time, snapshot.displacement);
+        self.frame.size = snapshot.size;
         self.frame.surfaces.clone_from(&snapshot.surfaces);
         self.frame.scalars = scalars;
         let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(snapshot.scale))?;
@@ -78,6 +79,7 @@ impl Frames {
     /// Writes a simulation as it is now.
     pub fn write_now(&mut self, output: impl Write, simulation: &Simulation) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (simulation.time(), simulation.displacement());
+        self.frame.size = simulation.scene().space.size;
         self.frame.surfaces = simulation.surfaces_present();
         self.frame.scalars.clear();
         let scale = simulation.scale();

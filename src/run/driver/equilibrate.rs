@@ -29,7 +29,7 @@ const GROWTH: u32 = 4;
 /// Time series of the observables in an equilibration that ends by itself, sampled after fixed numbers of events, whatever is written meanwhile.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::run) struct Monitor {
-    observer: Observer,
+    pub(super) observer: Observer,
     /// Physical events at the next sample.
     pub(super) next: u64,
     /// Events between two samples.

@@ -44,6 +44,7 @@ impl Driver<'_> {
             stationarity: last.stationarity,
             equilibrium: last.equilibrium,
             measured: last.measured,
+            volume_moves: last.volume_moves,
             stages: self.state.measured_stages,
             audit: self.state.ledger.close(&self.simulation),
             frames_limit: self.state.frames.reason(),
@@ -95,6 +96,7 @@ impl Driver<'_> {
             equilibrium: Equilibrium::default(),
             measured: crate::analysis::instruments::Measured::default(),
             diameter_factor: self.simulation.scale(),
+            volume_moves: self.state.moves.as_ref().map(|moves| moves.done),
         }
     }
 }

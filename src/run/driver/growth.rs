@@ -176,6 +176,7 @@ mod tests {
             limit: Limit::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
             gravity: None,
+            barostat: None,
             growth: Some(Growth { rate: 0.05, until: GrowthTarget::CompressibilityFactor(15.0) }),
             measured: None,
         };
@@ -209,6 +210,7 @@ mod tests {
             limit: Limit::default(),
             thermostat,
             gravity: None,
+            barostat: None,
             growth: Some(Growth { rate, until: GrowthTarget::PackingFraction(packing_fraction) }),
             measured: None,
         };

@@ -18,11 +18,13 @@ impl Driver<'_> {
     /// Sets the present stage up.
     pub(super) fn enter(&mut self) {
         let stage = self.state.stage.stage;
-        let Settings { mut limit, thermostat, growth, gravity, stream, .. } = self.settings();
+        let Settings { mut limit, thermostat, barostat, growth, gravity, stream, .. } = self.settings();
         let scene = self.simulation.scene();
         // Of a stage that is not measured, the temperature is that of the components which the last measurement has.
         let counted = if matches!(stage, Stage::Preparation(_)) { scene.run.thermostat } else { thermostat };
         self.state.observer.set_thermostat(scene, counted.as_ref());
+        let grown = self.simulation.grown();
+        self.state.observer.set_barostat(scene, barostat.as_ref().zip(thermostat.as_ref()), grown);
         let stream = scene.first_stream() + stream;
         self.simulation.set_planned_thermostat(thermostat.as_ref(), stream);
         let listed = stage.listed_name(&self.simulation.scene().run).to_owned();
@@ -30,6 +32,7 @@ impl Driver<'_> {
         if let Some(gravity) = gravity {
             self.simulation.set_gravity(&gravity);
         }
+        self.begin_moves(barostat, stream);
         self.state.next_temperature = f64::INFINITY;
         self.state.next_scaling = match thermostat {
             Some(Thermostat::Rescaling { .. }) => self.simulation.time(),

@@ -7,6 +7,7 @@ use serde_json::json;
 use super::either::Either;
 use crate::base::whole;
 use crate::model::Threads;
+use crate::model::barostat::LARGEST_AMPLITUDE;
 use crate::model::exchange_plan::MOST_TEMPERATURES;
 use crate::model::space::AXES;
 use crate::model::umbrella_plan::{MOST_BINS, MOST_MEMBERS, USUAL_BINS};
@@ -46,6 +47,8 @@ pub(crate) struct StageFile {
     pub gravity: Option<[f64; 3]>,
     /// Thermostat during the stage; none if not given.
     pub thermostat: Option<ThermostatFile>,
+    /// Barostat during the stage, beside a thermostat of the kind `andersen`; none if not given.
+    pub barostat: Option<BarostatFile>,
     /// Hard spheres that grow during the stage.
     pub grow: Option<GrowthFile>,
 }
@@ -70,6 +73,21 @@ pub(crate) struct ThermostatFile {
     /// Time between two scalings `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
+}
+
+/// `{ pressure = 1.0, interval = 0.5, amplitude = 0.1 }`
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BarostatFile {
+    /// Pressure `[energy / length^D]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub pressure: f64,
+    /// Time between two moves of the volume `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: f64,
+    /// Largest change of the logarithm of the volume in a move; found in the equilibration if not given.
+    #[schemars(range(max = LARGEST_AMPLITUDE), extend("exclusiveMinimum" = 0))]
+    pub amplitude: Option<f64>,
 }
 
 /// A number, or `auto`.

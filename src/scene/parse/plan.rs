@@ -7,13 +7,13 @@ use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
 use crate::model::umbrella_plan::USUAL_BINS;
 use crate::model::{
-    Equilibration, ExchangeEnsemble, ExchangePlan, Growth, GrowthTarget, Limit, ParticleId, RunPlan, StagePlan,
-    Thermostat, Threads, UmbrellaPlan,
+    Barostat, Equilibration, ExchangeEnsemble, ExchangePlan, Growth, GrowthTarget, Limit, ParticleId, RunPlan,
+    StagePlan, Thermostat, Threads, UmbrellaPlan,
 };
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
 use crate::scene::file::{
-    ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile,
+    BarostatFile, ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile,
 };
 use crate::scene::validate::plan::SO_MANY_THREADS;
 
@@ -36,6 +36,7 @@ pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<
         limit: Limit { time: run.until_time, events: run.until_events },
         gravity: run.gravity.map(vector),
         thermostat: run.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
+        barostat: run.barostat.map(parse_barostat),
         threads: run.threads.map_or(Ok(Threads::default()), |file| parse_threads(file, at.key("threads")))?,
     })
 }
@@ -85,6 +86,7 @@ fn parse_stage(stage: StageFile, at: &ConfigPath) -> Result<StagePlan, SceneErro
         gravity: stage.gravity.map(vector),
         limit,
         thermostat: stage.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
+        barostat: stage.barostat.map(parse_barostat),
         growth: stage.grow.map(|file| parse_growth(&file, &at.key("grow"))).transpose()?,
     })
 }
@@ -118,6 +120,11 @@ fn parse_thermostat(file: ThermostatFile, at: &ConfigPath) -> Result<Thermostat,
             interval: file.interval.ok_or_else(|| missing(at, "interval", "the time between two scalings"))?,
         }),
     }
+}
+
+fn parse_barostat(file: BarostatFile) -> Barostat {
+    let BarostatFile { pressure, interval, amplitude } = file;
+    Barostat { pressure, interval, amplitude }
 }
 
 fn parse_axes(words: &[String], at: &ConfigPath) -> Result<[bool; 3], SceneError> {

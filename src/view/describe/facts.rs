@@ -1,6 +1,8 @@
 //! Facts of a scene, each said once: for `carom check` and for the page about a run.
 
-use super::{counts, equilibration, exchange, interactions, population, space, stage, start, surfaces, thermostat};
+use super::{
+    barostat, counts, equilibration, exchange, interactions, population, space, stage, start, surfaces, thermostat,
+};
 use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
 use crate::model::{Limit, Scene, Species, StaticSurface, Threads};
@@ -20,7 +22,7 @@ pub struct Fact {
 pub fn facts(scene: &Scene) -> Vec<Fact> {
     let run = &scene.run;
     let equilibrates = run.until_stationary || run.equilibration != Limit::default();
-    let all: [(&'static str, Vec<String>); 14] = [
+    let all: [(&'static str, Vec<String>); 15] = [
         ("start", start(scene).into_iter().collect()),
         ("particles", vec![population(scene)]),
         ("species", scene.species.iter().zip(counts(scene)).map(species).collect()),
@@ -33,6 +35,7 @@ pub fn facts(scene: &Scene) -> Vec<Fact> {
         ("stages", run.stages.iter().map(stage).collect()),
         ("equilibration", equilibrates.then(|| equilibration(run)).into_iter().collect()),
         ("thermostat", run.thermostat.as_ref().map(thermostat).into_iter().collect()),
+        ("barostat", run.barostat.as_ref().map(barostat).into_iter().collect()),
         ("exchange", scene.exchange().map(exchange).into_iter().collect()),
         ("threads", threads(scene).into_iter().collect()),
     ];

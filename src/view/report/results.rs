@@ -21,6 +21,10 @@ fn method_of(observable: &str) -> &'static str {
             "n / (N t), where n counts the core events that each particle takes part in: two do, or one and a static one"
         }
         "potential_energy_per_particle" => "energy of all pairs over N",
+        "volume" => "<V>, over the time",
+        "number_density" => "<N / V>, over the time",
+        "packing_fraction" => "<1 / V> times the volume of the particles",
+        "isothermal_compressibility" => "(<V^2> - <V>^2) / (<V> T), with the temperature T of the heat bath",
         name if name.starts_with("pressure_on_") => ON_WALL,
         name if name.starts_with("heat_flux_through_") => THROUGH_WALL,
         _ => "",

@@ -57,6 +57,9 @@ pub(super) fn section(inputs: &Inputs) -> String {
     if let Some(system) = &summary.system {
         of_system(&mut list, system);
     }
+    if let Some(moves) = &summary.volume_moves {
+        list.text("volume moves", &describe::volume_moves(moves));
+    }
     list.text("engine", &summary.engine);
     let Events { total, core, capture, release, bounce, wall, .. } = summary.events;
     let kinds = kinds([core, capture, release, bounce, wall], grouped);

@@ -252,7 +252,11 @@ fn pairs(changes: &[(String, String)]) -> Vec<(&str, &str)> {
 
 fn scene_of(request: &Value) -> Result<Scene, Value> {
     let changes = changes_of(request);
-    Scene::from_toml_with(text_of(request), FILE, &pairs(&changes)).map_err(|error| mistake(&error))
+    let scene = Scene::from_toml_with(text_of(request), FILE, &pairs(&changes)).map_err(|error| mistake(&error))?;
+    if scene.run().has_barostat() {
+        return Err(failure("the scene has a barostat, and the box of a page does not change: leave the barostat out"));
+    }
+    Ok(scene)
 }
 
 fn vector(value: &Value) -> Option<Vector> {

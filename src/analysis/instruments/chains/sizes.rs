@@ -1,12 +1,12 @@
 //! Mean squares of the extent of bonded particles at one time.
 
-use super::topology::{Component, components};
 use super::{gyration, unwrapped};
 use crate::Vector;
 use crate::analysis::instruments::system::{Sample, SystemDescription};
 use crate::analysis::observables::ApplicableObservables;
 use crate::engine::{Simulation, Snapshot};
 use crate::model::Scene;
+use crate::model::components::{Component, components};
 
 /// Name of the mean square radius of gyration, `<sum_i |r_i - mean r|^2 / n>`, and that of the mean square end-to-end distance of linear chains, `<|r_n - r_1|^2>`.
 const NAMES: [&str; 2] = ["mean_square_radius_of_gyration", "mean_square_end_to_end_distance"];
@@ -33,7 +33,7 @@ impl ChainSizes {
     }
 
     fn with(system: SystemDescription) -> Self {
-        Self { components: components(&system), system }
+        Self { components: components(system.species.len(), &system.bonds), system }
     }
 
     /// The quantities that mean something: none without bonds, no distance of ends without linear chains.

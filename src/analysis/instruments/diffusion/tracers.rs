@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use crate::Vector;
-use crate::analysis::instruments::chains::topology::components;
 use crate::analysis::instruments::system::{Sample, SystemDescription};
 use crate::base::numbers::{id, trunc_to_usize};
+use crate::model::components::components;
 
 /// The stream of random numbers for the choice, apart from those of a start, which count from 0.
 const STREAM: u64 = u64::MAX;
@@ -192,7 +192,7 @@ fn cells(sample: &Sample<'_>, system: &SystemDescription) -> Vec<u32> {
         system.axes().fold(0, |number, axis| number * trunc_to_usize(along) + trunc_to_usize(place(axis)))
     };
     let mut cells: Vec<u32> = sample.positions.iter().map(|position| id(cell(position))).collect();
-    for component in components(system) {
+    for component in components(system.species.len(), &system.bonds) {
         let first = cells[component.ids[0] as usize];
         component.ids.iter().for_each(|&id| cells[id as usize] = first);
     }

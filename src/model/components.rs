@@ -1,12 +1,13 @@
 //! Which particles hang together, and in which order.
 
-use crate::analysis::instruments::system::SystemDescription;
-use crate::base::numbers::id;
 use std::collections::VecDeque;
 
+use crate::Vector;
+use crate::base::numbers::id;
+
 /// Particles that are connected by bonds.
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::analysis::instruments) struct Component {
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Component {
     /// Their ids, each later than one that it is bonded to; a linear chain from one end to the other.
     pub ids: Vec<u32>,
     /// For each, where in `ids` that one is; the first one is its own.
@@ -15,11 +16,24 @@ pub(in crate::analysis::instruments) struct Component {
     pub is_linear: bool,
 }
 
-/// All particles with bonds, by connected component: those with an end first, in the order of their first ids.
-pub(in crate::analysis::instruments) fn components(system: &SystemDescription) -> Vec<Component> {
-    let (starts, partners) = adjacency(system);
+impl Component {
+    /// Positions of its particles from its first one, along the bonds, each of which is the nearest image of a separation.
+    pub fn path(&self, positions: &[Vector], nearest: impl Fn(Vector) -> Vector) -> Vec<Vector> {
+        let mut path: Vec<Vector> = Vec::with_capacity(self.ids.len());
+        for (&id, &parent) in self.ids.iter().zip(&self.parents) {
+            let from = self.ids[parent as usize] as usize;
+            let step = nearest(positions[id as usize] - positions[from]);
+            path.push(path.get(parent as usize).map_or(step, |at| at + step));
+        }
+        path
+    }
+}
+
+/// The particles, of so many, that have bonds, by connected component: those with an end first, in the order of their first ids.
+pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component> {
+    let (starts, partners) = adjacency(particles, bonds);
     let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];
-    let count = id(system.species.len());
+    let count = id(particles);
     let ends = (0..count).filter(|&id| partners_of(id).len() == 1);
     let others = (0..count).filter(|&id| partners_of(id).len() > 1);
     let mut is_known = vec![false; count as usize];
@@ -48,13 +62,13 @@ pub(in crate::analysis::instruments) fn components(system: &SystemDescription) -
 }
 
 /// Where the partners of each particle begin, and the partners.
-fn adjacency(system: &SystemDescription) -> (Vec<usize>, Vec<u32>) {
-    let mut starts = vec![0; system.species.len() + 1];
-    system.bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);
+fn adjacency(particles: usize, bonds: &[[u32; 2]]) -> (Vec<usize>, Vec<u32>) {
+    let mut starts = vec![0; particles + 1];
+    bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);
     (1..starts.len()).for_each(|id| starts[id] += starts[id - 1]);
     let mut next = starts.clone();
-    let mut partners = vec![0; 2 * system.bonds.len()];
-    for &[a, b] in &system.bonds {
+    let mut partners = vec![0; 2 * bonds.len()];
+    for &[a, b] in bonds {
         for (one, other) in [(a, b), (b, a)] {
             partners[next[one as usize]] = other;
             next[one as usize] += 1;
@@ -66,18 +80,10 @@ fn adjacency(system: &SystemDescription) -> (Vec<usize>, Vec<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::space::Space;
-
-    fn topology(count: u32, bonds: &[[u32; 2]]) -> Vec<Component> {
-        components(&SystemDescription {
-            bonds: bonds.to_vec(),
-            ..SystemDescription::of_points(Space::periodic_cube(9.0), count)
-        })
-    }
 
     #[test]
     fn a_chain_runs_from_end_to_end() {
-        let components = topology(7, &[[3, 1], [1, 5], [5, 2], [0, 6]]);
+        let components = components(7, &[[3, 1], [1, 5], [5, 2], [0, 6]]);
         assert_eq!(components.len(), 2);
         assert_eq!(components[0], Component { ids: vec![0, 6], parents: vec![0, 0], is_linear: true });
         assert_eq!(components[1].ids, [2, 5, 1, 3]);
@@ -86,7 +92,7 @@ mod tests {
 
     #[test]
     fn rings_and_stars_are_not_linear() {
-        let components = topology(8, &[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [4, 6]]);
+        let components = components(8, &[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [4, 6]]);
         assert_eq!(components.iter().map(|c| (c.ids.len(), c.is_linear)).collect::<Vec<_>>(), [(4, false), (3, false)]);
     }
 }

@@ -1,0 +1,102 @@
+//! Means over a volume that changes: in the isothermal-isobaric ensemble.
+
+use serde::{Deserialize, Serialize};
+
+use super::ApplicableObservables;
+use crate::analysis::statistics::{BlockAverage, Estimate};
+use crate::engine::Simulation;
+use crate::model::scene::own_volume;
+use crate::model::{Barostat, Scene, Thermostat};
+
+/// Constants of the isothermal-isobaric ensemble that is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Isobaric {
+    /// Pressure of the barostat `[energy / length^D]`.
+    pub pressure: f64,
+    /// Temperature of the heat bath `[energy]`.
+    temperature: f64,
+    /// Volume of the particles themselves `[length^D]`.
+    filled: f64,
+}
+
+impl Isobaric {
+    /// The ensemble of a stage, with particles that fill so much.
+    pub fn of(acting: Option<(&Barostat, &Thermostat)>, filled: f64) -> Option<Self> {
+        let (barostat, thermostat) = acting?;
+        let (Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. }) = *thermostat;
+        Some(Self { pressure: barostat.pressure, temperature, filled })
+    }
+
+    /// The isothermal compressibility `(<V^2> - <V>^2) / (<V> T)` from the averages of volume and its square, with the error of the variance
+    /// `[length^D / energy]`.
+    pub fn compressibility(&self, volume: &BlockAverage, square: &BlockAverage) -> Option<Estimate> {
+        let mean = volume.mean().filter(|mean| *mean > 0.0)?;
+        Some(volume.variance(square)?.over(mean * self.temperature))
+    }
+
+    /// Series whose mean differs from the compressibility by a constant: `(V^2 - 2 <V> V) / (<V> T)`.
+    pub fn fluctuation(&self, volume: &BlockAverage, square: &BlockAverage) -> Option<BlockAverage> {
+        let mean = volume.mean().filter(|mean| *mean > 0.0)?;
+        volume.with(square, |volume, square| (square - 2.0 * mean * volume) / (mean * self.temperature))
+    }
+}
+
+/// Volume of the moving particles of a scene themselves `[length^D]`.
+pub(super) fn filled(scene: &Scene) -> f64 {
+    let species = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
+    let moving = species.filter(|species| !species.is_static());
+    moving.map(|species| own_volume(species.diameter, scene.space.dimensions())).sum()
+}
+
+/// Integrals up to a sample, between which the volume is constant.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct VolumePiece {
+    /// Volume from the sample on `[length^D]`.
+    volume: f64,
+    /// Virial since the start of the simulation `[energy]`.
+    virial: f64,
+    /// Of `V`, `1 / V`, `V^2` and the pressure, over the time.
+    integrals: [f64; 4],
+}
+
+impl VolumePiece {
+    /// At the first sample.
+    pub fn of(simulation: &Simulation) -> Self {
+        Self { volume: simulation.volume(), virial: simulation.event_counts().virial.total(), integrals: [0.0; 4] }
+    }
+
+    /// At a sample that is later by `duration`; `heat` is the integral of the temperature over that.
+    ///
+    /// The pressure in it is `(N T + W / (D t)) / V` with the virial `W` of its events, and the volume that it had.
+    pub fn next(&self, simulation: &Simulation, duration: f64, heat: f64, applicable: &ApplicableObservables) -> Self {
+        let next = Self::of(simulation);
+        let volume = self.volume;
+        let work = applicable.moving as f64 * heat + (next.virial - self.virial) / applicable.dimensions;
+        let more = [volume * duration, duration / volume, volume * volume * duration, work / volume];
+        Self { integrals: std::array::from_fn(|k| self.integrals[k] + more[k]), ..next }
+    }
+
+    /// Means since an earlier sample, over a time.
+    pub fn since(&self, earlier: &Self, duration: f64) -> VolumeMeans {
+        let [volume, inverse, square, pressure] =
+            std::array::from_fn(|k| (self.integrals[k] - earlier.integrals[k]) / duration);
+        VolumeMeans { volume, inverse, square, pressure }
+    }
+}
+
+/// Means over the time between two rows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct VolumeMeans {
+    pub volume: f64,
+    inverse: f64,
+    square: f64,
+    pub pressure: f64,
+}
+
+impl VolumeMeans {
+    /// Values of the observables of the volume, in their order: volume, number density and packing fraction, and the square of the volume for the
+    /// compressibility.
+    pub fn values(&self, ensemble: &Isobaric, moving: f64) -> [f64; 4] {
+        [self.volume, moving * self.inverse, ensemble.filled * self.inverse, self.square]
+    }
+}

@@ -1,0 +1,134 @@
+//! Volume moves: the box and the centres of all molecules in it are scaled together.
+
+use std::collections::HashSet;
+use std::convert::Infallible;
+
+use super::set_state::PairStates;
+use super::{Chosen, Simulation};
+use crate::Vector;
+use crate::engine::neighbours::cell_list::CellList;
+use crate::model::limits::LARGEST;
+use crate::model::molecules::Molecules;
+use crate::model::space::{Boundary, Space, minimum_image};
+use crate::model::{Bond, InteractionId, Potential, Scene, SpeciesId};
+
+/// Constants of the volume moves of a simulation: its molecules, and what the pairs of its particles are.
+#[derive(Debug, Clone)]
+pub(crate) struct Scaling {
+    molecules: Molecules,
+    /// Species of each particle, in the order of their ids.
+    species: Vec<SpeciesId>,
+    /// Pairs with a bond, the lower id first.
+    bonded: HashSet<[u32; 2]>,
+    /// Longest range of pairs without a bond `[length]`.
+    range: f64,
+    /// Shortest period that a pair never meets two images in: two of the longest ranges `[length]`.
+    shortest: f64,
+}
+
+/// State in another box: what a volume move proposes.
+#[derive(Debug, Clone)]
+pub(crate) struct Scaled {
+    pub space: Space,
+    /// Change of the potential energy of pairs `[energy]`.
+    pub energy_change: f64,
+    /// By id, each with the image numbers that the particle has.
+    positions: Vec<Vector>,
+}
+
+impl Scaling {
+    /// Of a simulation as it is.
+    pub fn of(simulation: &Simulation) -> Self {
+        let scene = &simulation.scene;
+        let mut species = Vec::new();
+        let Ok(()) = simulation.for_each_now(|particle| {
+            species.push(particle.species);
+            Ok::<(), Infallible>(())
+        });
+        let masses = species.iter().map(|id| scene.species[id.0 as usize].mass).collect();
+        let counts = simulation.population();
+        let meet = |[a, b]: [usize; 2]| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 };
+        let potential = |id: InteractionId| &scene.interactions[id.0 as usize].potential;
+        let ranges = scene.table.iter().filter(|(pair, _)| meet(*pair)).map(|(_, id)| potential(id).range());
+        let range = ranges.fold(0.0, f64::max);
+        let longest = scene.bonds.iter().map(|bond| potential(bond.interaction).range()).fold(range, f64::max);
+        Self {
+            molecules: Molecules::of(scene, masses),
+            species,
+            bonded: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
+            range,
+            shortest: (2.0 * longest).max(1.0 / LARGEST),
+        }
+    }
+
+    /// Number of molecules, of which a particle without bonds is one.
+    pub fn molecules(&self) -> usize {
+        self.molecules.count
+    }
+}
+
+impl Simulation {
+    /// Volume of the box now, in two dimensions its area, in one its length `[length^D]`.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        self.scene.space.volume()
+    }
+
+    /// The state with another volume, whose logarithm is larger by `change`; `None` where particles overlap in it, and below the smallest box in which a pair meets in one
+    /// image only. That is a limit of the ensemble, as a piston that does not go further: moves to and fro across it are both left out.
+    pub(crate) fn scaled(&self, scaling: &Scaling, change: f64) -> Option<Scaled> {
+        let from = &self.scene.space;
+        let factor = libm::exp(change / from.dimensions() as f64);
+        let is_flat = |k: usize| from.boundary[k] == Boundary::Flat;
+        let space =
+            Space { size: Vector::from_fn(|k, _| if is_flat(k) { 0.0 } else { from.size[k] * factor }), ..*from };
+        let fits = (0..3).all(|k| is_flat(k) || (scaling.shortest..=LARGEST).contains(&space.size[k]));
+        if !fits {
+            return None;
+        }
+        let snapshot = self.snapshot();
+        let positions = scaling.molecules.scaled(&snapshot.positions, from, &space);
+        let energy = self.energy_in(scaling, &space, &positions)?;
+        Some(Scaled { energy_change: energy - self.energy().pair, space, positions })
+    }
+
+    /// Potential energy of pairs at other places; `None` where some overlap.
+    fn energy_in(&self, scaling: &Scaling, space: &Space, positions: &[Vector]) -> Option<f64> {
+        let scene = &self.scene;
+        let inside: Vec<Vector> = positions.iter().map(|position| space.wrapped(*position)).collect();
+        let potential = |id: InteractionId| &scene.interactions[id.0 as usize].potential;
+        let (mut energy, mut overlap) = (0.0, false);
+        let mut add = |potential: &Potential, distance: f64| {
+            overlap |= potential.violation_at(distance) > 0.0;
+            energy += potential.energies()[potential.state_at(distance)];
+        };
+        if scaling.range > 0.0 {
+            let cells = CellList::new(space, 0.0, scaling.range, (0..).zip(inside.iter().copied()));
+            cells.for_each_pair(|a, b, _, square| {
+                let [kind_a, kind_b] = [a, b].map(|id| scaling.species[id as usize]);
+                let is_bonded = || scaling.bonded.contains(&[a.min(b), a.max(b)]);
+                if let Some(id) = scene.interaction_of(kind_a, kind_b).filter(|_| !is_bonded()) {
+                    add(potential(id), square.sqrt());
+                }
+            });
+        }
+        let periods = space.periods();
+        let (held, loose): (Vec<&Bond>, _) = scene.bonds.iter().partition(|bond| potential(bond.interaction).is_bond());
+        for bond in loose {
+            let [a, b] = bond.pair.map(|id| inside[id.0 as usize]);
+            add(potential(bond.interaction), minimum_image(a - b, &periods).norm());
+        }
+        // Those that hold keep their lengths.
+        let state = |bond: &Bond| usize::from(self.pair_state(bond.pair[0], bond.pair[1]));
+        energy += held.iter().map(|bond| potential(bond.interaction).energies()[state(bond)]).sum::<f64>();
+        (!overlap).then_some(energy)
+    }
+
+    /// Takes the state that a volume move has proposed. Velocities, times and counts stay what they are, and the energy that it takes counts as supplied.
+    pub(crate) fn take_scaled(&mut self, scaled: Scaled) {
+        let Scaled { space, positions, .. } = scaled;
+        self.scene.space = space;
+        let scene: &Scene = &self.scene;
+        with_engine!(&mut self.engine, engine => engine.set_positions(scene, &positions, PairStates::FromDistances));
+    }
+}

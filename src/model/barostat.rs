@@ -1,0 +1,99 @@
+//! Barostat: the settings of volume moves, which hold the pressure.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::limits::is_positive;
+
+/// Barostat of the isothermal-isobaric ensemble: at even times the volume is changed by Monte Carlo moves, beside the heat bath that holds the
+/// temperature.
+///
+/// A move proposes `ln V' = ln V + a (2 u - 1)`, with `u` uniform in `[0, 1)`. It scales the centres of all molecules, keeps velocities, bonds and all that is
+/// inside of a molecule, and is accepted with the probability `min(1, exp(-(dU + P dV) / T + (N + 1) ln(V' / V)))`, where `N` is the number of molecules
+/// and a particle without bonds is one. `V` is the volume, in two dimensions the area, in one the length of the box.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Barostat {
+    /// Pressure `P` `[energy / length^D]`.
+    pub pressure: f64,
+    /// Time between two moves `[time]`.
+    pub interval: f64,
+    /// Largest change `a` of the logarithm of the volume in a move; `None` finds one in the stages that are not measured.
+    pub amplitude: Option<f64>,
+}
+
+/// Largest amplitude: a factor of 7.4 of the volume.
+pub(crate) const LARGEST_AMPLITUDE: f64 = 2.0;
+
+/// Number of a barostat that it cannot have.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("the {name} of the barostat is {value}, expected {expected}")]
+#[non_exhaustive]
+pub struct BarostatError {
+    /// Its name: pressure, interval or amplitude.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Values that it can have, in words.
+    pub expected: &'static str,
+}
+
+impl Barostat {
+    /// Whether its settings are valid, whatever it acts on.
+    pub(crate) fn check(&self) -> Result<(), BarostatError> {
+        let number = "a number from 1e-50 to 1e50";
+        for (name, value) in [("pressure", self.pressure), ("interval", self.interval)] {
+            if !is_positive(value) {
+                return Err(BarostatError { name, value, expected: number });
+            }
+        }
+        match self.amplitude {
+            Some(value) if !(is_positive(value) && value <= LARGEST_AMPLITUDE) => {
+                Err(BarostatError { name: "amplitude", value, expected: "a number above 0, at most 2" })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Volume moves of a stage: how many there were, and how large.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct VolumeMoves {
+    /// Moves that were proposed.
+    pub attempted: u64,
+    /// Moves that were accepted.
+    pub accepted: u64,
+    /// Largest change of the logarithm of the volume in a move, at the end of the stage.
+    pub amplitude: f64,
+}
+
+impl VolumeMoves {
+    /// Part of the moves that were accepted; `None` without any.
+    #[must_use]
+    pub fn acceptance(&self) -> Option<f64> {
+        (self.attempted > 0).then(|| self.accepted as f64 / self.attempted as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_hold_no_pressure_are_refused() {
+        let good = Barostat { pressure: 1.3, interval: 0.5, amplitude: None };
+        assert_eq!(good.check(), Ok(()));
+        assert_eq!(Barostat { amplitude: Some(2.0), ..good }.check(), Ok(()));
+        for (name, wrong) in [
+            ("pressure", Barostat { pressure: 0.0, ..good }),
+            ("pressure", Barostat { pressure: -1.0, ..good }),
+            ("pressure", Barostat { pressure: f64::NAN, ..good }),
+            ("interval", Barostat { interval: f64::INFINITY, ..good }),
+            ("amplitude", Barostat { amplitude: Some(0.0), ..good }),
+            ("amplitude", Barostat { amplitude: Some(2.0_f64.next_up()), ..good }),
+            ("amplitude", Barostat { amplitude: Some(f64::NAN), ..good }),
+        ] {
+            assert_eq!(wrong.check().unwrap_err().name, name, "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,185 @@
+use super::*;
+use crate::model::random::{Purpose, Random};
+use crate::model::space::nearest_image;
+
+#[test]
+fn overlaps_are_those_of_a_search_over_all_pairs() {
+    let mut contacts = Contacts::new(2);
+    contacts.set(0, 0, 1.0);
+    contacts.set(0, 1, 0.7);
+    let mut random = Random::new(5, Purpose::Placement, 0);
+    for boundary in [Boundary::Periodic, Boundary::OPEN] {
+        for length in [2.5, 5.0] {
+            let mut space = Space::periodic_cube(length);
+            space.boundary[1] = boundary;
+            // Few at a time: among many, another overlap would hide one that is missed.
+            for _ in 0..2000 {
+                let mut occupancy = Occupancy::new(&space, &contacts, 3);
+                let mut taken: Vec<(Vector, u32)> = Vec::new();
+                for _ in 0..3 {
+                    let position = Vector::from_fn(|_, _| length * random.uniform());
+                    let species = id(random.below(2));
+                    let expected = taken.iter().any(|(there, other)| {
+                        minimum_image(position - there, &space.periods()).norm()
+                            < contacts.get(species as usize, *other as usize)
+                    });
+                    assert_eq!(occupancy.overlap(&position, species, |_| true).is_some(), expected);
+                    occupancy.take(position, species);
+                    taken.push((position, species));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn sizes_that_differ_a_thousandfold_are_searched_in_grids_of_their_own() {
+    let mut contacts = Contacts::new(4);
+    for (a, b, contact) in [(0, 0, 0.02), (0, 1, 1.01), (1, 1, 2.0), (0, 2, 0.3), (1, 2, 1.1)] {
+        contacts.set(a, b, contact);
+    }
+    let mut random = Random::new(6, Purpose::Placement, 0);
+    for boundary in [Boundary::Periodic, Boundary::OPEN] {
+        let mut space = Space::periodic_cube(4.5);
+        space.boundary[2] = boundary;
+        let mut found = 0;
+        for _ in 0..300 {
+            let mut occupancy = Occupancy::new(&space, &contacts, 300);
+            let mut taken: Vec<(Vector, u32)> = Vec::new();
+            // The order of sizes is any, and many are small.
+            for _ in 0..300 {
+                let position = Vector::from_fn(|_, _| 4.5 * random.uniform());
+                let species = [0, 0, 0, 0, 2, 3, 1][random.below(7)];
+                let overlaps = |(there, other): &(Vector, u32)| {
+                    let contact = contacts.get(species as usize, *other as usize);
+                    minimum_image(position - there, &space.periods()).norm() < contact
+                };
+                let expected: Vec<u32> =
+                    (0..).zip(&taken).filter(|(_, taken)| overlaps(taken)).map(|(number, _)| number).collect();
+                let overlap = occupancy.overlap(&position, species, |_| true);
+                assert_eq!(overlap.is_some(), !expected.is_empty());
+                assert!(overlap.is_none_or(|overlap| expected.contains(&overlap.other)));
+                found += expected.len();
+                // Nearly all that overlap are left out, so that none hides another.
+                if expected.is_empty() || random.below(10) == 0 {
+                    occupancy.take(position, species);
+                    taken.push((position, species));
+                }
+            }
+        }
+        assert!(found > 1000, "{found}");
+    }
+}
+
+#[test]
+fn a_small_particle_is_held_against_few_others_among_large_ones() {
+    let mut contacts = Contacts::new(2);
+    contacts.set(0, 0, 1.0);
+    contacts.set(0, 1, 500.5);
+    contacts.set(1, 1, 1000.0);
+    let space = Space::periodic_cube(4000.0);
+    let mut random = Random::new(7, Purpose::Placement, 0);
+    let mut occupancy = Occupancy::new(&space, &contacts, 10_000);
+    for _ in 0..10_000 {
+        occupancy.take(Vector::from_fn(|_, _| 4000.0 * random.uniform()), 0);
+    }
+    let asked = std::cell::Cell::new(0);
+    let grid = &occupancy.grids[occupancy.grid_of[0].unwrap()];
+    let _ = grid.find(&occupancy.taken, &Vector::repeat(2000.0), 1.0, |_| {
+        asked.set(asked.get() + 1);
+        None::<()>
+    });
+    assert!(asked.get() < 100, "{}", asked.get());
+}
+
+#[test]
+fn the_first_overlap_is_that_of_the_order_of_ids() {
+    let mut contacts = Contacts::new(1);
+    contacts.set(0, 0, 1.0);
+    let space = Space::periodic_cube(33.0);
+    let mut random = Random::new(8, Purpose::Placement, 0);
+    let mut places: Vec<u32> = (0..27_000).collect();
+    random.shuffle(&mut places);
+    let at = |place: &u32| {
+        let position = Vector::new(f64::from(place % 30), f64::from(place / 30 % 30), f64::from(place / 900));
+        Particle { species: crate::model::SpeciesId(0), position: 1.1 * position, velocity: Vector::zeros() }
+    };
+    let mut particles: Vec<Particle> = places.iter().map(at).collect();
+    let first = |particles: &[Particle]| first_overlap(particles, &contacts, &space, 0.0, |a, b| (a, b) == (5, 9000));
+    assert_eq!(first(&particles), None);
+    particles[9000].position = particles[5].position;
+    assert_eq!(first(&particles), None, "bonded");
+    for (one, other) in [(20_000, 26_000), (700, 15_000)] {
+        particles[other].position = particles[one].position + Vector::new(0.5, 0.0, 0.0);
+    }
+    let (second, overlapping) = first(&particles).unwrap();
+    assert_eq!(second, 15_000);
+    // It is also between others.
+    assert!(overlapping.distance < 1.0 && overlapping.other < 15_000, "{overlapping:?}");
+}
+
+#[test]
+fn a_start_with_an_overlap_has_a_first_one() {
+    let mut random = Random::new(9, Purpose::Placement, 0);
+    let mut counts = [0; 2];
+    // The last contact of species makes sizes differ too much for cells of the longest one.
+    for (third, displacement, boundary) in [
+        (0.8, 0.0, Boundary::Periodic),
+        (0.8, 1.3, Boundary::Periodic),
+        (0.8, 0.0, Boundary::OPEN),
+        (0.3, 0.0, Boundary::Periodic),
+    ] {
+        let mut contacts = Contacts::new(4);
+        // The last species touches nothing.
+        for (a, b, contact) in [(0, 0, 1.0), (0, 1, 0.7), (1, 1, 1.1), (2, 2, third), (0, 2, 0.9)] {
+            contacts.set(a, b, contact);
+        }
+        let mut space = Space::periodic_cube(4.5);
+        space.boundary[2] = boundary;
+        for _ in 0..500 {
+            let particle = |_| Particle {
+                species: crate::model::SpeciesId(id(random.below(4))),
+                position: Vector::from_fn(|_, _| 4.5 * random.uniform()),
+                velocity: Vector::zeros(),
+            };
+            let particles: Vec<Particle> = (0..8).map(particle).collect();
+            let is_bonded = |a, b| (a, b) == (1, 4);
+            let is_overlap = |a: usize, b: usize| {
+                let [one, other] = [&particles[a], &particles[b]];
+                let separation = one.position - other.position;
+                let contact = contacts.get(one.species.0 as usize, other.species.0 as usize);
+                nearest_image(separation, &space.periods(), displacement).norm() < contact && !is_bonded(id(a), id(b))
+            };
+            let expected = (0..8).find(|&b| (0..b).any(|a| is_overlap(a, b)));
+            let found = first_overlap(&particles, &contacts, &space, displacement, is_bonded);
+            assert_eq!(found.map(|(second, _)| second as usize), expected, "{particles:?}");
+            counts[usize::from(expected.is_some())] += 1;
+        }
+    }
+    assert!(counts.iter().all(|count| *count > 300), "{counts:?}");
+}
+
+#[test]
+fn contact_is_not_an_overlap_but_a_gap_beyond_rounding_is() {
+    let mut contacts = Contacts::new(1);
+    contacts.set(0, 0, 1.0);
+    let space = Space::periodic_cube(10.0);
+    let mut occupancy = Occupancy::new(&space, &contacts, 1);
+    occupancy.take(Vector::repeat(0.3), 0);
+    let at = |x: f64| occupancy.overlap(&Vector::new(x, 0.3, 0.3), 0, |_| true);
+    assert_eq!(at(1.3_f64.next_down()), None);
+    assert!(at(1.3 - 1e-12).is_some());
+    assert!(at(9.4).is_some(), "across the periodic side");
+    assert_eq!(at(9.2), None);
+}
+
+#[test]
+fn particles_at_the_ends_of_the_world_are_no_trouble() {
+    let mut contacts = Contacts::new(1);
+    contacts.set(0, 0, 1.0);
+    let mut space = Space::periodic_cube(1.0);
+    space.boundary = [Boundary::OPEN; 3];
+    let mut occupancy = Occupancy::new(&space, &contacts, 1);
+    occupancy.take(Vector::new(1e300, -1e300, 0.0), 0);
+    assert!(occupancy.overlap(&Vector::zeros(), 0, |_| true).is_none());
+}

@@ -1,0 +1,150 @@
+//! Volume moves of a barostat at even times.
+
+use serde::{Deserialize, Serialize};
+
+use super::Driver;
+use crate::engine::Scaling;
+use crate::model::barostat::LARGEST_AMPLITUDE;
+use crate::model::random::{Purpose, Random};
+use crate::model::{Barostat, Thermostat, VolumeMoves};
+
+/// Part of the moves that are to be accepted where the amplitude is found.
+const ACCEPTANCE: f64 = 0.4;
+
+/// Moves after which the amplitude is changed while it is found, and by what factor at most.
+const WINDOW: u32 = 50;
+const MOST: f64 = 2.0;
+
+/// State of the volume moves of a stage.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(in crate::run) struct Moves {
+    /// Simulated time of the next move.
+    pub(super) next: f64,
+    random: Random,
+    pub(in crate::run) done: VolumeMoves,
+    /// Moves since the amplitude was last changed, and those of them that were accepted.
+    window: [u32; 2],
+}
+
+impl Moves {
+    /// Counts a move.
+    fn note(&mut self, is_accepted: bool) {
+        self.done.attempted += 1;
+        self.done.accepted += u64::from(is_accepted);
+        self.window[0] += 1;
+        self.window[1] += u32::from(is_accepted);
+    }
+
+    /// Changes the amplitude, towards one with which moves are accepted as often as they should be; whether it does.
+    fn adapt(&mut self) -> bool {
+        let [tried, accepted] = self.window.map(f64::from);
+        if self.window[0] < WINDOW {
+            return false;
+        }
+        let factor = (accepted / (tried * ACCEPTANCE)).clamp(1.0 / MOST, MOST);
+        self.done.amplitude = (self.done.amplitude * factor).min(LARGEST_AMPLITUDE);
+        self.window = [0, 0];
+        true
+    }
+}
+
+impl Driver<'_> {
+    /// Sets the volume moves of the present stage up; `stream` is the number of their random numbers.
+    pub(super) fn begin_moves(&mut self, barostat: Option<Barostat>, stream: usize) {
+        self.state.moves = barostat.map(|barostat| {
+            let particles: usize = self.simulation.population().iter().sum();
+            // That of an ideal gas, whose logarithm of the volume has the standard deviation `1 / sqrt(N + 1)`.
+            let guess = (1.0 / (particles as f64 + 1.0)).sqrt();
+            let amplitude = barostat.amplitude.or(self.state.amplitude).unwrap_or(guess);
+            Moves {
+                next: self.simulation.time() + barostat.interval,
+                random: Random::new(self.simulation.scene().seed, Purpose::Volume, stream),
+                done: VolumeMoves { attempted: 0, accepted: 0, amplitude },
+                window: [0, 0],
+            }
+        });
+    }
+
+    /// Simulated time of the next volume move; infinite for none.
+    pub(super) fn next_move(&self) -> f64 {
+        self.state.moves.as_ref().map_or(f64::INFINITY, |moves| moves.next)
+    }
+
+    /// Proposes another volume, at a time that the simulation has come to, but for rounding, and takes it or leaves it.
+    ///
+    /// The equilibrium density of the volume `V`, the centres of the `N` molecules in units of the box, what is inside of them, and the momenta is proportional to
+    /// `V^N exp(-(U + P V + K) / T)`. The proposal is uniform in `ln V`, in which the density has one more factor `V`, and it is as probable as its reverse.
+    /// So the density stays what it is where a move is accepted with the probability `min(1, exp(-(dU + P dV) / T + (N + 1) ln(V' / V)))`.
+    pub(super) fn move_volume(&mut self, time: f64) {
+        let settings = self.settings();
+        let (Some(barostat), Some(Thermostat::Andersen { temperature, .. })) = (settings.barostat, settings.thermostat)
+        else {
+            return;
+        };
+        let Some(mut moves) = self.state.moves.take() else { return };
+        let scaling = self.scaling.take().unwrap_or_else(|| Scaling::of(&self.simulation));
+        // Both are drawn for each move, so that what comes later does not depend on which one it was.
+        let (change, threshold) = (moves.done.amplitude * (2.0 * moves.random.uniform() - 1.0), moves.random.uniform());
+        let volume = self.simulation.volume();
+        let accepted = self.simulation.scaled(&scaling, change).filter(|scaled| {
+            let work = scaled.energy_change + barostat.pressure * (scaled.space.volume() - volume);
+            let exponent = (scaling.molecules() as f64 + 1.0) * change - work / temperature;
+            threshold < libm::exp(exponent)
+        });
+        moves.note(accepted.is_some());
+        if let Some(scaled) = accepted {
+            self.integrate();
+            self.simulation.take_scaled(scaled);
+            self.integrate();
+            self.resize_system();
+        }
+        if !self.state.stage.stage.is_measured() && barostat.amplitude.is_none() && moves.adapt() {
+            self.state.amplitude = Some(moves.done.amplitude);
+        }
+        // Counted from the start of the stage, so that rounding does not add up.
+        let start = self.state.stage.time;
+        let passed = ((time - start) / barostat.interval).round();
+        moves.next = (start + (passed + 1.0) * barostat.interval).max(time.next_up());
+        (self.state.moves, self.scaling) = (Some(moves), Some(scaling));
+    }
+
+    /// Ends a piece of the time in which the volume is constant, for all that averages over it.
+    fn integrate(&mut self) {
+        let energy = self.simulation.energy();
+        self.state.observer.integrate(&self.simulation, &energy);
+        if let Some(monitor) = &mut self.state.monitor {
+            monitor.observer.integrate(&self.simulation, &energy);
+        }
+    }
+
+    /// Gives instruments the box that there is now.
+    fn resize_system(&mut self) {
+        if let Some(system) = self.system.as_mut().filter(|_| !self.is_pilot) {
+            system.space = self.simulation.scene().space.clone();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_amplitude_goes_where_two_moves_in_five_are_accepted() {
+        let done = VolumeMoves { attempted: 0, accepted: 0, amplitude: 0.1 };
+        let mut moves = Moves { next: 0.0, random: Random::new(1, Purpose::Volume, 0), done, window: [0, 0] };
+        let mut after = |accepted: u32| {
+            for index in 0..WINDOW {
+                assert!(!moves.adapt());
+                moves.note(index < accepted);
+            }
+            assert!(moves.adapt());
+            moves.done.amplitude
+        };
+        assert_eq!(after(20), 0.1);
+        assert_eq!(after(30), 0.1 * 1.5);
+        assert_eq!(after(0), 0.5 * (0.1 * 1.5));
+        assert_eq!([after(50), after(50), after(50), after(50), after(50), after(50)][5], LARGEST_AMPLITUDE);
+        assert_eq!((moves.done.attempted, moves.done.accepted), (450, 350));
+    }
+}

@@ -1,0 +1,187 @@
+//! Validates barostats: their numbers, and whether the scene has an isothermal-isobaric ensemble.
+
+use crate::Vector;
+use crate::base::text::shortest;
+use crate::model::molecules::Molecules;
+use crate::model::{Barostat, Growth, MeasurementPlan, Scene, Thermostat};
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, missing, refuse};
+use crate::scene::validate::measure::asked;
+
+/// Instruments that measure what they do in any volume.
+const OF_ANY_VOLUME: [&str; 3] = ["speeds", "chains", "bond_order"];
+
+/// Refuses numbers that no barostat can have.
+pub(super) fn check_numbers(barostat: Option<&Barostat>, at: &ConfigPath) -> Result<(), SceneError> {
+    let checked = barostat.map_or(Ok(()), Barostat::check);
+    checked.or_else(|error| refuse(at.key(error.name), shortest(error.value), error.expected))
+}
+
+/// Drives of a stage of a run, for a barostat.
+struct Phase<'a> {
+    /// The table of the stage.
+    at: ConfigPath,
+    thermostat: Option<&'a Thermostat>,
+    barostat: Option<&'a Barostat>,
+    growth: Option<&'a Growth>,
+    /// Whether something of it is simulated and not measured.
+    is_prepared: bool,
+    is_measured: bool,
+}
+
+/// The stages of a run, the measurement with its equilibration last.
+fn phases(scene: &Scene) -> impl Iterator<Item = Phase<'_>> {
+    let plan = &scene.run;
+    let listed = plan.stages.iter().enumerate().map(|(index, stage)| Phase {
+        at: ConfigPath::entry("stage", index),
+        thermostat: stage.thermostat.as_ref(),
+        barostat: stage.barostat.as_ref(),
+        growth: stage.growth.as_ref(),
+        is_prepared: stage.measured.is_none_or(|before| !before.is_empty()),
+        is_measured: stage.measured.is_some(),
+    });
+    listed.chain([Phase {
+        at: ConfigPath::root().key("run"),
+        thermostat: plan.thermostat.as_ref(),
+        barostat: plan.barostat.as_ref(),
+        growth: None,
+        is_prepared: !plan.last_equilibration().is_empty(),
+        is_measured: true,
+    }])
+}
+
+/// Refuses barostats in scenes that have no isothermal-isobaric ensemble, and what cannot be done or measured in a volume that changes.
+pub(super) fn check_barostats(scene: &Scene) -> Result<(), SceneError> {
+    if !scene.run.has_barostat() {
+        return Ok(());
+    }
+    let first = phases(scene).find(|phase| phase.barostat.is_some()).map(|phase| phase.at.key("barostat"));
+    let at = first.unwrap_or_else(ConfigPath::root);
+    if let Some((what, expected)) = obstacle(scene) {
+        return refuse(at, format!("given {what}"), expected);
+    }
+    check_bonds(scene, &at)?;
+    let (mut is_found, mut is_changed) = (false, false);
+    for phase in phases(scene) {
+        if is_changed && phase.growth.is_some() {
+            let expected = "no growth, or growth before the first stage with a barostat: the packing fraction that it begins with is not known";
+            return refuse(phase.at.key("grow"), "given after a stage with a barostat", expected);
+        }
+        let Some(barostat) = phase.barostat else { continue };
+        check_phase(&phase)?;
+        is_changed = true;
+        is_found |= phase.is_prepared && barostat.amplitude.is_none();
+        if phase.is_measured && barostat.amplitude.is_none() && !is_found {
+            let why = "the largest change of ln V in a move; or an equilibration with the barostat, in which one is found that is accepted in 40 % of all moves";
+            return Err(missing(&phase.at.key("barostat"), "amplitude", why));
+        }
+    }
+    check_output(scene)
+}
+
+/// Why a scene has no ensemble in which its volume changes: what stands in the way, and what would do.
+fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
+    let falls = scene.accelerations().any(|acceleration| acceleration != Vector::zeros());
+    let is_static = |index: usize| scene.species[index].is_static();
+    let has_static = scene.particles.iter().any(|particle| is_static(particle.species.0 as usize));
+    let all = [
+        (
+            !scene.space.is_fully_periodic(),
+            "in a box with open sides or walls",
+            "a box that is periodic along each axis that is not flat",
+        ),
+        (!scene.surfaces.is_empty(), "with surfaces", "none beside a [[surface]], which stays where it is"),
+        (has_static, "with static particles", "none beside static particles, which stay where they are"),
+        (falls, "with gravity", "none beside gravity: what falls along a periodic axis has no equilibrium"),
+        (
+            scene.shear_rate.is_some(),
+            "in a sheared box",
+            "none beside space.shear_rate: what is sheared has no equilibrium",
+        ),
+        (
+            scene.contact_time.is_some(),
+            "with the TC model",
+            "none beside dynamics.contact_time: contacts have to be elastic",
+        ),
+        (
+            !scene.has_elastic_pairs(),
+            "with a restitution below 1",
+            "a restitution of 1: what loses energy has no equilibrium",
+        ),
+        (
+            scene.allow_invalid_start,
+            "with allow_invalid_start",
+            "a start without overlaps: moves to volumes with overlaps are refused",
+        ),
+    ];
+    all.into_iter().find(|(is_so, ..)| *is_so).map(|(_, what, expected)| (what, expected))
+}
+
+/// Refuses bonds that have no lengths of their own in another volume.
+fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
+    let is_bond = |id: crate::model::InteractionId| scene.interactions[id.0 as usize].potential.is_bond();
+    let mut is_there = vec![false; scene.species.len()];
+    scene.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
+    if let Some(([a, b], _)) = scene.table.iter().find(|([a, b], id)| is_there[*a] && is_there[*b] && is_bond(*id)) {
+        let names =
+            format!("given with bonds of all particles of `{}` and `{}`", scene.species[a].name, scene.species[b].name);
+        return refuse(
+            at.clone(),
+            names,
+            "bonds of single pairs, [[bond]] or [[chain]]: molecules are moved as a whole",
+        );
+    }
+    let masses = scene.particles.iter().map(|particle| scene.species[particle.species.0 as usize].mass).collect();
+    let Some(bond) = Molecules::of(scene, masses).bond_around_the_box(scene) else { return Ok(()) };
+    let [a, b] = bond.pair.map(|id| id.0);
+    let what = format!("given with a ring of bonds around the box, closed by that of particles {a} and {b}");
+    refuse(at.clone(), what, "molecules that end within the box, whose bonds keep their lengths in any volume")
+}
+
+/// Whether a heat bath holds the temperature of a stage with a barostat, and nothing grows in it.
+fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
+    if phase.growth.is_some() {
+        return refuse(
+            phase.at.key("barostat"),
+            "given beside grow",
+            "either of them: volume moves take constant diameters",
+        );
+    }
+    let expected = "a thermostat of the kind \"andersen\" in the same table, at whose temperature moves of the volume are accepted";
+    match phase.thermostat {
+        Some(Thermostat::Andersen { .. }) => Ok(()),
+        Some(Thermostat::Rescaling { .. }) => {
+            refuse(phase.at.key("barostat"), "given beside a thermostat that scales velocities", expected)
+        }
+        None => refuse(phase.at.key("barostat"), "given without a thermostat", expected),
+    }
+}
+
+/// Refuses what is measured by places or volumes that have to stay what they are.
+fn check_output(scene: &Scene) -> Result<(), SceneError> {
+    let root = ConfigPath::root();
+    if !scene.output.regions.is_empty() {
+        let expected = "none beside a barostat: the places of regions do not change with the box";
+        return refuse(root.key("output").key("count"), "given", expected);
+    }
+    if !phases(scene).any(|phase| phase.is_measured && phase.barostat.is_some()) {
+        return Ok(());
+    }
+    match instrument(&scene.measure) {
+        Some(key) => {
+            let expected = format!(
+                "none in a measurement with a barostat, which has {} only: equilibrate in a [[stage]] with the barostat, and measure at its volume in [run] without",
+                OF_ANY_VOLUME.join(", ")
+            );
+            refuse(root.key("measure").key(key), "given", expected)
+        }
+        None => Ok(()),
+    }
+}
+
+/// The first instrument that needs a constant volume.
+fn instrument(plan: &MeasurementPlan) -> Option<&'static str> {
+    let listed = [("profile", plan.profiles.is_empty()), ("flow", plan.flows.is_empty())];
+    let listed = listed.into_iter().filter(|(_, is_empty)| !is_empty).map(|(key, _)| key);
+    asked(plan).map(|(key, ..)| key).filter(|key| !OF_ANY_VOLUME.contains(key)).chain(listed).next()
+}

@@ -1,0 +1,22 @@
+//! Barostats, and the volume moves that they made.
+
+use crate::base::text::digits;
+use crate::model::{Barostat, VolumeMoves};
+
+/// Description of a barostat.
+#[must_use]
+pub fn barostat(barostat: &Barostat) -> String {
+    let (pressure, interval) = (digits(barostat.pressure), digits(barostat.interval));
+    let amplitude = match barostat.amplitude {
+        Some(amplitude) => format!("by up to {}", digits(amplitude)),
+        None => "by as much as lets some 40 % of the moves be accepted, found where nothing is measured".to_owned(),
+    };
+    format!("the volume is moved every {interval} at a pressure of {pressure}, its logarithm {amplitude}")
+}
+
+/// Volume moves of a measurement: how many there were, how many were accepted, and how large they were.
+#[must_use]
+pub fn volume_moves(moves: &VolumeMoves) -> String {
+    let accepted = moves.acceptance().map_or_else(String::new, |part| format!(", {:.1} % accepted", 100.0 * part));
+    format!("{}{accepted}, of ln V by up to {}", moves.attempted, digits(moves.amplitude))
+}

@@ -1,0 +1,390 @@
+//! The isothermal-isobaric ensemble: few particles, whose distribution of the volume is known.
+//!
+//! With the configuration integral `Q(V)` over the positions of all particles, the volume has the density `Q(V) exp(-P V / T)`.
+
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+
+use carom::Vector;
+use carom::analysis::statistics::Estimate;
+use carom::engine::{Snapshot, Until};
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Space, minimum_image};
+use carom::model::{Barostat, Limit, OutputPlan, RunPlan, Scene, StagePlan, Thermostat};
+use carom::run::{Finished, Run, run};
+use carom::scene::{Amount, Arrangement, Chain, Fill, Lattice, SceneBuilder};
+
+use super::driven::{finish, hard};
+
+const TEMPERATURE: f64 = 1.7;
+
+fn bath(rate: f64) -> Option<Thermostat> {
+    Some(Thermostat::Andersen { temperature: TEMPERATURE, rate, axes: [true; 3] })
+}
+
+/// A measurement with so many volume moves, at even times.
+fn plan(pressure: f64, interval: f64, amplitude: f64, moves: u32) -> RunPlan {
+    let duration = interval * f64::from(moves);
+    RunPlan {
+        equilibration: Limit::time(0.02 * duration),
+        limit: Limit::time(duration),
+        thermostat: bath(1.0),
+        barostat: Some(Barostat { pressure, interval, amplitude: Some(amplitude) }),
+        ..RunPlan::default()
+    }
+}
+
+/// A periodic box of some dimensions.
+fn space(edge: f64, dimensions: usize) -> Space {
+    let mut space = Space::periodic_cube(edge);
+    for axis in dimensions..3 {
+        (space.size[axis], space.boundary[axis]) = (0.0, Boundary::Flat);
+    }
+    space
+}
+
+/// Mean and variance of a volume from a least one on, of a density, by Simpson's rule.
+fn moments(least: f64, width: f64, density: impl Fn(f64) -> f64) -> [f64; 2] {
+    const STEPS: u32 = 40_000;
+    let sums = (0..=STEPS).fold([0.0; 3], |sums, k| {
+        let volume = least + width * f64::from(k) / f64::from(STEPS);
+        let factor = if k == 0 || k == STEPS { 1.0 } else { f64::from(2 + 2 * (k % 2)) };
+        let weight = factor * density(volume);
+        [sums[0] + weight, sums[1] + weight * volume, sums[2] + weight * volume * volume]
+    });
+    let mean = sums[1] / sums[0];
+    [mean, sums[2] / sums[0] - mean * mean]
+}
+
+fn observable(finished: &Finished, name: &str) -> (f64, f64) {
+    let Estimate { mean, standard_error, .. } = finished.observable(name).unwrap();
+    (mean, standard_error.unwrap())
+}
+
+/// Holds mean and variance of the volume against exact ones: within four standard errors, which are some hundredths at the most.
+fn compare(finished: &Finished, [mean, variance]: [f64; 2]) {
+    let (volume, error) = observable(finished, "volume");
+    let (compressibility, error_of_it) = observable(finished, "isothermal_compressibility");
+    let (found, error_of_variance) = (compressibility * volume * TEMPERATURE, error_of_it * volume * TEMPERATURE);
+    let acceptance = finished.volume_moves.unwrap().acceptance().unwrap();
+    println!(
+        "volume {volume} +- {error}, exact {mean}; variance {found} +- {error_of_variance}, exact {variance}; {acceptance} accepted"
+    );
+    assert!((volume - mean).abs() < 4.0 * error && error < 0.02 * mean, "volume {volume} +- {error}, exact {mean}");
+    let text = format!("variance {found} +- {error_of_variance}, exact {variance}");
+    assert!((found - variance).abs() < 4.0 * error_of_variance && error_of_variance < 0.06 * variance, "{text}");
+}
+
+/// Rods on a ring, of these masses and lengths, at a pressure.
+fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
+    let names = ["A", "B", "C"];
+    let length: f64 = 2.0 * rods.iter().map(|(_, length)| length).sum::<f64>();
+    let mut scene = SceneBuilder::new("rods").seed(5).space(space(length, 1));
+    for (name, (mass, length)) in names.iter().zip(rods) {
+        scene = scene.species(name, *mass, *length);
+    }
+    for (index, (name, (_, length))) in names.iter().zip(rods).enumerate() {
+        for (other, (_, other_length)) in names.iter().zip(rods).skip(index) {
+            let contact = Potential::hard_sphere(0.5 * (length + other_length)).unwrap();
+            scene = scene.interaction(name, other, contact, 1.0);
+        }
+        let x = 1.5 * index as f64 + 0.5;
+        scene.insert_particle(name, Vector::new(x, 0.0, 0.0), Vector::new(0.3 - 0.4 * index as f64, 0.0, 0.0));
+    }
+    scene.run(plan(pressure, 0.4, 1.1, moves)).build().unwrap()
+}
+
+#[test]
+fn rods_on_a_ring_have_their_exact_lengths() {
+    // One of N rods may be anywhere on the ring of length L, and the others share what is left beside the rods in their order: Q = L (L - a)^(N - 1), with the
+    // sum `a` of their lengths, which is that of their distances of contact. With x = L - a the moments are sums of gamma functions.
+    for (all, pressure) in [(&[(1.3, 1.0), (0.7, 0.6)][..], 0.9), (&[(1.3, 1.0), (0.7, 0.6), (2.9, 0.8)], 1.4)] {
+        let (n, a) = (all.len() as i32, all.iter().map(|(_, length)| length).sum::<f64>());
+        let b = pressure / TEMPERATURE;
+        // The integral of x^(k - 1) exp(-b x).
+        let gamma = |k: i32| (1..k).map(f64::from).product::<f64>() / b.powi(k);
+        let of = |k: i32| gamma(n + 1 + k) + a * gamma(n + k);
+        let (mean, square) = (of(1) / of(0), of(2) / of(0));
+        let finished = finish(rods(all, pressure, 60_000));
+        compare(&finished, [a + mean, square - mean * mean]);
+        // d/dV ln Q = P / T in the mean.
+        let (virial, error) = observable(&finished, "pressure");
+        println!("pressure {virial} +- {error}, {pressure}");
+        assert!((virial - pressure).abs() < 4.0 * error && error < 0.02 * pressure, "{virial} +- {error}");
+    }
+}
+
+#[test]
+fn two_disks_keep_to_the_smallest_box() {
+    // The second disk may be anywhere but within a diameter of the first one: Q = V (V - pi), from the smallest box on, 2 x 2, which is met often.
+    let pressure = 0.4;
+    let scene = SceneBuilder::new("disks")
+        .seed(2)
+        .space(space(3.0, 2))
+        .species("A", 0.7, 1.0)
+        .interaction("A", "A", hard(), 1.0)
+        .particle("A", Vector::new(0.5, 0.5, 0.0), Vector::new(0.4, 0.3, 0.0))
+        .particle("A", Vector::new(2.0, 2.1, 0.0), Vector::new(-0.2, 0.9, 0.0))
+        .run(plan(pressure, 0.4, 1.2, 50_000));
+    let density = |volume: f64| volume * (volume - PI) * libm::exp(-pressure * volume / TEMPERATURE);
+    compare(&finish(scene.build().unwrap()), moments(4.0, 150.0, density));
+}
+
+#[test]
+fn a_square_well_pair_has_its_exact_volume_and_energy() {
+    let (pressure, depth, lambda): (f64, f64, f64) = (0.06, 2.3, 1.5);
+    let well = Potential::square_well(1.0, lambda, depth).unwrap();
+    let scene = SceneBuilder::new("pair")
+        .seed(4)
+        .space(space(3.5, 3))
+        .species("A", 0.7, 1.0)
+        .interaction("A", "A", well, 1.0)
+        .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(0.4, 0.3, 0.1))
+        .particle("A", Vector::new(2.0, 2.1, 1.9), Vector::new(-0.2, 0.9, 0.2))
+        .run(plan(pressure, 0.4, 1.2, 60_000));
+    let finished = finish(scene.build().unwrap());
+    let core = 4.0 * PI / 3.0;
+    let shell = core * (lambda.powi(3) - 1.0);
+    let bound = shell * libm::exp(depth / TEMPERATURE);
+    let weight = |volume: f64| libm::exp(-pressure * volume / TEMPERATURE);
+    let density = |volume: f64| volume * (volume - core - shell + bound) * weight(volume);
+    let (least, width) = (27.0, 900.0);
+    compare(&finished, moments(least, width, density));
+    // The pair is bound in the part `bound` of Q / V.
+    let sum = |of: &dyn Fn(f64) -> f64| {
+        let steps = 100_000;
+        (0..steps).map(|k| of(least + width * (f64::from(k) + 0.5) / f64::from(steps))).sum::<f64>()
+    };
+    let exact = -0.5 * depth * sum(&|volume| volume * bound * weight(volume)) / sum(&density);
+    let (energy, error) = observable(&finished, "potential_energy_per_particle");
+    println!("energy {energy} +- {error}, exact {exact}");
+    assert!((energy - exact).abs() < 4.0 * error && error < 0.05 * exact.abs(), "{energy} +- {error}, exact {exact}");
+}
+
+#[test]
+fn an_ideal_gas_has_one_particle_more() {
+    // Q = V^N: the mean is (N + 1) T / P, and the variance (N + 1) (T / P)^2.
+    let (count, pressure) = (5, 0.8);
+    let mut scene = SceneBuilder::new("gas").space(space(3.0, 2)).species("A", 1.3, 1.0).no_interaction("A", "A");
+    for index in 0..count {
+        let x = f64::from(index);
+        scene.insert_particle("A", Vector::new(0.5 * x, 0.3 * x, 0.0), Vector::new(0.2, 0.1 * x, 0.0));
+    }
+    let finished = finish(scene.run(plan(pressure, 0.4, 1.0, 40_000)).build().unwrap());
+    let unit = TEMPERATURE / pressure;
+    compare(&finished, [6.0 * unit, 6.0 * unit * unit]);
+    let (temperature, error) = observable(&finished, "temperature");
+    assert!((temperature - TEMPERATURE).abs() < 4.0 * error, "{temperature} +- {error}");
+}
+
+/// Area of two disks of a radius that are `apart`, of which those that overlap share some.
+fn union(radius: f64, apart: f64) -> f64 {
+    let half = 0.5 * apart / radius;
+    let lens = 2.0 * radius * radius * (half.acos() - half * (1.0 - half * half).sqrt());
+    2.0 * PI * radius * radius - lens
+}
+
+#[test]
+fn a_dimer_and_a_disk_are_two_molecules() {
+    // The centre of the dimer may be anywhere in V, and the disk anywhere but within a distance of contact of its ends: Q = V (V - A), with the mean `A` of what
+    // those exclude over the lengths of the bond, whose density in the plane is that of its length.
+    let (pressure, contact) = (0.5, 0.6);
+    let [shortest, longest]: [f64; 2] = [0.5, 1.15];
+    let scene = SceneBuilder::new("dimer")
+        .seed(6)
+        .space(space(4.0, 2))
+        .species("A", 0.7, 0.5)
+        .species("B", 1.9, 0.7)
+        .species("C", 1.1, 0.6)
+        .no_interaction("A", "A")
+        .no_interaction("B", "B")
+        .no_interaction("C", "C")
+        .no_interaction("A", "B")
+        .interaction("A", "C", Potential::hard_sphere(contact).unwrap(), 1.0)
+        .interaction("B", "C", Potential::hard_sphere(contact).unwrap(), 1.0)
+        .bond_interaction("link", Potential::bond(shortest, longest).unwrap(), 1.0)
+        // Across a side of the box.
+        .particle("A", Vector::new(0.2, 0.5, 0.0), Vector::new(0.4, 0.3, 0.0))
+        .particle("B", Vector::new(3.5, 0.4, 0.0), Vector::new(0.1, -0.3, 0.0))
+        .particle("C", Vector::new(2.0, 2.1, 0.0), Vector::new(-0.2, 0.9, 0.0))
+        .bond(0, 1, "link")
+        .run(plan(pressure, 0.4, 1.1, 50_000));
+    let finished = finish(scene.build().unwrap());
+    let steps = 2_000;
+    let (mut area, mut all) = (0.0, 0.0);
+    for k in 0..steps {
+        let length = shortest + (longest - shortest) * (f64::from(k) + 0.5) / f64::from(steps);
+        (area, all) = (area + length * union(contact, length), all + length);
+    }
+    let excluded = area / all;
+    let density = |volume: f64| volume * (volume - excluded) * libm::exp(-pressure * volume / TEMPERATURE);
+    // Two of the longest ranges, that of the bond.
+    compare(&finished, moments(4.0 * longest * longest, 150.0, density));
+}
+
+#[test]
+fn the_virial_has_the_pressure_of_the_barostat() {
+    let pressure = 3.0;
+    let mut run = plan(pressure, 0.05, 0.05, 12_000);
+    // The amplitude is found.
+    run.barostat = Some(Barostat { amplitude: None, ..run.barostat.unwrap() });
+    run.equilibration = Limit::time(60.0);
+    let mixture = Fill {
+        composition: vec![("A".to_owned(), 0.5), ("B".to_owned(), 0.5)],
+        temperature: Some(TEMPERATURE),
+        ..Fill::new(Arrangement::Random, "A").count(40).amount(Amount::PackingFraction(0.2))
+    };
+    let between = |a: f64, b: f64| Potential::square_well(0.5 * (a + b), 1.3, 0.4).unwrap();
+    let scene = SceneBuilder::new("mixture")
+        .seed(8)
+        .species("A", 1.3, 1.0)
+        .species("B", 0.6, 0.8)
+        .interaction("A", "A", between(1.0, 1.0), 1.0)
+        .interaction("A", "B", between(1.0, 0.8), 1.0)
+        .interaction("B", "B", between(0.8, 0.8), 1.0)
+        .add_fill(mixture)
+        .run(run);
+    let finished = finish(scene.build().unwrap());
+    let (virial, error) = observable(&finished, "pressure");
+    assert!((virial - pressure).abs() < 4.0 * error && error < 0.03 * pressure, "{virial} +- {error}");
+    // All of the ensemble's numbers say one thing.
+    let (volume, _) = observable(&finished, "volume");
+    let (factor, _) = observable(&finished, "compressibility_factor");
+    let (temperature, _) = observable(&finished, "temperature");
+    assert!((factor * 40.0 * temperature - pressure * volume).abs() < 1e-9 * pressure * volume);
+    let (density, _) = observable(&finished, "number_density");
+    let (filled, _) = observable(&finished, "packing_fraction");
+    assert!(density > 40.0 / volume && density < 1.02 * 40.0 / volume, "{density}, {volume}");
+    assert!((filled / density - PI / 12.0 * (1.0 + 0.512)).abs() < 1e-12);
+    let moves = finished.volume_moves.unwrap();
+    assert!((0.3..0.5).contains(&moves.acceptance().unwrap()) && moves.attempted == 12_000, "{moves:?}");
+}
+
+/// Chains longer than the box, and free disks.
+fn chains() -> SceneBuilder {
+    let chain = |straight| Chain {
+        species: "A".to_owned(),
+        length: 12,
+        count: 1,
+        bond: "link".to_owned(),
+        spacing: Some(1.1),
+        straight: Some(straight),
+        temperature: Some(1.0),
+        speed: None,
+    };
+    let well = Potential::square_well(1.0, 1.4, 0.3).unwrap();
+    let mut scene = SceneBuilder::new("chains")
+        .space(Space { size: Vector::new(9.0, 7.0, 0.0), ..space(9.0, 2) })
+        .species("A", 1.3, 1.0)
+        .species("B", 0.7, 1.0)
+        .interaction("A", "A", well, 1.0)
+        .interaction("A", "B", hard(), 1.0)
+        .interaction("B", "B", hard(), 1.0)
+        .bond_interaction("link", Potential::bond(1.0, 1.2).unwrap(), 1.0);
+    scene.insert_chain(chain((Vector::new(6.2, 1.0, 0.0), Vector::new(1.0, 0.35, 0.0))));
+    for y in 0..3 {
+        scene.insert_particle("B", Vector::new(1.3 + f64::from(y), 0.6, 0.0), Vector::new(0.3, -0.2, 0.0));
+    }
+    scene
+}
+
+#[test]
+fn chains_longer_than_the_box_keep_their_bonds() {
+    let scene = chains().run(plan(0.2, 0.3, 0.2, 300)).build().unwrap();
+    let (mut run, mut volumes) = (Run::new(scene), Vec::new());
+    for step in 1..=60 {
+        run = run.advance(Until::time(1.6 * f64::from(step)), &mut ()).unwrap().0;
+        let simulation = run.simulation();
+        assert_eq!(simulation.real_overlaps(), []);
+        let (snapshot, space) = (simulation.snapshot(), simulation.scene().space());
+        assert_eq!(snapshot.size, space.size);
+        assert!((snapshot.size.y / snapshot.size.x - 7.0 / 9.0).abs() < 1e-12);
+        volumes.push(simulation.volume());
+        for bond in simulation.scene().bonds() {
+            let [a, b] = bond.pair.map(|id| snapshot.positions[id.0 as usize]);
+            let length = minimum_image(a - b, &space.periods()).norm();
+            assert!((1.0 - 1e-12..1.2 + 1e-12).contains(&length), "{length}");
+        }
+    }
+    let (least, most) = volumes.iter().fold((f64::MAX, 0.0_f64), |(a, b), volume| (a.min(*volume), b.max(*volume)));
+    assert!(least < 0.8 * most, "{least} {most}");
+}
+
+/// Last state and results of a run of a scene, on so many threads, with pauses after so many events.
+fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String) {
+    let mut run = Run::new(scene.clone()).threads(threads);
+    let mut events = 0;
+    while let Some(step) = pause {
+        events += step;
+        let (paused, ending) = run.advance(Until::events(events), &mut ()).unwrap();
+        run = paused;
+        if ending.is_some() {
+            break;
+        }
+    }
+    let finished = run.finish().unwrap();
+    (finished.simulation.snapshot(), format!("{:?} {:?}", finished.observables, finished.volume_moves))
+}
+
+#[test]
+fn pauses_and_threads_change_nothing() {
+    let barostat = Barostat { pressure: 2.0, interval: 0.1, amplitude: None };
+    let stage = StagePlan {
+        name: "press".to_owned(),
+        limit: Limit::time(6.0),
+        thermostat: bath(2.0),
+        barostat: Some(barostat),
+        ..StagePlan::default()
+    };
+    let plan = RunPlan {
+        stages: vec![stage],
+        equilibration: Limit::time(1.0),
+        limit: Limit::time(3.0),
+        thermostat: bath(1.0),
+        barostat: Some(Barostat { interval: 0.07, ..barostat }),
+        ..RunPlan::default()
+    };
+    let output = OutputPlan { thermo_interval: Some(0.25), frame_interval: Some(1.0), ..OutputPlan::default() };
+    let scene = SceneBuilder::new("bits")
+        .species("A", 1.3, 1.0)
+        .interaction("A", "A", Potential::square_well(1.0, 1.5, 0.5).unwrap(), 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.3))
+        .temperature(1.0)
+        .run(plan)
+        .output(output)
+        .build()
+        .unwrap();
+    let whole = end(&scene, 1, None);
+    assert_eq!(end(&scene, 1, Some(2_345)), whole);
+    assert_eq!(end(&scene, 2, Some(10_001)), whole);
+}
+
+#[test]
+fn a_run_goes_on_at_the_volume_that_a_stage_has_left() {
+    let stage = StagePlan {
+        name: "press".to_owned(),
+        limit: Limit::time(60.0),
+        thermostat: bath(2.0),
+        barostat: Some(Barostat { pressure: 5.0, interval: 0.02, amplitude: Some(0.02) }),
+        ..StagePlan::default()
+    };
+    let plan = RunPlan { stages: vec![stage], limit: Limit::time(100.0), ..RunPlan::default() };
+    let scene = SceneBuilder::new("pressed")
+        .species("A", 1.3, 1.0)
+        .interaction("A", "A", hard(), 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+        .temperature(TEMPERATURE)
+        .run(plan)
+        .build()
+        .unwrap();
+    let finished = run(scene.clone(), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert!(finished.volume_moves.is_none() && finished.observable("volume").is_none());
+    let volume = finished.simulation.volume();
+    assert!(volume < 0.8 * scene.space().volume());
+    // N T / V of the volume that there is now, with the contacts.
+    let (pressure, _) = observable(&finished, "pressure");
+    let (factor, _) = observable(&finished, "compressibility_factor");
+    let (temperature, _) = observable(&finished, "temperature");
+    assert!((pressure * volume / (108.0 * temperature) / factor - 1.0).abs() < 1e-9);
+    assert!((pressure / 5.0 - 1.0).abs() < 0.25, "{pressure}");
+}
