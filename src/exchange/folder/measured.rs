@@ -17,7 +17,7 @@ pub(super) fn folders(temperatures: usize) -> impl Iterator<Item = String> {
     std::iter::once(format!("{TABLES}/")).chain(each)
 }
 
-/// What was measured at each temperature; nothing where no instrument was asked for.
+/// Measurements at each temperature; nothing where no instrument was asked for.
 pub(super) fn measurements(results: &ExchangeResults) -> Measurements {
     let of_temperature = |(at, number): (&TemperatureResult, usize)| StageMeasured {
         name: name_of(number),
