@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::families::{self, Member, Parameter};
 use super::figures::{capitalised, curves_figure};
 use super::html::{self, cell, escape, quantity};
-use super::plot::{Curves, Key, Line, LineStyle, Point as Dot, extent};
+use super::plot::{Curves, Key, Line, Point as Dot, extent};
 use super::results::value;
 use super::{Page, scene_text, shell, verdict};
 use crate::analysis::instruments::CHAIN_SIZES;
