@@ -98,6 +98,7 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
             interval: 2.0,
             rate: 1.0,
             ensemble: ExchangeEnsemble::Canonical,
+            umbrella: None,
         })
         .measure(MeasurementPlan {
             radial_distribution: Some(RadialDistribution { cutoff: Some(cutoff), bins: Some(21), interval: None }),

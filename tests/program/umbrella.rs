@@ -72,5 +72,5 @@ fn a_window_that_cannot_be_reached_is_named() {
     let output = place.carom(&exchange(&[]));
     assert_eq!(code(&output), 1, "{}", errors(&output));
     assert!(errors(&output).contains("window 3, from 3.9 to 4.4: the distance has come to 3."), "{}", errors(&output));
-    assert!(errors(&output).contains("windows that the particles can be in"), "{}", errors(&output));
+    assert!(errors(&output).contains("give a longer equilibration_time"), "{}", errors(&output));
 }
