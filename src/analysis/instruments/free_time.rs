@@ -67,7 +67,8 @@ pub(super) fn flow_decay_time(system: &SystemDescription, sample: &Sample<'_>) -
     let fluid = guess(system, sample)?;
     let density = system.moving_mass() / system.space.volume();
     let viscosity = if dimensions == 2 { viscosity_of_disks(&fluid) } else { fluid.shear_viscosity() };
-    let time = (longest / TAU).powi(2) * density / viscosity;
+    let wave = longest / TAU;
+    let time = wave * wave * density / viscosity;
     Some(time).filter(|time| is_time(*time))
 }
 

@@ -98,6 +98,10 @@ impl SceneParts {
             let expected = "none beside [exchange], which has temperatures and a rate of its own";
             return refuse(root.key("run").key("thermostat"), "given", expected);
         }
+        if self.run.barostat.is_some() {
+            let expected = "none beside [exchange], whose replicas all have the volume of the scene";
+            return refuse(root.key("run").key("barostat"), "given", expected);
+        }
         if self.run.threads != Threads::default() {
             let expected =
                 "1 beside [exchange], whose replicas have a thread each: `carom exchange --jobs` says how many at once";
