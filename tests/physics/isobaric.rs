@@ -99,7 +99,7 @@ fn rods_on_a_ring_have_their_exact_lengths() {
     // One of N rods may be anywhere on the ring of length L, and the others share what is left beside the rods in their order: Q = L (L - a)^(N - 1), with the
     // sum `a` of their lengths, which is that of their distances of contact. With x = L - a the moments are sums of gamma functions.
     for (all, pressure) in [(&[(1.3, 1.0), (0.7, 0.6)][..], 0.9), (&[(1.3, 1.0), (0.7, 0.6), (2.9, 0.8)], 1.4)] {
-        let (n, a) = (all.len() as i32, all.iter().map(|(_, length)| length).sum::<f64>());
+        let (n, a) = (i32::try_from(all.len()).unwrap(), all.iter().map(|(_, length)| length).sum::<f64>());
         let b = pressure / TEMPERATURE;
         // The integral of x^(k - 1) exp(-b x).
         let gamma = |k: i32| (1..k).map(f64::from).product::<f64>() / b.powi(k);
