@@ -124,6 +124,11 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
         let trajectory = place.read(&format!("{folder}/trajectory-{}.xyz", at + 1));
         assert_eq!(trajectory.matches("Properties").count(), 20);
     }
+    check_page(&place, folder);
+}
+
+/// The page of an exchange that has measured, what is refused for it, and what is made of a trajectory.
+fn check_page(place: &Place, folder: &str) {
     let page = place.read(&format!("{folder}/exchange.html"));
     let words = ["Populations", "Heat capacity per particle", "Replica paths", "Round trips", "audit sound", "✓ mixed"];
     let of_instruments = ["Radial distribution function", "in the folder of each temperature"];
