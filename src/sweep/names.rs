@@ -13,8 +13,8 @@ const LONGEST: usize = 120;
 /// Longest part of it that stands for a list or a table.
 const LONGEST_LIST: usize = 28;
 
-/// Last word of a key that a measured quantity has for its name, so that the word before it is needed, too: `barostat_pressure`.
-const MEASURED: &str = "pressure";
+/// Last words of keys that quantities have for their names which every run measures, so that the word before is needed, too: `barostat_pressure`.
+const MEASURED: [&str; 2] = ["pressure", "temperature"];
 
 /// Names of keys: their last words, with the numbers of entries behind them, where these differ; else the whole keys, `fill_0_packing_fraction`.
 pub(super) fn short_names(keys: &[&str]) -> Vec<String> {
@@ -22,7 +22,7 @@ pub(super) fn short_names(keys: &[&str]) -> Vec<String> {
     let last = |key: &str| {
         let parts: Vec<&str> = key.split('.').map(str::trim).collect();
         let first = parts.iter().rposition(|part| is_word(part)).unwrap_or(0);
-        let first = if parts[first] == MEASURED { first.saturating_sub(1) } else { first };
+        let first = if MEASURED.contains(&parts[first]) { first.saturating_sub(1) } else { first };
         parts[first..].join("_")
     };
     let is_alone = |name: &str| keys.iter().filter(|key| last(key) == name).count() == 1;

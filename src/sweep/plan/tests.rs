@@ -28,7 +28,9 @@ fn names_are_short_where_that_tells_them_apart() {
     assert_eq!(names(&["species.A.mass=1,2", "species.B.mass=1,2"]), ["species_A_mass", "species_B_mass"]);
     assert_eq!(names(&["space.size=[1,1,1],[2,2,2]", "dynamics.gravity.1=1,2"]), ["size", "gravity_1"]);
     assert_eq!(names(&["surface.a.profile.0.1=1,2", "surface.a.profile.1=[1],[2]"]), ["profile_0_1", "profile_1"]);
-    // The pressure is measured, too.
+    // Pressure and temperature are measured, too.
+    assert_eq!(names(&["run.thermostat.temperature=1,2"]), ["thermostat_temperature"]);
+    assert_eq!(names(&["fill.0.temperature=1,2", "seed=1,2"]), ["fill_0_temperature", "seed"]);
     assert_eq!(names(&["run.barostat.pressure=1,2", "run.barostat.interval=1,2"]), ["barostat_pressure", "interval"]);
     assert_eq!(names(&["a.x.0=1,2", "b.x.0=1,2", "c.0=1,2"]), ["a_x_0", "b_x_0", "c_0"]);
 }
