@@ -195,7 +195,7 @@ fn large_spheres_attract_each_other_by_the_room_of_small_ones() {
         scene = scene.particle("small", place, Vector::zeros());
     }
     let windows = [[2.0, 2.6], [2.3, 2.9], [2.6, 3.2]];
-    let (_, found) = results(in_windows(scene, [&[0], &[1]], &windows, [200, 1500]));
+    let (_, found) = results(in_windows(scene, [&[0], &[1]], &windows, [200, 4000]));
     let sphere = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
     let overlap = |r: f64| {
         let depth = (2.0 * radius - r).max(0.0);
