@@ -14,7 +14,7 @@ import carom
 from conftest import ROOT
 
 #: Scenes with gravity, meshes, bonds, wells, chains, shear, walls, growth, thermostats and two dimensions.
-SCENES = sorted(path.stem for path in (ROOT / "configs").glob("*.toml"))
+SCENES = sorted(path.stem for path in (ROOT / "configs").glob("*.toml") if "\n[exchange]" not in path.read_text())
 SHORT = {"run.until_events": 2000, "run.equilibration_events": 500}
 #: Fewer grains where stages come before that.
 FEWER = {"outlet": {"fill.0.count": 150}, "silo": {"fill.0.count": 150}}
