@@ -202,6 +202,7 @@ def test_everything_public_is_pickled_and_copied(fluid: dict, tmp_path: Path) ->
         "Frame": run.frames[-1],
         "Proof": run.verify(events=20, progress=False),
         "Exchange": exchange,
+        "AtTemperature": exchange.results[0],
         "Sweep": sweep,
         "Scene": run.scene,
         "Simulation": carom.Simulation(fluid),
