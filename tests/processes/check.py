@@ -33,7 +33,7 @@ SCENES = {
     "heat_flux": ["--until-events", "20000", "--set", "run.equilibration_events=2000"],
     "brownian": ["--until-events", "20000", "--set", "run.equilibration_events=2000"],
     "polymer": ["--until-events", "20000", "--set", "run.equilibration_events=2000"],
-    "random_packing": ["--until-events", "5000"],
+    "random_packing": ["--until-events", "5000", "--set", "run.equilibration_events=2000", "--set", "fill.0.count=300"],
     "sheared_granular_gas": ["--until-events", "20000", "--set", "run.equilibration_events=2000"],
 }
 
