@@ -34,7 +34,7 @@ const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 const TOGETHER: &str = "Curve: from the energies of all replicas together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
 
 /// Quantities that an exchange is mostly about; all else follows.
-const FIRST: [&str; 3] = ["temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
+const FIRST: [&str; 4] = [DISTANCE.0, "temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
 
 /// Makes the page of an exchange that is complete, from its files.
 ///
