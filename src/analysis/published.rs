@@ -19,7 +19,7 @@ pub use heat_flux::GasBetweenPlates;
 pub(crate) use kinetic_theory::FITTED_SPHERES;
 pub use kinetic_theory::{
     HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, contact_value, contact_value_of_disks,
-    finite_size_of_diffusion,
+    finite_size_of_diffusion, viscosity_of_disks,
 };
 pub use maxwell::{maxwell_speed_below, maxwell_speed_density};
 pub use of_system::{PublishedValue, of_system};

@@ -3,7 +3,7 @@
 use super::error::Unprepared;
 use super::multicanonical::{Multicanonical, Torn};
 use super::replica::bath;
-use super::replicas::Exchange;
+use super::replicas::{Exchange, in_order};
 
 impl Exchange {
     /// Takes the energies, and swaps neighbours where the rule says so, when all replicas have come to the time of the attempt.
@@ -18,8 +18,7 @@ impl Exchange {
             }
         }
         if was_measured {
-            let simulations = self.places.iter().map(|number| &self.replicas[*number].simulation);
-            self.instruments.sample(simulations, self.averages.applicable());
+            self.instruments.sample(in_order(&self.places, &self.replicas), self.averages.applicable());
         }
         self.see_distances();
         match self.weights() {
@@ -135,7 +134,7 @@ impl Exchange {
             return;
         }
         if self.attempts == self.equilibration {
-            let simulations = self.places.iter().map(|number| &self.replicas[*number].simulation);
+            let simulations = in_order(&self.places, &self.replicas);
             self.instruments.begin(&self.plan, simulations, self.averages.applicable());
         }
         for (place, at) in self.averages.temperatures.iter_mut().enumerate() {

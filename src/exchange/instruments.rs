@@ -32,11 +32,10 @@ impl InstrumentsAtTemperatures {
                 return;
             }
             let snapshot = simulation.snapshot();
-            let system = self.system(simulation, applicable);
+            let system = description(&self.system, simulation, applicable);
             // Nothing follows from how long it lasts, because the end of an exchange may be put off.
             let setup = Setup { system, sample: Sample::of(&snapshot), duration: plan.interval };
-            let instruments = Instruments::new(&measure, &setup);
-            self.each.push(instruments);
+            self.each.push(Instruments::new(&measure, &setup));
         }
     }
 
@@ -46,9 +45,8 @@ impl InstrumentsAtTemperatures {
         simulations: impl Iterator<Item = &'s Simulation>,
         applicable: &ApplicableObservables,
     ) {
-        let Self { each, system } = self;
-        for (instruments, simulation) in each.iter_mut().zip(simulations) {
-            let system = system.get_or_init(|| SystemDescription::of_simulation(simulation, applicable));
+        for (instruments, simulation) in self.each.iter_mut().zip(simulations) {
+            let system = description(&self.system, simulation, applicable);
             // As at the end of a run, where times that are the same may differ by rounding.
             instruments.end(&Sample::of(&simulation.snapshot()), system);
         }
@@ -56,12 +54,18 @@ impl InstrumentsAtTemperatures {
 
     /// Results at each temperature so far; none where nothing is measured.
     pub fn report(&self, example: &Simulation, applicable: &ApplicableObservables) -> Vec<Measured> {
-        self.each.iter().map(|instruments| instruments.report(self.system(example, applicable))).collect()
+        let report = |it: &Instruments| it.report(description(&self.system, example, applicable));
+        self.each.iter().map(report).collect()
     }
+}
 
-    fn system(&self, simulation: &Simulation, applicable: &ApplicableObservables) -> &SystemDescription {
-        self.system.get_or_init(|| SystemDescription::of_simulation(simulation, applicable))
-    }
+/// What all simulations have in common, once it is known.
+fn description<'c>(
+    known: &'c OnceLock<SystemDescription>,
+    simulation: &Simulation,
+    applicable: &ApplicableObservables,
+) -> &'c SystemDescription {
+    known.get_or_init(|| SystemDescription::of_simulation(simulation, applicable))
 }
 
 /// A plan whose samples are at each attempt where it does not say when.

@@ -103,6 +103,11 @@ impl ExchangeRow<'_> {
     }
 }
 
+/// The simulations of replicas in the order of the places.
+pub(super) fn in_order<'e>(places: &'e [usize], replicas: &'e [Replica]) -> impl Iterator<Item = &'e Simulation> {
+    places.iter().map(|number| &replicas[*number].simulation)
+}
+
 /// Attempts between two frames, of so many that are measured: those of the interval in the scene, or so many that the frames of all temperatures have room.
 pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> u64 {
     let given = scene.output().frame_interval.and_then(|interval| plan.attempts(interval)).filter(|every| *every > 0);
@@ -198,7 +203,7 @@ impl Exchange {
 
     /// The simulations in the order of the temperatures.
     pub(super) fn simulations(&self) -> impl Iterator<Item = &Simulation> {
-        self.places.iter().map(|number| &self.replicas[*number].simulation)
+        in_order(&self.places, &self.replicas)
     }
 
     /// Any of them, for what all have in common.

@@ -1,6 +1,7 @@
 //! The tables of an exchange: `exchange.csv`, a row for each attempt to swap, `energies.csv`, the populations, `curves.csv` and `density_of_states.csv`.
 
 use std::fmt::Write;
+use std::str::Lines;
 
 use super::curves::ThermalPoint;
 use super::levels::LevelDensity;
@@ -97,15 +98,10 @@ pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
     };
     // An empty cell before the first comma, and then names and errors in turns.
     let names: Vec<&str> = others.split(',').skip(1).step_by(2).collect();
-    let point = |(number, line): (usize, &str)| {
-        let cells: Vec<&str> = line.split(',').collect();
-        let cell = |at: usize| cells.get(at).and_then(|cell| cell.parse::<f64>().ok());
-        let estimate = |at: usize| Some(Estimate { mean: cell(2 * at + 1)?, standard_error: cell(2 * at + 2) });
-        let all = (0..4 + names.len()).map(estimate).collect::<Option<Vec<_>>>();
-        let point = cell(0).zip(all).map(|(temperature, all)| ThermalPoint::new(temperature, &all, &names));
-        point.ok_or_else(|| format!("line {number}: expected a temperature, and numbers with their errors"))
-    };
-    (2..).zip(lines).map(point).collect()
+    read_lines(lines, "a temperature, and numbers with their errors", |cells| {
+        let all = (0..4 + names.len()).map(|at| cells.estimate(2 * at + 1)).collect::<Option<Vec<_>>>()?;
+        Some(ThermalPoint::new(cells.number(0)?, &all, &names))
+    })
 }
 
 const DENSITY_HEADS: &str = "energy,log_density_of_states,log_density_of_states_error";
@@ -122,19 +118,9 @@ pub(super) fn density_of_states(levels: &[LevelDensity]) -> String {
 
 /// Reads the density of states back; otherwise says what is wrong.
 pub(super) fn read_density_of_states(text: &str) -> Result<Vec<LevelDensity>, String> {
-    let mut lines = text.lines();
-    if lines.next() != Some(DENSITY_HEADS) {
-        return Err(format!("line 1: expected `{DENSITY_HEADS}`"));
-    }
-    let level = |(number, line): (usize, &str)| {
-        let cells: Vec<&str> = line.split(',').collect();
-        let cell = |at: usize| cells.get(at).and_then(|cell| cell.parse::<f64>().ok());
-        let found = cell(0)
-            .zip(cell(1))
-            .map(|(energy, mean)| LevelDensity::new(energy, Estimate { mean, standard_error: cell(2) }));
-        found.ok_or_else(|| format!("line {number}: expected an energy, and a number with its error"))
-    };
-    (2..).zip(lines).map(level).collect()
+    read_lines(behind(text, DENSITY_HEADS)?, "an energy, and a number with its error", |cells| {
+        Some(LevelDensity::new(cells.number(0)?, cells.estimate(1)?))
+    })
 }
 
 const MEAN_FORCE_HEADS: &str =
@@ -156,22 +142,15 @@ pub(super) fn mean_force(points: &[MeanForcePoint]) -> String {
 
 /// Reads the potential of mean force back; otherwise says what is wrong.
 pub(super) fn read_mean_force(text: &str) -> Result<Vec<MeanForcePoint>, String> {
-    let mut lines = text.lines();
-    if lines.next() != Some(MEAN_FORCE_HEADS) {
-        return Err(format!("line 1: expected `{MEAN_FORCE_HEADS}`"));
-    }
-    let point = |(number, line): (usize, &str)| {
-        let cells: Vec<&str> = line.split(',').collect();
-        let cell = |at: usize| cells.get(at).and_then(|cell| cell.parse::<f64>().ok());
-        let estimate = |at: usize| Some(Estimate { mean: cell(at)?, standard_error: cell(at + 1) });
-        let found = || {
-            let (free_energy, potential_of_mean_force) = (estimate(2)?, estimate(4)?);
-            Some(MeanForcePoint { distance: cell(0)?, width: cell(1)?, free_energy, potential_of_mean_force })
-        };
-        found()
-            .ok_or_else(|| format!("line {number}: expected a distance and a width, and two numbers with their errors"))
-    };
-    (2..).zip(lines).map(point).collect()
+    let expected = "a distance and a width, and two numbers with their errors";
+    read_lines(behind(text, MEAN_FORCE_HEADS)?, expected, |cells| {
+        Some(MeanForcePoint {
+            distance: cells.number(0)?,
+            width: cells.number(1)?,
+            free_energy: cells.estimate(2)?,
+            potential_of_mean_force: cells.estimate(4)?,
+        })
+    })
 }
 
 const HEADS: &str = "temperature,energy,width,population,population_error";
@@ -192,20 +171,45 @@ pub(super) fn energies(results: &ExchangeResults) -> String {
 
 /// Reads the populations back; otherwise says what is wrong.
 pub(super) fn read_energies(text: &str, results: &mut ExchangeResults) -> Result<(), String> {
+    let temperatures = &mut results.temperatures;
+    read_lines(behind(text, HEADS)?, "four numbers and a number or nothing", |cells| {
+        let (energy, width, population) = (cells.number(1)?, cells.number(2)?, cells.estimate(3)?);
+        let temperature = cells.number(0)?;
+        let at = temperatures.iter_mut().find(|at| at.temperature == temperature)?;
+        at.populations.push(Population { energy, width, population });
+        Some(())
+    })
+    .map(|_| ())
+}
+
+/// Cells of a line of a table.
+struct Cells<'t>(Vec<&'t str>);
+
+impl Cells<'_> {
+    fn number(&self, at: usize) -> Option<f64> {
+        self.0.get(at)?.parse().ok()
+    }
+
+    /// A mean, and behind it its error, which may be missing.
+    fn estimate(&self, at: usize) -> Option<Estimate> {
+        Some(Estimate { mean: self.number(at)?, standard_error: self.number(at + 1) })
+    }
+}
+
+/// The lines of a table behind its heads.
+fn behind<'t>(text: &'t str, heads: &str) -> Result<Lines<'t>, String> {
     let mut lines = text.lines();
-    if lines.next() != Some(HEADS) {
-        return Err(format!("line 1: expected `{HEADS}`"));
-    }
-    for (number, line) in (2..).zip(lines) {
-        let cells: Vec<&str> = line.split(',').collect();
-        let wrong = || format!("line {number}: expected four numbers and a number or nothing");
-        let cell = |at: usize| cells.get(at).and_then(|cell| cell.parse::<f64>().ok());
-        let numbers = [cell(0), cell(1), cell(2), cell(3)].map(|it| it.ok_or_else(wrong));
-        let [temperature, energy, width, mean] = numbers;
-        let temperature = temperature?;
-        let population = Estimate { mean: mean?, standard_error: cell(4) };
-        let at = results.temperatures.iter_mut().find(|at| at.temperature == temperature).ok_or_else(wrong)?;
-        at.populations.push(Population { energy: energy?, width: width?, population });
-    }
-    Ok(())
+    if lines.next() == Some(heads) { Ok(lines) } else { Err(format!("line 1: expected `{heads}`")) }
+}
+
+/// Makes something of each line behind the heads of a table; otherwise says what was expected.
+fn read_lines<T>(
+    lines: Lines<'_>,
+    expected: &str,
+    mut made: impl FnMut(&Cells<'_>) -> Option<T>,
+) -> Result<Vec<T>, String> {
+    let of_line = |(number, line): (usize, &str)| {
+        made(&Cells(line.split(',').collect())).ok_or_else(|| format!("line {number}: expected {expected}"))
+    };
+    (2..).zip(lines).map(of_line).collect()
 }

@@ -2,11 +2,14 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
+use super::ParticleId;
 use crate::Vector;
 use crate::base::numbers::id;
 
 /// Particles that are connected by bonds.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Component {
     /// Their ids, each later than one that it is bonded to; a linear chain from one end to the other.
     pub ids: Vec<u32>,
@@ -17,6 +20,21 @@ pub(crate) struct Component {
 }
 
 impl Component {
+    /// All of a group, by their places in it, of which some are bonded; `None` if that does not hold them together.
+    pub fn of_group(group: &[ParticleId], bonds: impl Iterator<Item = [ParticleId; 2]>) -> Option<Self> {
+        if group.len() == 1 {
+            return Some(Self::side_by_side(1));
+        }
+        let place = |member: ParticleId| group.iter().position(|other| *other == member).map(id);
+        let inner: Vec<[u32; 2]> = bonds.filter_map(|[a, b]| Some([place(a)?, place(b)?])).collect();
+        components(group.len(), &inner).into_iter().find(|all| all.ids.len() == group.len())
+    }
+
+    /// So many particles, each seen from the first one.
+    pub fn side_by_side(count: usize) -> Self {
+        Self { ids: (0..id(count)).collect(), parents: vec![0; count], is_linear: count < 3 }
+    }
+
     /// Positions of its particles from its first one, along the bonds, each of which is the nearest image of a separation.
     pub fn path(&self, positions: &[Vector], nearest: impl Fn(Vector) -> Vector) -> Vec<Vector> {
         let mut path: Vec<Vector> = Vec::with_capacity(self.ids.len());
@@ -88,6 +106,19 @@ mod tests {
         assert_eq!(components[0], Component { ids: vec![0, 6], parents: vec![0, 0], is_linear: true });
         assert_eq!(components[1].ids, [2, 5, 1, 3]);
         assert_eq!((&components[1].parents[..], components[1].is_linear), (&[0, 0, 1, 2][..], true));
+    }
+
+    #[test]
+    fn a_group_is_ordered_along_its_bonds() {
+        let bonds = [[3, 1], [1, 5], [2, 5], [0, 6]].map(|pair: [u32; 2]| pair.map(ParticleId));
+        let order = |group: &[u32]| {
+            let ids: Vec<ParticleId> = group.iter().map(|id| ParticleId(*id)).collect();
+            let all = Component::of_group(&ids, bonds.into_iter().filter(|pair| pair[0] != ParticleId(0)))?;
+            Some((all.ids.iter().map(|place| group[*place as usize]).collect::<Vec<_>>(), all.parents))
+        };
+        assert_eq!(order(&[5, 1, 3, 2]), Some((vec![3, 1, 5, 2], vec![0, 0, 1, 2])));
+        assert_eq!(order(&[4]), Some((vec![4], vec![0])));
+        assert_eq!((order(&[1, 2]), order(&[0, 6])), (None, None));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bond, ParticleId};
+use super::ParticleId;
 
 /// Umbrella sampling plan: the distance of two particles, or of the centres of mass of two groups, and the windows that it is held in.
 ///
@@ -52,33 +52,9 @@ impl UmbrellaPlan {
     }
 }
 
-/// Members of a group in an order in which each comes after one that it is bonded to, with the place of that one; the first has its own. `None` of a group that bonds do not hold together.
-pub(crate) fn bonded_order(
-    group: &[ParticleId],
-    bonds: &[Bond],
-    holds: impl Fn(&Bond) -> bool,
-) -> Option<Vec<(ParticleId, usize)>> {
-    let own = |id: &ParticleId| group.contains(id);
-    let inner: Vec<[ParticleId; 2]> =
-        bonds.iter().filter(|bond| bond.pair.iter().all(own) && holds(bond)).map(|bond| bond.pair).collect();
-    let mut order = vec![(*group.first()?, 0)];
-    let mut next = 0;
-    while let Some(&(here, _)) = order.get(next) {
-        for &[a, b] in &inner {
-            let partner = if a == here { b } else { a };
-            if (a == here || b == here) && !order.iter().any(|(id, _)| *id == partner) {
-                order.push((partner, next));
-            }
-        }
-        next += 1;
-    }
-    (order.len() == group.len()).then_some(order)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::InteractionId;
 
     #[test]
     fn ends_of_windows_are_edges_of_bins() {
@@ -93,21 +69,5 @@ mod tests {
         assert!(edges.windows(2).all(|pair| (pair[1] - pair[0] - 0.1).abs() < 1e-12), "{edges:?}");
         let coarse = UmbrellaPlan { bins: 1, ..plan };
         assert_eq!(coarse.edges(), [0.9, 1.6, 2.0, 2.6, 3.0, 5.0]);
-    }
-
-    #[test]
-    fn a_group_is_ordered_along_its_bonds() {
-        let bonds = [[3, 1], [1, 5], [2, 5], [0, 6]].map(|[a, b]: [u32; 2]| Bond {
-            pair: [ParticleId(a.min(b)), ParticleId(a.max(b))],
-            interaction: InteractionId(0),
-        });
-        let order = |group: &[u32]| {
-            let group: Vec<ParticleId> = group.iter().map(|id| ParticleId(*id)).collect();
-            let order = bonded_order(&group, &bonds, |bond| bond.pair[0] != ParticleId(0))?;
-            Some(order.into_iter().map(|(id, parent)| (id.0, parent)).collect::<Vec<_>>())
-        };
-        assert_eq!(order(&[5, 1, 3, 2]), Some(vec![(5, 0), (1, 0), (2, 0), (3, 1)]));
-        assert_eq!(order(&[4]), Some(vec![(4, 0)]));
-        assert_eq!((order(&[1, 2]), order(&[0, 6])), (None, None));
     }
 }

@@ -5,6 +5,7 @@ mod damaged;
 mod drafts;
 mod endings;
 mod exchange;
+mod exchange_results;
 mod exchange_resumed;
 mod files;
 mod inputs;

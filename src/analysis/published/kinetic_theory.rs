@@ -29,6 +29,18 @@ pub fn collision_rate_of_disks(packing_fraction: f64, diameter: f64, mass: f64, 
     2.0 * density * diameter * contact_value_of_disks(packing_fraction) * (PI * temperature / mass).sqrt()
 }
 
+/// Enskog's shear viscosity of hard disks, in the first approximation `[mass / time]`:
+/// `eta = sqrt(m T / pi) / (2 sigma) (1 / chi + b rho + (1/4 + 2/pi) (b rho)^2 chi)`, `b rho = 2 phi`.
+///
+/// D. M. Gass, J. Chem. Phys. 54, 1898 (1971), [doi:10.1063/1.1675116](https://doi.org/10.1063/1.1675116).
+#[must_use]
+pub fn viscosity_of_disks(packing_fraction: f64, diameter: f64, mass: f64, temperature: f64) -> f64 {
+    let dilute = (mass * temperature / PI).sqrt() / (2.0 * diameter);
+    let covered = 2.0 * packing_fraction;
+    let chi = contact_value_of_disks(packing_fraction);
+    dilute * (1.0 / chi + covered + (0.25 + 2.0 / PI) * covered * covered * chi)
+}
+
 /// Collisions of a hard rod on a line per time `[1 / time]`, exact for Maxwellian velocities:
 /// `G = 2 rho / (1 - rho sigma) sqrt(T / (pi m))`.
 #[must_use]
@@ -236,5 +248,11 @@ mod tests {
             assert!((virial / (z - 1.0) - 1.0).abs() < 1e-14, "{virial} {z}");
         }
         assert!((finite_size_of_diffusion(1.0, 1.0, 1.0) - 0.150_524).abs() < 1e-6);
+    }
+
+    #[test]
+    fn dilute_disks_have_the_viscosity_of_kinetic_theory() {
+        let expected = (0.7 * 1.9 / PI).sqrt() / 2.6;
+        assert!((viscosity_of_disks(1e-9, 1.3, 0.7, 1.9) / expected - 1.0).abs() < 1e-6);
     }
 }

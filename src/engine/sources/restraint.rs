@@ -14,7 +14,7 @@ use crate::engine::contact::frame::stretch;
 use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
 use crate::engine::{Chosen, EngineError, Invariant, Simulation};
-use crate::model::umbrella_plan::bonded_order;
+use crate::model::components::Component;
 use crate::model::{Bond, ParticleId};
 use crate::physics::detection::inertial::next_event;
 use crate::physics::motion::RelativeState;
@@ -25,8 +25,6 @@ use crate::physics::response::{Approach, respond};
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Member {
     id: ParticleId,
-    /// Place in the group of a member before it, to which it is bonded; the first one has its own.
-    parent: usize,
     /// `m_i / M`.
     share: f64,
 }
@@ -35,6 +33,8 @@ struct Member {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Group {
     members: Vec<Member>,
+    /// How they hang together.
+    along: Component,
     /// `1 / M` `[1 / mass]`.
     inverse_mass: f64,
 }
@@ -96,12 +96,12 @@ impl Simulation {
     ///
     /// Of groups of particles that move, and accelerate alike. In a periodic box the upper end is below half a period, and the members of a group are bonded together.
     pub(crate) fn restrain_distance(&mut self, between: &[Vec<ParticleId>; 2], window: [f64; 2]) {
-        let holds = |bond: &Bond| self.scene.interactions[bond.interaction.0 as usize].potential.is_bond();
-        let orders = between.each_ref().map(|group| {
-            let bonded = bonded_order(group, &self.scene.bonds, holds);
-            bonded.unwrap_or_else(|| group.iter().map(|id| (*id, 0)).collect())
+        let holds = |bond: &&Bond| self.scene.interactions[bond.interaction.0 as usize].potential.is_bond();
+        let groups = between.each_ref().map(|group| {
+            let bonds = self.scene.bonds.iter().filter(holds).map(|bond| bond.pair);
+            (&group[..], Component::of_group(group, bonds).unwrap_or_else(|| Component::side_by_side(group.len())))
         });
-        with_engine!(&mut self.engine, engine => engine.restrain(&orders, window));
+        with_engine!(&mut self.engine, engine => engine.restrain(groups, window));
     }
 
     /// Gives the distance that is held another window `[length]`.
@@ -127,16 +127,17 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    fn restrain(&mut self, orders: &[Vec<(ParticleId, usize)>; 2], window: [f64; 2]) {
+    fn restrain(&mut self, groups: [(&[ParticleId], Component); 2], window: [f64; 2]) {
         self.join();
-        let groups = orders.each_ref().map(|order| {
-            let mass = |id: ParticleId| self.inverse_mass(self.number(id)).recip();
-            let all: f64 = order.iter().map(|(id, _)| mass(*id)).sum();
-            let member = |&(id, parent): &(ParticleId, usize)| Member { id, parent, share: mass(id) / all };
-            Group { members: order.iter().map(member).collect(), inverse_mass: all.recip() }
+        let ids = [(groups[0].0, 0), (groups[1].0, 1)];
+        let mut group_of: Vec<(ParticleId, usize)> =
+            ids.into_iter().flat_map(|(ids, number)| ids.iter().map(move |id| (*id, number))).collect();
+        let groups = groups.map(|(ids, along)| {
+            let mass = |id: &ParticleId| self.inverse_mass(self.number(*id)).recip();
+            let all: f64 = ids.iter().map(mass).sum();
+            let member = |id: &ParticleId| Member { id: *id, share: mass(id) / all };
+            Group { members: ids.iter().map(member).collect(), along, inverse_mass: all.recip() }
         });
-        let ids = |number: usize| orders[number].iter().map(move |(id, _)| (*id, number));
-        let mut group_of: Vec<(ParticleId, usize)> = ids(0).chain(ids(1)).collect();
         group_of.sort_unstable();
         let restraint = Restraint { groups, group_of, window, next: f64::INFINITY, side: Side::Positive };
         self.sources.restraint = Some(Box::new(restraint));
@@ -192,28 +193,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn centre(&self, group: &Group) -> RelativeState {
         let now = self.clock.now;
         let state = |member: &Member| self.state_at(self.number(member.id), now);
-        let mut centre = RelativeState { position: Vector::zeros(), velocity: Vector::zeros() };
-        let Some((first, others)) = group.members.split_first() else { return centre };
-        let (start, velocity) = state(first);
-        centre.velocity = velocity * first.share;
-        // Positions from the first member, of all so far.
-        let mut places = Vec::with_capacity(others.len());
-        for member in others {
-            let (position, velocity) = state(member);
-            let (beside, of_parent) = match member.parent.checked_sub(1) {
-                Some(place) => {
-                    let parent = &others[place];
-                    (self.state_at(self.number(parent.id), now).0, places[place])
-                }
-                None => (start, Vector::zeros()),
-            };
-            let place: Vector = of_parent + self.nearest(position - beside, Vector::zeros(), now).0.position;
-            centre.position += place * member.share;
-            centre.velocity += velocity * member.share;
-            places.push(place);
-        }
-        centre.position += start;
-        centre
+        let (positions, velocities): (Vec<Vector>, Vec<Vector>) = group.members.iter().map(state).unzip();
+        let path = group.along.path(&positions, |apart| self.nearest(apart, Vector::zeros(), now).0.position);
+        let share = |place: &u32| group.members[*place as usize].share;
+        let from_first: Vector = group.along.ids.iter().zip(path).map(|(place, step)| step * share(place)).sum();
+        let first = group.along.ids.first().map_or_else(Vector::zeros, |place| positions[*place as usize]);
+        let velocity = group.members.iter().zip(velocities).map(|(member, velocity)| velocity * member.share).sum();
+        RelativeState { position: first + from_first, velocity }
     }
 
     /// Reflects the distance at an end of its window.

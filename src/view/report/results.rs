@@ -16,7 +16,9 @@ fn method_of(observable: &str) -> &'static str {
     match observable {
         "temperature" => "2 (K - P^2 / 2 M) / (D N - c), with the momentum P along the c axes on which it is conserved",
         "pressure" => PRESSURE,
-        "compressibility_factor" => "Z = p / (rho T), of the mean pressure and temperature",
+        "compressibility_factor" => {
+            "Z = p / (rho T), of the mean pressure and temperature; P <V> / (N T) with the pressure of a barostat"
+        }
         "collision_rate" => {
             "n / (N t), where n counts the core events that each particle takes part in: two do, or one and a static one"
         }

@@ -1,9 +1,10 @@
 //! Validates windows of a distance: their ends, and the groups that it is of.
 
 use crate::base::text::shortest;
+use crate::model::components::Component;
 use crate::model::exchange_plan::MOST_TEMPERATURES;
 use crate::model::limits::LARGEST;
-use crate::model::umbrella_plan::{MOST_BINS, MOST_MEMBERS, bonded_order};
+use crate::model::umbrella_plan::{MOST_BINS, MOST_MEMBERS};
 use crate::model::{Bond, ExchangePlan, ParticleId, Scene, UmbrellaPlan};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -83,7 +84,8 @@ pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), Sce
         scene.interactions[bond.interaction.0 as usize].potential.is_bond() && range(bond) < 0.5 * shortest_period
     };
     for (index, group) in umbrella.between.iter().enumerate() {
-        if group.len() > 1 && bonded_order(group, &scene.bonds, holds).is_none() {
+        let bonds = scene.bonds.iter().filter(|bond| holds(bond)).map(|bond| bond.pair);
+        if Component::of_group(group, bonds).is_none() {
             let expected = "particles that are bonded together, each by bonds shorter than half a period to others of the group: in a periodic box, others have no centre";
             return refuse(at().key("between").index(index), ids(group), expected);
         }
