@@ -253,11 +253,7 @@ fn text(summary: &ExchangeSummary) -> String {
 
 /// Where the free energies along a distance are lowest.
 fn lowest(summary: &ExchangeSummary) -> Option<String> {
-    let at = |of: fn(&MeanForcePoint) -> Estimate| {
-        let all = summary.potential_of_mean_force.iter();
-        let point = all.min_by(|a, b| of(a).mean.total_cmp(&of(b).mean))?;
-        Some(digits(point.distance))
-    };
+    let at = |of| MeanForcePoint::lowest(&summary.potential_of_mean_force, of).map(|point| digits(point.distance));
     let (free_energy, potential) = (at(|it| it.free_energy)?, at(|it| it.potential_of_mean_force)?);
     Some(format!(
         "  the free energy is lowest at the distance {free_energy}, the potential of mean force at {potential}"

@@ -20,6 +20,14 @@ pub struct MeanForcePoint {
     pub potential_of_mean_force: Estimate,
 }
 
+impl MeanForcePoint {
+    /// The point at which one of the free energies is lowest.
+    #[must_use]
+    pub fn lowest(points: &[Self], of: fn(&Self) -> Estimate) -> Option<&Self> {
+        points.iter().min_by(|a, b| of(a).mean.total_cmp(&of(b).mean))
+    }
+}
+
 /// The potential of mean force along the distance of an exchange in windows, [`ExchangeEnsemble::Umbrella`](crate::model::ExchangeEnsemble::Umbrella).
 ///
 /// In each window the distance has the probability density of all distances, but for a factor. These factors follow from the samples of all windows together, by the equations of

@@ -313,7 +313,7 @@ fn observables(
     estimates.iter().map(observable).collect()
 }
 
-/// Published values, none where the volume of the simulation now is not that of the measurement, of a system in a stage, or in the last measurement, with diameters that are larger by a factor than those of its scene, at its mean temperature.
+/// Published values of a system in a stage, or in the last measurement, with diameters that are larger by a factor than those of its scene, at its mean temperature; none where the volume of the simulation now is not that of the measurement.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,
@@ -323,7 +323,12 @@ fn published(
     let temperature = estimates.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
     let (scene, population) = (simulation.scene(), simulation.population());
     let run = &scene.run;
-    if if stage.is_some() { run.has_barostat() } else { run.barostat.is_some() } {
+    // A stage may have been measured in another volume than there is at the end.
+    let is_other_volume = match stage {
+        Some(_) => run.has_barostat(),
+        None => run.barostat.is_some(),
+    };
+    if is_other_volume {
         return Vec::new();
     }
     let (thermostat, gravity) =

@@ -13,8 +13,7 @@ use crate::view::report::plot::{Curves, Line, Point as Dot};
 pub(super) fn sentence(summary: &ExchangeSummary) -> String {
     let Some(umbrella) = &summary.umbrella else { return String::new() };
     let temperature = summary.results.temperatures.first().map_or_else(String::new, |at| given(at.temperature));
-    let lowest = summary.potential_of_mean_force.iter();
-    let lowest = lowest.min_by(|a, b| a.potential_of_mean_force.mean.total_cmp(&b.potential_of_mean_force.mean));
+    let lowest = MeanForcePoint::lowest(&summary.potential_of_mean_force, |point| point.potential_of_mean_force);
     let lowest = lowest.map_or_else(String::new, |point| {
         format!(" The potential of mean force is lowest at {}.", given(point.distance))
     });
@@ -23,13 +22,13 @@ pub(super) fn sentence(summary: &ExchangeSummary) -> String {
 
 /// The curves along the distance, the acceptance, and the replica paths.
 pub(super) fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
-    let free_energy = along(
+    let potential = along(
         summary,
         ["Potential of mean force", "potential of mean force [energy]"],
         "w(r) = F(r) + (D - 1) T ln r, from all windows together; zero where it is lowest.",
         |point| point.potential_of_mean_force,
     );
-    let potential = along(
+    let free_energy = along(
         summary,
         ["Free energy of the distance", "free energy [energy]"],
         "F(r) = -T ln p(r), with the probability density p(r) of the distance, from all windows together; zero where it is lowest.",
@@ -39,7 +38,7 @@ pub(super) fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> 
     let windows = &summary.results.temperatures;
     let height = |place: usize| windows.get(place).and_then(middle);
     let paths = paths_at(summary, places, ("middle of the window [length]", false), height);
-    [free_energy, potential, acceptance(summary), paths].into_iter().flatten().collect()
+    [potential, free_energy, acceptance(summary), paths].into_iter().flatten().collect()
 }
 
 /// A curve along the distance.
