@@ -59,7 +59,7 @@ impl InstrumentsAtTemperatures {
     }
 }
 
-/// What all simulations have in common, once it is known.
+/// Description that all simulations have in common, made once.
 fn description<'c>(
     known: &'c OnceLock<SystemDescription>,
     simulation: &Simulation,
