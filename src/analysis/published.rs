@@ -12,6 +12,7 @@ mod maxwell;
 mod of_system;
 mod outflow;
 mod steps;
+mod velocity_tail;
 
 pub use equation_of_state::{carnahan_starling, face_centred_cubic, hard_disks, hard_spheres, tonks};
 pub use granular::{haff_temperature, haff_time};
@@ -26,3 +27,4 @@ pub use of_system::{PublishedValue, of_system};
 pub use outflow::beverloo;
 pub(crate) use outflow::of_flows;
 pub use steps::{bounces_per_release, second_virial_of_square_well, third_virial_of_square_well};
+pub(crate) use velocity_tail::VelocityTail;

@@ -1,12 +1,16 @@
-//! Diffusion in an infinite system, where a run has measured what its box makes of it: the coefficient and the shear viscosity.
+//! Diffusion that a periodic box and the span of a measurement leave out: in an infinite system, and after an infinite time.
 
+use super::free_time;
 use super::quantity::{Measured, Number};
+use super::slope::straight_part;
 use super::system::SystemDescription;
-use crate::analysis::published::finite_size_of_diffusion;
+use crate::analysis::published::{VelocityTail, finite_size_of_diffusion};
 use crate::analysis::statistics::Estimate;
 
 const COEFFICIENT: &str = "diffusion_coefficient";
 const GREEN_KUBO: &str = "diffusion_coefficient_green_kubo";
+const DISPLACEMENT: &str = "mean_squared_displacement";
+const CORRELATION: &str = "velocity_autocorrelation";
 const VISCOSITY: &str = "shear_viscosity";
 /// Name of the coefficient of an infinite system, before that of the species.
 const INFINITE: &str = "diffusion_coefficient_infinite";
@@ -14,45 +18,97 @@ const INFINITE: &str = "diffusion_coefficient_infinite";
 /// Largest relative error of a viscosity `eta` that can be divided by: the mean of `1 / eta` is too large by the square of it, a ninth of the term here.
 const LARGEST_ERROR: f64 = 1.0 / 3.0;
 
-/// Adds, to each diffusion coefficient of a periodic cube, that of an infinite system, `(1 - m / M) D + xi T / (6 pi eta L)` with `xi = 2.837297`, of the mean temperature
-/// of the measurement; nothing where the box is none, or where the viscosity was not asked for.
+/// Largest part of a coefficient that may be beyond the span and still be added to it: what the theory of it does not have is of the next order.
+const LARGEST_TAIL: f64 = 0.1;
+
+/// Completes each diffusion coefficient of a fluid that conserves momentum in a periodic box.
 ///
-/// The box leaves out all motion that is longer than its edge, by the Oseen tensor of the periodic box; the term is the same for all species, however large their particles are. It is
-/// for a fluid that conserves momentum, which is where the viscosity is measured. The term has what is left out with the motion of the centre of mass, so that `D` is without the factor that makes up for that
-/// elsewhere: `1 - m / M` takes it back, of all particles together `1 - 1 / N`.
+/// Its error gets the part that its span misses, by [`VelocityTail`]. In a cube whose viscosity was measured, the coefficient of an infinite system stands behind it,
+/// `(1 - m / M) (D + D_tail) + xi T / (6 pi eta L)` with `xi = 2.837297`, of the mean temperature of the measurement.
+///
+/// The box leaves out all motion that is longer than its edge, by the Oseen tensor of the periodic box; the term is the same for all species, however large their particles are.
+/// It has what is left out with the motion of the centre of mass, so that `D` is without the factor that makes up for that elsewhere: `1 - m / M` takes it back, of all particles together `1 - 1 / N`.
 ///
 /// Errors of both coefficients propagate as if they were independent; that of the temperature is far smaller.
 ///
 /// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147).
-pub(super) fn add_infinite_diffusion(measured: &mut Measured, system: &SystemDescription, temperature: f64) {
-    let Some(edge) = edge_of_cube(system) else { return };
-    let Some(viscosity) = measured.number(VISCOSITY).map(estimate) else { return };
-    let term = viscosity.and_then(|viscosity| term(temperature, viscosity, edge));
-    let mut extended = Vec::with_capacity(measured.numbers.len() + 1);
-    for number in std::mem::take(&mut measured.numbers) {
-        let infinite = infinite(&number, term, system);
-        extended.push(number);
-        extended.extend(infinite);
+pub(super) fn complete_diffusion(measured: &mut Measured, system: &SystemDescription) {
+    let Some(fluid) = Fluid::of(measured, system) else { return };
+    let mut completed = Vec::with_capacity(measured.numbers.len() + 1);
+    for mut number in std::mem::take(&mut measured.numbers) {
+        if number.name.starts_with(COEFFICIENT) {
+            let tail = fluid.tail(&number);
+            let infinite = fluid.infinite(&number, tail);
+            if let Some(tail) = tail {
+                number.standard_error = number.standard_error.map(|error| libm::hypot(error, tail));
+            }
+            completed.push(number);
+            completed.extend(infinite);
+        } else {
+            completed.push(number);
+        }
     }
-    measured.numbers = extended;
+    measured.numbers = completed;
 }
 
-/// The edge of a periodic cube without anything in it but the fluid `[length]`.
-fn edge_of_cube(system: &SystemDescription) -> Option<f64> {
-    let is_free = system.shear_rate == 0.0 && system.obstacle_to_transport().is_none();
-    (is_free && system.space.is_cube()).then(|| system.space.size.max())
+/// A fluid whose diffusion was measured.
+struct Fluid<'s> {
+    system: &'s SystemDescription,
+    /// Temperature of the measurement `[energy]`.
+    temperature: f64,
+    /// The viscosity that was measured, if it was asked for and is known well enough.
+    viscosity: Option<Option<Estimate>>,
+    /// First and last time of the straight part `[time]`.
+    span: [f64; 2],
 }
 
-/// The coefficient of an infinite system that belongs to one of a box; `None` for any other number.
-fn infinite(number: &Number, term: Option<Estimate>, system: &SystemDescription) -> Option<Number> {
-    let species = number.name.strip_prefix(COEFFICIENT).filter(|_| !number.name.starts_with(GREEN_KUBO))?;
-    let in_frame = estimate(number).map(|coefficient| coefficient.times(free_part(species, system)));
-    let sum = in_frame.zip(term).map(|(coefficient, term)| Estimate {
-        mean: coefficient.mean + term.mean,
-        standard_error: coefficient.standard_error.zip(term.standard_error).map(|(a, b)| libm::hypot(a, b)),
-    });
-    let title = format!("{}, infinite system", number.title);
-    Some(Number::estimated(&format!("{INFINITE}{species}"), &title, &number.unit, sum, METHOD))
+impl<'s> Fluid<'s> {
+    /// `None` where momentum is not conserved, where the box has walls or shear, or where diffusion was not measured.
+    fn of(measured: &Measured, system: &'s SystemDescription) -> Option<Self> {
+        if system.shear_rate != 0.0 || system.obstacle_to_transport().is_some() {
+            return None;
+        }
+        let times = &measured.curve(DISPLACEMENT)?.variables.first()?.values;
+        let span = [*times.get(*straight_part(times.len().checked_sub(1)?).start())?, *times.last()?];
+        // `<v(0) . v(0)>` is `d T` over the mass, in the mean over particles.
+        let squares = measured.curve(CORRELATION)?.series.first()?.values.first().copied().flatten()?;
+        let inverse_mass: f64 = system.moving.iter().map(|id| 1.0 / system.masses[*id as usize]).sum();
+        let temperature = squares * system.moving.len() as f64 / (inverse_mass * system.space.dimensions() as f64);
+        let is_known = |it: &Estimate| it.standard_error.is_some_and(|error| error <= LARGEST_ERROR * it.mean);
+        let viscosity = measured.number(VISCOSITY).map(|number| estimate(number).filter(is_known));
+        Some(Self { system, temperature, viscosity, span })
+    }
+
+    /// Part of a coefficient that is beyond its span `[length^2 / time]`, with the viscosity that was measured or else Enskog's.
+    fn tail(&self, number: &Number) -> Option<f64> {
+        let mass = self.system.moving_mass();
+        let measured = self.viscosity.flatten().map(|it| it.mean);
+        let viscosity = measured.or_else(|| free_time::viscosity(self.system, self.temperature))?;
+        let periods: Vec<f64> = self.system.axes().map(|axis| self.system.space.size[axis]).collect();
+        let spreading = viscosity * self.system.space.volume() / mass + number.mean?.max(0.0);
+        let tail = VelocityTail { temperature_by_mass: self.temperature / mass, spreading, periods: &periods };
+        let [first, last] = self.span;
+        let is_slope = !number.name.starts_with(GREEN_KUBO);
+        let missed = if is_slope { tail.beyond_slope([first, last]) } else { tail.beyond(last) };
+        Some(missed).filter(|missed| missed.is_finite())
+    }
+
+    /// The coefficient of an infinite system that belongs to one of a box; `None` for that of Green and Kubo, in another box than a cube, or where the viscosity was not asked for.
+    fn infinite(&self, number: &Number, tail: Option<f64>) -> Option<Number> {
+        let species = number.name.strip_prefix(COEFFICIENT).filter(|_| !number.name.starts_with(GREEN_KUBO))?;
+        let viscosity = self.viscosity.filter(|_| self.system.space.is_cube())?;
+        let sum = || {
+            let (of_box, viscosity, tail) = (estimate(number)?, viscosity?, tail?);
+            let part = free_part(species, self.system);
+            let term = finite_size_of_diffusion(self.temperature, viscosity.mean, self.system.space.size.max());
+            let of_term = term * viscosity.standard_error? / viscosity.mean;
+            let standard_error = of_box.standard_error.map(|error| libm::hypot(part * error, of_term));
+            let mean = part * (of_box.mean + tail) + term;
+            (tail <= LARGEST_TAIL * of_box.mean).then_some(Estimate { mean, standard_error })
+        };
+        let title = format!("{}, infinite system", number.title);
+        Some(Number::estimated(&format!("{INFINITE}{species}"), &title, &number.unit, sum(), METHOD))
+    }
 }
 
 /// `1 - m / M` of a species, whose name is behind a `_`, or in the mean over all particles.
@@ -64,20 +120,14 @@ fn free_part(species: &str, system: &SystemDescription) -> f64 {
     system.free_part(one.map_or(mean, |id| system.masses[id as usize]), 0)
 }
 
-/// How much lower the coefficient is in the box; `None` where the viscosity is not known well enough.
-fn term(temperature: f64, viscosity: Estimate, edge: f64) -> Option<Estimate> {
-    let relative = viscosity.standard_error? / viscosity.mean;
-    let is_known = viscosity.mean > 0.0 && relative <= LARGEST_ERROR;
-    let mean = finite_size_of_diffusion(temperature, viscosity.mean, edge);
-    is_known.then_some(Estimate { mean, standard_error: Some(mean * relative) })
-}
-
 fn estimate(number: &Number) -> Option<Estimate> {
     number.mean.map(|mean| Estimate { mean, standard_error: number.standard_error })
 }
 
-const METHOD: &str = "(1 - m / M) D + 2.837297 T / (6 pi eta L) with the Einstein coefficient D and the shear viscosity eta of this run in its cube of edge L; errors of \
-    both propagate. The first term is the displacement relative to the centre of mass, M the mass of all. The second is the same for all species. None where the error of eta is more than a third of it. Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), doi:10.1021/jp0477147.";
+const METHOD: &str = "(1 - m / M) (D + D_tail) + 2.837297 T / (6 pi eta L) with the Einstein coefficient D and the shear viscosity eta of this run in its cube of edge L; errors of \
+    both propagate. The first term is the displacement relative to the centre of mass, M the mass of all, with what flows that have not decayed within the span would still add to it: (2 / 3) (T / M) sum_k exp(-(eta / rho + D) k^2 t), \
+    integrated over the times that the slope leaves out (Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254, 1970, doi:10.1103/PhysRevLett.25.1254). The second is the same for all species. None where the error of eta is more than a \
+    third of it, or D_tail more than a tenth of D. Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), doi:10.1021/jp0477147.";
 
 #[cfg(test)]
 mod tests;

@@ -10,23 +10,31 @@ use crate::analysis::published::{
 /// Densest fluids, by number of axes, that the collision rate is guessed for.
 const DENSEST: [f64; 4] = [0.0, 0.9, 0.65, 0.5];
 
-/// The fluid as if all particles were hard spheres of their diameters that fill the box evenly, in as many dimensions as it has: a guess, good enough to choose times by. `None` where
-/// nothing moves, or everything falls.
-fn guess(system: &SystemDescription, sample: &Sample<'_>) -> Option<HardSphereFluid> {
-    let dimensions = system.space.dimensions();
-    let moving = system.moving.len() as f64;
-    if system.is_accelerated || dimensions == 0 {
-        return None;
-    }
+/// Temperature of what moves relative to its drift, or to what streams in a sheared box `[energy]`.
+fn temperature(system: &SystemDescription, sample: &Sample<'_>) -> f64 {
     let drift = system.drift(sample.velocities);
-    let (mut twice_kinetic, mut diameters, mut volume) = (0.0, 0.0, 0.0);
+    let mut twice_kinetic = 0.0;
     for &id in &system.moving {
-        let diameter = system.diameters[system.species[id as usize] as usize];
         let mut velocity = sample.velocities[id as usize] - drift;
         if system.shear_rate != 0.0 {
             velocity -= system.streaming_velocity(&sample.positions[id as usize]);
         }
         twice_kinetic += system.masses[id as usize] * velocity.norm_squared();
+    }
+    twice_kinetic / (system.moving.len() as f64 * system.space.dimensions() as f64)
+}
+
+/// The fluid as if all particles were hard spheres of their diameters that fill the box evenly, in as many dimensions as it has: a guess, good enough to choose times by. `None` where
+/// nothing moves, or everything falls.
+fn guess(system: &SystemDescription, temperature: f64) -> Option<HardSphereFluid> {
+    let dimensions = system.space.dimensions();
+    let moving = system.moving.len() as f64;
+    if system.is_accelerated || dimensions == 0 {
+        return None;
+    }
+    let (mut diameters, mut volume) = (0.0, 0.0);
+    for &id in &system.moving {
+        let diameter = system.diameters[system.species[id as usize] as usize];
         diameters += diameter;
         volume += match dimensions {
             1 => diameter,
@@ -38,13 +46,24 @@ fn guess(system: &SystemDescription, sample: &Sample<'_>) -> Option<HardSphereFl
         packing_fraction: (volume / system.space.volume()).min(DENSEST[dimensions]),
         diameter: diameters / moving,
         mass: system.moving_mass() / moving,
-        temperature: twice_kinetic / (moving * dimensions as f64),
+        temperature,
     })
+}
+
+/// Enskog's shear viscosity of the fluid that is guessed, in two or three dimensions `[mass / (length^(D - 2) time)]`.
+pub(super) fn viscosity(system: &SystemDescription, temperature: f64) -> Option<f64> {
+    let fluid = guess(system, temperature)?;
+    let HardSphereFluid { packing_fraction, diameter, mass, temperature } = fluid;
+    match system.space.dimensions() {
+        2 => Some(viscosity_of_disks(packing_fraction, diameter, mass, temperature)),
+        3 => Some(fluid.shear_viscosity()),
+        _ => None,
+    }
 }
 
 /// Mean time between two contacts of a particle, of the fluid that is guessed `[time]`.
 pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
-    let fluid = guess(system, sample)?;
+    let fluid = guess(system, temperature(system, sample))?;
     let HardSphereFluid { packing_fraction, diameter, mass, temperature } = fluid;
     let rate = match system.space.dimensions() {
         1 => collision_rate_of_rods(packing_fraction, diameter, mass, temperature),
@@ -59,20 +78,13 @@ pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) ->
 /// Diffusion goes on to become faster for some of these times, because a particle and the flow around it drag each other along. `None` where momentum is not conserved, or in one
 /// dimension, where there is no such flow.
 pub(super) fn flow_decay_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
-    let dimensions = system.space.dimensions();
     let longest = system.space.periods().iter().copied().filter(|period| period.is_finite()).fold(0.0, f64::max);
-    if !system.conserves_momentum || dimensions < 2 || longest == 0.0 {
+    if !system.conserves_momentum || longest == 0.0 {
         return None;
     }
-    let fluid = guess(system, sample)?;
     let density = system.moving_mass() / system.space.volume();
-    let HardSphereFluid { packing_fraction, diameter, mass, temperature } = fluid;
-    let viscosity = match dimensions {
-        2 => viscosity_of_disks(packing_fraction, diameter, mass, temperature),
-        _ => fluid.shear_viscosity(),
-    };
     let wave = longest / TAU;
-    let time = wave * wave * density / viscosity;
+    let time = wave * wave * density / viscosity(system, temperature(system, sample))?;
     Some(time).filter(|time| is_time(*time))
 }
 

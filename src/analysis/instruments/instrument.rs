@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::bond_order::BondOrder;
 use super::chains::Chains;
 use super::diffusion::Diffusion;
-use super::finite_size::add_infinite_diffusion;
+use super::finite_size::complete_diffusion;
 use super::flow::Flow;
 use super::free_paths::FreePaths;
 use super::pressure_tensor::PressureTensor;
@@ -222,11 +222,7 @@ impl Instruments {
     pub fn report(&self, system: &SystemDescription) -> Measured {
         let mut measured = Measured::default();
         self.kinds.iter().for_each(|kind| kind.get().report(system, &mut measured));
-        let of_transport =
-            |kind: &Kind| if let Kind::Transport(it) = kind { Some(it.temperature(system)) } else { None };
-        if let Some(temperature) = self.kinds.iter().find_map(of_transport) {
-            add_infinite_diffusion(&mut measured, system, temperature);
-        }
+        complete_diffusion(&mut measured, system);
         for instrument in self.registered.iter().filter_map(Registered::get) {
             let mut own = Measured::default();
             instrument.report(system, &mut own);

@@ -180,9 +180,11 @@ const CORRELATION: &str = "<v(0) . v(t)> over particles and origins; where momen
 const RUNNING: &str = "(1 / D) times the integral of <v(0) . v(t)> from 0 to t by cubics, D the number of axes.";
 const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displacement over the last three quarters of its times, by least \
     squares, d the number of axes; none if the slopes of both halves differ by more than a tenth and three errors, or where particles \
-    stay where they are. The error is the largest of the scatter of origins, of axes and of particles. Not corrected for the size of the box.";
+    stay where they are. The error is the largest of the scatter of origins, of axes and of particles, together with what flows in a periodic box would \
+    still add after the span by mode-coupling theory. Not corrected for the size of the box.";
 const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over all times of its curve, d the number of axes; none if it \
-    grows over their second half by more than a tenth and three errors. Not corrected for the size of the box.";
+    grows over their second half by more than a tenth and three errors. The error has what flows in a periodic box would still add after the span, \
+    by mode-coupling theory. Not corrected for the size of the box.";
 const WALLED: &str = "Axes with walls are left out of r and v, and of d: nothing diffuses towards a wall.";
 const ENCLOSED: &str =
     "There are walls along all axes: the mean squared displacement comes to an end, and there is no coefficient.";

@@ -1,5 +1,9 @@
 use super::*;
 use crate::Vector;
+use crate::analysis::instruments::diffusion::Diffusion;
+use crate::analysis::instruments::quantity::Curve;
+use crate::analysis::instruments::test_system::{self, equilibrate, hard_spheres, instrument, measure, report};
+use crate::model::measurement_plan::Diffusion as Plan;
 use crate::model::space::{Boundary, Space};
 
 fn number(name: &str, mean: f64, error: Option<f64>) -> Number {
@@ -7,20 +11,38 @@ fn number(name: &str, mean: f64, error: Option<f64>) -> Number {
     Number::estimated(name, "Title", "1", estimate, "")
 }
 
-/// Points in a cube of edge 10 with a diffusion coefficient of 0.1 ± 0.003, by both methods, and a viscosity.
-fn extended(system: &SystemDescription, viscosity: Option<Number>) -> Measured {
+/// What a measurement of diffusion has beside its coefficients: its times, and the mean square of the velocities at a temperature of 1.5.
+fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
+    let inverse_mass: f64 = system.masses.iter().map(|mass| 1.0 / mass).sum::<f64>() / system.masses.len() as f64;
+    let squares = [Estimate { mean: system.space.dimensions() as f64 * 1.5 * inverse_mass, standard_error: None }; 9];
+    let curve = |name: &str| {
+        let times = (0..9).map(|k| interval * f64::from(k)).collect();
+        Curve::new(name, "", "").variable("t", "time", times).series("", "1", &squares.map(Some))
+    };
+    [curve(DISPLACEMENT), curve(CORRELATION)]
+}
+
+/// Points with a diffusion coefficient of 0.1 ± 0.003, by both methods, and a viscosity.
+fn extended_over(interval: f64, system: &SystemDescription, viscosity: Option<Number>) -> Measured {
     let mut measured = Measured::default();
     measured.numbers.extend([number(COEFFICIENT, 0.1, Some(0.003)), number(GREEN_KUBO, 0.1, Some(0.003))]);
     measured.numbers.extend([number("diffusion_coefficient_A", 0.2, None)]);
     measured.numbers.extend(viscosity);
-    add_infinite_diffusion(&mut measured, system, 1.5);
+    measured.curves.extend(curves(system, interval));
+    complete_diffusion(&mut measured, system);
     measured
+}
+
+/// The same, over so long a time that all flows have decayed.
+fn extended(system: &SystemDescription, viscosity: Option<Number>) -> Measured {
+    extended_over(100.0, system, viscosity)
 }
 
 /// A particle of A with half of the mass, and seven of B.
 fn cube() -> SystemDescription {
     let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), 8);
     system.species_names.push("B".to_owned());
+    system.diameters.push(1.3);
     (system.species, system.masses) = (vec![1; 8], vec![1.0; 8]);
     (system.species[3], system.masses[3]) = (0, 7.0);
     system
@@ -92,4 +114,73 @@ fn there_is_none_for_another_box() {
     ] {
         assert!(!is_there(&changed(change)));
     }
+}
+
+#[test]
+fn flows_that_have_not_decayed_are_added_and_are_in_the_error() {
+    let system = cube();
+    // By the hand of another function: times from 0.01 to 0.04, of a total mass of 14 in a volume of 1000.
+    let tail = |viscosity: f64, coefficient: f64| VelocityTail {
+        temperature_by_mass: 1.5 / 14.0,
+        spreading: viscosity * 1000.0 / 14.0 + coefficient,
+        periods: &[10.0; 3],
+    };
+    let measured = extended_over(0.005, &system, Some(viscosity()));
+    let missed = tail(2.0, 0.1).beyond_slope([0.01, 0.04]);
+    let coefficient = measured.number(COEFFICIENT).unwrap();
+    assert!(missed > 1e-3 && coefficient.mean == Some(0.1));
+    let error = coefficient.standard_error.unwrap();
+    assert!((error / libm::hypot(0.003, missed) - 1.0).abs() < 1e-12, "{error} {missed}");
+    let integral = measured.number(GREEN_KUBO).unwrap().standard_error.unwrap();
+    assert!((integral / libm::hypot(0.003, tail(2.0, 0.1).beyond(0.04)) - 1.0).abs() < 1e-12);
+    let infinite = measured.number("diffusion_coefficient_infinite").unwrap();
+    assert!((infinite.mean.unwrap() - (0.875 * (0.1 + missed) + 0.011_289_246)).abs() < 1e-9, "{infinite:?}");
+    // An error that is not known stays so.
+    assert_eq!(measured.number("diffusion_coefficient_A").unwrap().standard_error, None);
+
+    // Without a viscosity that was measured Enskog's is taken.
+    let guessed = free_time::viscosity(&system, 1.5).unwrap();
+    let missed = tail(guessed, 0.1).beyond_slope([0.01, 0.04]);
+    let error = extended_over(0.005, &system, None).number(COEFFICIENT).unwrap().standard_error.unwrap();
+    assert!((error / libm::hypot(0.003, missed) - 1.0).abs() < 1e-12, "{error} {missed}");
+}
+
+#[test]
+fn a_span_that_misses_more_than_a_tenth_has_no_infinite_system() {
+    let system = cube();
+    let slow = number(VISCOSITY, 0.2, Some(0.001));
+    let measured = extended_over(0.005, &system, Some(slow));
+    let missed = measured.number(COEFFICIENT).unwrap().standard_error.unwrap();
+    assert!(missed > 0.01, "{missed}");
+    assert_eq!(measured.number("diffusion_coefficient_infinite").unwrap().mean, None);
+}
+
+#[test]
+fn a_short_span_and_a_long_one_have_the_same_infinite_system() {
+    let duration = 600.0;
+    let of_span = |span: f64| {
+        let (system, mut simulation) = hard_spheres(256, 0.35);
+        equilibrate(&mut simulation, 50);
+        let plan = Plan { interval: Some(0.05), span: Some(span) };
+        let mut diffusion = instrument(&simulation, &system, duration, |setup| Diffusion::new(&plan, setup));
+        measure(&mut simulation, &system, &mut diffusion, duration);
+        let mut measured = report(&diffusion, &system);
+        let raw = test_system::estimate(&measured, COEFFICIENT);
+        measured.numbers.push(number(VISCOSITY, 1.08, Some(0.01)));
+        complete_diffusion(&mut measured, &system);
+        (
+            raw,
+            test_system::estimate(&measured, COEFFICIENT).1,
+            test_system::estimate(&measured, "diffusion_coefficient_infinite"),
+        )
+    };
+    let [(short, with_tail, first), (long, without, second)] = [1.5, 10.0].map(of_span);
+    // The same particles at the same times: their noise is much the same. A twentieth is beyond the short span.
+    assert!(long.0 - short.0 > 0.04 * long.0, "{short:?} {long:?}");
+    assert!(with_tail > 3.0 * short.1 && without < 1.1 * long.1, "{with_tail} {without} {short:?} {long:?}");
+    // The theory is that of long times: of the tail it lacks up to a tenth at ten mean free times.
+    let tail = libm::sqrt(with_tail * with_tail - short.1 * short.1);
+    let error = libm::hypot(long.1, 0.1 * tail);
+    assert!((first.0 - second.0).abs() < 3.0 * error, "{first:?} {second:?} {error}");
+    assert!(tail > 3.0 * error, "{tail} {error}");
 }

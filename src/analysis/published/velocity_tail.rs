@@ -1,0 +1,134 @@
+//! Long-time tail of the velocity autocorrelation in a periodic box, and the diffusion that is in it.
+//!
+//! A particle sets a flow going around it that drags it along later. By mode-coupling theory one component of its velocity goes on, when its own collisions are forgotten, as the
+//! flows across their wave vectors do that the box has room for (Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254, 1970,
+//! [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254)):
+//! `<v_x(0) v_x(t)> = (d - 1) / d T / M sum_k exp(-(nu + D) k^2 t)` over `k = 2 pi (n_x / L_x, ...)` but 0, with the mass `M` of the whole system. That does not depend on the particle.
+
+use std::f64::consts::{PI, TAU};
+
+/// Intervals of Simpson's rule in the logarithm of the time, below and above the longest time of a measurement: of smooth functions, good to far more digits than the theory has.
+const INTERVALS: u32 = 400;
+
+/// Times that the slowest flow decays in, after which there is nothing left of it.
+const DECAYS: f64 = 40.0;
+
+/// The tail in a box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct VelocityTail<'b> {
+    /// Temperature `[energy]` over the mass `M` of all that moves.
+    pub temperature_by_mass: f64,
+    /// Sum `nu + D` of the kinematic viscosity and the diffusion coefficient `[length^2 / time]`.
+    pub spreading: f64,
+    /// Edges of the box `[length]`, of its two or three dimensions.
+    pub periods: &'b [f64],
+}
+
+impl VelocityTail<'_> {
+    /// Autocorrelation of a component of the velocity `[length^2 / time^2]`.
+    fn correlation(&self, time: f64) -> f64 {
+        let dimensions = self.periods.len() as f64;
+        // The sum over all modes is a product of sums along the axes; without the one that is the motion of the whole system.
+        let decay = |period: &f64| self.spreading * (TAU / period) * (TAU / period) * time;
+        let modes: f64 = self.periods.iter().map(|period| theta(decay(period))).product();
+        (dimensions - 1.0) / dimensions * self.temperature_by_mass * (modes - 1.0)
+    }
+
+    /// Part of the diffusion coefficient that an integral of the autocorrelation up to a time misses `[length^2 / time]`.
+    pub fn beyond(&self, time: f64) -> f64 {
+        let slowest = self.periods.iter().fold(0.0_f64, |a, b| a.max(*b)) / TAU;
+        self.integral([time, time + DECAYS * slowest * slowest / self.spreading], |_| 1.0)
+    }
+
+    /// Part of the diffusion coefficient that the least-squares slope of the mean squared displacement between two times misses `[length^2 / time]`.
+    ///
+    /// What is correlated over a time `t` makes the displacement grow from then on, in proportion to the time that is left: the slope has all of it where `t` is before the first time,
+    /// nothing after the last, and `(1 - u)^2 (2 + u) / 4` between them, with `u` from -1 to 1.
+    pub fn beyond_slope(&self, [first, last]: [f64; 2]) -> f64 {
+        let missed = |time: f64| {
+            let u = (2.0 * time - first - last) / (last - first);
+            1.0 - 0.25 * (1.0 - u) * (1.0 - u) * (2.0 + u)
+        };
+        self.integral([first, last], missed) + self.beyond(last)
+    }
+
+    /// Integral of the autocorrelation with a weight, by Simpson's rule.
+    fn integral(&self, [first, last]: [f64; 2], weight: impl Fn(f64) -> f64) -> f64 {
+        let step = libm::log(last / first) / f64::from(INTERVALS);
+        let value = |k: u32| {
+            let time = first * libm::exp(f64::from(k) * step);
+            let coefficient = match k {
+                0 | INTERVALS => 1.0,
+                odd if odd % 2 == 1 => 4.0,
+                _ => 2.0,
+            };
+            coefficient * time * weight(time) * self.correlation(time)
+        };
+        (0..=INTERVALS).map(value).sum::<f64>() * step / 3.0
+    }
+}
+
+/// `sum exp(-n^2 s)` over all integers; for small `s` by Poisson's sum `sqrt(pi / s) sum exp(-(pi n)^2 / s)`.
+fn theta(s: f64) -> f64 {
+    let (scale, exponent) = if s < PI { ((PI / s).sqrt(), PI * PI / s) } else { (1.0, s) };
+    // At least pi: the fourth term is 1e-22 of the first.
+    scale * (1.0 + 2.0 * (1..4).map(|n| libm::exp(-f64::from(n * n) * exponent)).sum::<f64>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sums over the modes of a box one by one, of a function of their rates of decay.
+    fn over_modes(tail: &VelocityTail<'_>, of_rate: impl Fn(f64) -> f64) -> f64 {
+        let range = |axis: usize| if axis < tail.periods.len() { -40..=40 } else { 0..=0 };
+        let mut sum = 0.0;
+        for x in range(0) {
+            for y in range(1) {
+                for z in range(2) {
+                    let wave = |n: i32, axis: usize| tail.periods.get(axis).map_or(0.0, |l| TAU * f64::from(n) / l);
+                    let square =
+                        [x, y, z].iter().zip(0..).map(|(n, axis)| wave(*n, axis) * wave(*n, axis)).sum::<f64>();
+                    sum += if square > 0.0 { of_rate(tail.spreading * square) } else { 0.0 };
+                }
+            }
+        }
+        let dimensions = tail.periods.len() as f64;
+        (dimensions - 1.0) / dimensions * tail.temperature_by_mass * sum
+    }
+
+    #[test]
+    fn the_tail_is_the_sum_over_modes() {
+        for periods in [&[7.0, 9.0, 13.0][..], &[11.0, 8.0]] {
+            let tail = VelocityTail { temperature_by_mass: 0.003, spreading: 1.7, periods };
+            for time in [0.05, 0.3, 2.0, 9.0] {
+                let expected = over_modes(&tail, |rate| libm::exp(-rate * time));
+                assert!((tail.correlation(time) / expected - 1.0).abs() < 1e-9, "{time}");
+                let beyond = over_modes(&tail, |rate| libm::exp(-rate * time) / rate);
+                assert!((tail.beyond(time) / beyond - 1.0).abs() < 1e-7, "{time}");
+                // By hand, the least-squares slope of `-exp(-rate t) / rate^2`, which is what the displacement of a mode lacks.
+                let [first, last] = [time, 4.0 * time];
+                let slope = |rate: f64| {
+                    let x = 0.5 * rate * (last - first);
+                    let ends = (x - 1.0) * libm::exp(-rate * first) + (x + 1.0) * libm::exp(-rate * last);
+                    3.0 * ends / (rate * rate * x * x * (last - first))
+                };
+                let expected = over_modes(&tail, slope);
+                let found = tail.beyond_slope([first, last]);
+                assert!((found / expected - 1.0).abs() < 1e-7, "{time}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_infinite_box_has_the_tail_of_ernst_hauge_and_van_leeuwen() {
+        // `(2 / 3) (T / rho) (4 pi (nu + D) t)^(-3/2)` with a density of 0.7 in each unit of volume, and its integral.
+        let (edge, spreading, time) = (1000.0, 1.3, 20.0);
+        let mass = 0.7 * edge * edge * edge;
+        let tail = VelocityTail { temperature_by_mass: 1.9 / mass, spreading, periods: &[edge; 3] };
+        let expected = 2.0 / 3.0 * 1.9 / 0.7 / libm::pow(4.0 * PI * spreading * time, 1.5);
+        // The motion of the whole system is left out: a part of 3e-5.
+        assert!((tail.correlation(time) / expected - 1.0).abs() < 1e-4);
+        assert!((tail.correlation(4.0 * time) / tail.correlation(time) - 0.125).abs() < 1e-4);
+    }
+}
