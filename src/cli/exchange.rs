@@ -4,7 +4,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::analysis::instruments::Measured;
 use crate::analysis::statistics::Estimate;
 use crate::base::text::digits;
 use crate::exchange::{Exchange, ExchangeFolder, ExchangeSummary, MeanForcePoint, Opened};
@@ -195,12 +194,10 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     refuse_link(&report::exchange_page_in(path))?;
     let page = report::exchange_page(path)?;
     report::write(&page, &report::exchange_page_in(path), Existing::Replace)?;
-    let mean_force = if summary.umbrella.is_some() { "potential_of_mean_force.csv, " } else { "" };
-    let has_measured = summary.results.temperatures.iter().any(|at| at.measured != Measured::default());
-    let measured = if has_measured { "measurements.json, " } else { "" };
+    let tables = summary.tables.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
     let complete = if was_there { "It was complete already. " } else { "" };
     super::print(&format!(
-        "{}\n{complete}The files are in {}: summary.json, exchange.csv, energies.csv, curves.csv, density_of_states.csv, {mean_force}{measured}exchange.html\n",
+        "{}\n{complete}The files are in {}: summary.json, {tables}, exchange.html\n",
         text(summary),
         path.display()
     ))?;

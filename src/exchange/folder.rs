@@ -237,17 +237,18 @@ impl ExchangeFolder {
     pub fn complete(mut self, exchange: &Exchange) -> Result<ExchangeSummary, ExchangeFolderError> {
         self.rows.sync()?;
         let rows = PartialFile::present(&self.path.join(ROWS));
-        let curves = rows::curves(&rows, exchange)?;
-        let mut summary = ExchangeSummary::of(exchange).with_curves(curves);
-        let mut texts = vec![
-            (ENERGIES, tables::energies(&summary.results)),
-            (CURVES, tables::curves(&summary.curves)),
-            (DENSITY, tables::density_of_states(&summary.density_of_states)),
-        ];
-        if exchange.plan().umbrella.is_some() {
+        let mut summary = ExchangeSummary::of(exchange);
+        let texts = if exchange.plan().umbrella.is_some() {
             summary = summary.with_mean_force(rows::mean_force(&rows, exchange)?);
-            texts.push((MEAN_FORCE, tables::mean_force(&summary.potential_of_mean_force)));
-        }
+            vec![(MEAN_FORCE, tables::mean_force(&summary.potential_of_mean_force))]
+        } else {
+            summary = summary.with_curves(rows::curves(&rows, exchange)?);
+            vec![
+                (ENERGIES, tables::energies(&summary.results)),
+                (CURVES, tables::curves(&summary.curves)),
+                (DENSITY, tables::density_of_states(&summary.density_of_states)),
+            ]
+        };
         for (name, text) in &texts {
             write_text(&self.path.join(name), text)?;
         }
@@ -282,10 +283,7 @@ impl ExchangeFolder {
         };
         let mut summary: ExchangeSummary =
             serde_json::from_str(&text(SUMMARY)?).map_err(|error| damaged(SUMMARY, error.to_string()))?;
-        let energies = text(ENERGIES)?;
-        refuse_other(path, ENERGIES, &summary, || Ok(checksum(energies.as_bytes())))?;
-        tables::read_energies(&energies, &mut summary.results).map_err(|why| damaged(ENERGIES, why))?;
-        // One of a version that had no such table is complete without it.
+        // Those of windows are others, and one of a version that had no such table is complete without it.
         let table = |name: &str| {
             summary.tables.get(name).map_or(Ok(None), |_| {
                 let text = text(name)?;
@@ -293,8 +291,11 @@ impl ExchangeFolder {
                 Ok::<_, ExchangeFolderError>(Some(text))
             })
         };
-        let [curves, levels] = [table(CURVES)?, table(DENSITY)?];
+        let [energies, curves, levels] = [table(ENERGIES)?, table(CURVES)?, table(DENSITY)?];
         let [mean_force, measured] = [table(MEAN_FORCE)?, table(MEASUREMENTS)?];
+        if let Some(text) = energies {
+            tables::read_energies(&text, &mut summary.results).map_err(|why| damaged(ENERGIES, why))?;
+        }
         if let Some(text) = curves {
             summary.curves = tables::read_curves(&text).map_err(|why| damaged(CURVES, why))?;
         }

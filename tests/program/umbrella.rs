@@ -39,6 +39,10 @@ fn an_exchange_between_windows_has_a_potential_of_mean_force() {
     assert!(table.len() > 18 && table.iter().all(|row| row.len() == 6 && row[2] >= 0.0 && row[4] >= 0.0), "{text}");
     // Bonds of up to 1.2 keep the ends within 3.6, and few of them are so far apart.
     assert!(table.last().unwrap()[4] > 1.0, "{text}");
+    // At one temperature there are no curves between temperatures.
+    for name in ["energies.csv", "curves.csv", "density_of_states.csv"] {
+        assert!(!words(&output).contains(name) && !place.path().join(folder).join(name).exists(), "{name}");
+    }
     let page = place.read(&format!("{folder}/exchange.html"));
     for (word, is_there) in [
         ("Umbrella sampling", true),

@@ -230,12 +230,17 @@ class Exchange(InFolder):
         """Populations of the levels of the potential energy: ``temperature``, ``energy`` and ``width`` of the level `[energy]`, ``population`` and
         ``population_error``.
 
+        Raises
+        ------
+        FolderError
+            If the exchange is one between windows of a distance.
+
         Examples
         --------
         >>> list(carom.exchange(pair).populations)[-1]
         'population_error'
         """
-        return Table.read(self.folder / "energies.csv")
+        return self._table("energies.csv", "populations")
 
     @cached_property
     def curves(self) -> Table:
@@ -244,25 +249,42 @@ class Exchange(InFolder):
         ``reduced_free_energy_per_particle``, the last two less those at the highest temperature; of a scene with bonds also ``mean_square_radius_of_gyration`` and
         ``mean_square_end_to_end_distance`` `[length^2]`.
 
+        Raises
+        ------
+        FolderError
+            If the exchange is one between windows of a distance.
+
         Examples
         --------
         >>> curves = carom.exchange(pair).curves
         >>> bool(curves["temperature"][0] == 0.4 and (np.diff(curves["potential_energy_per_particle"]) > 0).all())
         True
         """
-        return Table.read(self.folder / "curves.csv")
+        return self._table("curves.csv", "curves between temperatures")
 
     @cached_property
     def density_of_states(self) -> Table:
         """Density of states of the levels of the potential energy: ``energy`` `[energy]`, ``log_density_of_states`` and ``log_density_of_states_error``, the natural logarithm of
         ``g(E)``, with ``sum g(E) exp(-E / T) = 1`` at the highest temperature ``T``.
 
+        Raises
+        ------
+        FolderError
+            If the exchange is one between windows of a distance.
+
         Examples
         --------
         >>> carom.exchange(pair).density_of_states["energy"].tolist()
         [-1, 0]
         """
-        return Table.read(self.folder / "density_of_states.csv")
+        return self._table("density_of_states.csv", "density of states")
+
+    def _table(self, name: str, what: str, *, of_windows: bool = False) -> Table:
+        """A table that an exchange between windows has, or one between temperatures."""
+        if (len(self.windows) > 0) != of_windows:
+            between = "temperatures" if of_windows else "windows of a distance"
+            raise FolderError(f"{self.folder} has no {what}: its exchange is one between {between}")
+        return Table.read(self.folder / name)
 
     @property
     def windows(self) -> NDArray[np.float64]:
@@ -295,9 +317,7 @@ class Exchange(InFolder):
         >>> bool(w["potential_of_mean_force"][w["distance"] < 1.5].max() < w["potential_of_mean_force"][w["distance"] > 1.5].min())
         True
         """
-        if not len(self.windows):
-            raise FolderError(f"{self.folder} has no potential of mean force: its exchange is not one between windows of a distance")
-        return Table.read(self.folder / "potential_of_mean_force.csv")
+        return self._table("potential_of_mean_force.csv", "potential of mean force", of_windows=True)
 
     @property
     def distances(self) -> NDArray[np.float64]:

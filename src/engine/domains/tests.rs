@@ -261,7 +261,7 @@ fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE
 
 /// How often each system is compared: `CAROM_BARRIERS=10000 cargo test --release --lib barrier` is a campaign.
 fn rounds() -> usize {
-    std::env::var("CAROM_BARRIERS").map_or(60, |rounds| rounds.parse().unwrap())
+    std::env::var("CAROM_BARRIERS").map_or(24, |rounds| rounds.parse().unwrap())
 }
 
 /// After a hundred steps or a window, holds what is owned against one engine, and copies against what their owners have; how often it could.
