@@ -42,7 +42,7 @@ impl VelocityTail<'_> {
 
     /// Part of the diffusion coefficient that the least-squares slope of the mean squared displacement between two times misses `[length^2 / time]`.
     ///
-    /// What is correlated over a time `t` makes the displacement grow from then on, in proportion to the time that is left: the slope has all of it where `t` is before the first time,
+    /// A correlation over a time `t` makes the displacement grow from then on, in proportion to the time that is left: the slope has all of it where `t` is before the first time,
     /// nothing after the last, and `(1 - u)^2 (2 + u) / 4` between them, with `u` from -1 to 1.
     pub fn beyond_slope(&self, [first, last]: [f64; 2]) -> f64 {
         let missed = |time: f64| {

@@ -11,9 +11,8 @@ use crate::model::{Barostat, Thermostat, VolumeMoves};
 /// Part of the moves that are to be accepted where the amplitude is found.
 const ACCEPTANCE: f64 = 0.4;
 
-/// Moves after which the amplitude is changed while it is found, and by what factor at most.
-const WINDOW: u32 = 50;
-const MOST: f64 = 2.0;
+/// How far the logarithm of the amplitude goes with each move while it is found: it comes to a fifth in forty moves that are all left, and scatters by a tenth in the end.
+const STEP: f64 = 0.1;
 
 /// State of the volume moves of a stage.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -22,8 +21,6 @@ pub(in crate::run) struct Moves {
     pub(super) next: f64,
     random: Random,
     pub(in crate::run) done: VolumeMoves,
-    /// Moves since the amplitude was last changed, and those of them that were accepted.
-    window: [u32; 2],
 }
 
 impl Moves {
@@ -31,20 +28,12 @@ impl Moves {
     fn note(&mut self, is_accepted: bool) {
         self.done.attempted += 1;
         self.done.accepted += u64::from(is_accepted);
-        self.window[0] += 1;
-        self.window[1] += u32::from(is_accepted);
     }
 
-    /// Changes the amplitude, towards one with which moves are accepted as often as they should be; whether it does.
-    fn adapt(&mut self) -> bool {
-        let [tried, accepted] = self.window.map(f64::from);
-        if self.window[0] < WINDOW {
-            return false;
-        }
-        let factor = (accepted / (tried * ACCEPTANCE)).clamp(1.0 / MOST, MOST);
-        self.done.amplitude = (self.done.amplitude * factor).min(LARGEST_AMPLITUDE);
-        self.window = [0, 0];
-        true
+    /// Changes the amplitude after a move, towards one with which as many moves are accepted as should be.
+    fn adapt(&mut self, is_accepted: bool) {
+        let excess = f64::from(u8::from(is_accepted)) - ACCEPTANCE;
+        self.done.amplitude = (self.done.amplitude * libm::exp(STEP * excess)).min(LARGEST_AMPLITUDE);
     }
 }
 
@@ -60,7 +49,6 @@ impl Driver<'_> {
                 next: self.simulation.time() + barostat.interval,
                 random: Random::new(self.simulation.scene().seed, Purpose::Volume, stream),
                 done: VolumeMoves { attempted: 0, accepted: 0, amplitude },
-                window: [0, 0],
             }
         });
     }
@@ -92,14 +80,14 @@ impl Driver<'_> {
             threshold < libm::exp(exponent)
         });
         moves.note(accepted.is_some());
+        if !self.state.stage.stage.is_measured() && barostat.amplitude.is_none() {
+            moves.adapt(accepted.is_some());
+            self.state.amplitude = Some(moves.done.amplitude);
+        }
         if let Some(scaled) = accepted {
-            self.integrate();
             self.simulation.take_scaled(scaled);
             self.integrate();
             self.resize_system();
-        }
-        if !self.state.stage.stage.is_measured() && barostat.amplitude.is_none() && moves.adapt() {
-            self.state.amplitude = Some(moves.done.amplitude);
         }
         // Counted from the start of the stage, so that rounding does not add up.
         let start = self.state.stage.time;
@@ -108,7 +96,7 @@ impl Driver<'_> {
         (self.state.moves, self.scaling) = (Some(moves), Some(scaling));
     }
 
-    /// Ends a piece of the time in which the volume is constant, for all that averages over it.
+    /// Ends a piece of the time in which the volume was constant, for all that averages over it. The energy of the move is noted at its time, so that it belongs to the next one.
     fn integrate(&mut self) {
         let energy = self.simulation.energy();
         self.state.observer.integrate(&self.simulation, &energy);
@@ -132,19 +120,18 @@ mod tests {
     #[test]
     fn the_amplitude_goes_where_two_moves_in_five_are_accepted() {
         let done = VolumeMoves { attempted: 0, accepted: 0, amplitude: 0.1 };
-        let mut moves = Moves { next: 0.0, random: Random::new(1, Purpose::Volume, 0), done, window: [0, 0] };
-        let mut after = |accepted: u32| {
-            for index in 0..WINDOW {
-                assert!(!moves.adapt());
-                moves.note(index < accepted);
+        let mut moves = Moves { next: 0.0, random: Random::new(1, Purpose::Volume, 0), done };
+        let mut after = |accepted: &[bool]| {
+            for is_accepted in accepted {
+                moves.note(*is_accepted);
+                moves.adapt(*is_accepted);
             }
-            assert!(moves.adapt());
             moves.done.amplitude
         };
-        assert_eq!(after(20), 0.1);
-        assert_eq!(after(30), 0.1 * 1.5);
-        assert_eq!(after(0), 0.5 * (0.1 * 1.5));
-        assert_eq!([after(50), after(50), after(50), after(50), after(50), after(50)][5], LARGEST_AMPLITUDE);
-        assert_eq!((moves.done.attempted, moves.done.accepted), (450, 350));
+        let even = [false, true, false, true, false].repeat(20);
+        assert!((after(&even) / 0.1 - 1.0).abs() < 1e-12);
+        assert!((after(&[false; 40]) / (0.1 * libm::exp(-1.6)) - 1.0).abs() < 1e-12);
+        assert_eq!(after(&[true; 200]), LARGEST_AMPLITUDE);
+        assert_eq!((moves.done.attempted, moves.done.accepted), (340, 240));
     }
 }

@@ -11,7 +11,7 @@ fn number(name: &str, mean: f64, error: Option<f64>) -> Number {
     Number::estimated(name, "Title", "1", estimate, "")
 }
 
-/// What a measurement of diffusion has beside its coefficients: its times, and the mean square of the velocities at a temperature of 1.5.
+/// Curves that a measurement of diffusion has beside its coefficients: its times, and the mean square of the velocities at a temperature of 1.5.
 fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
     let inverse_mass: f64 = system.masses.iter().map(|mass| 1.0 / mass).sum::<f64>() / system.masses.len() as f64;
     let squares = [Estimate { mean: system.space.dimensions() as f64 * 1.5 * inverse_mass, standard_error: None }; 9];
@@ -33,7 +33,7 @@ fn extended_over(interval: f64, system: &SystemDescription, viscosity: Option<Nu
     measured
 }
 
-/// The same, over so long a time that all flows have decayed.
+/// A measurement over so long a time that all flows have decayed.
 fn extended(system: &SystemDescription, viscosity: Option<Number>) -> Measured {
     extended_over(100.0, system, viscosity)
 }
