@@ -179,7 +179,7 @@ fn refuse_exchange(scene: &Scene, help: &str) -> Result<(), Failure> {
     if scene.exchange().is_none() {
         return Ok(());
     }
-    let message = format!("the scene {} has [exchange], replicas at several temperatures", scene.name());
+    let message = format!("the scene {} has [exchange], several replicas", scene.name());
     Err(Failure::bad_input(message, Some(help)))
 }
 
@@ -259,7 +259,7 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
     let folder = run.display();
     let help = match of_several(run) {
         Some(Several::Exchange) => {
-            format!("name the frames of one temperature, such as {folder}/trajectory-1.xyz")
+            format!("name the frames of one temperature or window, such as {folder}/trajectory-1.xyz")
         }
         Some(Several::Sweep) => format!("name one of its runs: {folder}/RUN"),
         None => {

@@ -187,6 +187,10 @@ impl Observer {
     /// The means over all intervals so far, by name; absent if they mean nothing for the scene. What does not change at all has the error 0.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
+        // At constant pressure all but the temperature follows the volume, which is slow, behind what is fast and hides that.
+        let volume = self.averages.get(VOLUME).filter(|_| self.applicable.isobaric.is_some());
+        let is_too_short =
+            volume.and_then(BlockAverage::estimate).is_some_and(|volume| volume.standard_error.is_none());
         let estimate = |at: usize, name: &str, average: &BlockAverage| {
             let estimate = match name {
                 COMPRESSIBILITY => average.ratio(self.averages.first()?),
@@ -195,10 +199,10 @@ impl Observer {
                 }
                 _ => self.of_wall(at, average).or_else(|| average.estimate()),
             }?;
-            Some(if self.stationarity_of(name, average) == Stationarity::Constant {
-                Estimate { standard_error: Some(0.0), ..estimate }
-            } else {
-                estimate
+            Some(match self.stationarity_of(name, average) {
+                Stationarity::Constant => Estimate { standard_error: Some(0.0), ..estimate },
+                _ if at > 0 && is_too_short => Estimate { standard_error: None, ..estimate },
+                _ => estimate,
             })
         };
         let estimates = OBSERVABLES.iter().zip(&self.averages).enumerate();

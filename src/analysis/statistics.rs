@@ -153,14 +153,16 @@ impl BlockAverage {
         Some(Estimate { mean: ratio, standard_error: error.map(|error| error / b.abs()) })
     }
 
-    /// The variance of the values, from the average of their squares at the same times, and its error: that of the mean of `x^2 - 2 <x> x`.
-    /// `None` if either has no values.
+    /// The variance of the values, from the average of their squares at the same times, `<x^2> - <x>^2 + e^2` with the standard error `e` of the mean: about the mean of a series a
+    /// variance is too small by the square of how far that is off. Its error is that of the mean of `x^2 - 2 <x> x` together with `e^2`, and unknown where `e` is. `None` if either has no values.
     #[must_use]
     pub fn variance(&self, squares: &Self) -> Option<Estimate> {
         let (mean, square) = (self.mean()?, squares.mean()?);
         let residues = self.with(squares, |x, square| square - 2.0 * mean * x);
-        let standard_error = residues.and_then(|residues| error_of(&residues.bins, square - 2.0 * mean * mean, square));
-        Some(Estimate { mean: (square - mean * mean).max(0.0), standard_error })
+        let of_residues = residues.and_then(|residues| error_of(&residues.bins, square - 2.0 * mean * mean, square));
+        let missed = self.estimate()?.standard_error.map(|error| error * error);
+        let standard_error = of_residues.zip(missed).map(|(error, missed)| libm::hypot(error, missed));
+        Some(Estimate { mean: (square - mean * mean).max(0.0) + missed.unwrap_or(0.0), standard_error })
     }
 
     /// Whether the series is stationary.

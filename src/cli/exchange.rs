@@ -89,9 +89,21 @@ impl ExchangeCommand {
     fn choose_temperatures(&self, acceptance: f64) -> Result<(), Failure> {
         let summary = ExchangeFolder::read(&self.path)?;
         let Some(temperatures) = summary.temperatures_for(acceptance) else {
-            let message = format!("{} has no density of states from which temperatures follow", self.path.display());
-            let help =
-                "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
+            let folder = self.path.display();
+            let (message, help) = if summary.umbrella.is_some() {
+                let message = format!("{folder} is an exchange between windows of a distance, at one temperature");
+                (message, "name the exchange of several temperatures")
+            } else if summary.density_of_states.is_empty() {
+                let message = format!("{folder} has no density of states from which temperatures follow");
+                (
+                    message,
+                    "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies",
+                )
+            } else {
+                let message =
+                    format!("an acceptance of {} takes more than a thousand temperatures", digits(acceptance));
+                (message, "ask for a lower one")
+            };
             return Err(Failure::bad_input(message, Some(help)));
         };
         let all: Vec<String> = temperatures.iter().map(|temperature| digits(*temperature)).collect();
@@ -211,10 +223,10 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
 /// Columns beside the temperature or the window and the acceptance, as far as the scene has them.
 const SHOWN: [(&str, &str); 6] = [
     ("distance", "distance"),
-    ("temperature", "measured"),
+    ("temperature", "kinetic T"),
     ("potential_energy_per_particle", "potential energy"),
     ("heat_capacity_per_particle", "heat capacity"),
-    ("compressibility_factor", "compressibility"),
+    ("compressibility_factor", "Z"),
     ("pressure", "pressure"),
 ];
 

@@ -8,6 +8,7 @@ use crate::check::verify::{
     self, Certificate, Contact, Counts, End, EventRange, Fault, RunEnd, VerifyProgress, Violation,
 };
 use crate::engine::InvariantBroken;
+use crate::exchange::ExchangeFolder;
 use crate::io::{Folder, Summary, read_scene};
 use crate::model::Scene;
 use crate::view::describe;
@@ -163,6 +164,11 @@ struct Recorded {
 
 impl Recorded {
     fn read(run: &Path) -> Result<Self, Failure> {
+        if ExchangeFolder::is_one(run) {
+            let help = "its replicas have heat baths, of which no event can be proven; verify a run of one of them";
+            let message = format!("{} is the folder of a replica exchange", run.display());
+            return Err(Failure::bad_input(message, Some(help)));
+        }
         let path = Folder::summary_of(run);
         let text = std::fs::read(&path).map_err(|source| {
             let help = "a run writes it last: one that was killed has none, and goes on with carom run --resume";
@@ -259,7 +265,7 @@ fn words(certificate: &Certificate) -> String {
         End::RunEnded => format!("{proven},\nup to the end of the run"),
         End::Idle => format!("{proven};\nnothing will happen any more"),
         End::Driven => {
-            "NOTHING PROVEN: a thermostat, a growth, a sheared box, a thermal wall or a thermal surface acts".to_owned()
+            "NOTHING PROVEN: a thermostat, a barostat, a growth, a sheared box, a thermal wall or a thermal surface acts".to_owned()
         }
         End::OpenStages => {
             "NOTHING PROVEN: nothing says when the surfaces of a stage come or go, or gravity turns".to_owned()

@@ -74,20 +74,22 @@ impl Simulation {
         self.scene.space.volume()
     }
 
-    /// The state with another volume, whose logarithm is larger by `change`; `None` where particles overlap in it, and below the smallest box in which a pair meets in one
+    /// The box with another volume, whose logarithm is larger by `change`; `None` below the smallest box in which a pair meets in one
     /// image only. That is a limit of the ensemble, as a piston that does not go further: moves to and fro across it are both left out.
-    pub(crate) fn scaled(&self, scaling: &Scaling, change: f64) -> Option<Scaled> {
+    pub(crate) fn scaled_box(&self, scaling: &Scaling, change: f64) -> Option<Space> {
         let from = &self.scene.space;
         let factor = libm::exp(change / from.dimensions() as f64);
         let is_flat = |k: usize| from.boundary[k] == Boundary::Flat;
         let space =
             Space { size: Vector::from_fn(|k, _| if is_flat(k) { 0.0 } else { from.size[k] * factor }), ..*from };
         let fits = (0..3).all(|k| is_flat(k) || (scaling.shortest..=LARGEST).contains(&space.size[k]));
-        if !fits {
-            return None;
-        }
+        fits.then_some(space)
+    }
+
+    /// The state in another box of the same shape; `None` where particles overlap in it.
+    pub(crate) fn scaled(&self, scaling: &Scaling, space: Space) -> Option<Scaled> {
         let snapshot = self.snapshot();
-        let positions = scaling.molecules.scaled(&snapshot.positions, from, &space);
+        let positions = scaling.molecules.scaled(&snapshot.positions, &self.scene.space, &space);
         let energy = self.energy_in(scaling, &space, &positions)?;
         Some(Scaled { energy_change: energy - self.energy().pair, space, positions })
     }

@@ -115,6 +115,9 @@ pub enum ExchangeFolderError {
         /// Time that was asked for `[time]`.
         asked: f64,
     },
+    /// The exchange in the folder has no results yet.
+    #[error("{} holds a replica exchange that has not come to its end", .0.display())]
+    Incomplete(PathBuf),
     /// A file in it is none that can be read.
     #[error("cannot read {}", path.display())]
     Read {
@@ -147,7 +150,10 @@ impl ExchangeFolderError {
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {
             Self::Occupied(_) => "choose another folder with --out",
-            Self::Other(_) => "go on with it, `carom exchange DIR`, or choose another folder with --out",
+            Self::Other(_) => {
+                "go on with it, `carom exchange DIR`, or choose another folder with --out; remove the folder if nothing of it is needed"
+            }
+            Self::Incomplete(_) => "go on with it, `carom exchange DIR`",
             Self::Passed { .. } => "ask for a later end with --until-time, or choose another folder with --out",
             Self::Start(StartError::NoPlan) => {
                 "add [exchange] with temperatures, interval and rate; `carom run` runs a scene without it"

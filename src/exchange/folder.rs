@@ -112,23 +112,25 @@ impl ExchangeFolder {
         let names = names.chain(surfaces::names(&scene)).chain(measured::folders(places));
         names.chain((0..places).map(trajectory_of)).try_for_each(|name| plain::refuse_others(path, &name))?;
         let kept = path.join(SCENE);
+        let is_complete = path.join(SUMMARY).exists();
+        let has_begun = is_complete || path.join(CHECKPOINT).exists();
         let mut has_other_end = false;
         match fs::read_to_string(&kept) {
             Ok(text) if text == record => {}
-            Ok(text) if without_limit(&text) == without_limit(record) => has_other_end = true,
+            // Of one that has kept nothing yet, because it failed or was ended early, any other takes the place.
+            Ok(text) if !has_begun || without_limit(&text) == without_limit(record) => has_other_end = true,
             Ok(_) => return Err(ExchangeFolderError::Other(path.to_owned())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 write_text(&kept, record)?;
             }
             Err(source) => return Err(ExchangeFolderError::Read { path: kept, source }),
         }
-        let is_complete = path.join(SUMMARY).exists();
         if is_complete && !has_other_end {
             return Ok(Opened::Complete);
         }
         // Once for all temperatures: they differ in nothing that is seen.
-        surfaces::write(path, &scene, |file| !file.exists())?;
-        if !is_complete && !path.join(CHECKPOINT).exists() {
+        surfaces::write(path, &scene, |file| !has_begun || !file.exists())?;
+        if !has_begun {
             if has_other_end {
                 write_text(&kept, record)?;
             }
@@ -271,7 +273,8 @@ impl ExchangeFolder {
     /// Reads the results of an exchange that is complete.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Read`] if a file is missing or damaged, [`ExchangeFolderError::Table`] if a table is not the one that was written.
+    /// [`ExchangeFolderError::Incomplete`] of one that has not come to its end, [`ExchangeFolderError::Read`] if a file is missing or damaged, [`ExchangeFolderError::Table`] if a
+    /// table is not the one that was written.
     pub fn read(path: &Path) -> Result<ExchangeSummary, ExchangeFolderError> {
         let text = |name: &str| {
             let path = path.join(name);
@@ -281,6 +284,9 @@ impl ExchangeFolder {
             path: path.join(name),
             source: io::Error::new(io::ErrorKind::InvalidData, why),
         };
+        if Self::is_one(path) && !path.join(SUMMARY).exists() {
+            return Err(ExchangeFolderError::Incomplete(path.to_owned()));
+        }
         let mut summary: ExchangeSummary =
             serde_json::from_str(&text(SUMMARY)?).map_err(|error| damaged(SUMMARY, error.to_string()))?;
         // Those of windows are others, and one of a version that had no such table is complete without it.

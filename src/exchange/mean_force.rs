@@ -14,17 +14,18 @@ pub struct MeanForcePoint {
     pub distance: f64,
     /// Its width `[length]`.
     pub width: f64,
-    /// `F(r) = -T ln p(r)`, with the probability density `p(r)` of the distance; zero in the bin where it is lowest `[energy]`.
+    /// `F(r) = -T ln p(r)`, with the probability density `p(r)` of the distance; zero in the bin where it is lowest, among those with an error `[energy]`.
     pub free_energy: Estimate,
-    /// Potential of mean force, `w(r) = F(r) + (D - 1) T ln r` in `D` dimensions: `-T` times the logarithm of the density in space; zero in the bin where it is lowest `[energy]`.
+    /// Potential of mean force, `w(r) = F(r) + (D - 1) T ln r` in `D` dimensions: `-T` times the logarithm of the density in space; zero in the bin where it is lowest, among those with an error `[energy]`.
     pub potential_of_mean_force: Estimate,
 }
 
 impl MeanForcePoint {
-    /// The point at which one of the free energies is lowest.
+    /// The point at which one of the free energies is lowest, among those with an error if there are any.
     #[must_use]
     pub fn lowest(points: &[Self], of: fn(&Self) -> Estimate) -> Option<&Self> {
-        points.iter().min_by(|a, b| of(a).mean.total_cmp(&of(b).mean))
+        let is_vague = |point: &Self| of(point).standard_error.is_none();
+        points.iter().min_by(|a, b| is_vague(a).cmp(&is_vague(b)).then(of(a).mean.total_cmp(&of(b).mean)))
     }
 }
 
@@ -106,8 +107,14 @@ fn points(reweighting: &Reweighting, edges: &[f64], temperature: f64, dimensions
         let free_energies = |density: &DensityOfStates| -> Vec<f64> {
             density.levels().zip(&sizes).map(|((_, logarithm), size)| temperature * (size - logarithm)).collect()
         };
-        let all = free_energies(reweighting.density());
-        let lowest = (1..all.len()).fold(0, |best, place| if all[place] < all[best] { place } else { best });
+        // A bin that some resamples have no sample in has no error, and would leave none to those that are counted from it.
+        let is_better = |a: &Estimate, b: &Estimate| {
+            let key = |it: &Estimate| (it.standard_error.is_none(), it.mean);
+            key(a) < key(b)
+        };
+        let all = reweighting.estimates(free_energies);
+        let lowest =
+            (1..all.len()).fold(0, |best, place| if is_better(&all[place], &all[best]) { place } else { best });
         reweighting.estimates(|density| {
             let all = free_energies(density);
             all.iter().map(|it| it - all[lowest]).collect()

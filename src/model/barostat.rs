@@ -41,7 +41,8 @@ impl Barostat {
     /// Whether its settings are valid, whatever it acts on.
     pub(crate) fn check(&self) -> Result<(), BarostatError> {
         let number = "a number from 1e-50 to 1e50";
-        for (name, value) in [("pressure", self.pressure), ("interval", self.interval)] {
+        let pressure = "a number from 1e-50 to 1e50: without a pressure from outside the volume has no end";
+        for (name, value, number) in [("pressure", self.pressure, pressure), ("interval", self.interval, number)] {
             if !is_positive(value) {
                 return Err(BarostatError { name, value, expected: number });
             }
@@ -63,6 +64,8 @@ pub struct VolumeMoves {
     pub attempted: u64,
     /// Moves that were accepted.
     pub accepted: u64,
+    /// Moves to boxes below the smallest one, in which a pair would meet in two images: where there are many, the ensemble ends there, and its pressure is not that of the barostat.
+    pub too_small: u64,
     /// Largest change of the logarithm of the volume in a move, at the end of the stage.
     pub amplitude: f64,
 }

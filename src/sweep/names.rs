@@ -16,13 +16,18 @@ const LONGEST_LIST: usize = 28;
 /// Last words of keys that quantities have for their names which every run measures, so that the word before is needed, too: `barostat_pressure`.
 const MEASURED: [&str; 2] = ["pressure", "temperature"];
 
+/// Last words of keys that runs with a barostat measure, too.
+const MEASURED_AT_CONSTANT_PRESSURE: [&str; 3] = ["volume", "number_density", "packing_fraction"];
+
 /// Names of keys: their last words, with the numbers of entries behind them, where these differ; else the whole keys, `fill_0_packing_fraction`.
-pub(super) fn short_names(keys: &[&str]) -> Vec<String> {
+pub(super) fn short_names(keys: &[&str], has_barostat: bool) -> Vec<String> {
     let is_word = |part: &str| part.starts_with(|c: char| c.is_ascii_alphabetic());
     let last = |key: &str| {
         let parts: Vec<&str> = key.split('.').map(str::trim).collect();
         let first = parts.iter().rposition(|part| is_word(part)).unwrap_or(0);
-        let first = if MEASURED.contains(&parts[first]) { first.saturating_sub(1) } else { first };
+        let is_measured =
+            MEASURED.contains(&parts[first]) || has_barostat && MEASURED_AT_CONSTANT_PRESSURE.contains(&parts[first]);
+        let first = if is_measured { first.saturating_sub(1) } else { first };
         parts[first..].join("_")
     };
     let is_alone = |name: &str| keys.iter().filter(|key| last(key) == name).count() == 1;

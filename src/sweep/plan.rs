@@ -187,7 +187,13 @@ impl Sweep {
     /// Names of the keys in tables and folders: their last words, with the numbers of entries behind them, where these differ, `fill_0_packing_fraction` where they do not.
     #[must_use]
     pub fn short_names(&self) -> Vec<String> {
-        short_names(&self.keys())
+        short_names(&self.keys(), self.has_barostat())
+    }
+
+    /// Whether a barostat is spoken of in the scene or in its changes.
+    fn has_barostat(&self) -> bool {
+        let set = self.set.iter().flat_map(|(key, value)| [key.as_str(), value.as_str()]);
+        set.chain(self.keys()).chain([self.text.as_str()]).any(|text| text.contains("barostat"))
     }
 
     /// Names of [`Self::short_names`] that tell state points apart: all but the seed.

@@ -13,8 +13,9 @@ use crate::io::summary::Observable;
 use crate::io::{FolderState, Measurements, Summary};
 use crate::model::run_plan::MEASUREMENT;
 
-/// Quantities that a study is mostly about, in this order; all else follows in the order in which it first appears, and then what is checked only.
-const FIRST: [&str; 9] = [
+/// Quantities that a study is mostly about, in this order, the density where a barostat changes it; all else follows in the order in which it first appears, and then what is checked only.
+const FIRST: [&str; 10] = [
+    "number_density",
     "compressibility_factor",
     "pressure",
     "potential_energy_per_particle",

@@ -77,4 +77,10 @@ fn a_window_that_cannot_be_reached_is_named() {
     assert_eq!(code(&output), 1, "{}", errors(&output));
     assert!(errors(&output).contains("window 3, from 3.9 to 4.4: the distance has come to 3."), "{}", errors(&output));
     assert!(errors(&output).contains("give a longer equilibration_time"), "{}", errors(&output));
+    let output = place.carom(&["report", "runs/chain-exchange"]);
+    assert!(code(&output) == 2 && line(&output).contains("has not come to its end"), "{}", errors(&output));
+    // It has kept nothing: the windows that are mended take the place of these.
+    place.write("scene.toml", &scene.replace("], [3.9, 4.4]]", "]]").replace("time = 15.0", "time = 150.0"));
+    let output = place.carom(&exchange(&["--until-time", "30"]));
+    assert_eq!(code(&output), 0, "{}", errors(&output));
 }

@@ -302,7 +302,7 @@ class Exchange(InFolder):
     def potential_of_mean_force(self) -> Table:
         """Free energies along the distance of windows, from all of them together: ``distance`` (the middle of a bin) and its ``width`` `[length]`, ``free_energy``, that is
         ``F(r) = -T ln p(r)`` with the probability density ``p(r)`` of the distance, and ``potential_of_mean_force``, ``w(r) = F(r) + (D - 1) T ln r`` in ``D`` dimensions `[energy]`, each
-        with its error, as ``free_energy_error``, and zero where it is lowest.
+        with its error, as ``free_energy_error``, and zero where it is lowest, among bins that have an error.
 
         Raises
         ------

@@ -48,7 +48,7 @@ impl Driver<'_> {
             Moves {
                 next: self.simulation.time() + barostat.interval,
                 random: Random::new(self.simulation.scene().seed, Purpose::Volume, stream),
-                done: VolumeMoves { attempted: 0, accepted: 0, amplitude },
+                done: VolumeMoves { attempted: 0, accepted: 0, too_small: 0, amplitude },
             }
         });
     }
@@ -74,7 +74,9 @@ impl Driver<'_> {
         // Both are drawn for each move, so that what comes later does not depend on which one it was.
         let (change, threshold) = (moves.done.amplitude * (2.0 * moves.random.uniform() - 1.0), moves.random.uniform());
         let volume = self.simulation.volume();
-        let accepted = self.simulation.scaled(&scaling, change).filter(|scaled| {
+        let space = self.simulation.scaled_box(&scaling, change);
+        moves.done.too_small += u64::from(space.is_none());
+        let accepted = space.and_then(|space| self.simulation.scaled(&scaling, space)).filter(|scaled| {
             let work = scaled.energy_change + barostat.pressure * (scaled.space.volume() - volume);
             let exponent = (scaling.molecules() as f64 + 1.0) * change - work / temperature;
             threshold < libm::exp(exponent)
@@ -119,7 +121,7 @@ mod tests {
 
     #[test]
     fn the_amplitude_goes_where_two_moves_in_five_are_accepted() {
-        let done = VolumeMoves { attempted: 0, accepted: 0, amplitude: 0.1 };
+        let done = VolumeMoves { attempted: 0, accepted: 0, too_small: 0, amplitude: 0.1 };
         let mut moves = Moves { next: 0.0, random: Random::new(1, Purpose::Volume, 0), done };
         let mut after = |accepted: &[bool]| {
             for is_accepted in accepted {

@@ -9,7 +9,7 @@ use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::validate::measure::asked;
 
 /// Instruments that measure what they do in any volume.
-const OF_ANY_VOLUME: [&str; 3] = ["speeds", "chains", "bond_order"];
+const OF_ANY_VOLUME: [&str; 2] = ["speeds", "chains"];
 
 /// Refuses numbers that no barostat can have.
 pub(super) fn check_numbers(barostat: Option<&Barostat>, at: &ConfigPath) -> Result<(), SceneError> {
@@ -170,8 +170,8 @@ fn check_output(scene: &Scene) -> Result<(), SceneError> {
     match instrument(&scene.measure) {
         Some(key) => {
             let expected = format!(
-                "none in a measurement with a barostat, which has {} only: equilibrate in a [[stage]] with the barostat, and measure at its volume in [run] without",
-                OF_ANY_VOLUME.join(", ")
+                "none in a measurement with a barostat, which has {} only: measure the density at this pressure first, and give it to a scene without the barostat",
+                OF_ANY_VOLUME.join(" and ")
             );
             refuse(root.key("measure").key(key), "given", expected)
         }

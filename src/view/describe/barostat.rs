@@ -18,5 +18,9 @@ pub fn barostat(barostat: &Barostat) -> String {
 #[must_use]
 pub fn volume_moves(moves: &VolumeMoves) -> String {
     let accepted = moves.acceptance().map_or_else(String::new, |part| format!(", {:.1} % accepted", 100.0 * part));
-    format!("{}{accepted}, of ln V by up to {}", moves.attempted, digits(moves.amplitude))
+    let too_small = match 100.0 * moves.too_small as f64 / moves.attempted.max(1) as f64 {
+        0.0 => String::new(),
+        part => format!(", {part:.1} % to boxes shorter than two ranges, which there are none of"),
+    };
+    format!("{}{accepted}{too_small}, of ln V by up to {}", moves.attempted, digits(moves.amplitude))
 }

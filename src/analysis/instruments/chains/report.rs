@@ -3,6 +3,7 @@
 use super::{Chains, MOST_GROUPS};
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};
 use crate::analysis::statistics::Estimate;
+use crate::base::text::digits;
 
 /// Adds a probability density of a length over even bins.
 fn with_density(
@@ -99,8 +100,9 @@ impl Chains {
                 format!("Distribution of the end-to-end distance of {n} particles"),
             );
             let method = format!(
-                "probability density of |r_n - r_1| over {} linear chains of {n} particles, up to {longest}",
-                group.components
+                "probability density of |r_n - r_1| over {} linear chains of {n} particles, up to {}",
+                group.components,
+                digits(longest)
             );
             let chains = f64::from(group.components);
             measured.curves.push(with_density(

@@ -65,10 +65,9 @@ impl Lags {
                 });
                 let span = span.unwrap_or(longest);
                 let fitting = free_time.map_or(100.0, |time| (span / time * STEPS_PER_FREE_TIME).round());
-                let interval = incommensurate(
-                    span / fitting.clamp(FEWEST_STEPS, MOST_STEPS as f64),
-                    setup.system.scaling_interval,
-                );
+                // An interval that goes out of step with scalings is up to a third shorter, and the most steps of it have to reach the span.
+                let most = MOST_STEPS as f64 * if setup.system.scaling_interval.is_some() { 0.7 } else { 1.0 };
+                let interval = incommensurate(span / fitting.clamp(FEWEST_STEPS, most), setup.system.scaling_interval);
                 (interval, (span / interval).round())
             }
         };

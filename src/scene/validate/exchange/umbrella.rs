@@ -49,8 +49,9 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
         let at = key.index(index + 1);
         if !(lower < next_lower && next_lower < upper) {
             let (lower, upper) = (shortest(lower), shortest(upper));
-            let expected =
-                format!("between {lower} and {upper}: windows ascend, and each overlaps with the one before");
+            let expected = format!(
+                "more than {lower} and less than {upper}: windows ascend, and each overlaps with the one before"
+            );
             return refuse(at.index(0), shortest(next_lower), expected);
         }
         if next_upper <= upper {
