@@ -138,7 +138,6 @@ until_events = 1000
 [measure]
 speeds = true
 chains = true
-bond_order = true
 "#;
 
 pub fn carom(arguments: &[&str]) -> Command {
