@@ -91,18 +91,15 @@ impl ExchangeCommand {
         let Some(temperatures) = summary.temperatures_for(acceptance) else {
             let folder = self.path.display();
             let (message, help) = if summary.umbrella.is_some() {
-                let message = format!("{folder} is an exchange between windows of a distance, at one temperature");
-                (message, "name the exchange of several temperatures")
+                (format!("{folder} has one temperature, at all windows of its distance"), "name an exchange of several")
             } else if summary.density_of_states.is_empty() {
-                let message = format!("{folder} has no density of states from which temperatures follow");
-                (
-                    message,
-                    "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies",
-                )
+                (format!("{folder} has no density of states from which temperatures follow"), NO_DENSITY)
             } else {
-                let message =
-                    format!("an acceptance of {} takes more than a thousand temperatures", digits(acceptance));
-                (message, "ask for a lower one")
+                let acceptance = digits(acceptance);
+                (
+                    format!("an acceptance of {acceptance} takes more than a thousand temperatures"),
+                    "ask for a lower one",
+                )
             };
             return Err(Failure::bad_input(message, Some(help)));
         };
@@ -219,6 +216,10 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     }
     Err(Failure::of_audit(faults))
 }
+
+/// Cure of an exchange without a density of states.
+const NO_DENSITY: &str =
+    "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
 
 /// Columns beside the temperature or the window and the acceptance, as far as the scene has them.
 const SHOWN: [(&str, &str); 6] = [

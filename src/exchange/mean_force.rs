@@ -24,8 +24,7 @@ impl MeanForcePoint {
     /// The point at which one of the free energies is lowest, among those with an error if there are any.
     #[must_use]
     pub fn lowest(points: &[Self], of: fn(&Self) -> Estimate) -> Option<&Self> {
-        let is_vague = |point: &Self| of(point).standard_error.is_none();
-        points.iter().min_by(|a, b| is_vague(a).cmp(&is_vague(b)).then(of(a).mean.total_cmp(&of(b).mean)))
+        points.get(lowest(points.iter().map(of))?)
     }
 }
 
@@ -98,6 +97,16 @@ impl MeanForce {
     }
 }
 
+/// Place of the lowest of some free energies, among those with an error if there are any: a bin that some resamples have no sample in has none, and would leave none to those that are
+/// counted from it.
+fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
+    let by = |a: &Estimate, b: &Estimate| {
+        let is_vague = |it: &Estimate| it.standard_error.is_none();
+        is_vague(a).cmp(&is_vague(b)).then(a.mean.total_cmp(&b.mean))
+    };
+    all.enumerate().min_by(|(_, a), (_, b)| by(a, b)).map(|(place, _)| place)
+}
+
 /// Free energies of all bins that have samples.
 fn points(reweighting: &Reweighting, edges: &[f64], temperature: f64, dimensions: f64) -> Vec<MeanForcePoint> {
     // Of the bins as they are, so that a density that is constant in space has a constant potential, however wide they are.
@@ -107,17 +116,11 @@ fn points(reweighting: &Reweighting, edges: &[f64], temperature: f64, dimensions
         let free_energies = |density: &DensityOfStates| -> Vec<f64> {
             density.levels().zip(&sizes).map(|((_, logarithm), size)| temperature * (size - logarithm)).collect()
         };
-        // A bin that some resamples have no sample in has no error, and would leave none to those that are counted from it.
-        let is_better = |a: &Estimate, b: &Estimate| {
-            let key = |it: &Estimate| (it.standard_error.is_none(), it.mean);
-            key(a) < key(b)
-        };
-        let all = reweighting.estimates(free_energies);
-        let lowest =
-            (1..all.len()).fold(0, |best, place| if is_better(&all[place], &all[best]) { place } else { best });
+        let zero = lowest(reweighting.estimates(free_energies).into_iter());
         reweighting.estimates(|density| {
             let all = free_energies(density);
-            all.iter().map(|it| it - all[lowest]).collect()
+            let zero = zero.map_or(0.0, |place| all[place]);
+            all.iter().map(|it| it - zero).collect()
         })
     };
     let (free_energies, potentials) = (of_bins(&|pair| pair[1] - pair[0]), of_bins(&volume));
@@ -129,4 +132,34 @@ fn points(reweighting: &Reweighting, edges: &[f64], temperature: f64, dimensions
     };
     let all = edges.windows(2).zip(free_energies).zip(potentials).map(point);
     all.filter(|point| point.free_energy.mean.is_finite()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::reweighting::Ensemble;
+    use crate::model::random::{Purpose, Random};
+
+    #[test]
+    fn a_bin_of_one_sample_takes_no_errors_from_the_others() {
+        let edges = [0.0, 0.005, 0.2, 0.4, 0.6, 0.8, 1.0];
+        let mut random = Random::new(1, Purpose::Volume, 0);
+        let mut distances: Vec<f64> = (0..2000).map(|_| 0.05 + 0.95 * random.uniform()).collect();
+        distances[700] = 0.002;
+        let mut bins = EnergyLevels::of_bins(&edges[..6]);
+        distances.iter().for_each(|distance| bins.see(&[*distance]));
+        let mut histograms = EnergyHistograms::new(vec![Ensemble::Window { ends: [0.0, 1.0] }], bins, 0);
+        distances.iter().for_each(|distance| histograms.add(&[*distance], &[]));
+        let all = points(&Reweighting::new(&histograms, 1).unwrap(), &edges, 0.8, 3.0);
+        let potential = |place: usize| all[place].potential_of_mean_force;
+        // In so small a shell the sample makes the potential lowest, but nobody knows by how much.
+        assert!(potential(0).mean < 0.0 && potential(0).standard_error.is_none());
+        assert!(
+            (1..6)
+                .all(|place| potential(place).standard_error.is_some()
+                    && all[place].free_energy.standard_error.is_some())
+        );
+        let lowest = MeanForcePoint::lowest(&all, |point| point.potential_of_mean_force).unwrap();
+        assert!(lowest.distance > 0.005 && lowest.potential_of_mean_force.mean == 0.0, "{lowest:?}");
+    }
 }

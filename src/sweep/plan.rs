@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::axis::{Axis, MOST};
 use super::error::SweepError;
 use super::names::{folder_name, short_names};
-use super::value::meaning;
+use super::value::{has_key, meaning, value_of};
 use crate::base::checksum::checksum;
 use crate::io::estimate::SizeEstimate;
 use crate::io::read_scene_text;
@@ -16,6 +16,9 @@ use crate::scene::{NamedInput, SceneError, read_text};
 
 /// The key whose values are repetitions of the same state point.
 const SEED: &str = "seed";
+
+/// The key with which runs measure what they otherwise have as it is given.
+const BAROSTAT: &str = "barostat";
 
 /// Sweep of a scene: its axes, and their points in order, the last axis fastest.
 #[derive(Debug, Clone)]
@@ -190,10 +193,12 @@ impl Sweep {
         short_names(&self.keys(), self.has_barostat())
     }
 
-    /// Whether a barostat is spoken of in the scene or in its changes.
+    /// Whether the scene, or one of its changes, has a barostat.
     fn has_barostat(&self) -> bool {
-        let set = self.set.iter().flat_map(|(key, value)| [key.as_str(), value.as_str()]);
-        set.chain(self.keys()).chain([self.text.as_str()]).any(|text| text.contains("barostat"))
+        let is_key = |key: &str| key.split('.').any(|part| part.trim() == BAROSTAT);
+        let scene = self.text.parse().is_ok_and(|table| has_key(&toml::Value::Table(table), BAROSTAT));
+        let set = self.set.iter().any(|(key, value)| is_key(key) || has_key(&value_of(value), BAROSTAT));
+        scene || set || self.keys().into_iter().any(is_key)
     }
 
     /// Names of [`Self::short_names`] that tell state points apart: all but the seed.

@@ -24,6 +24,15 @@ pub(super) fn plain(text: &str) -> String {
     }
 }
 
+/// Whether a value is or holds a table with a key.
+pub(super) fn has_key(value: &Value, key: &str) -> bool {
+    match value {
+        Value::Table(table) => table.contains_key(key) || table.values().any(|value| has_key(value, key)),
+        Value::Array(array) => array.iter().any(|value| has_key(value, key)),
+        _ => false,
+    }
+}
+
 fn spelled(value: &Value) -> String {
     match value {
         Value::Float(number) if number.fract() == 0.0 && number.abs() < MOST_EXACT => format!("{:.0}", number + 0.0),

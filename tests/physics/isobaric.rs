@@ -127,7 +127,10 @@ fn two_disks_keep_to_the_smallest_box() {
         .particle("A", Vector::new(2.0, 2.1, 0.0), Vector::new(-0.2, 0.9, 0.0))
         .run(plan(pressure, 0.4, 1.2, 50_000));
     let density = |volume: f64| volume * (volume - PI) * libm::exp(-pressure * volume / TEMPERATURE);
-    compare(&finish(scene.build().unwrap()), moments(4.0, 150.0, density));
+    let finished = finish(scene.build().unwrap());
+    compare(&finished, moments(4.0, 150.0, density));
+    let moves = finished.volume_moves.unwrap();
+    assert!(moves.too_small > 1_000 && moves.too_small < moves.attempted - moves.accepted, "{moves:?}");
 }
 
 #[test]
@@ -171,10 +174,29 @@ fn an_ideal_gas_has_one_particle_more() {
         scene.insert_particle("A", Vector::new(0.5 * x, 0.3 * x, 0.0), Vector::new(0.2, 0.1 * x, 0.0));
     }
     let finished = finish(scene.run(plan(pressure, 0.4, 1.0, 40_000)).build().unwrap());
+    assert_eq!(finished.volume_moves.unwrap().too_small, 0);
     let unit = TEMPERATURE / pressure;
     compare(&finished, [6.0 * unit, 6.0 * unit * unit]);
     let (temperature, error) = observable(&finished, "temperature");
     assert!((temperature - TEMPERATURE).abs() < 4.0 * error, "{temperature} +- {error}");
+}
+
+#[test]
+fn what_follows_the_volume_has_no_error_where_that_has_none() {
+    let scene = SceneBuilder::new("spheres")
+        .seed(4)
+        .species("A", 0.7, 1.0)
+        .interaction("A", "A", hard(), 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+        .temperature(TEMPERATURE)
+        .run(plan(3.4, 0.02, 0.02, 500));
+    let finished = finish(scene.build().unwrap());
+    let has_error = |name: &str| finished.observable(name).unwrap().standard_error.is_some();
+    assert!(has_error("temperature") && !has_error("volume"));
+    for name in ["pressure", "compressibility_factor", "collision_rate", "number_density", "isothermal_compressibility"]
+    {
+        assert!(!has_error(name), "{name}");
+    }
 }
 
 /// Area of two disks of a radius that are `apart`, of which those that overlap share some.

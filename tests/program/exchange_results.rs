@@ -42,6 +42,10 @@ fn temperatures_follow_from_an_acceptance() {
     let all: Vec<f64> = neighbours.iter().map(|it| it["acceptance"]["mean"].as_f64().unwrap()).collect();
     // Of 300 attempts each, and a density of states of 600 rows.
     assert!(all.iter().all(|it| *it > 0.65 && (it - all[0]).abs() < 0.15), "{all:?}");
+    let output = place.carom(&["exchange", "runs/chain-exchange", "--temperatures-for", "0.99999"]);
+    assert!(code(&output) == 2 && errors(&output).contains("more than a thousand"), "{}", errors(&output));
+    let output = place.carom(&["verify", "runs/chain-exchange"]);
+    assert!(code(&output) == 2 && errors(&output).contains("the folder of a replica exchange"), "{}", errors(&output));
     let output = place.carom(&["exchange", "runs/chain-exchange", "--temperatures-for", "1"]);
     assert!(code(&output) == 2 && errors(&output).contains("between 0 and 1"), "{}", errors(&output));
 }

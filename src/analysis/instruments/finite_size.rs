@@ -56,8 +56,10 @@ struct Fluid<'s> {
     system: &'s SystemDescription,
     /// Temperature of the measurement `[energy]`.
     temperature: f64,
-    /// The viscosity that was measured, if it was asked for and is known well enough.
-    viscosity: Option<Option<Estimate>>,
+    /// Whether the viscosity was asked for.
+    has_viscosity: bool,
+    /// That which was measured, if it is known well enough `[mass / (length^(D - 2) time)]`.
+    viscosity: Option<Estimate>,
     /// First and last time of the straight part `[time]`.
     span: [f64; 2],
 }
@@ -75,14 +77,21 @@ impl<'s> Fluid<'s> {
         let inverse_mass: f64 = system.moving.iter().map(|id| 1.0 / system.masses[*id as usize]).sum();
         let temperature = squares * system.moving.len() as f64 / (inverse_mass * system.space.dimensions() as f64);
         let is_known = |it: &Estimate| it.standard_error.is_some_and(|error| error <= LARGEST_ERROR * it.mean);
-        let viscosity = measured.number(VISCOSITY).map(|number| estimate(number).filter(is_known));
-        Some(Self { system, temperature, viscosity, span })
+        let viscosity = measured.number(VISCOSITY);
+        let has_viscosity = viscosity.is_some();
+        Some(Self {
+            system,
+            temperature,
+            has_viscosity,
+            viscosity: viscosity.and_then(estimate).filter(is_known),
+            span,
+        })
     }
 
     /// Part of a coefficient that is beyond its span `[length^2 / time]`, with the viscosity that was measured or else Enskog's.
     fn tail(&self, number: &Number) -> Option<f64> {
         let mass = self.system.moving_mass();
-        let measured = self.viscosity.flatten().map(|it| it.mean);
+        let measured = self.viscosity.map(|it| it.mean);
         let viscosity = measured.or_else(|| free_time::viscosity(self.system, self.temperature))?;
         let periods: Vec<f64> = self.system.axes().map(|axis| self.system.space.size[axis]).collect();
         let spreading = viscosity * self.system.space.volume() / mass + number.mean?.max(0.0);
@@ -96,9 +105,11 @@ impl<'s> Fluid<'s> {
     /// The coefficient of an infinite system that belongs to one of a box; `None` for that of Green and Kubo, in another box than a cube, or where the viscosity was not asked for.
     fn infinite(&self, number: &Number, tail: Option<f64>) -> Option<Number> {
         let species = number.name.strip_prefix(COEFFICIENT).filter(|_| !number.name.starts_with(GREEN_KUBO))?;
-        let viscosity = self.viscosity.filter(|_| self.system.space.is_cube())?;
+        if !self.has_viscosity || !self.system.space.is_cube() {
+            return None;
+        }
         let sum = || {
-            let (of_box, viscosity, tail) = (estimate(number)?, viscosity?, tail?);
+            let (of_box, viscosity, tail) = (estimate(number)?, self.viscosity?, tail?);
             let part = free_part(species, self.system);
             let term = finite_size_of_diffusion(self.temperature, viscosity.mean, self.system.space.size.max());
             let of_term = term * viscosity.standard_error? / viscosity.mean;

@@ -25,8 +25,9 @@ pub(in crate::run) struct Moves {
 
 impl Moves {
     /// Counts a move.
-    fn note(&mut self, is_accepted: bool) {
+    fn note(&mut self, is_accepted: bool, is_too_small: bool) {
         self.done.attempted += 1;
+        self.done.too_small += u64::from(is_too_small);
         self.done.accepted += u64::from(is_accepted);
     }
 
@@ -75,13 +76,13 @@ impl Driver<'_> {
         let (change, threshold) = (moves.done.amplitude * (2.0 * moves.random.uniform() - 1.0), moves.random.uniform());
         let volume = self.simulation.volume();
         let space = self.simulation.scaled_box(&scaling, change);
-        moves.done.too_small += u64::from(space.is_none());
+        let is_too_small = space.is_none();
         let accepted = space.and_then(|space| self.simulation.scaled(&scaling, space)).filter(|scaled| {
             let work = scaled.energy_change + barostat.pressure * (scaled.space.volume() - volume);
             let exponent = (scaling.molecules() as f64 + 1.0) * change - work / temperature;
             threshold < libm::exp(exponent)
         });
-        moves.note(accepted.is_some());
+        moves.note(accepted.is_some(), is_too_small);
         if !self.state.stage.stage.is_measured() && barostat.amplitude.is_none() {
             moves.adapt(accepted.is_some());
             self.state.amplitude = Some(moves.done.amplitude);
@@ -125,7 +126,7 @@ mod tests {
         let mut moves = Moves { next: 0.0, random: Random::new(1, Purpose::Volume, 0), done };
         let mut after = |accepted: &[bool]| {
             for is_accepted in accepted {
-                moves.note(*is_accepted);
+                moves.note(*is_accepted, false);
                 moves.adapt(*is_accepted);
             }
             moves.done.amplitude

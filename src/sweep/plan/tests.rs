@@ -40,6 +40,22 @@ fn names_are_short_where_that_tells_them_apart() {
 }
 
 #[test]
+fn a_density_beside_a_barostat_is_named_by_its_whole_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("scene.toml");
+    let text = std::fs::read_to_string(SCENE).unwrap();
+    let bath = "thermostat = { kind = \"andersen\", temperature = 1.0, rate = 1.0 }";
+    let names = |line: &str, set: &[(&str, &str)]| {
+        std::fs::write(&file, text.replace("[run]", &format!("[run]\n{bath}\n{line}"))).unwrap();
+        Sweep::new(&file, set, vec!["fill.0.packing_fraction=0.1,0.2".parse().unwrap()]).unwrap().short_names()
+    };
+    let barostat = "{ pressure = 1.0, interval = 1.0, amplitude = 0.1 }";
+    assert_eq!(names(&format!("barostat = {barostat}"), &[]), ["fill_0_packing_fraction"]);
+    assert_eq!(names("", &[("run.barostat", barostat)]), ["fill_0_packing_fraction"]);
+    assert_eq!(names("# A word of a barostat is none.", &[]), ["packing_fraction"]);
+}
+
+#[test]
 fn folders_have_names_that_every_disk_takes() {
     let sweep = sweep(&["space.size=[1, 1, 1],[1; 1; 1],\"a/../b\""]).unwrap();
     for point in sweep.points() {

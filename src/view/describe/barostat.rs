@@ -18,9 +18,11 @@ pub fn barostat(barostat: &Barostat) -> String {
 #[must_use]
 pub fn volume_moves(moves: &VolumeMoves) -> String {
     let accepted = moves.acceptance().map_or_else(String::new, |part| format!(", {:.1} % accepted", 100.0 * part));
-    let too_small = match 100.0 * moves.too_small as f64 / moves.attempted.max(1) as f64 {
-        0.0 => String::new(),
-        part => format!(", {part:.1} % to boxes shorter than two ranges, which there are none of"),
+    let too_small = if moves.too_small == 0 {
+        String::new()
+    } else {
+        let part = 100.0 * moves.too_small as f64 / moves.attempted as f64;
+        format!(", {part:.1} % rejected because the box would be shorter than two ranges")
     };
     format!("{}{accepted}{too_small}, of ln V by up to {}", moves.attempted, digits(moves.amplitude))
 }

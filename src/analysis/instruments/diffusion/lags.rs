@@ -156,6 +156,7 @@ pub(super) fn next_logarithmic(ticks: u64) -> u64 {
 mod tests {
     use super::*;
     use crate::analysis::instruments::system::Sample;
+    use crate::analysis::instruments::system::SystemDescription;
     use crate::analysis::instruments::test_system::{hard_spheres, instrument};
 
     #[test]
@@ -188,6 +189,11 @@ mod tests {
         assert!(decay > 3.0 && decay < 5.0, "{decay}");
         assert_eq!(in_large.steps, 2000);
         assert!((in_large.interval() * 2000.0 / (10.0 * decay) - 1.0).abs() < 1e-9, "{}", in_large.interval());
+        // Out of step with scalings, a span is what was asked for.
+        let scaled = SystemDescription { scaling_interval: Some(0.022), ..system.clone() };
+        let plan = Plan { interval: None, span: Some(40.0) };
+        let beside = instrument(&simulation, &scaled, 1000.0, |setup| Lags::new(&plan, setup));
+        assert!((beside.interval() * beside.steps as f64 - 40.0).abs() < beside.interval(), "{beside:?}");
         let short = lags(Plan::default(), 4.0);
         assert_eq!((short.steps, short.stride), (50, 13));
         assert_eq!(short.interval(), 0.02);
