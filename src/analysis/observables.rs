@@ -53,12 +53,13 @@ pub const OBSERVABLES: [(&str, &str); 21] = [
     (ISOTHERMAL_COMPRESSIBILITY, "length^D / energy"),
 ];
 
-/// Where they are among these: the pressure, the collision rate, those of the lower x wall, and the volume.
+/// Where they are among these: the pressure, the collision rate, those of the lower x wall, the volume, and the compressibility, of which the average is that of the squares of the volume.
 const PRESSURE: usize = 1;
 const COLLISION_RATE: usize = 3;
 const FIRST_WALL: usize = 5;
 const FIRST_HEAT: usize = 11;
 const VOLUME: usize = 17;
+const SQUARED_VOLUME: usize = 20;
 
 /// Averages the thermodynamic observables of a simulation between rows: temperature, pressure, collision rate, energies.
 ///
@@ -76,7 +77,7 @@ const VOLUME: usize = 17;
 /// | isothermal compressibility | `(<V^2> - <V>^2) / (<V> T)`, with the temperature of the heat bath |
 ///
 /// Where the volume changes, the pressure is the mean of `(N T + W / (D t)) / V` over the pieces of the time in which it is constant, and the compressibility factor is `P <V> / (N T)`
-/// with the pressure `P` of the barostat.
+/// with the pressure `P` of the barostat and the temperature of the heat bath.
 ///
 /// A wall keeps centres a radius away, so that those of each species `s` have their own volume `V_s` and area `A_s`. In the momentum along an
 /// axis between walls, `x` from the middle, the mean of `d/dt sum x m v` is zero for each species: `<sum m v_x^2> + <sum x J> / t` is `V_s / A_s` times its mean
@@ -187,13 +188,10 @@ impl Observer {
     /// The means over all intervals so far, by name; absent if they mean nothing for the scene. What does not change at all has the error 0.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
-        // At constant pressure all but the temperature follows the volume, which is slow, behind what is fast and hides that.
-        let volume = self.averages.get(VOLUME).filter(|_| self.applicable.isobaric.is_some());
-        let is_too_short =
-            volume.and_then(BlockAverage::estimate).is_some_and(|volume| volume.standard_error.is_none());
+        let is_too_short = self.is_short_of_volumes();
         let estimate = |at: usize, name: &str, average: &BlockAverage| {
             let estimate = match name {
-                COMPRESSIBILITY => average.ratio(self.averages.first()?),
+                COMPRESSIBILITY if self.applicable.isobaric.is_none() => average.ratio(self.averages.first()?),
                 ISOTHERMAL_COMPRESSIBILITY => {
                     self.applicable.isobaric?.compressibility(self.averages.get(VOLUME)?, average)
                 }
@@ -207,6 +205,14 @@ impl Observer {
         };
         let estimates = OBSERVABLES.iter().zip(&self.averages).enumerate();
         estimates.filter_map(|(at, ((name, _), average))| Some((*name, estimate(at, name, average)?))).collect()
+    }
+
+    /// Whether too few independent volumes were seen at constant pressure, where all but the temperature follows the volume: that is slow, and what is fast hides it.
+    fn is_short_of_volumes(&self) -> bool {
+        let averages = self.averages.get(VOLUME).zip(self.averages.get(SQUARED_VOLUME));
+        let averages = averages.filter(|_| self.applicable.isobaric.is_some());
+        let variance = averages.and_then(|(volume, squares)| volume.variance(squares));
+        variance.is_some_and(|variance| variance.standard_error.is_none())
     }
 
     /// The estimate for a wall from what both walls have in common, where that is known by a conservation law.
@@ -248,7 +254,9 @@ impl Observer {
 
     fn stationarity_of(&self, name: &str, average: &BlockAverage) -> Stationarity {
         match (name, self.averages.first()) {
-            (COMPRESSIBILITY, Some(temperature)) => average.stationarity_of_ratio(temperature),
+            (COMPRESSIBILITY, Some(temperature)) if self.applicable.isobaric.is_none() => {
+                average.stationarity_of_ratio(temperature)
+            }
             (ISOTHERMAL_COMPRESSIBILITY, _) => {
                 let ensemble = self.applicable.isobaric.zip(self.averages.get(VOLUME));
                 let series = ensemble.and_then(|(it, volume)| it.fluctuation(volume, average));
@@ -337,9 +345,9 @@ impl Observer {
             Some((_, means)) => applicable.has_pressure.then_some(means.pressure),
             None => applicable.pressure(&counted, duration, temperature, &confined),
         });
-        // Over the mean temperature they are the compressibility factor. That of the ensemble is `P <V> / (N T)`.
+        // Over the mean temperature they are the compressibility factor. That of the ensemble has the temperature of the heat bath.
         let factor = match isobaric {
-            Some((ensemble, means)) => Some(ensemble.pressure * means.volume / moving),
+            Some((ensemble, means)) => Some(ensemble.factor(means.volume, moving)),
             None => pressure.map(|pressure| pressure / applicable.number_density),
         };
         let of_all = [

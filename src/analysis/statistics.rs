@@ -22,6 +22,9 @@ const FEWEST_VALUES: usize = 8;
 /// nor of values that seem to be worth fewer independent ones: of those that are worth five or less, one in a few seems to be worth more by chance.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
+/// There is no error of a variance of values that seem to be worth fewer independent ones than these: of less, that variance seems to be worth the more the smaller it is by chance.
+const FEWEST_FOR_VARIANCE: f64 = 16.0;
+
 /// A mean with its standard error.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
@@ -153,16 +156,25 @@ impl BlockAverage {
         Some(Estimate { mean: ratio, standard_error: error.map(|error| error / b.abs()) })
     }
 
-    /// The variance of the values, from the average of their squares at the same times, `<x^2> - <x>^2 + e^2` with the standard error `e` of the mean: about the mean of a series a
-    /// variance is too small by the square of how far that is off. Its error is that of the mean of `x^2 - 2 <x> x` together with `e^2`, and unknown where `e` is. `None` if either has no values.
+    /// The variance of the values, from the average of their squares at the same times, `s^2 = <x^2> - <x>^2 + e^2`: about the mean of a series a variance is too small by the square
+    /// of how far that is off, of which `e^2` is the likeliest value.
+    ///
+    /// Its error is that of the mean of `x^2 - 2 <x> x`, and at least `e s` with the standard error `e` of the mean: the squares of what relaxes in a time `t` do so in `t / 2`, and `s^2` is known to `s^2 / sqrt(n)` where `n = (s / e)^2` is
+    /// the number of independent values. A variance that is small by chance would else have a small error as well. It is unknown where `n` is less than 16. `None` if either has no values.
     #[must_use]
     pub fn variance(&self, squares: &Self) -> Option<Estimate> {
         let (mean, square) = (self.mean()?, squares.mean()?);
+        let about_mean = (square - mean * mean).max(0.0);
+        let Some(error) = self.estimate()?.standard_error else {
+            return Some(Estimate { mean: about_mean, standard_error: None });
+        };
+        let variance = about_mean + likeliest_squared_error(&self.bins).unwrap_or(0.0);
         let residues = self.with(squares, |x, square| square - 2.0 * mean * x);
-        let of_residues = residues.and_then(|residues| error_of(&residues.bins, square - 2.0 * mean * mean, square));
-        let missed = self.estimate()?.standard_error.map(|error| error * error);
-        let standard_error = of_residues.zip(missed).map(|(error, missed)| libm::hypot(error, missed));
-        Some(Estimate { mean: (square - mean * mean).max(0.0) + missed.unwrap_or(0.0), standard_error })
+        let standard_error = residues
+            .filter(|_| variance >= FEWEST_FOR_VARIANCE * error * error)
+            .and_then(|residues| error_of(&residues.bins, square - 2.0 * mean * mean, square))
+            .map(|of_residues| of_residues.max(error * variance.sqrt()));
+        Some(Estimate { mean: variance, standard_error })
     }
 
     /// Whether the series is stationary.
@@ -283,6 +295,12 @@ pub fn standard_error(series: &[f64]) -> Option<f64> {
     let independent = n.min(n / density.at_zero);
     (independent >= FEWEST_INDEPENDENT)
         .then(|| student(independent - 1.0) * (density.at_zero * density.doubt * variance / n).sqrt())
+}
+
+/// The square of the error of the mean of a series that is the likeliest one, without what a [`standard_error`] has more for being uncertain itself.
+fn likeliest_squared_error(series: &[f64]) -> Option<f64> {
+    let Spread { variance, density } = spread(series)?;
+    Some(density.map_or(1.0, |density| density.at_zero) * variance / series.len() as f64)
 }
 
 /// How the values of a series spread about their mean.

@@ -148,7 +148,7 @@ const FINGERPRINTS: &[(&str, [u64; 3])] = &[
     ("continued", [0x3ad464670844aa34, 0x2d39fe98977a402a, 0x9bce385be2323031]),
     ("continued with other wells", [0x16f658846c51c7c7, 0xef904a86211ad4b4, 0x5537fa570883b12c]),
     ("continued after growth", [0x4c00566225d4421c, 0xd9afd947ce3ec56b, 0x67d730518bcd40e5]),
-    ("exchange", [0xb5a8bcc9a408163c, 0xcbf29ce484222325, 0x1b5aa3c57d1ee176]),
+    ("exchange", [0xb5a8bcc9a408163c, 0xcbf29ce484222325, 0xc4129deaa9c3211e]),
     ("set on the way", [0xa309fc7085b560bc, 0x8c54a9d57a1b8722, 0x579cb6c1d806a300]),
 ];
 

@@ -12,7 +12,7 @@ use crate::model::{Barostat, Scene, Thermostat};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Isobaric {
     /// Pressure of the barostat `[energy / length^D]`.
-    pub pressure: f64,
+    pressure: f64,
     /// Temperature of the heat bath `[energy]`.
     temperature: f64,
     /// Volume of the particles themselves `[length^D]`.
@@ -25,6 +25,11 @@ impl Isobaric {
         let (barostat, thermostat) = acting?;
         let (Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. }) = *thermostat;
         Some(Self { pressure: barostat.pressure, temperature, filled })
+    }
+
+    /// The compressibility factor `P V / (N T)` of `N` particles in a volume.
+    pub fn factor(&self, volume: f64, moving: f64) -> f64 {
+        self.pressure * volume / (moving * self.temperature)
     }
 
     /// The isothermal compressibility `(<V^2> - <V>^2) / (<V> T)` from the averages of volume and its square, with the error of the variance
