@@ -16,6 +16,7 @@ mod progress;
 mod rate;
 mod stage;
 mod state;
+mod unreached;
 
 pub use begin::{Run, RunError, run};
 pub use change::ChangeError;
@@ -29,6 +30,7 @@ pub use rate::expected_rate;
 pub(crate) use stage::Settings;
 pub use stage::Stage;
 pub use state::RunState;
+pub use unreached::{Unreached, unreached};
 
 use std::convert::Infallible;
 

@@ -51,6 +51,7 @@ pub use surface_draft::SurfaceDraft;
 pub use unvalidated::{
     Amount, Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, SpeciesDraft, Surface, SurfaceFill,
 };
+pub(crate) use validate::measurement_times;
 
 use crate::model::Scene;
 

@@ -19,7 +19,7 @@ pub struct New {
     kind: Option<&'static str>,
 }
 
-const SCENES: [Choice<&str>; 25] = [
+const SCENES: [Choice<&str>; 27] = [
     ("fluid", Some("Hard spheres in a periodic box"), include_str!("../../configs/hard_sphere_fluid.toml")),
     (
         "equation-of-state",
@@ -60,6 +60,16 @@ const SCENES: [Choice<&str>; 25] = [
         "exchange",
         Some("A chain as replicas at several temperatures, for carom exchange"),
         include_str!("new/exchange.toml"),
+    ),
+    (
+        "constant-pressure",
+        Some("Hard spheres whose volume changes at constant pressure"),
+        include_str!("../../configs/isobaric_fluid.toml"),
+    ),
+    (
+        "free-energy",
+        Some("Two large spheres among small ones in windows of their distance, for carom exchange"),
+        include_str!("../../configs/depletion.toml"),
     ),
     (
         "sweep",

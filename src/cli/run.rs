@@ -145,8 +145,12 @@ impl Run {
             .checkpoint_every(self.checkpoint_every)
             .at_most(most);
         folder.keep_scene(&record)?;
-        let warnings =
-            [description::unused_columns(&scene), description::unmeasurable(&scene), description::burdens(&scene)];
+        let warnings = [
+            description::unused_columns(&scene),
+            description::unmeasurable(&scene),
+            description::unreached(&scene),
+            description::burdens(&scene),
+        ];
         for warning in warnings.concat() {
             super::warn(&format!("warning: {warning}"));
         }

@@ -39,7 +39,7 @@ impl ExchangeResults {
             self.temperatures.iter().filter(|at| changes && constant(at).is_some()).collect();
         if !same.is_empty() {
             let what = "the potential energy never changed, so that nothing is known of its error";
-            warnings.push(format!("frozen {}: {what}", temperatures(&same)));
+            warnings.push(format!("{}: {what}", temperatures(&same)));
         }
         let trips: u64 = self.round_trips.iter().sum();
         if trips < FEWEST_TRIPS.max(self.round_trips.len() as u64) {

@@ -14,7 +14,7 @@ pub use equilibrate::MOST_EVENTS_PER_PARTICLE;
 pub(super) use equilibrate::Monitor;
 pub(super) use growth::PressureCheck;
 use recorder::{Failed, KeepsError};
-pub(super) use volume::Moves;
+pub(super) use volume::{FEWEST_MOVES, Moves};
 
 use std::ops::ControlFlow;
 

@@ -10,6 +10,8 @@ pub(crate) mod plan;
 pub(crate) mod start;
 mod surfaces;
 
+pub(crate) use measure::measurement_times;
+
 use crate::Vector;
 use crate::model::space::{Boundary, Space, displacement_within_period};
 use crate::model::{AuditPlan, CountRegion, CountSpace, Scene, SceneParts, Species};

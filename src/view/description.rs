@@ -7,7 +7,7 @@ use crate::analysis::observables::ApplicableObservables;
 use crate::base::text::digits;
 use crate::engine::EngineChoice;
 use crate::model::{InputFile, Limit, Scene};
-use crate::run::{self, Burden};
+use crate::run::{self, Burden, Unreached};
 
 /// Description of a scene: its facts, a line for each.
 #[must_use]
@@ -69,6 +69,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     if scene.run().limit == Limit::default() {
         warnings.push("nothing says how long to measure".to_owned());
     }
+    warnings.extend(unreached(scene));
     warnings.extend(burdens(scene));
     let is_dissipative = scene.interactions().iter().any(|interaction| interaction.restitution < 1.0);
     let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
@@ -110,6 +111,23 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
         )
     });
     pressure.into_iter().chain(transport).collect()
+}
+
+/// Times of the plan that never come, because what they act in is shorter.
+#[must_use]
+pub fn unreached(scene: &Scene) -> Vec<String> {
+    let told = |it| match it {
+        Unreached::Time { key, time, stage, duration } => {
+            let of = stage.map_or_else(|| "all that is measured".to_owned(), |stage| format!("the stage `{stage}`"));
+            format!("{key} of {} is longer than {of}, {}, in which it never comes", digits(time), digits(duration))
+        }
+        Unreached::Amplitude { moves, fewest } => format!(
+            "{} volume moves before the measurement are too few to find an amplitude: make them {} at least, or give one in barostat",
+            digits(moves),
+            digits(fewest)
+        ),
+    };
+    run::unreached(scene).into_iter().map(told).collect()
 }
 
 /// Reasons why the run takes far longer than its events, with the time that each takes.
@@ -224,5 +242,48 @@ mod tests {
         let of = |seconds| told(Burden { cause: "large cells".to_owned(), seconds });
         assert_eq!([of(-0.0), of(0.0), of(0.25)], ["large cells"; 3]);
         assert_eq!(of(90.4), "large cells: some 90 seconds of wall time");
+    }
+
+    /// Times that never come in a fluid with a run and instruments.
+    fn never(run: &str, measure: &str) -> Vec<String> {
+        let text = format!(
+            "species = [{{ name = \"A\", mass = 1.3, diameter = 1.0 }}]\n\
+             interaction = [{{ species = [\"A\", \"A\"], potential = \"hard-sphere\" }}]\n\
+             fill = [{{ species = \"A\", count = 32, arrangement = \"fcc\", packing_fraction = 0.2, temperature = 1.0 }}]\n{run}\n[measure]\n{measure}\n"
+        );
+        unreached(&Scene::from_toml(&text, "fluid.toml").unwrap())
+    }
+
+    #[test]
+    fn times_that_never_come_are_told_and_those_that_come_once_are_not() {
+        let bath = "thermostat = { kind = \"andersen\", temperature = 1.0, rate = 1.0 }";
+        let run = format!(
+            "run = {{ {bath}, barostat = {{ pressure = 2.0, interval = 0.5 }}, equilibration_time = 19.9, until_time = 0.4 }}"
+        );
+        assert_eq!(
+            never(&run, ""),
+            [
+                "barostat.interval of 0.5 is longer than the stage `measurement`, 0.4, in which it never comes",
+                "39 volume moves before the measurement are too few to find an amplitude: make them 40 at least, or give one in barostat"
+            ]
+        );
+        let enough = "equilibration_time = 20.0, until_time = 0.5";
+        let run = run.replace("equilibration_time = 19.9, until_time = 0.4", enough);
+        assert_eq!(never(&run, ""), [""; 0]);
+        let given = run.replace("interval = 0.5", "interval = 0.5, amplitude = 0.1").replace("20.0", "1.0");
+        assert_eq!(never(&given, ""), [""; 0]);
+        let scaled = "run = { thermostat = { kind = \"rescaling\", temperature = 1.0, interval = 2.0 }, equilibration_time = 1.0, until_time = 8.0 }";
+        let of_stage =
+            ["thermostat.interval of 2 is longer than the stage `equilibration`, 1, in which it never comes"];
+        assert_eq!(never(scaled, ""), of_stage);
+        let measure = "diffusion = { interval = 0.5, span = 8.5 }\nspeeds = { window = 8.0 }\nflow = [{ name = \"gate\", axis = \"z\", at = 1.0, interval = 9.0 }]";
+        let run = "run = { until_time = 8.0 }";
+        let late = ["measure.diffusion.span of 8.5", "measure.flow[0].interval of 9"];
+        assert_eq!(
+            never(run, measure),
+            late.map(|it| format!("{it} is longer than all that is measured, 8, in which it never comes"))
+        );
+        // How long so many events take is not known.
+        assert_eq!(never("run = { until_events = 100 }", measure), [""; 0]);
     }
 }

@@ -97,7 +97,12 @@ fn replicas_come_into_their_windows_and_stay() {
 
 #[test]
 fn a_window_that_no_replica_can_come_into_ends_the_exchange() {
-    let ended = Exchange::new(pair(&[[0.5, 0.9], [0.8, 2.2]], 10)).unwrap().finish();
+    // Not within a core, which a scene is refused for, but above a step that is as good as one.
+    let mut parts = pair(&[[1.0, 1.9], [1.8, 2.2]], 10).into_parts();
+    let cores = parts.interactions.iter_mut().filter(|it| it.potential.core().is_some());
+    cores.for_each(|it| it.potential = Potential::penetrable(1.0, 500.0).unwrap());
+    parts.exchange = Some(plan(&[[0.5, 0.9], [0.8, 2.2]], 1.0));
+    let ended = Exchange::new(Scene::new(parts).unwrap()).unwrap().finish();
     let Err(error @ ExchangeError::OutsideOfWindow { window: 0, ends: [0.5, 0.9], distance }) = ended else {
         panic!("{ended:?}")
     };

@@ -14,6 +14,9 @@ const ACCEPTANCE: f64 = 0.4;
 /// How far the logarithm of the amplitude goes with each move while it is found: it comes to a fifth in forty moves that are all left, and scatters by a tenth in the end.
 const STEP: f64 = 0.1;
 
+/// In fewer moves, no amplitude is found.
+pub(in crate::run) const FEWEST_MOVES: u32 = 40;
+
 /// State of the volume moves of a stage.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::run) struct Moves {

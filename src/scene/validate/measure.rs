@@ -238,6 +238,19 @@ fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneErr
     named(plan).try_for_each(|it| positive_if_given(it.interval, it.at.key("interval")))
 }
 
+/// The intervals, spans and windows that are given, by their keys `[time]`.
+pub(crate) fn measurement_times(plan: &MeasurementPlan) -> Vec<(String, f64)> {
+    let measure = ConfigPath::root().key("measure");
+    let is_time = |key: &str| ["interval", "span", "window"].contains(&key);
+    let mut all: Vec<(ConfigPath, f64)> = Vec::new();
+    for (kind, numbers, _) in asked(plan) {
+        let times = numbers.into_iter().filter(|(key, _)| is_time(key));
+        all.extend(times.filter_map(|(key, time)| Some((measure.key(kind).key(key), time?))));
+    }
+    all.extend(named(plan).filter_map(|it| Some((it.at.key("interval"), it.interval?))));
+    all.into_iter().map(|(at, time)| (at.to_string(), time)).collect()
+}
+
 /// A profile or a flow: where it stands in the scene, and what both have.
 pub(in crate::scene) struct Named<'p> {
     pub at: ConfigPath,

@@ -55,7 +55,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
         None => list.text("particles", &plural(summary.particles, "particle")),
     }
     if let Some(system) = &summary.system {
-        of_system(&mut list, system);
+        of_system(&mut list, system, if summary.volume_moves.is_some() { " at the end" } else { "" });
     }
     if let Some(moves) = &summary.volume_moves {
         list.text("volume moves", &describe::volume_moves(moves));
@@ -74,19 +74,19 @@ pub(super) fn section(inputs: &Inputs) -> String {
     list.html()
 }
 
-/// Volume and densities, where the box has a volume.
-fn of_system(list: &mut Pairs, system: &System) {
+/// Volume and densities, where the box has a volume, with a word for when it had those.
+fn of_system(list: &mut Pairs, system: &System, when: &str) {
     let dimensions = system.dimensions;
     let word = ["length", "area", "volume"][dimensions.clamp(1, 3) - 1];
     let shown = |value: f64, of: &str| format!("{}{}", digits(value), brackets(&unit(of, dimensions)));
     if let Some(volume) = system.volume {
-        list.text(word, &shown(volume, "length^D"));
+        list.text(&format!("{word}{when}"), &shown(volume, "length^D"));
     }
     if let Some(density) = system.number_density {
-        list.text("number density", &shown(density, "1 / length^D"));
+        list.text(&format!("number density{when}"), &shown(density, "1 / length^D"));
     }
     if let Some(fraction) = system.packing_fraction {
-        list.text("packing fraction", &digits(fraction));
+        list.text(&format!("packing fraction{when}"), &digits(fraction));
     }
 }
 

@@ -70,6 +70,7 @@ pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), Sce
     let Some(umbrella) = &plan.umbrella else { return Ok(()) };
     check_members(scene, umbrella)?;
     check_accelerations(scene, umbrella)?;
+    check_reach(scene, umbrella)?;
     let shortest_period = scene.space.periods().min();
     if shortest_period == f64::INFINITY {
         return Ok(());
@@ -89,6 +90,28 @@ pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), Sce
         if Component::of_group(group, bonds).is_none() {
             let expected = "particles that are bonded together, each by bonds shorter than half a period to others of the group: in a periodic box, others have no centre";
             return refuse(at().key("between").index(index), ids(group), expected);
+        }
+    }
+    Ok(())
+}
+
+/// Windows that two particles can be in: neither within their core nor beyond their bond.
+fn check_reach(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
+    let [[a], [b]] = umbrella.between.each_ref().map(Vec::as_slice) else { return Ok(()) };
+    let bond = scene.bonds.iter().find(|bond| bond.pair == [*a, *b] || bond.pair == [*b, *a]);
+    let kind = |id: &ParticleId| scene.particles[id.0 as usize].species;
+    let acting = bond.map(|bond| bond.interaction).or_else(|| scene.interaction_of(kind(a), kind(b)));
+    let Some(acting) = acting else { return Ok(()) };
+    let potential = &scene.interactions[acting.0 as usize].potential;
+    for (index, [lower, upper]) in umbrella.windows.iter().enumerate() {
+        let at = at().key("windows").index(index);
+        if let Some(core) = potential.core().filter(|core| upper <= core) {
+            let expected = format!("more than {}, the distance at which the two are in contact", shortest(core));
+            return refuse(at.index(1), shortest(*upper), expected);
+        }
+        if potential.is_bond() && *lower >= potential.range() {
+            let expected = format!("less than {}, the longest that their bond gets", shortest(potential.range()));
+            return refuse(at.index(0), shortest(*lower), expected);
         }
     }
     Ok(())

@@ -1,0 +1,86 @@
+//! Times of a plan that the stage they act in, or what is measured, is too short for.
+
+use super::driver::FEWEST_MOVES;
+use super::stage::{Settings, Stage};
+use crate::model::{Barostat, Scene, Thermostat};
+use crate::scene::measurement_times;
+
+/// A time of a plan that never comes.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Unreached {
+    /// Nothing is sampled, or acts, within a stage or what is measured.
+    Time {
+        /// Key of the time in the scene.
+        key: String,
+        /// The time `[time]`.
+        time: f64,
+        /// Name of the stage that is shorter; none for all that is measured.
+        stage: Option<String>,
+        /// How long that is `[time]`.
+        duration: f64,
+    },
+    /// Too few volume moves to find how large they should be.
+    Amplitude {
+        /// Moves before the first measurement with a barostat.
+        moves: f64,
+        /// Fewest moves that find it.
+        fewest: f64,
+    },
+}
+
+/// Times of a scene that never come, because stages that end at a time are too short for it.
+#[must_use]
+pub fn unreached(scene: &Scene) -> Vec<Unreached> {
+    let plan = &scene.run;
+    let stages: Vec<(Stage, Settings)> = Stage::simulated(plan).map(|stage| (stage, stage.settings(plan))).collect();
+    let mut all = Vec::new();
+    let mut longest = 0.0_f64;
+    for (stage, settings) in &stages {
+        // One that ends when nothing drifts, or at a number of events, is as long as it is.
+        let duration = settings.limit.time.filter(|_| !settings.until_stationary).unwrap_or(f64::INFINITY);
+        if stage.is_measured() {
+            longest = longest.max(duration);
+        }
+        let acting = [
+            ("barostat.interval", settings.barostat.map(|it| it.interval)),
+            ("thermostat.interval", settings.thermostat.and_then(scaling_interval)),
+        ];
+        for (key, time) in acting.into_iter().filter_map(|(key, time)| Some((key, time?))) {
+            if time > duration {
+                let stage = Some(stage.name(plan).into_owned());
+                all.push(Unreached::Time { key: key.to_owned(), time, stage, duration });
+            }
+        }
+    }
+    all.extend(few_moves(&stages));
+    let exchange = scene.exchange.as_ref().map(|plan| ("exchange.interval".to_owned(), plan.interval));
+    let late = measurement_times(&scene.measure).into_iter().chain(exchange).filter(|(_, time)| *time > longest);
+    all.extend(late.map(|(key, time)| Unreached::Time { key, time, stage: None, duration: longest }));
+    all
+}
+
+fn scaling_interval(thermostat: Thermostat) -> Option<f64> {
+    match thermostat {
+        Thermostat::Rescaling { interval, .. } => Some(interval),
+        Thermostat::Andersen { .. } => None,
+    }
+}
+
+/// Whether the amplitude of volume moves is to be found in fewer moves than that takes.
+fn few_moves(stages: &[(Stage, Settings)]) -> Option<Unreached> {
+    let is_open = |settings: &Settings| settings.barostat.is_some_and(|barostat| barostat.amplitude.is_none());
+    let first = stages.iter().position(|(stage, settings)| stage.is_measured() && is_open(settings))?;
+    let moves = |(stage, settings): &(Stage, Settings)| {
+        let Settings { barostat: Some(Barostat { interval, .. }), limit, until_stationary, .. } = settings else {
+            return 0.0;
+        };
+        match limit.time {
+            _ if stage.is_measured() || !is_open(settings) => 0.0,
+            Some(time) if !until_stationary => (time / interval).floor(),
+            _ => f64::INFINITY,
+        }
+    };
+    let moves = stages[..first].iter().map(moves).sum();
+    let fewest = f64::from(FEWEST_MOVES);
+    (moves < fewest).then_some(Unreached::Amplitude { moves, fewest })
+}
