@@ -53,8 +53,7 @@ pub fn unreached(scene: &Scene) -> Vec<Unreached> {
         }
     }
     all.extend(few_moves(&stages));
-    let exchange = scene.exchange.as_ref().map(|plan| ("exchange.interval".to_owned(), plan.interval));
-    let late = measurement_times(&scene.measure).into_iter().chain(exchange).filter(|(_, time)| *time > longest);
+    let late = measurement_times(&scene.measure).into_iter().filter(|(_, time)| *time > longest);
     all.extend(late.map(|(key, time)| Unreached::Time { key, time, stage: None, duration: longest }));
     all
 }

@@ -312,10 +312,10 @@ fn the_mean_of_the_rate_of_something_bounded_has_but_its_ends_in_it() {
     assert!(walks <= 16, "{walks}");
 }
 
-/// The variance of a correlated series.
-fn variance(rho: f64, length: usize, seed: u64) -> Estimate {
+/// The variance of a series.
+fn variance(series: Vec<f64>) -> Estimate {
     let (mut values, mut squares) = (BlockAverage::new(1.0), BlockAverage::new(1.0));
-    for x in correlated(rho, length, seed) {
+    for x in series {
         values.add(x, 1.0);
         squares.add(x * x, 1.0);
     }
@@ -326,26 +326,38 @@ fn variance(rho: f64, length: usize, seed: u64) -> Estimate {
 fn a_variance_is_that_about_the_true_mean() {
     // A series of 400 values is worth 21 independent ones at rho = 0.9: about its own mean the variance is 4.8 % too small. That of 500 series is known to 1 %.
     let (rho, length, count) = (0.9, 400, 500);
-    let mean = (0..count).map(|seed| variance(rho, length, 90_000 + seed).mean).sum::<f64>() / count as f64;
+    let all = (0..count).map(|seed| variance(correlated(rho, length, 90_000 + seed)).mean);
     let exact = 1.0 / 12.0 / (1.0 - rho * rho);
-    assert!((mean / exact - 1.0).abs() < 0.032, "{mean} but {exact}");
+    let ratio = all.sum::<f64>() / (count as f64 * exact);
+    assert!((ratio - 1.0).abs() < 0.032, "{ratio}");
 }
 
 #[test]
-fn the_error_of_a_variance_is_honest_however_few_values_it_has() {
-    // Worth 31, 62 and 125 independent ones, and 5, of which nothing is known. With the error of the squares alone, one in thirty of the first is off by more than three.
-    for (length, worth, least) in [(600, 31.6, 140), (1200, 63.2, 190), (2400, 126.3, 198)] {
-        let exact = 1.0 / 12.0 / (1.0 - 0.81);
-        let count = 200;
-        let all = (0..count).map(|seed| variance(0.9, length, 120_000 + seed));
-        let deviations: Vec<f64> = all.filter_map(|it| Some((it.mean - exact) / it.standard_error?)).collect();
-        let rms = (deviations.iter().map(|x| x * x).sum::<f64>() / deviations.len() as f64).sqrt();
-        let far = deviations.iter().filter(|x| x.abs() > 3.0).count();
-        println!("{worth} {} {rms} {far}", deviations.len());
-        assert!(deviations.len() >= least && (0.75..1.15).contains(&rms) && far <= 5, "{worth}: {rms}, {far}");
+fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
+    // Slow motion worth 21, 32 and 63 independent values, and as much noise. With the error of the squares alone, the second is off by 1.16 errors.
+    let (rho, count) = (0.9_f64, 200);
+    let exact = 2.0 / 12.0 / (1.0 - rho * rho);
+    let noise = (1.0 - rho * rho).sqrt().recip();
+    for length in [400, 600, 1200] {
+        let deviation = |seed: u64| {
+            let (slow, fast) = (correlated(rho, length, 120_000 + seed), correlated(0.0, length, 130_000 + seed));
+            let it = variance(slow.iter().zip(&fast).map(|(slow, fast)| slow + noise * fast).collect());
+            Some((it.mean - exact) / it.standard_error?)
+        };
+        let all: Vec<f64> = (0..count).filter_map(deviation).collect();
+        let rms = (all.iter().map(|x| x * x).sum::<f64>() / all.len() as f64).sqrt();
+        let far = all.iter().filter(|x| x.abs() > 3.0).count();
+        println!("{length}: {rms}, {far} of {}", all.len());
+        // That of 200 is known to 5 %, or 8 % with those that are far.
+        assert!(all.len() >= 160 && (0.7..1.05).contains(&rms) && far <= 6, "{length}: {rms}, {far} of {}", all.len());
     }
-    let claims = (0..200).filter(|seed| variance(0.9, 100, 150_000 + seed).standard_error.is_some()).count();
-    println!("{claims}");
+}
+
+#[test]
+fn a_variance_of_few_independent_values_has_no_error() {
+    // Worth five.
+    let claims = (0..200).filter(|seed| variance(correlated(0.9, 100, 150_000 + seed)).standard_error.is_some());
+    let claims = claims.count();
     assert!(claims <= 4, "{claims}");
 }
 
