@@ -63,8 +63,10 @@ def test_an_exchange_without_windows_says_so() -> None:
 
 
 def test_a_window_that_cannot_be_reached_is_named() -> None:
+    # A core is refused with the scene; this step is as good as one.
+    step = {"species": ["A", "A"], "potential": "penetrable", "height": 500.0}
     windows = [[0.5, 0.9], [0.8, 2.0]]
     changed = {"exchange.umbrella": {"between": [[0], [1]], "windows": windows}, "run.until_time": 10.0}
     with pytest.raises(carom.SimulationError, match=r"window 1, from 0.5 to 0.9: the distance has come to 1\.") as raised:
-        carom.exchange(PAIR, set=changed, progress=False)
+        carom.exchange(PAIR | {"interaction": [step]}, set=changed, progress=False)
     assert "longer equilibration_time" in str(raised.value)
