@@ -2,17 +2,17 @@
 //!
 //! With the configuration integral `Q(V)` over the positions of all particles, the volume has the density `Q(V) exp(-P V / T)`.
 
+mod runs;
+
 use std::f64::consts::PI;
-use std::ops::ControlFlow;
 
 use carom::Vector;
 use carom::analysis::statistics::Estimate;
-use carom::engine::{Snapshot, Until};
 use carom::model::potential::Potential;
-use carom::model::space::{Boundary, Space, minimum_image};
-use carom::model::{Barostat, Limit, OutputPlan, RunPlan, Scene, StagePlan, Thermostat};
-use carom::run::{Finished, Run, run};
-use carom::scene::{Amount, Arrangement, Chain, Fill, Lattice, SceneBuilder};
+use carom::model::space::{Boundary, Space};
+use carom::model::{Barostat, Limit, RunPlan, Scene, Thermostat};
+use carom::run::Finished;
+use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
 use super::driven::{finish, hard};
 
@@ -285,133 +285,4 @@ fn the_virial_has_the_pressure_of_the_barostat() {
     assert!((filled / density - PI / 12.0 * (1.0 + 0.512)).abs() < 1e-12);
     let moves = finished.volume_moves.unwrap();
     assert!((0.3..0.5).contains(&moves.acceptance().unwrap()) && moves.attempted == 12_000, "{moves:?}");
-}
-
-/// Chains longer than the box, and free disks.
-fn chains() -> SceneBuilder {
-    let chain = |straight| Chain {
-        species: "A".to_owned(),
-        length: 12,
-        count: 1,
-        bond: "link".to_owned(),
-        spacing: Some(1.1),
-        straight: Some(straight),
-        temperature: Some(1.0),
-        speed: None,
-    };
-    let well = Potential::square_well(1.0, 1.4, 0.3).unwrap();
-    let mut scene = SceneBuilder::new("chains")
-        .space(Space { size: Vector::new(9.0, 7.0, 0.0), ..space(9.0, 2) })
-        .species("A", 1.3, 1.0)
-        .species("B", 0.7, 1.0)
-        .interaction("A", "A", well, 1.0)
-        .interaction("A", "B", hard(), 1.0)
-        .interaction("B", "B", hard(), 1.0)
-        .bond_interaction("link", Potential::bond(1.0, 1.2).unwrap(), 1.0);
-    scene.insert_chain(chain((Vector::new(6.2, 1.0, 0.0), Vector::new(1.0, 0.35, 0.0))));
-    for y in 0..3 {
-        scene.insert_particle("B", Vector::new(1.3 + f64::from(y), 0.6, 0.0), Vector::new(0.3, -0.2, 0.0));
-    }
-    scene
-}
-
-#[test]
-fn chains_longer_than_the_box_keep_their_bonds() {
-    let scene = chains().run(plan(0.2, 0.3, 0.2, 300)).build().unwrap();
-    let (mut run, mut volumes) = (Run::new(scene), Vec::new());
-    for step in 1..=60 {
-        run = run.advance(Until::time(1.6 * f64::from(step)), &mut ()).unwrap().0;
-        let simulation = run.simulation();
-        assert_eq!(simulation.real_overlaps(), []);
-        let (snapshot, space) = (simulation.snapshot(), simulation.scene().space());
-        assert_eq!(snapshot.size, space.size);
-        assert!((snapshot.size.y / snapshot.size.x - 7.0 / 9.0).abs() < 1e-12);
-        volumes.push(simulation.volume());
-        for bond in simulation.scene().bonds() {
-            let [a, b] = bond.pair.map(|id| snapshot.positions[id.0 as usize]);
-            let length = minimum_image(a - b, &space.periods()).norm();
-            assert!((1.0 - 1e-12..1.2 + 1e-12).contains(&length), "{length}");
-        }
-    }
-    let (least, most) = volumes.iter().fold((f64::MAX, 0.0_f64), |(a, b), volume| (a.min(*volume), b.max(*volume)));
-    assert!(least < 0.8 * most, "{least} {most}");
-}
-
-/// Last state and results of a run of a scene, on so many threads, with pauses after so many events.
-fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String) {
-    let mut run = Run::new(scene.clone()).threads(threads);
-    let mut events = 0;
-    while let Some(step) = pause {
-        events += step;
-        let (paused, ending) = run.advance(Until::events(events), &mut ()).unwrap();
-        run = paused;
-        if ending.is_some() {
-            break;
-        }
-    }
-    let finished = run.finish().unwrap();
-    (finished.simulation.snapshot(), format!("{:?} {:?}", finished.observables, finished.volume_moves))
-}
-
-#[test]
-fn pauses_and_threads_change_nothing() {
-    let barostat = Barostat { pressure: 2.0, interval: 0.1, amplitude: None };
-    let stage = StagePlan {
-        name: "press".to_owned(),
-        limit: Limit::time(6.0),
-        thermostat: bath(2.0),
-        barostat: Some(barostat),
-        ..StagePlan::default()
-    };
-    let plan = RunPlan {
-        stages: vec![stage],
-        equilibration: Limit::time(1.0),
-        limit: Limit::time(3.0),
-        thermostat: bath(1.0),
-        barostat: Some(Barostat { interval: 0.07, ..barostat }),
-        ..RunPlan::default()
-    };
-    let output = OutputPlan { thermo_interval: Some(0.25), frame_interval: Some(1.0), ..OutputPlan::default() };
-    let scene = SceneBuilder::new("bits")
-        .species("A", 1.3, 1.0)
-        .interaction("A", "A", Potential::square_well(1.0, 1.5, 0.5).unwrap(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.3))
-        .temperature(1.0)
-        .run(plan)
-        .output(output)
-        .build()
-        .unwrap();
-    let whole = end(&scene, 1, None);
-    assert_eq!(end(&scene, 1, Some(2_345)), whole);
-    assert_eq!(end(&scene, 2, Some(10_001)), whole);
-}
-
-#[test]
-fn a_run_goes_on_at_the_volume_that_a_stage_has_left() {
-    let stage = StagePlan {
-        name: "press".to_owned(),
-        limit: Limit::time(60.0),
-        thermostat: bath(2.0),
-        barostat: Some(Barostat { pressure: 5.0, interval: 0.02, amplitude: Some(0.02) }),
-        ..StagePlan::default()
-    };
-    let plan = RunPlan { stages: vec![stage], limit: Limit::time(100.0), ..RunPlan::default() };
-    let scene = SceneBuilder::new("pressed")
-        .species("A", 1.3, 1.0)
-        .interaction("A", "A", hard(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
-        .temperature(TEMPERATURE)
-        .run(plan)
-        .build()
-        .unwrap();
-    let finished = run(scene.clone(), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert!(finished.volume_moves.is_none() && finished.observable("volume").is_none());
-    let volume = finished.simulation.volume();
-    assert!(volume < 0.8 * scene.space().volume());
-    // N T / V of the volume that there is now, with the contacts.
-    let (pressure, _) = observable(&finished, "pressure");
-    let (factor, _) = observable(&finished, "compressibility_factor");
-    let (temperature, _) = observable(&finished, "temperature");
-    assert!((pressure * volume / (108.0 * temperature) / factor - 1.0).abs() < 1e-9);
-    assert!((pressure / 5.0 - 1.0).abs() < 0.25, "{pressure}");
 }
