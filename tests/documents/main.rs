@@ -1,6 +1,5 @@
 //! The documents agree with the program: keys, links, commands, scenes and names of files.
 
-mod comments;
 mod examples;
 mod keys;
 mod markdown;
@@ -14,15 +13,6 @@ use std::path::Path;
 use std::process::Command;
 
 use markdown::{Page, anchor, pages, root};
-
-/// The README is an entrance, not the manual.
-const LONGEST_README: usize = 199;
-
-#[test]
-fn the_readme_is_short() {
-    let lines = Page::of("README.md").text.lines().count();
-    assert!(lines <= LONGEST_README, "README.md has {lines} lines: move what is new to docs/");
-}
 
 #[test]
 fn the_readme_leads_to_every_page() {
