@@ -187,6 +187,11 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             Some(cut) => cut,
             None => self.cut_up(whole),
         };
+        if cut.now >= whole.schedule.queue.span() {
+            // Nothing was due before the horizon, and the run has paused beyond it.
+            self.cut = Some(cut);
+            return Ok(self.move_epoch(whole, until));
+        }
         let tick = whole.schedule.queue.next_tick(cut.now);
         let mut stop = (cut.now + self.length).min(tick.next_down()).min(end);
         // A window that is undone ends the second time before what was wrong.

@@ -141,10 +141,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn next_due(&mut self, stop: f64) -> Next {
         let next_global = self.sources.next_global;
         let due = Due { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
-        let Some(entry) = self.schedule.queue.peek(&due) else {
-            // The stop is asked last: where someone looks must not decide what comes first, a global event or the next epoch.
+        let limit = stop.min(next_global);
+        let Some(entry) = self.schedule.queue.peek(limit, &due) else {
+            // The epoch ends before whatever happens at its end or later.
             return match () {
-                () if next_global > self.schedule.queue.reached() => Next::Epoch,
+                () if limit >= self.schedule.queue.reached() => Next::Epoch,
                 () if next_global <= stop => Next::GlobalEvent,
                 () => Next::Limit,
             };
@@ -155,7 +156,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.hardware.looks_ahead {
             self.prefetch_coming();
         }
-        if entry.time <= stop.min(next_global) {
+        if entry.time <= limit {
             Next::Particle(entry)
         } else if next_global <= stop {
             Next::GlobalEvent

@@ -161,12 +161,19 @@ impl EventQueue {
         }
     }
 
-    /// The earliest entry, or none if the epoch has come to its end, at the horizon or after too many entries.
+    /// Returns the earliest entry.
+    ///
+    /// Returns none if the epoch has come to its end, at the horizon or after too many entries, or if nothing is due in the buckets up
+    /// to the one that `limit` is in. The queue looks no further than that bucket: what happens at `limit` may add entries behind it, and
+    /// an epoch that ends early ends at the first tick after too many of them.
     #[inline]
-    pub fn peek(&mut self, pending: &impl Pending) -> Option<QueueEntry> {
+    pub fn peek(&mut self, limit: f64, pending: &impl Pending) -> Option<QueueEntry> {
         loop {
             if let Some(front) = self.front.last() {
                 return Some(*front);
+            }
+            if limit < self.reached() {
+                return None;
             }
             let reached = self.cursor + 1;
             let is_tick = reached.is_multiple_of(self.buckets.count() / TICKS);
@@ -253,19 +260,24 @@ impl EventQueue {
         let fewer = (all / some.max(1)).max(1).next_power_of_two();
         let buckets = (self.buckets.count() / fewer).max(TICKS);
         let mut queue = Self { target: u64::MAX / CROWDED, ..Self::with_buckets(buckets, 1, self.span()) };
-        queue.cursor = queue.bucket(now);
+        queue.cursor = queue.cursor_at(now);
         queue
     }
 
-    /// Goes on without entries from a time of the epoch, after so many steps of it.
+    /// Empties the queue and continues from a time, after a number of steps of the epoch.
     pub fn resume(&mut self, now: f64, steps: u64) {
         self.clear();
-        (self.cursor, self.steps) = (self.bucket(now), steps);
+        (self.cursor, self.steps) = (self.cursor_at(now), steps);
+    }
+
+    /// Where the cursor is at a time: in the last bucket if the time is beyond the horizon, because nothing was due before.
+    fn cursor_at(&self, time: f64) -> usize {
+        self.bucket(time).min(self.buckets.count() - 1)
     }
 
     /// Goes back to an earlier time of the epoch, without entries for what was done since.
     pub fn rewind(&mut self, time: f64, pending: &impl Pending) {
-        self.cursor = self.bucket(time);
+        self.cursor = self.cursor_at(time);
         for entry in std::mem::take(&mut self.front) {
             self.push(entry, pending);
         }
@@ -312,6 +324,15 @@ impl EventQueue {
             self.width = width;
             self.per_width = width.recip();
         }
+    }
+
+    /// Whether all entries are of particles of a number, and all buckets are there.
+    pub fn is_sound(&self, particles: usize) -> bool {
+        let is_particle = |entry: &QueueEntry| (entry.particle as usize) < particles;
+        let count = self.buckets.count();
+        let has_ticks = count.is_power_of_two() && count >= TICKS && self.cursor < count;
+        let has_times = self.width > 0.0 && self.width.is_finite() && self.per_width == self.width.recip();
+        has_ticks && has_times && self.front.iter().all(is_particle) && self.buckets.is_sound(particles)
     }
 
     /// A queue of epochs as long, without entries, with another number of buckets.

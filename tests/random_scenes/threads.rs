@@ -1,7 +1,8 @@
 //! Scenes at random on any number of threads: the events, the state and the counts of one, to the bit.
 //!
 //! A run is cut into stretches at random: to a time, to a number of events, or to where an observer breaks. Between them it changes its number of
-//! threads, and is written and read as a checkpoint is, now and then.
+//! threads, is written and read as a checkpoint is, and enters or leaves a heat bath, now and then. Some systems start cold, and some rest for long
+//! before a bath warms them.
 //!
 //! ```text
 //! CAROM_FUZZ_SCENES=5000 cargo test --release --test random_scenes threads -- --nocapture
@@ -12,7 +13,8 @@ use std::ops::ControlFlow;
 
 use carom::engine::event::Event;
 use carom::engine::{Reason, Simulation, SingleThread};
-use carom::{Scene, Until};
+use carom::model::Thermostat;
+use carom::{Scene, Until, Vector};
 
 use super::dice::Dice;
 use super::{PATIENCE, generator, over_seeds, setting};
@@ -36,6 +38,8 @@ struct Count {
     undone: u64,
     serial: u64,
     events: usize,
+    /// Changes of the heat bath on the way.
+    baths: usize,
 }
 
 /// How a stretch ends.
@@ -68,8 +72,11 @@ fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>,
     None
 }
 
-/// A stretch from where a simulation is.
+/// A stretch from where a simulation is: a system at rest may stay there for many epochs.
 fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
+    if simulation.snapshot().velocities.iter().all(|velocity| *velocity == Vector::zeros()) {
+        return Stretch::Time(simulation.time() + dice.power(-2.0, 4.0));
+    }
     let events = 1 + dice.below(3_000);
     let few = if events.is_multiple_of(2) { events as u64 } else { 1 };
     match dice.below(3) {
@@ -88,6 +95,11 @@ fn compare(text: &str, dice: &mut Dice, count: &mut Count) -> Option<String> {
     let begin = |scene: Scene| Simulation::new(scene.clone()).unwrap_or_else(|_| Simulation::without_plan(scene));
     let why = SingleThread::of(&scene);
     let (mut one, mut other) = (begin(scene.clone()), begin(scene));
+    if dice.chance(0.3) {
+        for simulation in [&mut one, &mut other] {
+            simulation.set_thermostat(None, 0).unwrap();
+        }
+    }
     assert_eq!(other.single_thread(), why, "the scene and the engine agree why there is one thread");
     for at in 0..STRETCHES {
         let threads = if dice.chance(0.02) { 64 } else { dice.pick(&THREADS) };
@@ -130,17 +142,36 @@ fn compare(text: &str, dice: &mut Dice, count: &mut Count) -> Option<String> {
         if end.is_err() || end == Ok(Reason::Idle) {
             return None;
         }
-        if dice.chance(0.3) {
-            let bytes = postcard::to_stdvec(&other).unwrap();
-            other = postcard::from_bytes(&bytes).unwrap();
-        }
-        if dice.chance(0.2) {
-            let velocities: Vec<_> = one.snapshot().velocities.iter().map(|velocity| velocity * 1.1).collect();
-            let [first, second] = [&mut one, &mut other].map(|simulation| simulation.set_velocities(&velocities));
-            assert_eq!(format!("{first:?}"), format!("{second:?}"), "{what}");
-        }
+        change(&mut one, &mut other, dice, count);
     }
     None
+}
+
+/// Changes both simulations in one way between two stretches, now and then.
+fn change(one: &mut Simulation, other: &mut Simulation, dice: &mut Dice, count: &mut Count) {
+    if dice.chance(0.3) {
+        let bytes = postcard::to_stdvec(&*other).unwrap();
+        *other = postcard::from_bytes(&bytes).unwrap();
+    }
+    if dice.chance(0.2) {
+        let velocities: Vec<_> = one.snapshot().velocities.iter().map(|velocity| velocity * 1.1).collect();
+        let [first, second] = [&mut *one, &mut *other].map(|simulation| simulation.set_velocities(&velocities));
+        assert_eq!(format!("{first:?}"), format!("{second:?}"));
+    }
+    if dice.chance(0.2) {
+        let bath = bath(dice);
+        let [first, second] =
+            [&mut *one, &mut *other].map(|simulation| simulation.set_thermostat(bath.as_ref(), count.compared));
+        assert_eq!(format!("{first:?}"), format!("{second:?}"));
+        count.baths += usize::from(first.is_ok());
+    }
+}
+
+/// A heat bath, or none.
+fn bath(dice: &mut Dice) -> Option<Thermostat> {
+    let (temperature, rate) = (dice.pick(&[1.2, 0.1]), dice.power(-3.0, 0.5));
+    let axes = dice.pick(&[[true; 3], [true, true, false]]);
+    dice.chance(0.7).then_some(Thermostat::Andersen { temperature, rate, axes })
 }
 
 /// A box, cubic or long, for so many particles.
@@ -170,7 +201,21 @@ fn space(text: &mut String, dice: &mut Dice, count: usize, is_flat: bool) {
     }
 }
 
-/// A scene of hundreds or thousands of particles: mixtures of wells, steps and cores, chains, walls, gravity, restitution, contact times and heat baths.
+/// A capsule, in some scenes: warm, or one that moves.
+fn surface(text: &mut String, dice: &mut Dice) {
+    if dice.chance(0.25) {
+        let heat = dice.pick(&["temperature = 1.4", "restitution = 1.0"]);
+        let motion = "motion = [{ kind = \"oscillation\", amplitude = [0.3, 0.2, 0.0], frequency = 0.5 }]";
+        let motion = if dice.chance(0.4) && heat.starts_with('r') { motion } else { "" };
+        let _ = write!(
+            text,
+            "[[surface]]\nshape = \"capsule\"\nstart = [1.0, 1.0, 0.0]\nend = [2.0, 3.0, 0.0]\nradius = 0.4\n{heat}\n{motion}\n"
+        );
+    }
+}
+
+/// A scene of hundreds or thousands of particles: mixtures of wells, steps and cores, chains, walls, gravity, restitution, contact times, heat baths,
+/// cold starts and surfaces.
 fn large(seed: u64) -> String {
     let mut dice = Dice::new(seed ^ 0x5eed);
     let dice = &mut dice;
@@ -204,22 +249,29 @@ fn large(seed: u64) -> String {
             "[[interaction]]\nspecies = [\"S{a}\", \"S{b}\"]\npotential = {potential}\nrestitution = {restitution}\n"
         );
     }
+    // Of chains and of both species.
+    let [links, first, second] = match dice.below(5) {
+        0 => [0.0; 3],
+        1 => [0.0, 0.0, 1.1],
+        _ => [1.1; 3],
+    };
     let chains = if dice.chance(0.3) { count / 20 } else { 0 };
     if chains > 0 {
         let longest = dice.pick(&[1.3, 2.6]);
         let _ = write!(
             text,
             "[[interaction]]\nname = \"link\"\npotential = \"bond\"\nshortest = 0.9\nlongest = {longest}\n\
-             [[chain]]\nspecies = \"S0\"\nlength = 5\ncount = {chains}\nbond = \"link\"\ntemperature = 1.1\n"
+             [[chain]]\nspecies = \"S0\"\nlength = 5\ncount = {chains}\nbond = \"link\"\ntemperature = {links}\n"
         );
     }
     let rest = count - 5 * chains;
-    for (species, share) in [(0, rest / 2), (1, rest - rest / 2)] {
+    for (species, share, temperature) in [(0, rest / 2, first), (1, rest - rest / 2, second)] {
         let _ = write!(
             text,
-            "[[fill]]\nspecies = \"S{species}\"\narrangement = \"random\"\ncount = {share}\ntemperature = 1.1\n"
+            "[[fill]]\nspecies = \"S{species}\"\narrangement = \"random\"\ncount = {share}\ntemperature = {temperature}\n"
         );
     }
+    surface(&mut text, dice);
     text += "[run]\nuntil_events = 1\n";
     if dice.chance(0.25) {
         let rate = dice.power(-2.0, 0.5);

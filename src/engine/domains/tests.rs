@@ -192,6 +192,52 @@ fn domains_in_a_heat_bath_and_of_long_bonds_have_the_bits_of_one_engine() {
     }
 }
 
+/// Advances to a time, in domains if there are some.
+fn advance_to<const FALLING: bool, const TABLE: bool>(
+    engine: &mut Engine<FALLING, TABLE>,
+    time: f64,
+    domains: Option<&mut Domains<FALLING, TABLE>>,
+) {
+    let until = Until::time(time);
+    match domains {
+        None => assert_eq!(engine.advance(until, &mut None).unwrap(), Reason::Time),
+        Some(domains) => {
+            while domains.advance_for(engine, 10_000, until, &mut None).unwrap().is_none() {}
+            domains.join(engine);
+        }
+    }
+}
+
+#[test]
+fn a_cold_start_that_a_bath_warms_has_the_bits_of_one_engine() {
+    let hard = || Potential::hard_sphere(1.0).unwrap();
+    let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
+    let cold =
+        [spheres(hard(), 0.1, 300), spheres(well, 0.2, 64)].map(|builder| builder.temperature(0.0).build().unwrap());
+    compare_cold::<false, false>(&cold[0]);
+    compare_cold::<false, true>(&cold[1]);
+}
+
+/// At rest for a time, which is none, within the first epoch or many of them, and then in a heat bath.
+fn compare_cold<const FALLING: bool, const TABLE: bool>(scene: &Scene) {
+    let bath = Bath { temperature: 1.0, rate: 1.0, axes: [true; 3] };
+    for rest in [0.0, 0.3, 50.0, 5e4] {
+        let run = |mut domains: Option<Domains<FALLING, TABLE>>| {
+            let mut engine = Engine::<FALLING, TABLE>::new(scene);
+            advance_to(&mut engine, rest, domains.as_mut());
+            engine.set_bath(Some(bath), 7, 1);
+            advance_to(&mut engine, rest + 8.0, domains.as_mut());
+            assert!(engine.counts.executed > 1_000, "{}", engine.counts.executed);
+            (engine.snapshot(), engine.counts.totals, engine.clock.epochs)
+        };
+        let one = run(None);
+        for domains in [2, 3] {
+            let there = run(Some(Domains::with(Team::new(domains, 2, None), WIDE)));
+            assert!(there == one, "{domains} domains, at rest for {rest}");
+        }
+    }
+}
+
 #[test]
 fn an_observer_ends_a_run_at_any_event_also_of_a_heat_bath() {
     let scene = bathed(mixture(), 2.0);

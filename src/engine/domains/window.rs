@@ -27,7 +27,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     pub fn run(&mut self, regions: &Regions, stop: f64, is_observed: bool) {
         while self.trouble.is_none() {
             let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };
-            let entry = self.engine.schedule.queue.peek(&due);
+            let entry = self.engine.schedule.queue.peek(stop, &due);
             if let Some(entry) = entry
                 && due.entry(entry.particle) != entry
             {

@@ -87,6 +87,32 @@ impl Buckets {
         }
     }
 
+    /// Whether all entries are particles of a number, and all chunks are there, each in one bucket at most.
+    pub fn is_sound(&self, particles: usize) -> bool {
+        let mut is_used = vec![false; self.chunks.len()];
+        let mut take =
+            |chunk: u32| is_used.get_mut(chunk as usize).is_some_and(|is_used| !std::mem::replace(is_used, true));
+        if !self.free.iter().all(|&chunk| take(chunk)) {
+            return false;
+        }
+        for bucket in &self.buckets {
+            let (mut newest, mut left) = (bucket.newest, bucket.length as usize);
+            while left > 0 {
+                if !take(newest) {
+                    return false;
+                }
+                let filled = (left - 1) % ENTRIES + 1;
+                let chunk = &self.chunks[newest as usize];
+                if chunk.entries[..filled].iter().any(|&particle| particle as usize >= particles) {
+                    return false;
+                }
+                newest = chunk.next;
+                left -= filled;
+            }
+        }
+        true
+    }
+
     /// Empties all buckets.
     pub fn clear(&mut self) {
         self.buckets.fill(Bucket::default());

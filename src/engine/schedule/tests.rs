@@ -55,7 +55,7 @@ fn ties_come_out_by_tie_order_then_by_rank() {
             queue.push(pending.entry(particle), &pending);
         }
         let mut order = Vec::new();
-        while let Some(next) = queue.peek(&pending) {
+        while let Some(next) = queue.peek(f64::INFINITY, &pending) {
             queue.pop();
             order.push(next.particle);
         }
@@ -73,7 +73,7 @@ fn a_bucket_is_opened_with_the_wake_times_of_then() {
     pending.0[0] = 250.0;
     queue.push(entry(250.0, 0), &pending);
     let mut order = Vec::new();
-    while let Some(next) = queue.peek(&pending) {
+    while let Some(next) = queue.peek(f64::INFINITY, &pending) {
         queue.pop();
         order.push((next.time, next.particle));
     }
@@ -90,16 +90,41 @@ fn a_crowded_epoch_ends_with_its_bucket_and_the_next_one_is_shorter() {
     for k in 0..=most {
         let time = width * f64::from(k) / f64::from(most + 1);
         queue.push(entry(time, 0), &pending);
-        assert_eq!(queue.peek(&pending), Some(entry(time, 0)));
+        assert_eq!(queue.peek(f64::INFINITY, &pending), Some(entry(time, 0)));
         queue.pop();
     }
     queue.push(entry(1.5 * width, 1), &pending);
-    assert_eq!(queue.peek(&pending), None);
+    assert_eq!(queue.peek(f64::INFINITY, &pending), None);
     assert_eq!(queue.reached(), width);
     queue.restart();
     assert_eq!(queue.span(), span / 512.0);
     queue.push(entry(0.5 * queue.width, 1), &pending);
-    assert!(queue.peek(&pending).is_some());
+    assert!(queue.peek(f64::INFINITY, &pending).is_some());
+}
+
+#[test]
+fn a_queue_looks_no_further_than_the_bucket_of_the_limit() {
+    let mut queue = EventQueue::new(512, 512, 64.0);
+    let width = queue.width;
+    let pending = Times::new(&[40.5 * width; 2]);
+    queue.push(entry(40.5 * width, 0), &pending);
+    assert_eq!(queue.peek(10.5 * width, &pending), None);
+    assert_eq!(queue.reached(), 11.0 * width);
+    // Exactly at the end of a bucket, the next one is opened.
+    assert_eq!(queue.peek((20.0 * width).next_down(), &pending), None);
+    assert_eq!(queue.reached(), 20.0 * width);
+    assert_eq!(queue.peek(20.0 * width, &pending), None);
+    assert_eq!(queue.reached(), 21.0 * width);
+    assert_eq!(queue.peek(40.0 * width, &pending), Some(entry(40.5 * width, 0)));
+}
+
+#[test]
+fn a_queue_that_resumes_beyond_its_horizon_has_come_to_its_end() {
+    let mut queue = EventQueue::new(512, 512, 64.0);
+    let pending = Times::new(&[0.0; 2]);
+    queue.resume(1e6 * queue.span(), 3);
+    assert_eq!((queue.reached(), queue.steps()), (queue.span(), 3));
+    assert_eq!(queue.peek(f64::INFINITY, &pending), None);
 }
 
 proptest! {
@@ -118,7 +143,7 @@ proptest! {
         let mut now = 0.0;
         let mut found = Vec::new();
         let mut particle = early.len();
-        while let Some(next) = queue.peek(&pending) {
+        while let Some(next) = queue.peek(f64::INFINITY, &pending) {
             queue.pop();
             prop_assert!(next.time >= now);
             now = next.time;
