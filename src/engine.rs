@@ -29,6 +29,7 @@ mod event_loop;
 mod hardware;
 mod idle;
 mod images;
+mod indices;
 mod ledger;
 mod look_ahead;
 mod neighbours;

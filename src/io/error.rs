@@ -139,7 +139,7 @@ impl OutputError {
             Self::NotFolder(_) => "choose another folder with --out",
             Self::Folder { source, .. }
             | Self::Write { source, .. }
-            | Self::Frame { source: WriteError::Io(source), .. } => cure_of(source.kind()),
+            | Self::Frame { source: WriteError::Io(source), .. } => cure_of(source),
             _ => "choose a folder with --out that can be written to, on a disk with space left",
         })
     }
@@ -150,16 +150,21 @@ impl OutputError {
     }
 }
 
-/// Cure of an error of the disk.
-fn cure_of(kind: io::ErrorKind) -> &'static str {
+/// Cure of an error of a file that is written.
+pub(crate) fn cure_of(error: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
-    match kind {
+    /// Numbers of errors on all systems of the Unix family: too many files are open, in the system or in the process.
+    const TOO_MANY_OPEN: [i32; 2] = [23, 24];
+    match error.kind() {
         StorageFull | QuotaExceeded | FileTooLarge => {
             "make space; what has written a checkpoint then goes on, to the same bits: a run with `carom run --resume DIR`, a sweep or an exchange \
              with its own command"
         }
         ReadOnlyFilesystem => {
             "choose a folder with --out that can be written to; to resume a run, copy its folder to such a place"
+        }
+        _ if cfg!(unix) && error.raw_os_error().is_some_and(|number| TOO_MANY_OPEN.contains(&number)) => {
+            "allow more open files (`ulimit -n 1024`), or run fewer things at once"
         }
         _ => "choose a folder with --out that can be written to, on a disk with space left",
     }

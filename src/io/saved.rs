@@ -9,6 +9,7 @@ use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use super::atomic::{Existing, write_atomically};
+use super::error::cure_of;
 use crate::engine::Simulation;
 use crate::run::checkpoint::{Flaw, Kind, read_sealed, write_sealed};
 
@@ -61,7 +62,7 @@ impl SavedError {
     pub fn cure(&self) -> &'static str {
         match self {
             Self::Exists(_) => "choose another path, or replace it with --force",
-            Self::Write { .. } => "choose a path that can be written to, on a disk with space left",
+            Self::Write { source, .. } => cure_of(source),
             Self::Read { .. } => "name the file of a saved simulation, and make it readable",
             Self::Damaged { .. } => "save the simulation again",
             Self::OtherVersion { .. } => "load it with the version that saved it, or begin the simulation again",
@@ -145,10 +146,14 @@ pub fn simulation_from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<(Simul
 /// A simulation of which not a bit has changed.
 fn read<T: DeserializeOwned>(input: impl Read + Seek, name: &str) -> io::Result<Result<(Simulation, T), SavedError>> {
     let name = name.to_owned();
-    let found = read_sealed::<(Simulation, T)>(input, Kind::Simulation)?.map_err(|flaw| match flaw {
-        Flaw::Damaged(why) => SavedError::Damaged { name, why },
-        Flaw::OtherVersion { found, here } => SavedError::OtherVersion { name, found, here },
-    });
+    let found = match read_sealed::<(Simulation, T)>(input, Kind::Simulation)? {
+        Ok((simulation, beside)) => match simulation.unsound_index() {
+            None => Ok((simulation, beside)),
+            Some(what) => Err(SavedError::Damaged { name, why: format!("{what} of it cannot be") }),
+        },
+        Err(Flaw::Damaged(why)) => Err(SavedError::Damaged { name, why }),
+        Err(Flaw::OtherVersion { found, here }) => Err(SavedError::OtherVersion { name, found, here }),
+    };
     if let Ok((simulation, _)) = &found {
         simulation.enlarge();
     }

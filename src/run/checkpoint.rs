@@ -30,6 +30,7 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::base::durability;
 use crate::engine::{EngineError, Simulation, Until};
 use crate::model::Limit;
 use crate::run::RunState;
@@ -57,7 +58,7 @@ pub(crate) type Content<'a> = (&'a Simulation, &'a RunState, &'a Manifest);
 /// If it cannot be written.
 pub(crate) fn write(file: &File, content: &impl Serialize) -> io::Result<()> {
     write_sealed(file, Kind::Checkpoint, content)?;
-    file.sync_all()
+    durability::sync_all(file)
 }
 
 /// Reads the content of a checkpoint, without memory for more than what is made of it.
@@ -79,6 +80,9 @@ impl Checkpoint {
     /// [`CheckpointError`] if there is none, if another version wrote it, or if a single bit of it has changed.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
         let checkpoint: Self = read_content(path)?;
+        if let Some(what) = checkpoint.simulation.unsound_index() {
+            return Err(CheckpointError::Damaged { path: path.to_owned(), why: format!("{what} of it cannot be") });
+        }
         checkpoint.simulation.enlarge();
         Ok(checkpoint)
     }

@@ -18,6 +18,14 @@ impl Travelled {
         Self::Near(vec![[0; 3]; particles])
     }
 
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Near(images) => images.len(),
+            Self::Far(images) => images.len(),
+        }
+    }
+
     /// Periods travelled by a particle.
     #[inline]
     pub fn of(&self, particle: u32) -> [i32; 3] {

@@ -48,6 +48,30 @@ const FINE: [f64; 3] = [1.0, 0.8, 0.7];
 const CELLS_PER_PARTICLE: f64 = 8.0;
 
 impl Cells {
+    /// Whether there is room for a number of particles, and the lists of the cells hold each of them once at most, in its cell.
+    #[must_use]
+    pub fn is_sound(&self, particles: usize) -> bool {
+        if self.first.len() != self.grid.count()
+            || self.next.len() != particles
+            || self.homes.len() != particles
+            || self.homes.iter().any(|&home| home as usize >= self.first.len())
+        {
+            return false;
+        }
+        let mut found = 0;
+        for (cell, &first) in (0..).zip(&self.first) {
+            let mut particle = first;
+            while particle != NO_PARTICLE {
+                found += 1;
+                if found > particles || self.homes.get(particle as usize) != Some(&cell) {
+                    return false;
+                }
+                particle = self.next[particle as usize];
+            }
+        }
+        true
+    }
+
     /// Cells over `space` for interactions up to `range` `[length]`, with particles at `positions` in them.
     #[must_use]
     pub fn new(space: &Space, range: f64, positions: &[Vector]) -> Self {

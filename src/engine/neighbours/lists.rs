@@ -105,6 +105,20 @@ impl Lists {
         permuted
     }
 
+    /// Whether there is a list for each of a number of particles, within the entries, and all others in them are particles.
+    #[must_use]
+    pub fn is_sound(&self, particles: usize) -> bool {
+        let blocks = self.entries.len() / BLOCK;
+        let is_within = |span: &Span| span.blocks() == 0 || span.first as usize + span.blocks() as usize <= blocks;
+        self.spans.len() == particles
+            && self.entries.len().is_multiple_of(BLOCK)
+            && self.spans.iter().all(is_within)
+            && (0..).zip(&self.spans).all(|(particle, _): (u32, _)| {
+                self.filled_up(particle).0.iter().all(|&other| (other as usize) < particles)
+            })
+            && self.free.iter().flatten().all(|&first| (first as usize) < blocks)
+    }
+
     /// Frees the memory of all lists, which are empty then.
     pub fn let_go(&mut self) {
         *self = Self::new(self.spans.len());

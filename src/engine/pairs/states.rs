@@ -46,6 +46,16 @@ impl CapturedPairs {
         self.lengths.is_empty()
     }
 
+    /// Whether there is a list for each of a number of particles, if there are lists, and all partners are among them.
+    #[must_use]
+    pub fn is_sound(&self, particles: usize, has_lists: bool) -> bool {
+        let expected = if has_lists { particles } else { 0 };
+        self.lengths.len() == expected
+            && self.room.checked_mul(expected) == Some(self.entries.len())
+            && self.lengths.iter().all(|&length| length as usize <= self.room)
+            && self.entries.iter().all(|pair| (pair.partner as usize) < particles)
+    }
+
     /// The partners of a particle.
     #[inline]
     #[must_use]

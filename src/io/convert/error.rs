@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::io::error::cure_of;
 use crate::model::ParticleId;
 use crate::trajectory::extended_xyz::{ReadError, WriteError};
 
@@ -94,7 +95,7 @@ impl ConvertError {
             Self::Foreign(_) => Some("choose another name with --out, or remove it"),
             Self::Surface { .. } => Some("repair the file, or move it out of the folder `surfaces`"),
             Self::Source(_) => Some("choose another name with --out"),
-            Self::Write { .. } => Some("choose a place with --out that can be written to, on a disk with space left"),
+            Self::Write { source, .. } => Some(cure_of(source)),
             _ => None,
         }
     }
