@@ -10,7 +10,7 @@ mod shapes;
 mod shown;
 mod write_stl;
 
-pub use read::read_mesh;
+pub use read::{read_mesh, unread_bytes};
 pub use report::MeshReport;
 pub use shown::shown;
 pub use write_stl::{WriteStlError, write_stl};

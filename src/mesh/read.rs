@@ -2,15 +2,16 @@
 //!
 //! | format | precision | refused, beyond what is malformed |
 //! |---|---|---|
-//! | binary STL | coordinates are `f32`, which `f64` holds exactly | another length than the header's number of triangles needs |
+//! | binary STL | coordinates are `f32`, which `f64` holds exactly | less than the header's number of triangles needs, or 50 bytes more |
 //! | text STL | nearest `f64` | end of the file before `endsolid` |
-//! | OBJ | nearest `f64` | numbers of vertices that the file does not have |
+//! | OBJ | nearest `f64` | numbers of vertices that the file does not have; faces that are not flat or that cross themselves |
 //!
 //! Names, colours, texture coordinates and normals are passed over: a normal follows from the order of the corners. Nothing in a file
 //! decides how much memory is set aside; what is read grows with what has been seen.
 
 mod error;
 mod obj;
+mod polygon;
 mod stl_binary;
 mod stl_text;
 #[cfg(test)]
@@ -18,6 +19,7 @@ mod tests;
 mod words;
 
 pub use error::{MeshFileError, MeshFileProblem, Place};
+pub use polygon::PolygonProblem;
 
 use crate::model::triangle_mesh::TriangleMesh;
 
@@ -45,4 +47,11 @@ pub fn read_mesh(name_for_errors: &str, extension: &str, content: &[u8]) -> Resu
         reader(content)
     };
     read().map_err(|problem| MeshFileError { name: name_for_errors.to_owned(), problem })
+}
+
+/// Number of bytes that [`read_mesh`] passes over behind the triangles of a binary STL; zero for other files.
+#[must_use]
+pub fn unread_bytes(extension: &str, content: &[u8]) -> usize {
+    let is_stl = extension.trim_start_matches('.').eq_ignore_ascii_case("stl");
+    if is_stl && stl_binary::is_binary(content) { stl_binary::extra(content) } else { 0 }
 }

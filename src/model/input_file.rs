@@ -15,16 +15,24 @@ pub struct InputFile {
     pub path: String,
     /// Checksum of its content: `crc32:` and eight hexadecimal digits.
     pub checksum: String,
-    /// Names of its columns that the scene does not use; of no file that a run remembers.
+    /// Names of columns that the scene does not use; empty for a file that a run remembers.
     #[serde(skip)]
     pub unused: Vec<String>,
+    /// Number of bytes behind the triangles of a mesh that the scene does not use; zero for a file that a run remembers.
+    #[serde(skip)]
+    pub extra_bytes: usize,
 }
 
 impl InputFile {
     /// A file with this content.
     pub(crate) fn new(path: &Path, content: &[u8]) -> Self {
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        Self { path: absolute.to_string_lossy().into_owned(), checksum: word(content), unused: Vec::new() }
+        Self {
+            path: absolute.to_string_lossy().into_owned(),
+            checksum: word(content),
+            unused: Vec::new(),
+            extra_bytes: 0,
+        }
     }
 
     /// A checkpoint, which ends with a checksum of all that stands before.

@@ -2,7 +2,7 @@
 
 use super::describe;
 use crate::Vector;
-use crate::analysis::instruments::SystemDescription;
+use crate::analysis::instruments::{SystemDescription, shortened_cutoffs};
 use crate::analysis::observables::ApplicableObservables;
 use crate::base::text::digits;
 use crate::engine::EngineChoice;
@@ -51,8 +51,9 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
             gap.species
         ));
     }
-    warnings.extend(unused_columns(scene));
+    warnings.extend(unused_input(scene));
     warnings.extend(unmeasurable(scene));
+    warnings.extend(shortened(scene));
     warnings.extend(few_digits(scene));
     let moving = scene.particles().iter().any(|particle| !scene.species()[particle.species.0 as usize].is_static());
     if !moving {
@@ -82,15 +83,22 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// Columns in the files of a scene that the scene does not use.
+/// Columns and bytes in the files of a scene that the scene does not use.
 #[must_use]
-pub fn unused_columns(scene: &Scene) -> Vec<String> {
-    let unused = scene.inputs().iter().filter(|input| !input.unused.is_empty());
-    let line = |input: &InputFile| {
-        let names = input.unused.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        format!("not used of {}: {names}", input.path)
-    };
-    unused.map(line).collect()
+pub fn unused_input(scene: &Scene) -> Vec<String> {
+    let mut lines = Vec::new();
+    for InputFile { path, unused, extra_bytes, .. } in scene.inputs() {
+        if !unused.is_empty() {
+            let names = unused.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+            lines.push(format!("not used of {path}: {names}"));
+        }
+        if *extra_bytes > 0 {
+            lines.push(format!(
+                "not used of {path}: {extra_bytes} bytes behind the triangles that its header announces"
+            ));
+        }
+    }
+    lines
 }
 
 /// Measurements of the plan that have no value in the scene, each with the reason.
@@ -111,6 +119,16 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
         )
     });
     pressure.into_iter().chain(transport).collect()
+}
+
+/// Cutoffs of the plan that the box makes shorter.
+#[must_use]
+pub fn shortened(scene: &Scene) -> Vec<String> {
+    let plan = scene.measure();
+    if plan.radial_distribution.is_none() && plan.bond_order.is_none() {
+        return Vec::new();
+    }
+    shortened_cutoffs(plan, &SystemDescription::of(scene))
 }
 
 /// Times of the plan that never come, because what they act in is shorter.

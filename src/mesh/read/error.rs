@@ -4,6 +4,7 @@ use std::fmt;
 
 use thiserror::Error;
 
+use super::polygon::PolygonProblem;
 use crate::model::triangle_mesh::{LARGEST_COORDINATE, MOST_TRIANGLES};
 
 /// Error of reading a mesh: the file and what is wrong with it.
@@ -121,6 +122,16 @@ pub enum MeshFileProblem {
         /// The number of corners.
         found: usize,
     },
+    /// A face of more than three corners cannot be cut into triangles.
+    #[error("line {line}: the face of {corners} corners {problem}; export the mesh in triangles, or repair the face")]
+    Polygon {
+        /// Where, from 1.
+        line: usize,
+        /// The number of corners.
+        corners: usize,
+        /// What is wrong with it.
+        problem: PolygonProblem,
+    },
     /// A face refers to a vertex that is not in the file.
     #[error(
         "line {line}: the face refers to vertex {found}, expected 1 to {vertices}, or -{vertices} to -1; the file is damaged or cut off, export it again"
@@ -144,6 +155,7 @@ impl MeshFileError {
             MeshFileProblem::Unexpected { line, .. }
             | MeshFileProblem::Truncated { line, .. }
             | MeshFileProblem::Corners { line, .. }
+            | MeshFileProblem::Polygon { line, .. }
             | MeshFileProblem::Index { line, .. } => Some(Place::Line(line)),
             _ => None,
         }

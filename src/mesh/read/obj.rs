@@ -1,9 +1,10 @@
 //! Wavefront OBJ: positions `v` and faces `f` that refer to them; everything else is passed over.
 //!
-//! Faces of more than three corners become fans about their first corner, which is right for convex ones. The format has no end: a file
-//! that is cut off between two lines, or within the last number, cannot be told from a whole one.
+//! Faces of more than three corners are cut into triangles, see [`super::polygon`]. The format has no end: a file that is cut off between
+//! two lines, or within the last number, cannot be told from a whole one.
 
 use super::error::{MeshFileProblem, Place};
+use super::polygon::triangulate;
 use super::words::{Word, Words};
 use crate::Vector;
 use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
@@ -13,8 +14,19 @@ use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
 struct Faces {
     positions: Vec<Vector>,
     triangles: Vec<[u32; 3]>,
+    /// Faces of more than three corners.
+    polygons: Vec<Polygon>,
     /// The largest number of a vertex that a face refers to, from 1, and its line.
     farthest: (u32, usize),
+}
+
+/// A face of more than three corners, read as a fan of triangles about its first corner.
+#[derive(Debug)]
+struct Polygon {
+    line: usize,
+    /// Number of the first triangle of its fan.
+    first: usize,
+    corners: usize,
 }
 
 /// Reads a whole file.
@@ -61,6 +73,9 @@ impl Faces {
             }
             last = corner;
         }
+        if corners > 3 {
+            self.polygons.push(Polygon { line, first: self.triangles.len() - (corners - 2), corners });
+        }
         if corners < 3 { Err(MeshFileProblem::Corners { line, found: corners }) } else { Ok(()) }
     }
 
@@ -86,7 +101,7 @@ impl Faces {
     }
 
     /// The mesh, if all faces refer to vertices that are there.
-    fn finish(self) -> Result<TriangleMesh, MeshFileProblem> {
+    fn finish(mut self) -> Result<TriangleMesh, MeshFileProblem> {
         let (farthest, line) = self.farthest;
         let vertices = self.positions.len();
         if farthest as usize > vertices {
@@ -95,9 +110,26 @@ impl Faces {
         if self.triangles.is_empty() {
             return Err(MeshFileProblem::NoTriangle { expected: "face `f`" });
         }
+        self.cut_polygons()?;
         let mesh = TriangleMesh { vertices: self.positions, triangles: self.triangles };
         let mut welder = Welder::default();
         mesh.all_corners().for_each(|corners| welder.push(&corners));
         Ok(welder.finish())
+    }
+
+    /// Puts other triangles in the place of a fan that does not have the shape of its face.
+    fn cut_polygons(&mut self) -> Result<(), MeshFileProblem> {
+        for &Polygon { line, first, corners } in &self.polygons {
+            let Some(fan) = self.triangles.get_mut(first..first + corners - 2) else { continue };
+            let begin = fan.first().map(|&[a, b, _]| [a, b]).unwrap_or_default();
+            let numbers: Vec<u32> = begin.into_iter().chain(fan.iter().map(|triangle| triangle[2])).collect();
+            let at = |number: &u32| self.positions.get(*number as usize).copied().unwrap_or_default();
+            let polygon: Vec<Vector> = numbers.iter().map(at).collect();
+            let cut = triangulate(&polygon).map_err(|problem| MeshFileProblem::Polygon { line, corners, problem })?;
+            for (triangle, corners) in fan.iter_mut().zip(cut.into_iter().flatten()) {
+                *triangle = corners.map(|corner| numbers.get(corner).copied().unwrap_or_default());
+            }
+        }
+        Ok(())
     }
 }

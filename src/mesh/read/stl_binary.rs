@@ -1,4 +1,5 @@
-//! Binary STL: 80 bytes, the number of triangles, and 50 bytes for each.
+//! Binary STL: 80 bytes, the number of triangles, and 50 bytes for each. Some programs add a few bytes, which are passed over if they are
+//! fewer than a triangle has.
 
 use super::error::{MeshFileProblem, Place};
 use crate::Vector;
@@ -38,16 +39,23 @@ fn length(triangles: u32) -> u64 {
     HEADER as u64 + TRIANGLE as u64 * u64::from(triangles)
 }
 
+/// Bytes behind the triangles of a whole file.
+pub(super) fn extra(content: &[u8]) -> usize {
+    let expected = announced(content).map_or(0, length);
+    content.len().saturating_sub(usize::try_from(expected).unwrap_or(usize::MAX))
+}
+
 /// Reads a whole file.
 pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     let Some(triangles) = announced(content) else {
         return Err(MeshFileProblem::NoStl { found: content.len() });
     };
     let (expected, found) = (length(triangles), content.len() as u64);
-    if expected != found && !has_zeros(content) {
+    let is_whole = (expected..expected + TRIANGLE as u64).contains(&found);
+    if !is_whole && !has_zeros(content) {
         return Err(MeshFileProblem::NoStl { found: content.len() });
     }
-    if expected != found {
+    if !is_whole {
         return Err(MeshFileProblem::Length { triangles, expected, found });
     }
     if triangles == 0 {

@@ -1,4 +1,4 @@
-//! Text STL: solids of facets of one loop of three vertices.
+//! Text STL: solids of facets of one loop of three vertices, on lines of their own or all on one.
 
 use super::error::{MeshFileProblem, Place};
 use super::words::{Word, Words};
@@ -16,10 +16,11 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
             None if is_inside => return Err(MeshFileProblem::Truncated { line: words.line(), expected }),
             None if welder.len() == 0 => return Err(MeshFileProblem::NoTriangle { expected: "`facet`" }),
             None => return Ok(welder.finish()),
-            Some(word) if word.is(if is_inside { "endsolid" } else { "solid" }) => {
-                is_inside = !is_inside;
-                words.skip_line();
+            Some(word) if !is_inside && word.is("solid") => {
+                skip_name(&mut words);
+                is_inside = true;
             }
+            Some(word) if is_inside && is_end(&word, &mut words, "solid") => is_inside = skip_name(&mut words),
             Some(word) if is_inside && word.is("facet") => {
                 if welder.len() == MOST_TRIANGLES {
                     return Err(MeshFileProblem::TooManyTriangles { place: Place::Line(word.line) });
@@ -29,6 +30,35 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
             Some(word) => return Err(word.unexpected(expected)),
         }
     }
+}
+
+/// Passes over a name, up to the end of the line or to the first facet where the whole file is one line; whether there is a facet.
+fn skip_name(words: &mut Words<'_>) -> bool {
+    let mut ahead = words.clone();
+    while let Some(word) = ahead.next_on_line() {
+        if word.is("facet") && ahead.clone().next_on_line().is_some_and(|word| word.is("normal")) {
+            return true;
+        }
+        *words = ahead.clone();
+    }
+    words.skip_line();
+    false
+}
+
+/// Whether a word ends a part, in one word as `endloop` or in two as `end loop`.
+fn is_end(word: &Word<'_>, words: &mut Words<'_>, part: &str) -> bool {
+    let is_part = |text: &[u8]| text.eq_ignore_ascii_case(part.as_bytes());
+    if let Some((end, rest)) = word.text.split_at_checked(3)
+        && end.eq_ignore_ascii_case(b"end")
+    {
+        let mut ahead = words.clone();
+        if rest.is_empty() && ahead.next().is_some_and(|word| is_part(word.text)) {
+            *words = ahead;
+            return true;
+        }
+        return is_part(rest);
+    }
+    false
 }
 
 /// Reads what follows `facet`.
@@ -47,8 +77,8 @@ fn facet(words: &mut Words<'_>) -> Result<[Vector; 3], MeshFileProblem> {
             *coordinate = next(words, "a coordinate")?.coordinate()?;
         }
     }
-    keyword(words, "endloop", "`endloop` behind three vertices of three coordinates")?;
-    keyword(words, "endfacet", "`endfacet`")?;
+    end(words, "loop", "`endloop` behind three vertices of three coordinates")?;
+    end(words, "facet", "`endfacet`")?;
     Ok(corners)
 }
 
@@ -61,4 +91,10 @@ fn next<'a>(words: &mut Words<'a>, expected: &'static str) -> Result<Word<'a>, M
 fn keyword(words: &mut Words<'_>, keyword: &str, expected: &'static str) -> Result<(), MeshFileProblem> {
     let word = next(words, expected)?;
     if word.is(keyword) { Ok(()) } else { Err(word.unexpected(expected)) }
+}
+
+/// Passes over the end of a part.
+fn end(words: &mut Words<'_>, part: &str, expected: &'static str) -> Result<(), MeshFileProblem> {
+    let word = next(words, expected)?;
+    if is_end(&word, words, part) { Ok(()) } else { Err(word.unexpected(expected)) }
 }

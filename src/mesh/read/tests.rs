@@ -141,9 +141,42 @@ fn text_stl_is_read_with_any_name_case_and_layout() {
         bytes(&[b"\xef\xbb\xbfSolid\r\n", body.to_uppercase().replace('\n', "\r\n").as_bytes(), b"EndSolid"]),
         bytes(&[b"solid\n", body.replace('\n', " ").as_bytes(), b"endsolid\n\n \n"]),
         bytes(&[b"\n solid a\nendsolid a\nsolid b\n", body.as_bytes(), b"endsolid b\n"]),
+        // Ends in two words, lines that end with CR, and all on one line.
+        bytes(&[
+            b"solid a\n",
+            body.replace("endloop", "end loop").replace("endf", "End F").as_bytes(),
+            b"end solid a\n",
+        ]),
+        bytes(&[b"solid a b\r", body.replace('\n', "\r").as_bytes(), b"endsolid a b\r"]),
+        bytes(&[b"solid a b ", body.replace('\n', " ").as_bytes(), b"endsolid a b"]),
+        bytes(&[b"solid endsolid ", body.replace('\n', " ").as_bytes(), b"endsolid"]),
     ] {
         assert_eq!(read_mesh("a", "stl", &content).unwrap().triangles, [[0, 1, 2]]);
     }
+}
+
+#[test]
+fn solids_on_one_line_are_all_read() {
+    let other = facet("vertex 0 0 0\nvertex 1 0 0\nvertex 0 0 1");
+    let content = format!("solid a {} endsolid a solid b {} endsolid b", facet(CORNERS), other).replace('\n', " ");
+    assert_eq!(read_mesh("a", "stl", content.as_bytes()).unwrap().triangles, [[0, 1, 2], [0, 1, 3]]);
+    // Lines are counted whatever ends them.
+    let message = refused("stl", "solid a\rfacet normal 0 0 1\r\nouter loop\nvertex 0 x 0\r");
+    assert!(message.starts_with("line 4: found `x`"), "{message}");
+}
+
+#[test]
+fn bytes_behind_the_triangles_of_a_binary_file_are_passed_over_and_counted() {
+    let mesh = sheet(2);
+    let mut content = binary(&mesh);
+    assert_eq!(unread_bytes("stl", &content), 0);
+    content.extend_from_slice(b"made by a scanner");
+    assert_eq!(read_mesh("a", "STL", &content).unwrap(), mesh);
+    assert_eq!(unread_bytes("STL", &content), 17);
+    // As many as another triangle has: the header announces too few.
+    content.extend_from_slice(&[7; 33]);
+    assert!(refused("stl", &content).starts_with("the header announces 8 triangles: expected 484 bytes, found 534"));
+    assert_eq!(unread_bytes("obj", b"f"), 0);
 }
 
 #[test]
@@ -205,6 +238,22 @@ fn obj_faces_are_read_in_all_notations() {
 }
 
 #[test]
+fn a_concave_face_of_an_obj_has_nothing_where_it_has_none() {
+    let outline = "v 10 0 0\nv 10 4 0\nv 4 4 0\nv 4 10 0\nv 0 10 0\nv 0 0 0\n";
+    for face in ["f 1 2 3 4 5 6", "f 3 4 5 6 1 2", "f 6 5 4 3 2 1"] {
+        let mesh = read_mesh("a", "obj", format!("{outline}{face}\n").as_bytes()).unwrap();
+        assert!((mesh.area() - 64.0).abs() < 1e-12, "{face}: {}", mesh.area());
+        let is_within = |[a, b, c]: [Vector; 3]| {
+            let point = Vector::new(5.5, 5.5, 0.0);
+            let side = |from: Vector, to: Vector| (to - from).cross(&(point - from)).z;
+            let sides = [side(a, b), side(b, c), side(c, a)];
+            sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
+        };
+        assert!(!mesh.all_corners().any(is_within), "{face}");
+    }
+}
+
+#[test]
 fn obj_is_refused_with_the_line() {
     let three = |rest: &str| refused("obj", format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{rest}"));
     for (rest, expected) in [
@@ -222,6 +271,11 @@ fn obj_is_refused_with_the_line() {
         ("v 1 2\n", "line 4: found `end of line`, expected a coordinate"),
         ("v 1 2 NaN\n", "line 4: coordinate is `NaN`"),
         ("v 1 2 1e61\n", "line 4: coordinate is `1e61`"),
+        (
+            "v 1 1 0\nv 1 -1 0\nf 3 2 1 4 5\n",
+            "line 6: the face of 5 corners has an outline that crosses itself, expected a simple polygon; export the mesh in triangles",
+        ),
+        ("v 1 1 3\nf 1 2 4 3\n", "line 5: the face of 4 corners is not flat: a corner is "),
         ("l 1 2\n", "the file has no triangle: expected at least one face `f`;"),
     ] {
         let message = three(rest);

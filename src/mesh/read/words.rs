@@ -35,7 +35,7 @@ impl Word<'_> {
 }
 
 /// Text that is taken apart into words.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Words<'a> {
     rest: &'a [u8],
     line: usize,
@@ -56,7 +56,7 @@ impl<'a> Words<'a> {
     pub fn next(&mut self) -> Option<Word<'a>> {
         let blanks = self.rest.iter().position(|byte| !is_blank(*byte)).unwrap_or(self.rest.len());
         let (before, rest) = self.rest.split_at(blanks);
-        self.line += before.iter().filter(|&&byte| byte == b'\n').count();
+        self.line += line_ends(before);
         let length = rest.iter().position(|byte| is_blank(*byte)).unwrap_or(rest.len());
         let (text, rest) = rest.split_at(length);
         self.rest = rest;
@@ -67,14 +67,14 @@ impl<'a> Words<'a> {
     pub fn next_on_line(&mut self) -> Option<Word<'a>> {
         loop {
             let blanks =
-                self.rest.iter().position(|byte| !is_blank(*byte) || *byte == b'\n').unwrap_or(self.rest.len());
+                self.rest.iter().position(|byte| !is_blank(*byte) || is_line_end(*byte)).unwrap_or(self.rest.len());
             self.rest = self.rest.split_at(blanks).1;
             match self.rest {
-                [b'\\', b'\n', rest @ ..] | [b'\\', b'\r', b'\n', rest @ ..] => {
+                [b'\\', b'\r', b'\n', rest @ ..] | [b'\\', b'\n' | b'\r', rest @ ..] => {
                     self.line += 1;
                     self.rest = rest;
                 }
-                [] | [b'\n', ..] => return None,
+                [] | [b'\n' | b'\r', ..] => return None,
                 rest => {
                     let length =
                         1 + rest.iter().skip(1).position(|b| is_blank(*b) || *b == b'\\').unwrap_or(rest.len() - 1);
@@ -89,11 +89,23 @@ impl<'a> Words<'a> {
     /// Passes over what is left of the line; false where the text ends. Paths in comments may end with a backslash, which continues
     /// nothing.
     pub fn skip_line(&mut self) -> bool {
-        let end = self.rest.iter().position(|byte| *byte == b'\n');
-        self.rest = end.and_then(|end| self.rest.get(end + 1..)).unwrap_or_default();
+        let end = self.rest.iter().position(|byte| is_line_end(*byte));
+        let rest = end.map_or(&[][..], |end| self.rest.split_at(end).1);
+        self.rest = rest.strip_prefix(b"\r\n").or_else(|| rest.get(1..)).unwrap_or_default();
         self.line += usize::from(end.is_some());
         end.is_some()
     }
+}
+
+/// Whether a byte ends a line: LF, CR LF, or CR alone.
+fn is_line_end(byte: u8) -> bool {
+    byte == b'\n' || byte == b'\r'
+}
+
+/// Number of ends of lines.
+fn line_ends(text: &[u8]) -> usize {
+    let is_end = |at: usize| text[at] == b'\n' || (text[at] == b'\r' && text.get(at + 1) != Some(&b'\n'));
+    (0..text.len()).filter(|&at| is_end(at)).count()
 }
 
 /// Whether a byte separates words.

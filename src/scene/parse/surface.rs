@@ -6,7 +6,7 @@ use nalgebra::Rotation3;
 
 use super::motion::parse_motions;
 use super::{Keys, variant, vector};
-use crate::mesh::read::{MeshFileError, read_mesh};
+use crate::mesh::read::{MeshFileError, read_mesh, unread_bytes};
 use crate::mesh::report::{MeshReport, Orientation};
 use crate::mesh::revolution::revolution;
 use crate::model::surface_motion::{sine_and_cosine, turn};
@@ -186,12 +186,13 @@ pub(super) fn mesh(
     let path = directory.join(&file.path);
     let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
     let content = brought::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
-    let input = unchanged(&path, &content, file.checksum, at)?;
+    let mut input = unchanged(&path, &content, file.checksum, at)?;
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
     let unusable = |error: MeshFileError| {
         SceneError::new(at.key("path"), SceneErrorKind::Mesh { path: path.clone(), problem: Box::new(error.problem) })
     };
     let read = read_mesh("", extension, &content).map_err(unusable)?;
+    input.extra_bytes = unread_bytes(extension, &content);
     if let Some(why) = file.closed {
         check_closed(&read, &path, why, at)?;
     }
