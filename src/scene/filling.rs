@@ -219,11 +219,13 @@ impl SceneBuilder {
         });
         let (Some((fill, count, amount, at)), None) = (deciding.next(), deciding.next()) else {
             let at = ConfigPath::root().key("space");
-            return Err(missing(
-                &at,
-                "size",
-                "it follows only if exactly one [[fill]] gives both a count and a density",
-            ));
+            let is_file = |at: &ConfigPath| at.to_string().starts_with("file");
+            let why = if self.groups.iter().any(|placed| is_file(&placed.at)) {
+                "the coordinates of the [[file]] come without a box: give its edges"
+            } else {
+                "it follows only if exactly one [[fill]] gives both a count and a density"
+            };
+            return Err(missing(&at, "size", why));
         };
         affordable(count, at)?;
         let shares = shares(fill, species, at)?;

@@ -15,6 +15,8 @@ pub(super) struct Columns {
     pub total: usize,
     pub position: usize,
     pub species: Option<usize>,
+    /// All columns that may name the species: other programs put one of their own before that of the file.
+    pub may_be_species: Vec<usize>,
     pub velocity: Option<usize>,
     pub radius: Option<usize>,
     pub id: Option<usize>,
@@ -41,6 +43,10 @@ const IMAGE: &[&str] = &["map_shift", "images", "image"];
 /// The boxes that a frame can have.
 const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
     `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
+
+/// A box is aligned with the axes if all other components of its edges are at most this part of the longest one: the round-off of a
+/// rotation.
+const ALIGNED: f64 = 1e-14;
 
 /// Content of a comment line.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,7 +81,7 @@ impl Comment {
             (Vector::from(origin.unwrap_or_default()), size)
         });
         let periodic = match value_of("pbc") {
-            Some(value) => value.three_flags()?,
+            Some(value) => value.periodic()?,
             None => [region.is_some(); 3],
         };
         let displacement = lattice.map_or(0.0, |(_, displacement)| displacement);
@@ -83,10 +89,8 @@ impl Comment {
         if displacement != 0.0 && !(is_sliding(0) && is_sliding(1)) {
             return Err(value_of("Lattice").map_or(ReadError::NoFrame, |value| value.expected(LATTICE)));
         }
-        let time = match value_of("Time") {
-            Some(value) => value.numbers::<1>("a finite number")?[0],
-            None => 0.0,
-        };
+        // A time with a unit, or of another form, says nothing here.
+        let time = value_of("Time").map_or(Some(0.0), |value| finite(value.value));
         let mut species: Vec<FrameSpecies> = Vec::new();
         if let Some(value) = value_of("species_table") {
             species = value.species(value_of("static"), value_of("species_mass"))?;
@@ -101,13 +105,18 @@ impl Comment {
             Some(value) => value.columns()?,
             None => Columns { total: 4, position: 1, species: Some(0), ..Columns::default() },
         };
+        if time.is_none() {
+            columns.unused.push("Time".to_owned());
+        }
+        let time = time.unwrap_or(0.0);
         // A column of masses says the same once more, where there is a table of them.
         columns.mass = columns.mass.filter(|_| species.iter().all(|species| species.mass.is_none()));
         Ok(Self { time, region, periodic, displacement, species, bonds, bond_names, bond_kinds, surfaces, columns })
     }
 }
 
-/// The `key=value` pairs of a line; values may be quoted, and words without `=` are skipped.
+/// The `key=value` pairs of a line, as ASE reads them: values may be quoted or in brackets, blanks may stand around `=`, and words without
+/// `=` are skipped.
 fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -115,19 +124,37 @@ fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
             rest = rest.trim_start();
             let end = rest.find(|c: char| c == '=' || c.is_whitespace())?;
             let (key, tail) = rest.split_at(end);
-            let Some(tail) = tail.strip_prefix('=') else {
+            let Some(tail) = tail.trim_start().strip_prefix('=') else {
                 rest = tail;
                 continue;
             };
-            let quote = tail.chars().next().filter(|c| matches!(c, '"' | '\''));
-            let (value, tail) = match quote {
-                Some(quote) => tail[1..].split_once(quote).unwrap_or((&tail[1..], "")),
-                None => tail.split_once(char::is_whitespace).unwrap_or((tail, "")),
-            };
+            let (value, tail) = value(tail.trim_start());
             rest = tail;
             return Some((key, value));
         }
     })
+}
+
+/// The value that a text begins with, without its quotes or brackets, and the rest.
+fn value(text: &str) -> (&str, &str) {
+    let inside = text.get(1..).unwrap_or_default();
+    match text.chars().next() {
+        Some(quote @ ('"' | '\'')) => inside.split_once(quote).unwrap_or((inside, "")),
+        Some('{') => inside.split_once('}').unwrap_or((inside, "")),
+        Some('[') => {
+            let mut depth = 1_usize;
+            let end = inside.char_indices().find(|(_, c)| {
+                match c {
+                    '[' => depth += 1,
+                    ']' => depth -= 1,
+                    _ => {}
+                }
+                depth == 0
+            });
+            end.map_or((inside, ""), |(end, _)| (&inside[..end], &inside[end + 1..]))
+        }
+        _ => text.split_once(char::is_whitespace).unwrap_or((text, "")),
+    }
 }
 
 /// A value with what an error about it says.
@@ -142,8 +169,13 @@ impl<'a> Value<'a> {
         ReadError::unexpected(self.line, self.key, self.value, expected)
     }
 
+    /// The words of a list. ASE puts `_JSON` before lists of some kinds.
     fn words(&self) -> impl Iterator<Item = &'a str> {
-        self.value.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty())
+        let list = self.value.trim_start();
+        list.strip_prefix("_JSON")
+            .unwrap_or(list)
+            .split(|c: char| c.is_whitespace() || matches!(c, ',' | '[' | ']'))
+            .filter(|word| !word.is_empty())
     }
 
     /// The words, each read, if they are so many.
@@ -164,7 +196,15 @@ impl<'a> Value<'a> {
 
     /// The edges of a box that is aligned with the axes, and the displacement of its next image up.
     fn lattice(&self) -> Result<(Vector, f64), ReadError> {
-        let vectors = self.numbers::<9>("nine finite numbers")?;
+        let mut vectors = self.numbers::<9>("nine finite numbers")?;
+        let longest = [0, 4, 8].map(|entry| vectors[entry].abs()).into_iter().fold(0.0, f64::max);
+        for entry in (0..9).filter(|entry| entry % 4 != 0) {
+            // Images along y may slide along x.
+            let edge = if entry == 3 { vectors[0] } else { longest };
+            if vectors[entry].abs() <= ALIGNED * edge {
+                vectors[entry] = 0.0;
+            }
+        }
         let [x, _, _, displacement, y, _, _, _, z] = vectors;
         let is_known = |entry: usize| match entry {
             0 | 4 | 8 => vectors[entry] >= 0.0,
@@ -176,6 +216,11 @@ impl<'a> Value<'a> {
         }
         let within = if displacement == 0.0 { 0.0 } else { displacement_within_period(displacement, x) };
         Ok((Vector::new(x, y, z), within))
+    }
+
+    /// One flag for each axis, or one for all.
+    fn periodic(&self) -> Result<[bool; 3], ReadError> {
+        flag(self.value.trim()).map_or_else(|| self.three_flags(), |flag| Ok([flag; 3]))
     }
 
     fn three_flags(&self) -> Result<[bool; 3], ReadError> {
@@ -249,10 +294,13 @@ impl<'a> Value<'a> {
         if velocity.is_none() && momentum.is_none() && (is_named(VELOCITY) || is_named(MOMENTUM)) {
             return Err(self.expected("three columns of velocities, `velo:R:3`, or of momenta, `momenta:R:3`"));
         }
+        let names_species = |(name, range): &&(&str, Range<usize>)| SPECIES.contains(name) && range.len() == 1;
+        let may_be_species: Vec<usize> = groups.iter().filter(names_species).map(|(_, range)| range.start).collect();
         let columns = Columns {
             total,
             position: find(POSITION, 3).ok_or_else(|| self.expected("positions, `pos:R:3`"))?,
-            species: find(SPECIES, 1),
+            species: may_be_species.first().copied(),
+            may_be_species,
             velocity,
             radius: find(RADIUS, 1),
             id: find(ID, 1),
@@ -265,7 +313,8 @@ impl<'a> Value<'a> {
         let used = [Some(columns.position), columns.species, velocity, columns.radius, columns.id, columns.image];
         // Of both, velocities are taken, and say the same as momenta.
         let used = [&used[..], &[momentum, columns.mass]].concat();
-        let unused = groups.iter().filter(|(_, range)| !used.contains(&Some(range.start)));
+        let is_used = |at: usize| used.contains(&Some(at)) || columns.may_be_species.contains(&at);
+        let unused = groups.iter().filter(|(_, range)| !is_used(range.start));
         Ok(Columns { unused: unused.map(|(name, _)| (*name).to_owned()).collect(), ..columns })
     }
 }

@@ -161,6 +161,8 @@ impl<R: BufRead> FrameReader<R> {
             return Err(ReadError::LineTooLong { line });
         }
         let text = std::str::from_utf8(&self.text).map_err(|_| ReadError::NotText { line })?;
+        // Some programs begin a text with a byte order mark.
+        let text = text.strip_prefix('\u{feff}').filter(|_| line == 1).unwrap_or(text);
         Ok(if length == 0 { None } else { Some(text.trim_end_matches(['\n', '\r'])) })
     }
 
@@ -199,7 +201,7 @@ impl<R: BufRead> FrameReader<R> {
 
     /// The next frame, or `None` where nothing but blank lines is left.
     fn next_frame(&mut self) -> Result<Option<Frame>, ReadError> {
-        let Some((count, comment)) = self.begin_frame()? else { return Ok(None) };
+        let Some((count, mut comment)) = self.begin_frame()? else { return Ok(None) };
         let first = self.frame_line;
         let truncated = |found| ReadError::Truncated { line: first, expected: count, found };
         let mut table = SpeciesTable::new(comment.species);
@@ -210,6 +212,12 @@ impl<R: BufRead> FrameReader<R> {
         let mut scalars: Vec<_> = scalars.map(|(name, _)| Scalar { name: name.clone(), values: Vec::new() }).collect();
         for (index, id) in (0..count).zip(0..) {
             let Some(text) = self.next_line()? else { return Err(truncated(index)) };
+            if index == 0 && comment.columns.may_be_species.len() > 1 {
+                let words: Vec<&str> = text.split_whitespace().collect();
+                let names_one = |at: &&usize| words.get(**at).is_some_and(|word| table.has(word));
+                let known = comment.columns.may_be_species.iter().find(names_one).copied();
+                comment.columns.species = known.or(comment.columns.species);
+            }
             let read = Words::of(text, first + 2 + index, &comment.columns).and_then(|words| {
                 particles.push(words.particle(id, &comment.columns, &mut table)?);
                 images.extend(words.image(&comment.columns)?);

@@ -49,6 +49,11 @@ impl SpeciesTable {
         Self { species, index }
     }
 
+    /// Whether a species has this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.index.contains_key(name)
+    }
+
     fn id(&mut self, name: &str) -> SpeciesId {
         if let Some(&index) = self.index.get(name) {
             return SpeciesId(index);
