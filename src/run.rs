@@ -26,7 +26,6 @@ pub(crate) use frames::FrameLimit;
 pub use measured_stage::MeasuredStage;
 pub use outlook::{NoRate, foreseen_rate};
 pub use progress::Progress;
-pub use rate::expected_rate;
 pub(crate) use stage::Settings;
 pub use stage::Stage;
 pub use state::RunState;

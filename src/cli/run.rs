@@ -146,7 +146,7 @@ impl Run {
             .at_most(most);
         folder.keep_scene(&record)?;
         let warnings = [
-            description::unused_columns(&scene),
+            description::unused_input(&scene),
             description::unmeasurable(&scene),
             description::unreached(&scene),
             description::burdens(&scene),
@@ -188,7 +188,7 @@ impl Run {
         if self.force {
             return Ok(f64::INFINITY);
         }
-        let bytes = SizeEstimate::of(scene, run::expected_rate(scene)).bytes;
+        let bytes = SizeEstimate::of(scene, run::foreseen_rate(scene).ok()).bytes;
         super::refuse_large("run", bytes, path, "longer intervals in [output]")
     }
 

@@ -11,7 +11,7 @@ use crate::base::checksum::checksum;
 use crate::io::estimate::SizeEstimate;
 use crate::io::read_scene_text;
 use crate::model::Scene;
-use crate::run::expected_rate;
+use crate::run::foreseen_rate;
 use crate::scene::{NamedInput, SceneError, read_text};
 
 /// The key whose values are repetitions of the same state point.
@@ -273,7 +273,7 @@ impl Sweep {
     /// Expected size of the runs of all points, if they are like `scene` `[bytes]`, within a factor of two.
     #[must_use]
     pub fn expected_bytes(&self, scene: &Scene) -> f64 {
-        SizeEstimate::of(scene, expected_rate(scene)).bytes * self.points.len() as f64
+        SizeEstimate::of(scene, foreseen_rate(scene).ok()).bytes * self.points.len() as f64
     }
 
     /// The text from which the scene at a point can be made again.

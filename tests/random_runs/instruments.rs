@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use carom::io::estimate::SizeEstimate;
 use carom::io::{Existing, Folder};
 use carom::model::Scene;
-use carom::run::{Finished, Run, burdens, expected_rate};
+use carom::run::{Finished, Run, burdens, foreseen_rate};
 use carom::view::{description, final_table, report};
 
 use super::choices::{Choices, temporary};
@@ -171,7 +171,7 @@ pub fn judge(bytes: &[u8], is_kept: bool) -> End {
         Err(error) => return End::Refused(error.to_string()),
     };
     let _ = (description::text(&made), description::warnings(&made), burdens(&made));
-    let estimate = SizeEstimate::of(&made, expected_rate(&made)).bytes;
+    let estimate = SizeEstimate::of(&made, foreseen_rate(&made).ok()).bytes;
     assert!(estimate >= 0.0, "an estimate of {estimate} bytes");
     // What takes minutes to be sampled as often as it is asked for is no fault.
     if estimate > 1e7 {
