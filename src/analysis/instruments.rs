@@ -43,6 +43,14 @@ pub use registry::InstrumentError;
 pub(crate) use registry::{OwnInstruments, Registry, compare as compare_instruments};
 pub use system::{Sample, SystemDescription};
 
+/// Cutoffs that the box makes shorter than the plan asks for, each with the reason.
+pub(crate) fn shortened_cutoffs(plan: &MeasurementPlan, system: &SystemDescription) -> Vec<String> {
+    let of_pairs = plan.radial_distribution.as_ref().and_then(|it| radial_distribution::shortened_cutoff(it, system));
+    let of_order = plan.bond_order.as_ref().and_then(|it| bond_order::shortened_cutoff(it, system));
+    let named = |(name, why): (&str, Option<String>)| why.map(|why| format!("measure.{name}: {why}"));
+    [("radial_distribution", of_pairs), ("bond_order", of_order)].into_iter().filter_map(named).collect()
+}
+
 /// Whether anything is asked for of each particle, for the frames of a trajectory.
 pub(crate) fn has_scalars(plan: &MeasurementPlan) -> bool {
     plan.bond_order.is_some()

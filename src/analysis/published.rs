@@ -17,12 +17,14 @@ mod velocity_tail;
 pub use equation_of_state::{carnahan_starling, face_centred_cubic, hard_disks, hard_spheres, tonks};
 pub use granular::{haff_temperature, haff_time};
 pub use heat_flux::GasBetweenPlates;
-pub(crate) use kinetic_theory::FITTED_SPHERES;
+pub(crate) use kinetic_theory::{FITTED_SPHERES, is_hydrodynamic, mean_free_path_of_diffusion};
 pub use kinetic_theory::{
     HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, contact_value, contact_value_of_disks,
     finite_size_of_diffusion, viscosity_of_disks,
 };
 pub use maxwell::{maxwell_speed_below, maxwell_speed_density};
+#[cfg(test)]
+pub(crate) use of_system::CRYSTAL_LABEL;
 pub use of_system::{PublishedValue, of_system};
 pub use outflow::beverloo;
 pub(crate) use outflow::of_flows;

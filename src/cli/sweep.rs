@@ -272,7 +272,12 @@ fn agreements(results: &Results, at: usize) -> Vec<String> {
     let line = |it: &Agreement| {
         let without = it.without_size.map(|sum| format!(" ({} without the size of the systems)", digits(sum)));
         let (sum, without) = (digits(it.chi_square), without.unwrap_or_default());
-        format!("{name} beside {}: chi^2 = {sum} for {} degrees of freedom{without}", it.label, it.freedom)
+        format!(
+            "{name} beside {}: chi^2 = {sum} for {} degrees of freedom{without}{}",
+            it.label,
+            it.freedom,
+            it.left_out()
+        )
     };
     results.agreements(at).iter().map(line).collect()
 }

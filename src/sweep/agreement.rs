@@ -1,10 +1,13 @@
 //! How far the means of a sweep are from what is published.
 
-use super::results::Results;
+use super::results::{Results, StageMeans};
 use crate::analysis::published::PublishedValue;
 
 /// Of fewer means the deviations say nothing.
 const FEWEST: usize = 2;
+
+/// Quantity that tells a crystal from a fluid of the same density.
+const FACTOR: &str = "compressibility_factor";
 
 /// Deviations of the means of a quantity from published values, squared and in units of their standard errors.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,10 +21,28 @@ pub struct Agreement {
     pub without_size: Option<f64>,
     /// Number of the means in it, and of its degrees of freedom: nothing is fitted.
     pub freedom: usize,
+    /// Number of the means that are left out, because the system is in another phase than the published one. A system that both phases are published for is in the phase
+    /// whose compressibility factor is nearer to its own.
+    pub other_phase: usize,
+    /// Whether the published values are those of a crystal.
+    pub is_of_crystal: bool,
 }
 
-/// A mean, its error, and what is published.
-type Pair<'p> = (f64, f64, &'p PublishedValue);
+/// A mean, its error, what is published, and whether the system is in the phase that it is published for.
+type Pair<'p> = (f64, f64, &'p PublishedValue, bool);
+
+impl Agreement {
+    /// What is left out, in words: `, without 2 points that are crystals`; empty for nothing.
+    #[must_use]
+    pub fn left_out(&self) -> String {
+        let phase = if self.is_of_crystal { "fluid" } else { "crystal" };
+        match self.other_phase {
+            0 => String::new(),
+            1 => format!(", without 1 point that is a {phase}"),
+            several => format!(", without {several} points that are {phase}s"),
+        }
+    }
+}
 
 impl Results {
     /// Agreement of a quantity, by its place, with each published result that covers two state points and measured stages at least.
@@ -33,33 +54,52 @@ impl Results {
             let measured = means.values.get(quantity).copied().flatten();
             let error = measured.and_then(|it| it.error).filter(|error| *error > 0.0);
             let Some((measured, error)) = measured.zip(error) else { continue };
+            let is_crystal = self.is_crystal(means);
             for known in means.published.iter().filter(|it| it.quantity == *name) {
+                let is_phase = is_crystal.is_none_or(|is_crystal| is_crystal == known.is_of_crystal());
+                let pair = (measured.mean, error, known, is_phase);
                 match all.iter_mut().find(|(label, _)| *label == known.label) {
-                    Some((_, pairs)) => pairs.push((measured.mean, error, known)),
-                    None => all.push((&known.label, vec![(measured.mean, error, known)])),
+                    Some((_, pairs)) => pairs.push(pair),
+                    None => all.push((&known.label, vec![pair])),
                 }
             }
         }
         all.iter().filter(|(_, pairs)| pairs.len() >= FEWEST).map(|(label, pairs)| agreement(label, pairs)).collect()
     }
+
+    /// Whether the particles of a stage form a crystal, by their compressibility factor; `None` where one phase at most is published.
+    fn is_crystal(&self, means: &StageMeans) -> Option<bool> {
+        let at = self.quantities.iter().position(|it| it.name == FACTOR)?;
+        let measured = means.values.get(at).copied().flatten()?.mean;
+        let known = |is_crystal: bool| {
+            let mut all = means.published.iter().filter(|it| it.quantity == FACTOR);
+            all.find(|it| it.is_of_crystal() == is_crystal).map(PublishedValue::at_size)
+        };
+        let [fluid, crystal] = [known(false)?, known(true)?];
+        Some((measured - crystal).abs() < (measured - fluid).abs())
+    }
 }
 
-fn agreement(label: &str, pairs: &[Pair<'_>]) -> Agreement {
+fn agreement(label: &str, all: &[Pair<'_>]) -> Agreement {
+    let pairs: Vec<&Pair<'_>> = all.iter().filter(|(.., is_phase)| *is_phase).collect();
     let chi_square = |expected: fn(&PublishedValue) -> f64| {
-        pairs.iter().map(|(mean, error, known)| (mean - expected(known)) / error).map(|x| x * x).sum()
+        pairs.iter().map(|(mean, error, known, _)| (mean - expected(known)) / error).map(|x| x * x).sum()
     };
-    let has_size = pairs.iter().any(|(.., known)| known.finite_size != 0.0);
+    let has_size = pairs.iter().any(|(_, _, known, _)| known.finite_size != 0.0);
     Agreement {
         label: label.to_owned(),
         chi_square: chi_square(PublishedValue::at_size),
         without_size: has_size.then(|| chi_square(|known| known.value)),
         freedom: pairs.len(),
+        other_phase: all.len() - pairs.len(),
+        is_of_crystal: all.iter().any(|(_, _, known, _)| known.is_of_crystal()),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::published::CRYSTAL_LABEL as CRYSTAL;
     use crate::sweep::{Group, MeasuredQuantity, Pooled, StageMeans};
 
     /// A state point with a mean, its error, and what is published about it.
@@ -94,8 +134,49 @@ mod tests {
             chi_square,
             without_size,
             freedom,
+            other_phase: 0,
+            is_of_crystal: false,
         };
         assert_eq!(results.agreements(0), [of("A", 5.0, Some(8.0), 2), of("B", 4.0, None, 2)]);
         assert_eq!(results.agreements(1), []);
+    }
+
+    #[test]
+    fn each_point_is_judged_by_the_phase_that_it_is_in() {
+        let of = |name: &str| MeasuredQuantity { name: name.to_owned(), title: String::new(), unit: "1".to_owned() };
+        let known = |quantity: &str, label: &str, value| PublishedValue {
+            quantity: quantity.to_owned(),
+            value,
+            finite_size: 0.0,
+            label: label.to_owned(),
+            source: String::new(),
+        };
+        let at = |z: f64, rate: f64, published: Vec<PublishedValue>| {
+            let value = |mean| Some(Pooled { mean, error: Some(0.1), scatter: None, runs: 1 });
+            let values = vec![value(z), value(rate)];
+            let means = StageMeans { stage: "measurement".to_owned(), runs: 1, values, published };
+            Group { places: vec![0], repeats: 0, measurements: vec![means] }
+        };
+        let fluid = |z, rate| vec![known(FACTOR, "mKLM", z), known("rate", "from mKLM", rate)];
+        let both = |z, rate, crystal| [fluid(z, rate), vec![known(FACTOR, CRYSTAL, crystal)]].concat();
+        let results = Results {
+            quantities: vec![of(FACTOR), of("rate")],
+            stages: vec!["measurement".to_owned()],
+            points: Vec::new(),
+            groups: vec![
+                at(12.1, 37.0, fluid(12.0, 37.0)),
+                // A crystal, and a fluid at the same density.
+                at(11.8, 33.0, both(16.0, 50.0, 11.7)),
+                at(16.1, 50.0, both(16.0, 50.0, 11.7)),
+            ],
+        };
+        let counts = |quantity: usize| -> Vec<(String, f64, usize, usize)> {
+            let all = results.agreements(quantity);
+            all.into_iter().map(|it| (it.label, it.chi_square.round(), it.freedom, it.other_phase)).collect()
+        };
+        assert_eq!(counts(0), [("mKLM".to_owned(), 2.0, 2, 1), (CRYSTAL.to_owned(), 1.0, 1, 1)]);
+        assert_eq!(counts(1), [("from mKLM".to_owned(), 0.0, 2, 1)]);
+        let left_out: Vec<String> = results.agreements(0).iter().map(Agreement::left_out).collect();
+        assert_eq!(left_out, [", without 1 point that is a crystal", ", without 1 point that is a fluid"]);
     }
 }

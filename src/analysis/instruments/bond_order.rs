@@ -8,6 +8,7 @@ mod harmonics;
 use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Number, Scalar};
+use super::radial_distribution::shortened;
 use super::system::{Sample, SystemDescription};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::CurveAverage;
@@ -67,6 +68,11 @@ fn cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> f64 {
     cutoff.min(CellList::largest_range(&system.space))
 }
 
+/// Why the cutoff of a plan is shorter than the one that was asked for; `None` if it is not.
+pub(crate) fn shortened_cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> Option<String> {
+    plan.cutoff.and_then(|asked| shortened(asked, cutoff(plan, system), &system.space))
+}
+
 fn cell_list(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64) -> CellList {
     let range = cutoff.min(CellList::largest_range(&system.space));
     sample.cell_list(&system.space, range, &system.moving)
@@ -81,6 +87,9 @@ fn length(sums: &[f64], count: usize) -> Option<f64> {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct BondOrder {
     times: SamplingTimes,
+    /// Cutoff that was asked for `[length]`.
+    asked: f64,
+    /// Cutoff within reach `[length]`.
     cutoff: f64,
     bins: usize,
     /// The number of neighbours, then for each degree the mean, the global value, and the density in each bin.
@@ -98,10 +107,16 @@ impl BondOrder {
         let work = count * (100.0 + 30.0 * (count * cube / system.space.volume()).min(count));
         Self {
             times: budgeted_times(setup, plan.interval, work),
+            asked: plan.cutoff.unwrap_or(cutoff),
             cutoff,
             bins,
             curve: CurveAverage::new(1 + DEGREES.len() * (2 + bins)),
         }
+    }
+
+    /// Why the cutoff is shorter than the one that was asked for, for the method.
+    fn note(&self, system: &SystemDescription) -> String {
+        shortened(self.asked, self.cutoff, &system.space).map_or_else(String::new, |why| format!(" ({why})"))
     }
 
     /// The element of the curve with the mean of a degree; the global value and the bins follow.
@@ -160,7 +175,7 @@ impl Instrument for BondOrder {
             "q" => "sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2) of the mean of Y_lm",
             _ => "|mean of exp(i l phi)|",
         };
-        let neighbours = format!("neighbours closer than {}", digits(self.cutoff));
+        let neighbours = format!("neighbours closer than {}{}", digits(self.cutoff), self.note(system));
         let mut number = |name: &str, title: &str, element: usize, method: &str| {
             measured.numbers.push(Number::estimated(name, title, "1", self.curve.estimate(element), method));
         };

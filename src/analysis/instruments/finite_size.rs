@@ -4,7 +4,9 @@ use super::free_time;
 use super::quantity::{Measured, Number};
 use super::slope::straight_part;
 use super::system::SystemDescription;
-use crate::analysis::published::{VelocityTail, finite_size_of_diffusion};
+use crate::analysis::published::{
+    VelocityTail, finite_size_of_diffusion, is_hydrodynamic, mean_free_path_of_diffusion,
+};
 use crate::analysis::statistics::Estimate;
 
 const COEFFICIENT: &str = "diffusion_coefficient";
@@ -24,9 +26,10 @@ const LARGEST_TAIL: f64 = 0.1;
 /// Completes each diffusion coefficient of a fluid that conserves momentum in a periodic box.
 ///
 /// Its error gets the part that its span misses, by [`VelocityTail`]. In a cube whose viscosity was measured, the coefficient of an infinite system stands behind it,
-/// `(1 - m / M) (D + D_tail) + xi T / (6 pi eta L)` with `xi = 2.837297`, of the mean temperature of the measurement.
+/// `(1 - m / M) (D + D_tail) + xi T / (6 pi eta L) * nu / (nu + D + D_tail)` with `xi = 2.837297` and `nu = eta / rho`, of the mean temperature of the measurement: see [`finite_size_of_diffusion`].
+/// It has no value where `L / 2 pi` is below the mean free path.
 ///
-/// The box leaves out all motion that is longer than its edge, by the Oseen tensor of the periodic box; the term is the same for all species, however large their particles are.
+/// The box leaves out all motion that is longer than its edge, by the Oseen tensor of the periodic box, however large the particles of a species are.
 /// It has what is left out with the motion of the centre of mass, so that `D` is without the factor that makes up for that elsewhere: `1 - m / M` takes it back, of all particles together `1 - 1 / N`.
 ///
 /// Errors of both coefficients propagate as if they were independent; that of the temperature is far smaller.
@@ -56,6 +59,8 @@ struct Fluid<'s> {
     system: &'s SystemDescription,
     /// Temperature of the measurement `[energy]`.
     temperature: f64,
+    /// Whether the box is longer than the mean free path, by the diffusion coefficient of all particles, so that its flows are hydrodynamic.
+    is_hydrodynamic: bool,
     /// Whether the viscosity was asked for.
     has_viscosity: bool,
     /// That which was measured, if it is known well enough `[mass / (length^(D - 2) time)]`.
@@ -76,12 +81,18 @@ impl<'s> Fluid<'s> {
         let squares = measured.curve(CORRELATION)?.series.first()?.values.first().copied().flatten()?;
         let inverse_mass: f64 = system.moving.iter().map(|id| 1.0 / system.masses[*id as usize]).sum();
         let temperature = squares * system.moving.len() as f64 / (inverse_mass * system.space.dimensions() as f64);
+        let thermal_speed = libm::sqrt(squares / system.space.dimensions() as f64);
+        let diffusion = measured.number(COEFFICIENT).and_then(|number| number.mean);
+        let is_hydrodynamic = diffusion.is_some_and(|diffusion| {
+            is_hydrodynamic(system.space.size.max(), mean_free_path_of_diffusion(diffusion, thermal_speed))
+        });
         let is_known = |it: &Estimate| it.standard_error.is_some_and(|error| error <= LARGEST_ERROR * it.mean);
         let viscosity = measured.number(VISCOSITY);
         let has_viscosity = viscosity.is_some();
         Some(Self {
             system,
             temperature,
+            is_hydrodynamic,
             has_viscosity,
             viscosity: viscosity.and_then(estimate).filter(is_known),
             span,
@@ -111,11 +122,17 @@ impl<'s> Fluid<'s> {
         let sum = || {
             let (of_box, viscosity, tail) = (estimate(number)?, self.viscosity?, tail?);
             let part = free_part(species, self.system);
-            let term = finite_size_of_diffusion(self.temperature, viscosity.mean, self.system.space.size.max());
-            let of_term = term * viscosity.standard_error? / viscosity.mean;
-            let standard_error = of_box.standard_error.map(|error| libm::hypot(part * error, of_term));
-            let mean = part * (of_box.mean + tail) + term;
-            (tail <= LARGEST_TAIL * of_box.mean).then_some(Estimate { mean, standard_error })
+            let (density, edge) =
+                (self.system.moving_mass() / self.system.space.volume(), self.system.space.size.max());
+            let diffusion = of_box.mean + tail;
+            let term = finite_size_of_diffusion(self.temperature, viscosity.mean, density, diffusion, edge);
+            // The term is proportional to 1 / (eta + rho D).
+            let by_viscosity = -term / (viscosity.mean + density * diffusion);
+            let of_viscosity = by_viscosity * viscosity.standard_error?;
+            let of_diffusion = |error: f64| (part + by_viscosity * density) * error;
+            let standard_error = of_box.standard_error.map(|error| libm::hypot(of_diffusion(error), of_viscosity));
+            let is_small = tail <= LARGEST_TAIL * of_box.mean;
+            (is_small && self.is_hydrodynamic).then_some(Estimate { mean: part * diffusion + term, standard_error })
         };
         let title = format!("{}, infinite system", number.title);
         Some(Number::estimated(&format!("{INFINITE}{species}"), &title, &number.unit, sum(), METHOD))
@@ -135,10 +152,10 @@ fn estimate(number: &Number) -> Option<Estimate> {
     number.mean.map(|mean| Estimate { mean, standard_error: number.standard_error })
 }
 
-const METHOD: &str = "(1 - m / M) (D + D_tail) + 2.837297 T / (6 pi eta L) with the Einstein coefficient D and the shear viscosity eta of this run in its cube of edge L; errors of \
-    both propagate. The first term is the displacement relative to the centre of mass, M the mass of all, with what flows that have not decayed within the span would still add to it: (2 / 3) (T / M) sum_k exp(-(eta / rho + D) k^2 t), \
-    integrated over the times that the slope leaves out (Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254, 1970, doi:10.1103/PhysRevLett.25.1254). The second is the same for all species. None where the error of eta is more than a \
-    third of it, or D_tail more than a tenth of D. Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), doi:10.1021/jp0477147.";
+const METHOD: &str = "(1 - m / M) (D + D_tail) + 2.837297 T / (6 pi eta L) * nu / (nu + D + D_tail) with the Einstein coefficient D, the shear viscosity eta and nu = eta / rho of this run in its cube of edge L; errors of \
+    both coefficients propagate. The first term is the displacement relative to the centre of mass, M the mass of all, with what flows that have not decayed within the span would still add to it: (2 / 3) (T / M) sum_k exp(-(eta / rho + D) k^2 t), \
+    integrated over the times that the slope leaves out (Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254, 1970, doi:10.1103/PhysRevLett.25.1254). None where the error of eta is more than a \
+    third of it, D_tail more than a tenth of D, or L / 2 pi below the mean free path. Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), doi:10.1021/jp0477147.";
 
 #[cfg(test)]
 mod tests;

@@ -15,7 +15,7 @@ use crate::base::text::digits;
 use crate::engine::CellList;
 use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::{MOST_BINS, RADIAL_BINS};
-use crate::model::space::Boundary;
+use crate::model::space::{Boundary, Space};
 use contact::{CONTACT_BINS, Shell};
 use room::Room;
 use serde::{Deserialize, Serialize};
@@ -31,6 +31,9 @@ const MOST_SPECIES: usize = 8;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct RadialDistribution {
     times: SamplingTimes,
+    /// Cutoff that was asked for `[length]`.
+    asked: f64,
+    /// Cutoff within reach `[length]`.
     cutoff: f64,
     bins: usize,
     /// Ids of the particles that are in a pair.
@@ -64,8 +67,9 @@ impl RadialDistribution {
     pub fn new(plan: &plan::RadialDistribution, setup: &Setup<'_>) -> Self {
         let system = setup.system;
         let all = classes(system);
-        let reach = CellList::largest_range(&system.space).min(shortest_room(system));
-        let cutoff = plan.cutoff.unwrap_or_else(|| default_cutoff(system)).min(reach);
+        let reach = reach(system);
+        let asked = plan.cutoff.unwrap_or_else(|| default_cutoff(system));
+        let cutoff = asked.min(reach);
         let bins = index(plan.bins.unwrap_or(RADIAL_BINS).clamp(1, MOST_BINS));
         let mut pairs = Vec::new();
         let (mut ideal, mut ideal_contact) = (Vec::new(), Vec::new());
@@ -93,6 +97,7 @@ impl RadialDistribution {
         let ids: Vec<u32> = (0..id(system.species.len())).filter(counts).collect();
         let mut new = Self {
             times: budgeted_times(setup, plan.interval, 0.0),
+            asked,
             cutoff,
             bins,
             classes: of_species,
@@ -198,8 +203,9 @@ impl RadialDistribution {
         };
         format!(
             "g(r) = n(r) / n_ideal(r): pairs in a bin of {} over the number that is expected without correlations, {room}; \
-             N (N - 1) / 2 pairs of one species, N_A N_B of two",
-            digits(self.cutoff / self.bins as f64)
+             N (N - 1) / 2 pairs of one species, N_A N_B of two{}",
+            digits(self.cutoff / self.bins as f64),
+            shortened(self.asked, self.cutoff, &system.space).map_or_else(String::new, |why| format!("; {why}"))
         )
     }
 
@@ -252,13 +258,20 @@ fn mean_diameter(system: &SystemDescription, class: &Class) -> f64 {
 
 /// The probability of distances between points of particles with these diameters: between walls, large ones have less room.
 fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
-    let is_walled = system.space.boundary.iter().any(|boundary| matches!(boundary, Boundary::Bounded { .. }));
-    if is_walled && diameters[0] != diameters[1] {
-        let rooms = Rooms::new(&system.space, diameters);
+    let room = Room::new(&system.space, diameters[0]);
+    let shortest = room.shortest();
+    if shortest == f64::INFINITY {
+        return Box::new(move |from, to| room.probability(from, to));
+    }
+    let rooms = Rooms::new(&system.space, diameters);
+    if diameters[0] != diameters[1] {
         return Box::new(move |from, to| rooms.probability(from, to));
     }
-    let room = Room::new(&system.space, diameters[0]);
-    Box::new(move |from, to| room.probability(from, to))
+    Box::new(move |from, to| {
+        let middle = shortest.clamp(from, to);
+        let inside = if from < middle { room.probability(from, middle) } else { 0.0 };
+        inside + if middle < to { rooms.probability(middle, to) } else { 0.0 }
+    })
 }
 
 /// Shell just outside of the distance at which the cores of two species touch.
@@ -269,19 +282,38 @@ fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Sh
     }
 }
 
-/// Half of the shortest edge, or four times the largest diameter if that is less.
+/// Half of the shortest period, or of the longest edge where no axis is periodic, or four times the largest diameter if that is less.
 fn default_cutoff(system: &SystemDescription) -> f64 {
-    let space = &system.space;
-    let edges = (0..3).filter(|&k| space.boundary[k] != Boundary::Flat).map(|k| space.size[k]);
     let diameter = system.diameters.iter().copied().fold(0.0, f64::max);
-    let half = 0.5 * edges.fold(f64::INFINITY, f64::min);
+    let half = CellList::largest_range(&system.space).min(0.5 * system.space.size.max());
     if diameter > 0.0 { half.min(4.0 * diameter) } else { half }
 }
 
-/// The shortest edge of the room along axes that are not periodic: [`Room`] is exact up to it.
-fn shortest_room(system: &SystemDescription) -> f64 {
-    let diameter = system.diameters.iter().copied().fold(0.0, f64::max);
-    Room::new(&system.space, diameter).shortest()
+/// Longest distance that is measured: half of the shortest period, or the diagonal of a box without a periodic axis.
+fn reach(system: &SystemDescription) -> f64 {
+    CellList::largest_range(&system.space).min(system.space.size.norm())
+}
+
+/// Why a cutoff is shorter than the one that was asked for; `None` if it is not.
+pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String> {
+    (asked > cutoff).then(|| {
+        let [asked, cutoff] = [asked, cutoff].map(digits);
+        match (0..3)
+            .filter(|&k| space.boundary[k] == Boundary::Periodic)
+            .min_by(|&a, &b| space.size[a].total_cmp(&space.size[b]))
+        {
+            Some(axis) => {
+                format!("the cutoff is {cutoff} instead of {asked}: half of the period along {}", ["x", "y", "z"][axis])
+            }
+            None => format!("the cutoff is {cutoff} instead of {asked}: the diagonal of the box"),
+        }
+    })
+}
+
+/// Why the cutoff of a plan is shorter than the one that was asked for; `None` if it is not.
+pub(crate) fn shortened_cutoff(plan: &plan::RadialDistribution, system: &SystemDescription) -> Option<String> {
+    let asked = plan.cutoff?;
+    shortened(asked, asked.min(reach(system)), &system.space)
 }
 
 #[cfg(test)]

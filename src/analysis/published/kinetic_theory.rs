@@ -1,6 +1,6 @@
 //! Kinetic theory of elastic hard particles: how often they collide, and what they transport.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use super::equation_of_state::{hard_disks, hard_spheres, tonks};
 
@@ -48,13 +48,30 @@ pub fn collision_rate_of_rods(packing_fraction: f64, diameter: f64, mass: f64, t
     2.0 * packing_fraction / diameter * tonks(packing_fraction) * (temperature / (PI * mass)).sqrt()
 }
 
-/// How much lower the diffusion coefficient is in a periodic cube of edge `L` than in an infinite system: `2.837297 T / (6 pi eta L)`
-/// `[length^2 / time]`.
+/// Difference between the diffusion coefficients of an infinite system and of a periodic cube of edge `L`, `[length^2 / time]`:
+/// `2.837297 T / (6 pi eta L) * nu / (nu + D)`, with the kinematic viscosity `nu = eta / rho` and the mass density `rho`.
 ///
-/// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147).
+/// The first factor is the term of Yeh and Hummer for a particle that moves slowly through its own flow. The second one is near 1 in a
+/// liquid. In a gas a particle leaves its flow by diffusion as fast as the flow decays: the velocity is correlated as
+/// `exp(-(nu + D) k^2 t)` for each wave vector `k` of the box (Ernst, Hauge and van Leeuwen), whose integral has `1 / (nu + D)`.
+/// Both are hydrodynamics, which holds if `L / 2 pi` is longer than the mean free path.
+///
+/// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147);
+/// Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254 (1970), [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254).
 #[must_use]
-pub fn finite_size_of_diffusion(temperature: f64, viscosity: f64, edge: f64) -> f64 {
-    2.837_297 * temperature / (6.0 * PI * viscosity * edge)
+pub fn finite_size_of_diffusion(temperature: f64, viscosity: f64, density: f64, diffusion: f64, edge: f64) -> f64 {
+    2.837_297 * temperature / (6.0 * PI * (viscosity + density * diffusion) * edge)
+}
+
+/// Mean free path of hard spheres by their diffusion coefficient `[length]`, `D = 1.01896 (3 / 8) sqrt(2 pi T / m) l` by Enskog's theory
+/// at all densities. `thermal_speed` is `sqrt(T / m)`.
+pub(crate) fn mean_free_path_of_diffusion(diffusion: f64, thermal_speed: f64) -> f64 {
+    diffusion / (DIFFUSION_SERIES * 0.375 * TAU.sqrt() * thermal_speed)
+}
+
+/// Whether flows of the longest wave length of a periodic box are hydrodynamic: `L / 2 pi` is longer than the mean free path.
+pub(crate) fn is_hydrodynamic(edge: f64, mean_free_path: f64) -> bool {
+    edge / TAU > mean_free_path
 }
 
 /// Spheres of the simulations that Speedy's fit describes, from 256 to 1000: it is the coefficient of "some 500 particles", and larger
@@ -133,11 +150,14 @@ impl HardSphereFluid {
         self.dilute_diffusion() * (1.0 - reduced / 1.09) * (1.0 + square * (0.4 - 0.83 * square))
     }
 
-    /// How much lower the diffusion coefficient of so many spheres in a periodic cube is than that of infinitely many, with Enskog's
-    /// viscosity `[length^2 / time]`.
-    pub(crate) fn slower_diffusion(&self, count: f64) -> f64 {
-        let edge = libm::cbrt(count / self.number_density());
-        finite_size_of_diffusion(self.temperature, self.shear_viscosity(), edge)
+    /// Difference between the diffusion coefficients of an infinite system and of `count` spheres in a periodic cube, with Enskog's
+    /// coefficients `[length^2 / time]`. `None` in a box that is too small for hydrodynamics, see [`finite_size_of_diffusion`].
+    pub(crate) fn slower_diffusion(&self, count: f64) -> Option<f64> {
+        let density = self.number_density();
+        let edge = libm::cbrt(count / density);
+        let [viscosity, diffusion] = [self.shear_viscosity(), self.diffusion_coefficient()];
+        let slower = finite_size_of_diffusion(self.temperature, viscosity, self.mass * density, diffusion, edge);
+        is_hydrodynamic(edge, self.mean_free_path()).then_some(slower)
     }
 
     /// Enskog's shear viscosity `[mass / (length time)]`.
@@ -247,7 +267,28 @@ mod tests {
             let virial = PI.sqrt() * 2.0 * rate / (2.0 * axes) / (5.0_f64 / 3.0).sqrt();
             assert!((virial / (z - 1.0) - 1.0).abs() < 1e-14, "{virial} {z}");
         }
-        assert!((finite_size_of_diffusion(1.0, 1.0, 1.0) - 0.150_524).abs() < 1e-6);
+    }
+
+    #[test]
+    fn diffusion_in_a_periodic_cube_is_slower_by_the_flow_that_outlives_it() {
+        // Far denser than a gas the factor is 1: 2.837297 / (6 pi).
+        assert!((finite_size_of_diffusion(1.0, 1.0, 1.0, 0.0, 1.0) - 0.150_524).abs() < 1e-6);
+        // By hand: T = 3, eta = 2, rho = 0.5, D = 6, L = 4. nu = 4, nu / (nu + D) = 0.4, 8.511891 / (6 pi * 8) * 0.4.
+        let slower = finite_size_of_diffusion(3.0, 2.0, 0.5, 6.0, 4.0);
+        assert!((slower - 0.022_578_49).abs() < 1e-8, "{slower}");
+    }
+
+    #[test]
+    fn a_box_of_few_free_paths_has_no_hydrodynamics() {
+        // At 0.1 the mean free path is 0.9037. A box of L / 2 pi of this size has 0.19099 (2 pi 0.9037)^3 = 34.97 spheres.
+        let gas = HardSphereFluid::reduced(0.1);
+        assert!((gas.mean_free_path() - 0.9037).abs() < 1e-4, "{}", gas.mean_free_path());
+        assert!(gas.slower_diffusion(34.0).is_none() && gas.slower_diffusion(36.0).is_some());
+        for phi in [0.01, 0.1, 0.4] {
+            let fluid = HardSphereFluid { diameter: 2.0, mass: 3.0, temperature: 5.0, packing_fraction: phi };
+            let path = mean_free_path_of_diffusion(fluid.diffusion_coefficient(), (5.0_f64 / 3.0).sqrt());
+            assert!((path / fluid.mean_free_path() - 1.0).abs() < 1e-12, "{path}");
+        }
     }
 
     #[test]

@@ -28,6 +28,12 @@ pub struct PublishedValue {
 }
 
 impl PublishedValue {
+    /// Whether it is that of a crystal; others are those of a fluid.
+    #[must_use]
+    pub fn is_of_crystal(&self) -> bool {
+        self.label == CRYSTAL_LABEL
+    }
+
     /// The value that is expected of a system of this size.
     #[must_use]
     pub fn at_size(&self) -> f64 {
@@ -38,6 +44,9 @@ impl PublishedValue {
 /// The packing fractions for which the equations of the fluid are meant in three and two dimensions, and from which on that of the crystal is.
 const FLUID: [f64; 2] = [0.53, 0.70];
 const CRYSTAL: f64 = 0.52;
+
+/// Label of the values of the crystal.
+pub(crate) const CRYSTAL_LABEL: &str = "Speedy, crystal";
 
 /// Up to here Enskog's viscosity is within some per cent of that of a fluid, and tells how the diffusion coefficient depends on the size of the box.
 const DIFFUSING: f64 = 0.42;
@@ -54,7 +63,7 @@ const TRANSPORT: [&str; 5] = [
 const MKLM: &str = "Pieprzyk et al., Phys. Chem. Chem. Phys. 21, 6886 (2019), doi:10.1039/C9CP00903E; infinite fluid";
 const SPEEDY_CRYSTAL: &str =
     "Speedy, J. Phys.: Condens. Matter 10, 4387 (1998), doi:10.1088/0953-8984/10/20/006; face-centred cubic crystal";
-const SPEEDY: &str = "Speedy, Mol. Phys. 62, 509 (1987), doi:10.1080/00268978700102371; a fit to simulations of some 500 spheres, at other sizes by Yeh and Hummer with Enskog's viscosity";
+const SPEEDY: &str = "Speedy, Mol. Phys. 62, 509 (1987), doi:10.1080/00268978700102371; a fit to simulations of some 500 spheres, at other sizes by Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), times nu / (nu + D), with Enskog's coefficients";
 const ENSKOG: &str =
     "Chapman and Cowling, The Mathematical Theory of Non-Uniform Gases (1970); neglects correlated collisions";
 const DISKS: &str =
@@ -172,7 +181,7 @@ impl Hard {
         if phi >= CRYSTAL {
             // N - 1 of N places vibrate: the crystal as a whole may be anywhere.
             let fewer = 1.0 / self.count as f64;
-            values.extend(self.pressure(face_centred_cubic(phi), fewer, "Speedy, crystal", SPEEDY_CRYSTAL));
+            values.extend(self.pressure(face_centred_cubic(phi), fewer, CRYSTAL_LABEL, SPEEDY_CRYSTAL));
         }
         values
     }
@@ -184,8 +193,8 @@ impl Hard {
         if !self.is_cube || self.packing_fraction > DIFFUSING {
             return vec![value];
         }
-        let fitted = fluid.slower_diffusion(FITTED_SPHERES);
-        let finite_size = fitted - fluid.slower_diffusion(self.count as f64);
+        let Some(fitted) = fluid.slower_diffusion(FITTED_SPHERES) else { return vec![value] };
+        let finite_size = fluid.slower_diffusion(self.count as f64).map_or(0.0, |slower| fitted - slower);
         let infinite = published("diffusion_coefficient_infinite", simulated + fitted, "Speedy", SPEEDY);
         vec![PublishedValue { finite_size, ..value }, infinite]
     }

@@ -95,12 +95,12 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
 
 /// Diffusion coefficient in a periodic cube of so many spheres, and how uncertain it is.
 ///
-/// The fit is one to cubes, too: Yeh and Hummer's term moves it from their size to this one, with Enskog's viscosity. That is within some
-/// per cent of the true one at these densities, and less than the factor of two in the number of spheres of the fit: the cube
+/// The fit is one to cubes, too: Yeh and Hummer's term moves it from their size to this one, with Enskog's coefficients. They are within some
+/// per cent of the true ones at these densities, and less than the factor of two in the number of spheres of the fit: the cube
 /// root of two makes a quarter of the term, 3 % of the coefficient.
 fn diffusion_in_box(packing_fraction: f64, count: f64) -> (f64, f64) {
     let theory = HardSphereFluid::reduced(packing_fraction);
-    let slower = |count: f64| theory.slower_diffusion(count);
+    let slower = |count: f64| theory.slower_diffusion(count).unwrap_or(0.0);
     let expected = theory.simulated_diffusion_coefficient() + slower(FITTED_SPHERES) - slower(count);
     (expected, slower(0.5 * FITTED_SPHERES) - slower(FITTED_SPHERES))
 }

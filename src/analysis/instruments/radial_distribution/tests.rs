@@ -81,15 +81,37 @@ fn an_ideal_gas_has_no_structure_in_any_dimension_and_any_box() {
         ([Boundary::OPEN; 3], Vector::new(4.0, 5.0, 6.0)),
         ([Boundary::OPEN, Boundary::Periodic, flat], Vector::new(4.0, 8.0, 0.0)),
         ([flat, flat, Boundary::OPEN], Vector::new(0.0, 0.0, 5.0)),
+        // Slits and a channel that are narrower than the cutoff.
+        ([Boundary::OPEN, Boundary::Periodic, Boundary::Periodic], Vector::new(0.2, 9.0, 9.0)),
+        ([flat, Boundary::Periodic, Boundary::OPEN], Vector::new(0.0, 9.0, 0.7)),
+        ([Boundary::Periodic, Boundary::OPEN, Boundary::OPEN], Vector::new(9.0, 0.6, 0.9)),
     ] {
         let space = Space { lower: Vector::new(1.0, -2.0, 0.5), size, boundary };
         let frames = random_frames(129, 40, &space);
         let curve = &measure(&SystemDescription::of_points(space, 40), &plan(3.0, 6), &frames).curves[0];
+        assert_eq!(curve.variables[0].values[5], 2.75, "{boundary:?}");
+        assert!(!curve.method.contains("the cutoff is"), "{}", curve.method);
         for bin in 0..6 {
             let (value, error) = (curve.series[0].values[bin].unwrap(), curve.series[0].standard_errors[bin].unwrap());
             assert!(error < 0.15 && (value - 1.0).abs() < 4.0 * error, "{boundary:?} {bin}: {value} +- {error}");
         }
     }
+}
+
+#[test]
+fn a_period_that_limits_the_cutoff_says_so() {
+    let space =
+        Space { boundary: [Boundary::OPEN, Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(6.0) };
+    let system = SystemDescription::of_points(space.clone(), 5);
+    let curve = &measure(&system, &plan(4.0, 6), &random_frames(9, 5, &space)).curves[0];
+    assert_eq!(curve.variables[0].values[5], 2.75);
+    let why = "the cutoff is 3 instead of 4: half of the period along y";
+    assert!(curve.method.ends_with(why), "{}", curve.method);
+    assert_eq!(shortened_cutoff(&plan(4.0, 6), &system).as_deref(), Some(why));
+    assert_eq!(shortened_cutoff(&plan(3.0, 6), &system), None);
+    let box_of_walls = SystemDescription::of_points(Space { boundary: [Boundary::OPEN; 3], ..space }, 5);
+    let beyond = shortened_cutoff(&plan(20.0, 6), &box_of_walls).unwrap();
+    assert!(beyond.ends_with("instead of 20: the diagonal of the box"), "{beyond}");
 }
 
 #[test]

@@ -240,15 +240,16 @@ fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
 
 /// How far all runs are from what is published, in words: at their size and, where that matters, at that of the source.
 fn agreement(results: &Results, at: usize, label: &str) -> Option<String> {
-    let Agreement { chi_square, without_size, freedom, .. } =
-        results.agreements(at).into_iter().find(|it| it.label == label)?;
+    let agreement: Agreement = results.agreements(at).into_iter().find(|it| it.label == label)?;
+    let Agreement { chi_square, without_size, freedom, .. } = agreement;
     let size = without_size.map(|_| "Drawn for the number of particles of the runs, in first order. ");
     let without = without_size.map(|without| format!(", {} without the size", digits(without)));
     let chi_square = digits(chi_square);
     Some(format!(
-        "{}χ² = {chi_square} for {freedom} degrees of freedom{}. ",
+        "{}χ² = {chi_square} for {freedom} degrees of freedom{}{}. ",
         size.unwrap_or_default(),
-        without.unwrap_or_default()
+        without.unwrap_or_default(),
+        agreement.left_out()
     ))
 }
 
