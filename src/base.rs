@@ -2,6 +2,7 @@
 
 pub(crate) mod checksum;
 pub mod clock;
+pub mod durability;
 pub mod exact;
 pub(crate) mod memory;
 pub(crate) mod numbers;

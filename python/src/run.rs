@@ -7,12 +7,13 @@ use std::time::Duration;
 
 use carom::analysis::instruments::CHAIN_SIZES;
 use carom::analysis::observables::OBSERVABLES;
+use carom::base::durability::without_sync;
 use carom::base::text::{self, with_causes};
 use carom::exchange::DISTANCE;
 use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
 use carom::io::{Existing, Folder, refuse_input};
 use carom::model::{Limit, Threads};
-use carom::run::{Ending, Progress, Run, Stage, expected_rate};
+use carom::run::{Ending, Progress, Run, Stage, foreseen_rate};
 use carom::scene::KeptParticles;
 use carom::view::{final_table, report};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -124,6 +125,7 @@ pub fn run(
     observe: Vec<(String, Py<PyAny>)>,
     every: f64,
     callback: Option<Py<PyAny>>,
+    is_temporary: bool,
 ) -> PyResult<Option<String>> {
     let limit = limit_of(until_time, until_events)?;
     let interval = interval_of(checkpoint_every)?;
@@ -134,7 +136,7 @@ pub fn run(
         return Err(error::cured("SceneError", message, Some("use carom.exchange, or leave [exchange] out")));
     }
     let mut watch = Watch::new(callback);
-    py.detach(|| {
+    let work = || {
         let mut model = scene.model.clone();
         if let Some(limit) = limit {
             model = model.with_limit(limit).map_err(|error| error::scene(&error))?;
@@ -145,7 +147,7 @@ pub fn run(
         let record = model.record_with(scene.text.clone(), &scene.name, &borrowed(&scene.set), kept);
         let record = record.map_err(|error| error::scene(&error))?;
         refuse_input(&out, scene.inputs()).map_err(|error| error::output(&error))?;
-        let bytes = SizeEstimate::of(&model, expected_rate(&model)).bytes;
+        let bytes = SizeEstimate::of(&model, foreseen_rate(&model).ok()).bytes;
         let most = most_bytes("the run", bytes, &out, force)?;
         let existing = if force { Existing::Replace } else { Existing::Keep };
         let folder = Folder::create(&out, &model, existing).map_err(|error| error::output(&error))?;
@@ -156,7 +158,8 @@ pub fn run(
         drop(particles);
         folder.keep_scene(&record).map_err(|error| error::output(&error))?;
         execute(Run::without_start(model), threads, observation, folder, &mut watch)
-    })
+    };
+    py.detach(|| if is_temporary { without_sync(work) } else { work() })
 }
 
 /// Goes on with the run in a folder, from its last checkpoint.
@@ -173,19 +176,21 @@ pub fn resume(
     observe: Vec<(String, Py<PyAny>)>,
     every: f64,
     callback: Option<Py<PyAny>>,
+    is_temporary: bool,
 ) -> PyResult<Option<String>> {
     let limit = limit_of(until_time, until_events)?;
     let interval = interval_of(checkpoint_every)?;
     let threads = threads_of(threads)?;
     let observation = Observation::new(observe, every)?;
     let mut watch = Watch::new(callback);
-    py.detach(|| {
+    let work = || {
         let (folder, checkpoint) =
             Folder::resume_with(&path, limit, &observation.names()).map_err(|error| error::output(&error))?;
         let most = if force { f64::INFINITY } else { allowance(free_disk(&path)) };
         let folder = folder.checkpoint_every(interval).at_most(most);
         execute(Run::resume(checkpoint), threads, observation, folder, &mut watch)
-    })
+    };
+    py.detach(|| if is_temporary { without_sync(work) } else { work() })
 }
 
 fn execute(

@@ -10,6 +10,7 @@ use carom::engine::event::{Event, EventCounts};
 use carom::engine::{NeedsRun, PairStates, ParticleNow, Reason, Simulation as Engine, Until};
 use carom::io::{Existing, load_simulation, save_simulation, simulation_from_bytes, simulation_to_bytes};
 use carom::model::Thermostat;
+use carom::model::space::Boundary;
 use carom::run::{Run, RunError};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -207,6 +208,14 @@ impl Simulation {
         array::<f64>(py, diameters, None)
     }
 
+    /// Lower corner, edges, and which axes are periodic, of the box now.
+    fn space(&self) -> PyResult<([f64; 3], [f64; 3], [bool; 3])> {
+        let state = self.state()?;
+        let space = state.engine.scene().space();
+        let periodic = space.boundary.map(|boundary| boundary == Boundary::Periodic);
+        Ok((space.lower.into(), space.size.into(), periodic))
+    }
+
     fn copy(&self, py: Python<'_>) -> PyResult<Self> {
         let state = self.state()?;
         let copied = py.detach(|| State { engine: state.engine.clone(), pending: state.pending.clone(), ..*state });
@@ -374,15 +383,19 @@ impl Simulation {
     }
 
     /// Three numbers of the type `f8` for each particle.
-    fn set_velocities(&self, velocities: &[u8]) -> PyResult<()> {
-        let set = self.state()?.engine.set_velocities(&vectors_of(velocities));
+    fn set_velocities(&self, py: Python<'_>, velocities: &[u8]) -> PyResult<()> {
+        let mut state = self.state()?;
+        let engine = &mut state.engine;
+        let set = py.detach(|| engine.set_velocities(&vectors_of(velocities)));
         set.map_err(|error| PyValueError::new_err(format!("velocities: {error}")))
     }
 
     /// Three numbers of the type `f8` for each particle.
-    fn set_positions(&self, positions: &[u8], keep_states: bool) -> PyResult<()> {
+    fn set_positions(&self, py: Python<'_>, positions: &[u8], keep_states: bool) -> PyResult<()> {
         let states = if keep_states { PairStates::Keep } else { PairStates::FromDistances };
-        let set = self.state()?.engine.set_positions(&vectors_of(positions), states);
+        let mut state = self.state()?;
+        let engine = &mut state.engine;
+        let set = py.detach(|| engine.set_positions(&vectors_of(positions), states));
         set.map_err(|error| PyValueError::new_err(format!("positions: {error}")))
     }
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from typing import Any
 
 import numpy as np
@@ -192,3 +193,28 @@ def test_nothing_that_moves_has_no_temperature(fluid: dict) -> None:
     for call in (lambda: simulation.thermalize(1.0, seed=1), lambda: simulation.rescale(1.0), lambda: simulation.set_thermostat(1.0, rate=1.0)):
         with pytest.raises(ValueError, match="move|temperature"):
             call()
+
+
+def test_the_box_is_that_after_a_stage_at_constant_pressure(fluid: dict) -> None:
+    barostat = {"pressure": 5.0, "interval": 0.02, "amplitude": 0.05}
+    bath = {"kind": "andersen", "temperature": 1.0, "rate": 1.0}
+    stage = {"name": "compress", "until_events": 5_000, "thermostat": bath, "barostat": barostat}
+    simulation = carom.Simulation.prepared({**fluid, "stage": [stage]})
+    run = carom.run({**fluid, "stage": [stage]}, observe={"edge": lambda frame: frame.size[0]}, every=0.1)
+    edges = run.frames[-1].size
+    assert edges[0] < 0.99 * simulation.scene.size[0]
+    assert run.observables["edge"].mean == pytest.approx(edges[0], rel=1e-12)
+    simulation.save("compressed.simulation")
+    again = [simulation, simulation.copy(), pickle.loads(pickle.dumps(simulation)), carom.Simulation.load("compressed.simulation")]
+    for it in again:
+        frame = it.frame()
+        assert np.array_equal(it.size, edges) and np.array_equal(frame.size, edges)
+        moved = frame.positions + frame.images * edges
+        assert np.array_equal(frame.unwrapped, moved)
+    with carom.Writer("compressed.xyz") as writer:
+        writer.write(simulation)
+    assert np.array_equal(carom.Trajectory("compressed.xyz")[0].size, edges)
+    # The pairs of the frame keep their distance in its box, and particles stay within it.
+    apart = frame.positions[:, None] - frame.positions
+    apart -= edges * np.round(apart / edges)
+    assert np.sqrt((apart**2).sum(-1))[np.triu_indices(len(frame), 1)].min() > 1.0 - 1e-12

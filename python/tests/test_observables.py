@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import pickle
 from collections.abc import Callable
@@ -48,6 +49,59 @@ def test_an_observable_and_itself_are_the_same() -> None:
     assert (X * X).error == pytest.approx(2.0 * X.mean * 0.02, rel=1e-12)
     assert (X + X).error == pytest.approx(0.04, rel=1e-12)
     assert (X - X).error == 0.0 and (X / X).error == 0.0
+
+
+#: Functions of one value, with their derivatives.
+OF_ONE: dict[str, tuple[Callable[[Any], Any], Callable[[float], float]]] = {
+    "second virial coefficient": (lambda z: 2 * (z - 1) / z, lambda z: 2 / z**2),
+    "value in both terms": (lambda z: z**2 + 3 * z, lambda z: 2 * z + 3),
+    "rational": (lambda z: (1 + z + z**2 - z**3) / (1 - z) ** 3, lambda z: (4 + 4 * z - 2 * z**2) / (1 - z) ** 4),
+    "powers": (lambda z: z**z / z, lambda z: z ** (z - 1) * (math.log(z) + 1 - 1 / z)),
+}
+
+
+@pytest.mark.parametrize("name", OF_ONE)
+def test_functions_of_one_value_have_the_error_of_their_derivative(name: str) -> None:
+    function, derivative = OF_ONE[name]
+    z = Observable(3.972, 0.025, "1", True)
+    assert function(z).error == pytest.approx(abs(derivative(3.972)) * 0.025, rel=1e-12)
+
+
+def test_what_cancels_leaves_no_error() -> None:
+    for found in (X - X * 1, 2 * X - X - X, -X + X, abs(X) - X):
+        assert (found.mean, found.error) == (0.0, 0.0)
+    unknown = Observable(2.0, None, "length")
+    assert (unknown - unknown).error == 0.0 and (2 * unknown - unknown).error is None
+
+
+def test_sums_of_one_value_and_of_several() -> None:
+    assert sum([X, X]).error == pytest.approx(0.04, rel=1e-12)
+    assert sum([X, Y]).error == pytest.approx(math.hypot(0.02, 0.03), rel=1e-12)
+    # Common parts of two results are known to be the same.
+    assert ((X + Y) - (X - Y)).error == pytest.approx(0.06, rel=1e-12)
+    values = np.array([X, X, Y], dtype=object)
+    assert values.sum().error == pytest.approx(math.hypot(0.04, 0.03), rel=1e-12)
+    assert (values - values)[0].error == 0.0
+
+
+def test_copies_and_pickles_are_the_same_value() -> None:
+    for again in (copy.copy(X), copy.deepcopy(X), pickle.loads(pickle.dumps(X)), copy.deepcopy([X])[0]):
+        assert again == X and (again - X).error == 0.0
+    product = pickle.loads(pickle.dumps(X * Y))
+    assert (product / X - Y).error == pytest.approx(0.0, abs=1e-15)
+    # One with equal numbers is another value.
+    other = Observable(2.5, 0.02, "length", True)
+    assert other == X and (other - X).error == pytest.approx(0.02 * math.sqrt(2.0), rel=1e-12)
+
+
+def test_values_of_a_run_are_the_same_wherever_they_are_read(fluid: dict) -> None:
+    run = carom.run(fluid, "one")
+    other = carom.run(fluid, seed=2)
+    p = run.observables["pressure"]
+    for again in (carom.open("one"), pickle.loads(pickle.dumps(run)), carom.run(fluid)):
+        assert (again.observables["pressure"] - p).error == 0.0
+    assert p.error is not None and other.observables["pressure"].error is not None
+    assert (other.observables["pressure"] - p).error == pytest.approx(math.hypot(p.error, other.observables["pressure"].error), rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -292,6 +292,27 @@ def test_atoms_of_ase_come_back(mixture: dict) -> None:
         carom.Scene.from_ase(atoms, {**mixture, "fill": [], "space": {"z": "walls"}})
 
 
+@pytest.mark.parametrize("is_flat", [False, True])
+def test_a_trajectory_comes_back_through_ase(mixture: dict, tmp_path: Path, is_flat: bool) -> None:
+    io = pytest.importorskip("ase.io")
+    source = dict(mixture)
+    if is_flat:
+        disks = {"species": "A", "arrangement": "random", "count": 20, "temperature": 1.0}
+        size = [12.0, 12.0, 0.0]
+        source = {**mixture, "dynamics": {}, "fill": [disks], "space": {"size": size, "lower": [1.0, 2.0, 0.0], "z": "flat"}}
+    run = carom.run({**source, "output": {"frame_interval": 0.5}}, "run")
+    frame = run.frames[-1]
+    io.write(str(tmp_path / "again.xyz"), io.read("run/trajectory.xyz", index=-1), format="extxyz")
+    for path in ("run/trajectory.xyz", str(tmp_path / "again.xyz")):
+        atoms = io.read(path, index=-1)
+        scene = carom.Scene.from_ase(atoms, {**source, "fill": [], "space": {"z": source["space"].get("z", "periodic")}})
+        # The files of ASE have eight decimals.
+        allowed = 0.0 if path.startswith("run") else 1e-8
+        assert np.allclose(scene.positions, frame.positions, atol=allowed, rtol=0.0)
+        assert np.allclose(scene.velocities, frame.velocities, atol=allowed, rtol=0.0) and np.abs(scene.velocities).max() > 0.1
+        assert (scene.species == frame.species).all() and np.allclose(scene.size, frame.size, atol=allowed, rtol=0.0)
+
+
 def test_atoms_of_ase_have_symbols_and_cells() -> None:
     build = pytest.importorskip("ase.build")
     salt = build.bulk("NaCl", "rocksalt", a=2.4, cubic=True).repeat(3)

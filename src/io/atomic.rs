@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::draft::UnnamedFile;
 use super::error::OutputError;
+use crate::base::durability;
 
 /// Policy for an existing file or folder at the path of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -41,7 +42,7 @@ pub(crate) fn write_atomically(
     let mut file = BufWriter::new(file);
     write(&mut file)?;
     file.flush()?;
-    file.get_ref().sync_all()?;
+    durability::sync_all(file.get_ref())?;
     drop(file);
     draft.publish(existing)
 }
@@ -117,7 +118,7 @@ fn exchange(from: &Path, to: &Path) -> io::Result<()> {
 /// Makes the names in a folder safe on the disk; not every system can open a folder for that.
 pub(crate) fn sync_folder(folder: &Path) {
     if let Ok(folder) = File::open(folder) {
-        let _ = folder.sync_all();
+        let _ = durability::sync_all(&folder);
     }
 }
 

@@ -9,7 +9,7 @@
 use std::io::Write;
 
 use super::convert::{Draft, FrameError, Moment, Writer, finish};
-use super::number::{Cell, quoted};
+use super::number::{Cell, text_cell};
 use crate::analysis::instruments::Scalar;
 use crate::trajectory::Frame;
 
@@ -48,7 +48,7 @@ impl Writer for Table {
         };
         let columns: Vec<Option<&Scalar>> =
             scalars.iter().map(|name| frame.scalars.iter().find(|scalar| scalar.name == *name)).collect();
-        let names: Vec<String> = frame.species.iter().map(|species| cell(&species.name)).collect();
+        let names: Vec<String> = frame.species.iter().map(|species| text_cell(&species.name)).collect();
         let time = Cell(Some(frame.time));
         for (place, particle) in frame.particles.iter().enumerate() {
             let name = names.get(particle.species.0 as usize).map_or("", String::as_str);
@@ -80,11 +80,6 @@ impl Writer for Table {
     }
 }
 
-/// As a cell. A name that a spreadsheet would take for a formula, which only files of other programs can have, gets an apostrophe.
-fn cell(name: &str) -> String {
-    if name.starts_with(['=', '+', '-', '@']) { quoted(&format!("'{name}")) } else { quoted(name) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -102,8 +97,8 @@ mod tests {
             0,0.25,0,bead,-1.5,0.1,2,1,0.30000000000000004,-2e-9,0.5\n\
             0,0.25,1,\"a,b\",-0.5,0.1,2,0,0,0,0.75\n";
         assert_eq!(text, expected);
-        assert_eq!([cell("ab"), cell("a\"b")], ["ab", "\"a\"\"b\""]);
-        assert_eq!([cell("=1+cmd"), cell("-1,x"), cell("1-x")], ["'=1+cmd", "\"'-1,x\"", "1-x"]);
+        assert_eq!([text_cell("ab"), text_cell("a\"b")], ["ab", "\"a\"\"b\""]);
+        assert_eq!([text_cell("=1+cmd"), text_cell("-1,x"), text_cell("1-x")], ["'=1+cmd", "\"'-1,x\"", "1-x"]);
     }
 
     #[test]

@@ -23,9 +23,29 @@ pub(crate) fn quoted(word: &str) -> String {
     if word.contains([',', '"', '\n']) { format!("\"{}\"", word.replace('"', "\"\"")) } else { word.to_owned() }
 }
 
+/// A text as a cell: one that a spreadsheet would take for a formula gets an apostrophe before it. Numbers stay as they are.
+pub(crate) fn text_cell(word: &str) -> String {
+    let is_formula = word.starts_with(['=', '+', '-', '@', '\t', '\r']) && word.parse::<f64>().is_err();
+    if is_formula { quoted(&format!("'{word}")) } else { quoted(word) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_cell_is_a_formula() {
+        for (word, cell) in [
+            ("=1+1", "'=1+1"),
+            ("@a,b", "\"'@a,b\""),
+            ("-x", "'-x"),
+            ("-0.5", "-0.5"),
+            ("+1e3", "+1e3"),
+            ("a=b", "a=b"),
+        ] {
+            assert_eq!(text_cell(word), cell);
+        }
+    }
 
     #[test]
     fn numbers_are_short_and_read_back_as_the_same() {

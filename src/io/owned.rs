@@ -13,6 +13,7 @@ use super::folder::{
 };
 use super::partial::partial_of;
 use super::{checkpoints, measurements, plain, replacement};
+use crate::base::durability;
 use crate::model::Format;
 use crate::run::checkpoint::Checkpoint;
 
@@ -204,7 +205,7 @@ impl Owned {
     }
 
     fn append(&mut self, text: &str) -> Result<(), OutputError> {
-        let written = self.file.write_all(text.as_bytes()).and_then(|()| self.file.sync_data());
+        let written = self.file.write_all(text.as_bytes()).and_then(|()| durability::sync_data(&self.file));
         written.map_err(OutputError::write(&self.folder.join(FILE)))
     }
 }

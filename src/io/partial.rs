@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
 use super::plain;
+use crate::base::durability;
 use crate::run::checkpoint::{Checked, CheckpointError, ManifestEntry};
 
 /// Ends the name of a file that is not complete.
@@ -104,7 +105,7 @@ impl PartialFile {
     pub fn keep(&mut self, folder: &Path) -> Result<ManifestEntry, OutputError> {
         self.flush()?;
         let written = self.file.get_ref();
-        written.inner().sync_data().map_err(OutputError::write(&self.partial))?;
+        durability::sync_data(written.inner()).map_err(OutputError::write(&self.partial))?;
         let name = self.path.strip_prefix(folder).unwrap_or(&self.path).to_string_lossy().into_owned();
         Ok(ManifestEntry { name, length: written.length(), head: self.head, checksum: written.checksum() })
     }
@@ -130,7 +131,7 @@ impl PartialFile {
     /// Makes it safe on the disk.
     pub fn sync(&mut self) -> Result<(), OutputError> {
         self.flush()?;
-        self.file.get_ref().inner().sync_all().map_err(OutputError::write(&self.partial))
+        durability::sync_all(self.file.get_ref().inner()).map_err(OutputError::write(&self.partial))
     }
 
     /// Removes it, before it is complete.

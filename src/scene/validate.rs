@@ -232,6 +232,10 @@ impl SceneBuilder {
         for k in 0..3 {
             let at = at.key("size").index(k);
             if self.parts.space.boundary[k] != Boundary::Flat {
+                if size[k] == 0.0 {
+                    let expected = format!("a length above 0, or `{} = \"flat\"` in [space] for a flat axis", AXES[k]);
+                    return refuse(at, size[k], expected);
+                }
                 positive(size[k], at)?;
             } else if size[k] != 0.0 {
                 return refuse(at, size[k], format!("0 because {} is flat", AXES[k]));

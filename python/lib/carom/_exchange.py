@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
@@ -16,9 +15,9 @@ from carom import _carom
 from carom._arguments import flag, path_of, real, whole
 from carom._arrays import fixed
 from carom._errors import FolderError, SceneError, SimulationError
-from carom._folder import InFolder, json_of
+from carom._folder import InFolder, TemporaryFolder, json_of
 from carom._html import framed
-from carom._observable import Observable
+from carom._observable import Observable, measured, source
 from carom._progress import Progress
 from carom._run import Results
 from carom._scene import Scene, SceneLike
@@ -88,7 +87,7 @@ def exchange(
     folder = None if out is None else path_of("out", out)
     temporary = None
     if folder is None:
-        temporary = tempfile.TemporaryDirectory(prefix="carom-")
+        temporary = TemporaryFolder()
         folder = Path(temporary.name) / f"{made.name}-exchange"
     with Progress(progress, made.name) as bar:
         faults = _carom.exchange(made._core, folder, threads, orders, bar.callback)
@@ -143,7 +142,7 @@ class Exchange(InFolder):
     """
 
     def __init__(
-        self, folder: str | os.PathLike[str], *, _temporary: tempfile.TemporaryDirectory[str] | None = None
+        self, folder: str | os.PathLike[str], *, _temporary: TemporaryFolder | None = None
     ) -> None:
         self._temporary = _temporary
         #: The folder.
@@ -212,7 +211,8 @@ class Exchange(InFolder):
         True
         """
         found: list[dict[str, Any]] = [it["acceptance"] or {"mean": float("nan"), "standard_error": None} for it in self.summary["neighbours"]]
-        return [Observable(it["mean"], it["standard_error"], "1") for it in found]
+        exchange = source(self.summary.get("seed"), self.summary["neighbours"])
+        return [measured(source(exchange, at), Observable(it["mean"], it["standard_error"], "1")) for at, it in enumerate(found)]
 
     @property
     def round_trips(self) -> NDArray[np.int64]:

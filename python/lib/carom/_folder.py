@@ -5,7 +5,9 @@ from __future__ import annotations
 import copy
 import json
 import os
+import shutil
 import tempfile
+import weakref
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,13 +17,25 @@ from carom._errors import FolderError
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-__all__ = ["InFolder", "json_of"]
+__all__ = ["InFolder", "TemporaryFolder", "json_of"]
+
+
+class TemporaryFolder:
+    """A temporary folder, which goes with its owner without a warning: runs without ``out`` need not be closed."""
+
+    def __init__(self) -> None:
+        self.name = tempfile.mkdtemp(prefix="carom-")
+        self._removal = weakref.finalize(self, shutil.rmtree, self.name, ignore_errors=True)
+
+    def cleanup(self) -> None:
+        """Removes it now."""
+        self._removal()
 
 
 class InFolder:
     """Content of a folder. It is pickled as that folder, whose path is absolute then; a temporary one stays with the object that made it and its copies."""
 
-    _temporary: tempfile.TemporaryDirectory[str] | None
+    _temporary: TemporaryFolder | None
 
     def __getstate__(self) -> dict[str, Any]:
         read = {name for kind in type(self).__mro__ for name, it in vars(kind).items() if isinstance(it, cached_property)}

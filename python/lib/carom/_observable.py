@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
-from dataclasses import dataclass
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from carom import _units
 from carom._arguments import is_number, shown
 from carom._html import unit
 
-__all__ = ["Observable"]
+__all__ = ["Observable", "measured", "source"]
 
 #: Digits of a double.
 _DIGITS = 15
@@ -20,11 +24,18 @@ _DIGITS = 15
 class Observable:
     """A mean with its standard error.
 
-    Observables are added, subtracted, multiplied, divided and raised to powers, with each other and with numbers. Errors propagate to the first
-    order as if those of different observables were independent: they are for observables of different runs, and not for those of one, such as its
-    pressure and its energy. An observable and itself are known to be the same. Units are multiplied and divided as they are written; those of
-    sums have to be the same, and a number that is added has that of the other one. A result is stationary, or conserved, if all are that it comes
-    from.
+    Observables are added, subtracted, multiplied, divided and raised to powers, with each other and with numbers. Errors propagate to first order:
+    each result carries its derivatives with respect to the measured values that it comes from, so ``2 * (z - 1) / z`` has the error ``2 / z**2``
+    times that of ``z``, and ``z - z`` is exactly 0. Different measured values count as independent. This holds for values of different runs. It
+    does not hold for two observables of the same run, such as its pressure and its energy: their covariance is not known, and the error of a
+    function of both may be too large or too small.
+
+    A measured value keeps its identity in copies, pickles and arrays. The same observable of a run is the same value each time the run is opened,
+    and two runs of the same scene with the same seed give the same values. An ``Observable`` that is constructed, and each result of
+    :func:`mean_and_error`, is a new value, independent of all others; ``==`` compares numbers and units only.
+
+    Units are multiplied and divided as they are written. The terms of a sum need the same unit; a number that is added takes the unit of the other
+    term. A result is stationary, or conserved, if all values are that it comes from.
 
     Attributes
     ----------
@@ -62,9 +73,14 @@ class Observable:
     unit: str
     is_stationary: bool | None = None
     is_conserved: bool = False
+    #: Derivative with respect to each measured value that this one comes from, by its source, and the error of that value.
+    _terms: Mapping[str, tuple[float, float | None]] = field(init=False, compare=False)
 
     #: Numbers of NumPy leave arithmetic to this class.
     __array_ufunc__: ClassVar[None] = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_terms", {} if self.error == 0.0 else {uuid.uuid4().hex: (1.0, self.error)})
 
     def __add__(self, other: Observable | float) -> Observable:
         that = _observable(other, self.unit)
@@ -176,10 +192,29 @@ def _result(mean: float, unit: str, *terms: tuple[float, Observable]) -> Observa
     """Mean of a function of observables, of each its derivative with respect to it."""
     verdicts = [it.is_stationary for _, it in terms]
     is_stationary = False if False in verdicts else None if None in verdicts else True
-    slopes: dict[int, tuple[float, Observable]] = {}
+    sources: dict[str, tuple[float, float | None]] = {}
     for slope, it in terms:
-        slopes[id(it)] = (slopes.get(id(it), (0.0, it))[0] + slope, it)
-    errors = [None if it.error is None else slope * it.error for slope, it in slopes.values()]
+        for name, (inner, error) in it._terms.items():
+            before = sources.get(name, (0.0, error))[0]
+            sources[name] = (before + slope * inner, error)
+    # What has cancelled does not matter, even if its error is not known.
+    found = {name: (slope, error) for name, (slope, error) in sources.items() if slope != 0.0}
+    errors = [None if error is None else slope * error for slope, error in found.values()]
     known = [error for error in errors if error is not None]
     error = math.hypot(*known) if len(known) == len(errors) else None
-    return Observable(mean, error, unit, is_stationary, all(it.is_conserved for _, it in terms))
+    return _with(found, Observable(mean, error, unit, is_stationary, all(it.is_conserved for _, it in terms)))
+
+
+def _with(terms: Mapping[str, tuple[float, float | None]], observable: Observable) -> Observable:
+    object.__setattr__(observable, "_terms", terms)
+    return observable
+
+
+def source(*what: Any) -> str:
+    """Name of a measured value: a digest of what tells it from all others."""
+    return hashlib.sha256(json.dumps(what, sort_keys=True, default=str).encode()).hexdigest()[:32]
+
+
+def measured(name: str, observable: Observable) -> Observable:
+    """The observable as the measured value of this name, which is the same one wherever it is read."""
+    return _with({} if observable.error == 0.0 else {name: (1.0, observable.error)}, observable)

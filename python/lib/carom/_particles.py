@@ -91,30 +91,40 @@ def given_of_ase(atoms: Any, species: Any, names: Names) -> _carom.Given:
     count = len(atoms)
     if species is not None:
         species_names, numbers = _species("species", species, count, names)
-    elif "species_names" in atoms.arrays:
-        species_names, numbers = _species("species_names", atoms.arrays["species_names"], count, names)
+    elif (named := next((name for name in ("species_names", "type") if _holds_names(atoms.arrays.get(name))), None)) is not None:
+        species_names, numbers = _species(named, atoms.arrays[named], count, names)
     else:
         found, numbers = np.unique(atoms.numbers, return_inverse=True)
         species_names = [chemical_symbols[number] for number in found]
-    # As Frame.to_ase has them; files of ASE have the corner that Carom has written, and positions that are not moved.
+    # As Frame.to_ase has them. A trajectory of Carom that ASE has read has a corner, positions that are not moved, columns `type`, `velo` and
+    # `radius`, and a cell that has an extent along flat axes.
     origin = np.asarray(atoms.info.get("origin", np.zeros(3)), dtype=np.float64).reshape(3)
     corner = np.asarray(atoms.info.get("Origin", np.zeros(3)), dtype=np.float64).reshape(3) + origin
     masses = _mass_of_each("atoms", atoms.get_masses(), numbers, species_names) if atoms.has("masses") else None
-    radii = atoms.arrays.get("radii")
+    radii = next((atoms.arrays[name] for name in ("radii", "radius") if name in atoms.arrays), None)
+    velocities = atoms.get_velocities() if atoms.has("momenta") else atoms.arrays.get("velo")
     cell = np.array(atoms.cell)
+    is_flat = np.asarray(atoms.info.get("flat", np.zeros(3)), dtype=bool).reshape(3)
     frame = _frame(
         positions=np.asarray(atoms.positions, dtype=np.float64) + origin,
-        velocities=atoms.get_velocities() if atoms.has("momenta") else None,
+        velocities=velocities,
         species_names=species_names,
         species=numbers,
         species_masses=masses,
         radii=radii,
         lower=corner,
-        size=cell.diagonal(),
-        periodic=np.array(atoms.pbc, dtype=bool),
+        size=np.where(is_flat, 0.0, cell.diagonal()),
+        periodic=np.array(atoms.pbc, dtype=bool) & ~is_flat,
         displacement=_displacement("atoms", cell),
     )
     return _given("atoms", frame, None, (bool(cell.any()), radii is not None, False))
+
+
+def _holds_names(column: Any) -> bool:
+    if column is None:
+        return False
+    names = np.asarray(column)
+    return names.dtype.kind in "US" or (names.dtype == object and all(isinstance(name, str) for name in names))
 
 
 def given_of_gsd(path: str | os.PathLike[str], frame: int, species: Any, bond: str | None, names: Names) -> _carom.Given:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-import tempfile
+import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
@@ -14,10 +15,10 @@ import numpy as np
 
 from carom import _carom
 from carom._arguments import flag, path_of, real, threads_of, whole
-from carom._errors import FolderError, SimulationError
-from carom._folder import InFolder, json_of
+from carom._errors import CaromWarning, FolderError, SimulationError
+from carom._folder import InFolder, TemporaryFolder, json_of
 from carom._html import framed
-from carom._observable import Observable
+from carom._observable import Observable, measured, source
 from carom._observe import Functions, observed
 from carom._outputs import Outputs
 from carom._progress import Progress
@@ -113,11 +114,14 @@ def run(
     folder = None if out is None else path_of("out", out)
     temporary = None
     if folder is None:
-        temporary = tempfile.TemporaryDirectory(prefix="carom-")
+        temporary = TemporaryFolder()
         folder = Path(temporary.name) / made.name
     with Progress(progress, made.name) as bar:
-        trouble = _carom.run(made._core, folder, is_forced, interval, *limits, on, functions, interval_of_calls, bar.callback)
-    return _ended(Run(_written(folder), _temporary=temporary), trouble)
+        is_temporary = temporary is not None
+        trouble = _carom.run(
+            made._core, folder, is_forced, interval, *limits, on, functions, interval_of_calls, bar.callback, is_temporary
+        )
+    return _ended(Run(_written(folder), _temporary=temporary), trouble, functions, interval_of_calls)
 
 
 def resume(
@@ -166,8 +170,9 @@ def resume(
     is_forced, interval, on = flag("force", force), real("checkpoint_every", checkpoint_every), threads_of(threads)
     functions, interval_of_calls = observed(observe, every)
     with Progress(progress, path.name) as bar:
-        trouble = _carom.resume(path, is_forced, interval, *limits, on, functions, interval_of_calls, bar.callback)
-    return _ended(Run(_written(path), _temporary=temporary), trouble)
+        is_temporary = temporary is not None
+        trouble = _carom.resume(path, is_forced, interval, *limits, on, functions, interval_of_calls, bar.callback, is_temporary)
+    return _ended(Run(_written(path), _temporary=temporary), trouble, functions, interval_of_calls)
 
 
 def _written(folder: Path) -> Path:
@@ -176,8 +181,12 @@ def _written(folder: Path) -> Path:
     return within if (within / "summary.json").is_file() else folder
 
 
-def _ended(run: Run, trouble: str | None) -> Run:
+def _ended(run: Run, trouble: str | None, functions: list[tuple[str, Any]], every: float) -> Run:
     if trouble is None:
+        uncalled = [name for name, _ in functions if name not in run.observables]
+        if uncalled:
+            message = f"observe: {', '.join(uncalled)} has no value, because the measurement is shorter than every = {every:g}: give a shorter time"
+            warnings.warn(message, CaromWarning, stacklevel=3)
         return run
     # Its files outlive the exception only where the user has named the folder.
     folder = run.folder if run._temporary is None else None
@@ -210,8 +219,12 @@ class Results:
                 found[name] = Observable(it["mean"], it["standard_error"], unit, is_stationary(verdict), verdict == "constant")
         for it in self._measured.get("numbers", []):
             if it["mean"] is not None:
-                found[it["name"]] = self._number(it)
-        return Named("observable", found)
+                own = self._number(it)
+                # An instrument that measures an observable more exactly has no verdict: that of the observable holds for the same time.
+                known = found.get(it["name"])
+                found[it["name"]] = own if known is None or own.is_stationary is not None else replace(own, is_stationary=known.is_stationary)
+        run = source(self._summary.get("seed"), self._summary["observables"])
+        return Named("observable", {name: measured(source(run, name), it) for name, it in found.items()})
 
     def _number(self, it: Mapping[str, Any]) -> Observable:
         """A number that an instrument reports. One of the user's own has its values beside it, which tell whether it is stationary."""
@@ -294,7 +307,7 @@ class Run(Outputs, InFolder, Results):
         self,
         folder: str | os.PathLike[str],
         *,
-        _temporary: tempfile.TemporaryDirectory[str] | None = None,
+        _temporary: TemporaryFolder | None = None,
     ) -> None:
         self._temporary = _temporary
         self._is_closed = False
@@ -397,8 +410,8 @@ class Run(Outputs, InFolder, Results):
         return _carom.parse_toml(path.read_text(encoding="utf-8")) if path.exists() else {}
 
     def _end(self) -> dict[str, Any]:
-        """The scene that goes on from the end of the run: what it leaves out is as it was in the run."""
-        plan = {key: value for key, value in self.parameters.get("run", {"until_events": 1}).items() if "equilibration" not in key}
+        """The scene that goes on from the end of the run: what it leaves out is as it was in the run. The volume stays: only runs have a barostat."""
+        plan = {key: value for key, value in self.parameters.get("run", {"until_events": 1}).items() if "equilibration" not in key and key != "barostat"}
         kept = {key: value for key, value in self.parameters.items() if key in ("name", "surface")}
         return {**kept, "start": {"from": os.path.abspath(self._open())}, "run": plan}
 
@@ -514,9 +527,12 @@ class Run(Outputs, InFolder, Results):
         self.close()
 
     def __repr__(self) -> str:
-        lines = [f"<Run of {self._summary['scene']}, seed {self._summary['seed']}: {self._summary['events']['total']} events"]
+        lines = [f"<Run of {self._summary['scene']}, seed {self._summary['seed']}: {self._summary['events']['total']} events{self._unfinished()}"]
         lines += [f"  {name} = {it}" for name, it in self.observables.items()]
         return "\n".join(lines) + ">"
+
+    def _unfinished(self) -> str:
+        return ", interrupted: carom.resume goes on" if self._summary.get("ending") == "interrupted" else ""
 
     def _repr_html_(self) -> str:
         return framed(self.page())

@@ -38,6 +38,8 @@ SceneLike = Union["Scene", Mapping[str, Any], str, "os.PathLike[str]"]
 def overrides(seed: int | None, set: Mapping[str, Any] | None) -> list[tuple[str, str]]:
     """Overrides of a scene, as the compiled part takes them."""
     pairs: list[tuple[str, str]] = []
+    if set is not None and not isinstance(set, Mapping):
+        raise TypeError(f"set: expected a dictionary, such as {{'run.until_time': 10.0}}, found {shown(set)}")
     for key, value in (set or {}).items():
         if not isinstance(key, str):
             raise TypeError(f"set: expected keys that are strings, such as 'run.until_time', found {shown(key)}")
@@ -579,4 +581,8 @@ def _parts(source: SceneLike, pairs: list[tuple[str, str]]) -> tuple[str, Path, 
     try:
         return path.read_text(encoding="utf-8"), path, pairs, None
     except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"cannot read {path}: {error}", problem=str(error)) from error
+        cure = None
+        if isinstance(source, str) and source in _carom.examples():
+            cure = f"carom.example({source!r}) is the scene of this name that comes with the package"
+        help = f"\n  help: {cure}" if cure else ""
+        raise SceneError(f"cannot read {path}: {error}{help}", problem=str(error), cure=cure) from error

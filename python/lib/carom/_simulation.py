@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from html import escape
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ from carom import _carom
 from carom._arguments import finite, flag, shown, threads_of, vectors, whole
 from carom._arrays import fixed
 from carom._drive import Driven
+from carom._errors import SimulationError
 from carom._frame import Frame
 from carom._html import number, table
 from carom._progress import Progress
@@ -56,7 +57,8 @@ EVENT: np.dtype[np.void] = np.dtype(
         ("impulse", "=f8"),
         ("distance", "=f8"),
         ("normal", "=f8", (3,)),
-    ]
+    ],
+    align=True,
 )
 
 #: More than any simulation has.
@@ -76,6 +78,15 @@ def _bits(kinds: str | Iterable[str] | None) -> int:
     return bits
 
 
+def _columns(columns: Iterable[str]) -> list[str]:
+    known = EVENT.names or ()
+    chosen = [columns] if isinstance(columns, str) else list(columns)
+    for name in chosen:
+        if name not in known:
+            raise ValueError(f"columns: expected some of {', '.join(known)}, found {shown(name)}")
+    return chosen
+
+
 def _events_of(found: bytearray) -> NDArray[np.void]:
     return fixed(np.frombuffer(found, EVENT))
 
@@ -90,7 +101,8 @@ class Simulation(State, Driven):
     ----------
     scene : Scene, path, dict or Run
         As for :class:`Scene`, also without ``[run]``, in whose place it has ``until_events = 1`` then. From the end of a :class:`Run` its particles, bonds and time go on, with the states of all pairs and the thermostat
-        of its measurement; its equilibration and stages are over, and events are counted from zero.
+        of its measurement; its equilibration and stages are over, and events are counted from zero. Only runs move the volume: after a
+        measurement at constant pressure the simulation keeps the last box.
     plan : bool
         Whether a scene is refused that plans what only a run does: stages, growth, an equilibration, a thermostat that scales velocities. ``False``
         leaves the plan out, with its thermostat, and takes the dynamics alone; :meth:`prepared` carries it out.
@@ -288,6 +300,7 @@ class Simulation(State, Driven):
         finally:
             self._is_asking = False
 
+    @overload
     def events(
         self,
         duration: float | None = None,
@@ -296,7 +309,31 @@ class Simulation(State, Driven):
         until: float | None = None,
         kinds: str | Iterable[str] | None = None,
         batch: int = 65536,
-    ) -> Iterator[NDArray[np.void]]:
+        columns: None = None,
+    ) -> Iterator[NDArray[np.void]]: ...
+
+    @overload
+    def events(
+        self,
+        duration: float | None = None,
+        *,
+        events: int | None = None,
+        until: float | None = None,
+        kinds: str | Iterable[str] | None = None,
+        batch: int = 65536,
+        columns: Iterable[str],
+    ) -> Iterator[dict[str, NDArray[Any]]]: ...
+
+    def events(
+        self,
+        duration: float | None = None,
+        *,
+        events: int | None = None,
+        until: float | None = None,
+        kinds: str | Iterable[str] | None = None,
+        batch: int = 65536,
+        columns: Iterable[str] | None = None,
+    ) -> Iterator[Any]:
         """Goes on as :meth:`advance` does, and hands out all events, a batch at a time.
 
         The simulation is at the last event of a batch when that is handed out; a loop that is left early leaves it there. Events of calls that advance
@@ -309,7 +346,10 @@ class Simulation(State, Driven):
         kinds : str or list of str
             Only events of these kinds; all if not given.
         batch : int
-            Most events at a time; each takes 225 bytes.
+            Most events at a time; each takes 232 bytes.
+        columns : list of str
+            Fields of :data:`EVENT`. Each batch is then a dictionary with an array of each: contiguous, writable and independent of the batch, as PyTorch and
+            DLPack need them.
 
         Yields
         ------
@@ -339,7 +379,11 @@ class Simulation(State, Driven):
         """
         # Mistakes are found here, not at the first batch.
         time, count = self._until(duration, events, until)
-        return self._batches(time, count, _bits(kinds), whole("batch", batch, 1))
+        batches = self._batches(time, count, _bits(kinds), whole("batch", batch, 1))
+        if columns is None:
+            return batches
+        chosen = _columns(columns)
+        return ({name: found[name].copy() for name in chosen} for found in batches)
 
     def _batches(self, time: float, count: int, bits: int, batch: int) -> Iterator[NDArray[np.void]]:
         while True:
@@ -373,6 +417,18 @@ class Simulation(State, Driven):
         0.0
         """
         return self._core.time
+
+    @property
+    def size(self) -> NDArray[np.float64]:
+        """Edges of the box now `[length]`, of the shape ``(3,)``; 0 along flat axes. After a stage at constant pressure they differ from
+        ``scene.size``, those of the start.
+
+        Examples
+        --------
+        >>> carom.Simulation(fluid).size.round(3)
+        array([5.734, 5.734, 5.734])
+        """
+        return fixed(np.array(self._core.space()[1]))
 
     @property
     def engine(self) -> str:
@@ -579,6 +635,7 @@ class Simulation(State, Driven):
         """
         scene, core = self._scene, self._core
         species = core.species()
+        lower, size, periodic = core.space()
         bond_names, bond_kinds = scene._core.bond_kinds()
         return Frame(
             time=core.time,
@@ -590,9 +647,9 @@ class Simulation(State, Driven):
             radii=fixed(0.5 * core.diameters()[species]),
             species_names=scene.species_names,
             species_masses=scene.masses,
-            lower=scene.lower,
-            size=scene.size,
-            periodic=scene.periodic,
+            lower=np.array(lower),
+            size=np.array(size),
+            periodic=np.array(periodic),
             displacement=core.displacement,
             bonds=scene.bonds,
             bond_names=bond_names,
@@ -635,9 +692,21 @@ class Simulation(State, Driven):
 
     def __repr__(self) -> str:
         scene = self._scene
-        return f"<Simulation of {scene.name} at time {self.time:g}: {len(scene)} particles>"
+        try:
+            now = f"at time {self.time:g}"
+        except SimulationError:
+            now = "that has failed"
+        except RuntimeError:
+            now = "that another thread advances"
+        return f"<Simulation of {scene.name} {now}: {len(scene)} particles>"
 
     def _repr_html_(self) -> str:
+        try:
+            return self._as_table()
+        except RuntimeError:
+            return escape(repr(self))
+
+    def _as_table(self) -> str:
         events = sum(count for kind, count in self.event_counts.items() if kind != "transition")
         caption = f"<b>{escape(self._scene.name)}</b> at time {self.time:.6g}: {len(self)} particles, {events} events"
         rows = [("engine", escape(self.engine)), *((f"{name} energy", number(value)) for name, value in self.energy.items())]

@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::ConvertError;
+use crate::base::durability;
 use crate::io::OutputError;
 use crate::io::atomic::{Existing, folder_of, publish, sync_folder};
 use crate::io::draft::remove_abandoned;
@@ -83,7 +84,7 @@ pub(in crate::io) fn draft(path: &Path) -> io::Result<Draft> {
 /// Makes a file safe on the disk.
 pub(in crate::io) fn finish(mut draft: Draft) -> io::Result<()> {
     draft.flush()?;
-    draft.get_ref().sync_all()
+    durability::sync_all(draft.get_ref())
 }
 
 /// Removes the files of a former conversion into a folder, and the folder if nothing else is in it.

@@ -1,0 +1,53 @@
+//! Whether files are made safe on the disk.
+//!
+//! A file that outlives a crash of the machine has to be synced, which can take longer than a short run. Files in a temporary folder need no such care: nobody
+//! looks for them after a crash.
+
+use std::cell::Cell;
+use std::fs::File;
+use std::io;
+
+thread_local! {
+    static IS_OFF: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does some work whose files, written on this thread, are not synced.
+pub fn without_sync<T>(work: impl FnOnce() -> T) -> T {
+    /// Restores the former state, also after a panic.
+    struct Before(bool);
+    impl Drop for Before {
+        fn drop(&mut self) {
+            IS_OFF.set(self.0);
+        }
+    }
+    let _before = Before(IS_OFF.replace(true));
+    work()
+}
+
+/// Makes the content and the length of a file safe on the disk, unless [`without_sync`] is at work.
+pub(crate) fn sync_all(file: &File) -> io::Result<()> {
+    if IS_OFF.get() { Ok(()) } else { file.sync_all() }
+}
+
+/// Makes the content of a file safe on the disk, unless [`without_sync`] is at work.
+pub(crate) fn sync_data(file: &File) -> io::Result<()> {
+    if IS_OFF.get() { Ok(()) } else { file.sync_data() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sync_is_off_within_the_work_only() {
+        assert!(!IS_OFF.get());
+        without_sync(|| {
+            assert!(IS_OFF.get());
+            without_sync(|| ());
+            assert!(IS_OFF.get());
+        });
+        assert!(!IS_OFF.get());
+        let _ = std::panic::catch_unwind(|| without_sync(|| panic!("stop")));
+        assert!(!IS_OFF.get());
+    }
+}
