@@ -202,6 +202,7 @@ pub type Join = fn() -> Option<Arc<dyn Transport>>;
 pub fn program(join: Join) -> ExitCode {
     exhaustion::take_stack();
     exhaustion::give_back_large_arrays();
+    exhaustion::report_full_files();
     let arguments: Vec<OsString> = std::env::args_os().collect();
     ExitCode::from(main(&arguments, join))
 }

@@ -1,4 +1,4 @@
-//! The allocator: what it keeps, and what happens when memory ends.
+//! What happens when memory or the room for files ends.
 //!
 //! Where memory ends, Rust aborts, with a signal and a core dump. A program that is used from scripts says so in one line and exits with the code of
 //! failures instead. What it has written stays, and a run can be resumed from its last checkpoint, as after a kill.
@@ -48,6 +48,16 @@ pub(super) fn give_back_large_arrays() {
             libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE);
             libc::mallopt(libc::M_TRIM_THRESHOLD, 2 * LARGE);
         }
+    }
+}
+
+/// Reports a file that may grow no further (`ulimit -f`) as an error of writing, as a full disk is; by itself the system ends the program
+/// with a signal.
+pub(super) fn report_full_files() {
+    #[cfg(target_os = "linux")]
+    // SAFETY: it has the signal ignored, before there is a second thread.
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
     }
 }
 

@@ -91,8 +91,9 @@ impl New {
             let widest = SCENES.iter().map(|(kind, ..)| kind.len()).max().unwrap_or(0);
             let line = |(kind, about, _): &Choice<&str>| format!("\n  {kind:widest$}  {}", about.unwrap_or_default());
             let list: String = SCENES.iter().map(line).collect();
-            super::warn(&format!("Kinds of scenes:{list}\n"));
-            return Err(Failure::bad_input("expected a kind of scene", Some("carom new hopper > hopper.toml")));
+            return super::print(&format!(
+                "Kinds of scenes:{list}\n\n`carom new hopper > hopper.toml` writes one of them\n"
+            ));
         };
         super::print(text)
     }

@@ -1,6 +1,6 @@
 //! `carom render`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::io::{refuse_input, refuse_link};
 use crate::view::render::{self, ColourBy, Style};
@@ -53,8 +53,24 @@ pub fn width_and_height(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
+/// Extensions of other kinds of pictures.
+const OTHER_FORMATS: [&str; 9] = ["bmp", "gif", "jpeg", "jpg", "pdf", "svg", "tif", "tiff", "webp"];
+
+/// Refuses the name of a picture of another format.
+fn refuse_other_format(out: &Path) -> Result<(), Failure> {
+    let extension = out.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+    match extension {
+        Some(extension) if OTHER_FORMATS.contains(&extension.as_str()) => Err(Failure::bad_input(
+            format!("{} ends with .{extension}, but pictures are PNG files", out.display()),
+            Some("choose a name that ends with .png, and convert the picture; `carom movie` writes GIF files"),
+        )),
+        _ => Ok(()),
+    }
+}
+
 impl Render {
     pub fn execute(&self) -> Result<(), Failure> {
+        self.out.as_deref().map_or(Ok(()), refuse_other_format)?;
         let trajectory = super::trajectory_of(&self.run)?;
         let out = self.out.clone().unwrap_or_else(|| {
             trajectory.parent().map_or_else(|| PathBuf::from("picture.png"), |folder| folder.join("picture.png"))

@@ -138,6 +138,7 @@ impl SceneErrorKind {
     /// Help: the likely cure, where there is one.
     fn help(&self) -> Option<String> {
         match self {
+            Self::UnknownKey { key, .. } if not_there(key).is_some() => not_there(key).map(str::to_owned),
             Self::UnknownKey { nearest: Some(nearest), .. } | Self::UnknownWord { nearest: Some(nearest), .. } => {
                 Some(format!("did you mean `{nearest}`?"))
             }
@@ -173,10 +174,39 @@ impl SceneErrorKind {
                  new run from this one; without `checksum` any state will do"
                     .to_owned(),
             ),
-            Self::Empty => Some("a scene needs [space], [[species]], particles and [run]; `carom new` prints one".to_owned()),
+            Self::Empty => Some("a scene needs [[species]], an [[interaction]] of each pair of them, and particles, such as a [[fill]]; a [run] with an end, to be run. `carom new hopper` prints one".to_owned()),
             _ => None,
         }
     }
+}
+
+/// What a key of other programs asks for that Carom does not have, and what there is instead.
+fn not_there(key: &str) -> Option<&'static str> {
+    Some(match key {
+        "inlet" | "inlets" | "outlet" | "outlets" | "insertion" | "recirculate" => {
+            "there are no inlets and outlets: the number of particles is constant. Particles may leave through sides that are `open`, and \
+             a [[measure.flow]] counts them"
+        }
+        "friction"
+        | "friction_coefficient"
+        | "mu"
+        | "tangential_restitution"
+        | "rolling_friction"
+        | "rolling_resistance" => {
+            "particles and surfaces are smooth, without friction: `restitution` says what a contact loses along its normal"
+        }
+        "spin" | "spins" | "angular_velocity" | "omega" | "inertia" | "moment_of_inertia" => {
+            "particles are smooth and do not rotate: a sphere has a position and a velocity"
+        }
+        "material" | "materials" => {
+            "there are no materials: give `restitution` in each [[interaction]], side and [[surface]]"
+        }
+        "unit" | "units" => {
+            "numbers have no units: choose those of length, mass and time, and give all numbers in them"
+        }
+        "dt" | "timestep" | "time_step" => "there is no time step: the time of each event is computed",
+        _ => return None,
+    })
 }
 
 impl From<NoPlace> for SceneErrorKind {

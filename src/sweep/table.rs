@@ -12,7 +12,7 @@ use super::error::SweepError;
 use super::folder::SweepFolder;
 use super::plan::{Point, Sweep};
 use super::results::{Results, Standing};
-use crate::io::number::{Cell, quoted};
+use crate::io::number::{Cell, quoted, text_cell};
 use crate::model::run_plan::MEASUREMENT;
 
 const RUNS: &str = "sweep.csv";
@@ -35,7 +35,7 @@ impl SweepFolder {
 
 /// A value as it was typed, but for quotes.
 fn typed(value: &str) -> String {
-    quoted(value.trim_matches(['"', '\'']))
+    text_cell(value.trim_matches(['"', '\'']))
 }
 
 fn line(text: &mut String, cells: impl Iterator<Item = String>) {

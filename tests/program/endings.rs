@@ -40,6 +40,24 @@ fn the_cure_of_an_arrest_is_one_that_the_scene_does_not_have() {
     }
 }
 
+/// A file may grow no further: the error is that of a full disk, and nothing else ends the program.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_run_whose_files_may_grow_no_further_says_so_and_can_be_resumed() {
+    let place = Place::with(&format!("{FLUID}[output]\nevents = true\n"));
+    let limited = |arguments: &str| {
+        let command = format!("ulimit -f 200; exec \"$0\" {arguments}");
+        let mut shell = Command::new("bash");
+        shell.args(["-c", &command, env!("CARGO_BIN_EXE_carom")]).current_dir(place.path()).env("NO_COLOR", "1");
+        shell.output().unwrap()
+    };
+    let output = limited("run scene.toml --quiet");
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let text = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(text.contains("File too large") && text.contains("make space"), "{text}");
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet", "--force"])), 0);
+}
+
 #[test]
 fn a_run_over_a_limit_of_the_scene_says_which_one_failed() {
     let place = Place::with(FLUID);

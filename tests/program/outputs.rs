@@ -34,3 +34,13 @@ fn a_place_that_cannot_be_written_to_is_bad_input_for_every_command() {
     }
     assert!(contents(place.path()) == before);
 }
+
+#[test]
+fn a_picture_is_not_written_under_the_name_of_another_format() {
+    let place = Place::with(FLUID);
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
+    let output = place.carom(&["render", "runs/scene", "--out", "x.jpg"]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("x.jpg ends with .jpg, but pictures are PNG files"), "{}", errors(&output));
+    assert!(!place.path().join("x.jpg").exists());
+}

@@ -106,7 +106,7 @@ fn cells([from, to]: &[f32; 2], size: usize) -> [usize; 2] {
     if !(place(*to) >= 0.0 && place(*from) < size as f32) {
         return [0, 0];
     }
-    [trunc_to_usize(place(*from)), (trunc_to_usize(place(*to)) + 1).min(size)]
+    [trunc_to_usize(place(*from)), trunc_to_usize(place(*to)).saturating_add(1).min(size)]
 }
 
 /// Numbers of bodies, in an order.
