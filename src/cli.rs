@@ -41,7 +41,7 @@ use clap::{Args, Parser, Subcommand};
 
 pub use failure::Failure;
 pub use new::scenes;
-pub use verify::{Proof, prove_run};
+pub use verify::{Proof, VerifyStep, prove_run};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use carom::Vector;
-use carom::cli::prove_run;
+use carom::cli::{VerifyStep, prove_run};
 use carom::io::convert::{ConvertError, Options, convert_watched};
 use carom::io::{Existing, Folder, refuse_input, refuse_link};
 use carom::model::ParticleId;
@@ -149,6 +149,9 @@ pub fn write_page(py: Python<'_>, run: PathBuf, out: Option<PathBuf>, force: boo
     Ok(target)
 }
 
+/// Names of files that are equal to those of a replay; of those that differ, with how; of those that were not compared, with the reason.
+type Files = (Vec<String>, Vec<(String, String)>, Vec<(String, String)>);
+
 /// Proves events of a run: what the program prints, numbers of the certificate, and why it is none with the cure, if it is none.
 #[pyfunction]
 #[allow(clippy::type_complexity, reason = "a tuple of Python")]
@@ -157,13 +160,21 @@ pub fn verify(
     run: PathBuf,
     events: u64,
     from_events: Option<u64>,
+    files: bool,
     callback: Option<Py<PyAny>>,
-) -> PyResult<(String, (bool, u64, u64, f64), Option<(String, Option<String>)>)> {
+) -> PyResult<(String, (bool, u64, u64, f64), Option<Files>, Option<(String, Option<String>)>)> {
     let mut watch = Watch::new(callback);
     let proof = py.detach(|| {
-        prove_run(&run, (from_events, events), &mut |progress| -> ControlFlow<()> {
-            let stage = if progress.is_proving { "proving" } else { "replaying" };
-            watch.tell(stage, progress.fraction(), 0.0, progress.events)
+        prove_run(&run, (from_events, events), files, &mut |step| -> ControlFlow<()> {
+            match step {
+                VerifyStep::Proof(progress) => {
+                    let stage = if progress.is_proving { "proving" } else { "replaying" };
+                    watch.tell(stage, progress.fraction(), 0.0, progress.events)
+                }
+                VerifyStep::Files(progress) => {
+                    watch.tell("comparing files", progress.fraction(), progress.time, progress.events)
+                }
+            }
         })
     });
     if let Some(raised) = watch.raised.take() {
@@ -174,5 +185,10 @@ pub fn verify(
     let certificate = &proof.certificate;
     let numbers =
         (certificate.is_proven(), certificate.first_event, certificate.counts.events(), certificate.largest_gap);
-    Ok((proof.table, numbers, failure))
+    let files = proof.files.map(|files| {
+        let changed = files.differences.into_iter().map(|(name, difference)| (name, difference.to_string())).collect();
+        let left_out = files.not_compared.into_iter().map(|(name, why)| (name, why.to_owned())).collect();
+        (files.equal, changed, left_out)
+    });
+    Ok((proof.table, numbers, files, failure))
 }

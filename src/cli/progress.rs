@@ -3,6 +3,7 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
+use super::verify::VerifyStep;
 use crate::base::text::{clock, short};
 use crate::check::verify;
 use crate::model::Scene;
@@ -63,6 +64,15 @@ impl From<&verify::VerifyProgress> for State {
     fn from(progress: &verify::VerifyProgress) -> Self {
         let stage = if progress.is_proving { "proving" } else { "replaying" };
         Self { stage, time: progress.time, events: progress.events, fraction: progress.fraction(), unit: EVENTS }
+    }
+}
+
+impl From<&VerifyStep<'_>> for State {
+    fn from(step: &VerifyStep<'_>) -> Self {
+        match step {
+            VerifyStep::Proof(progress) => Self::from(*progress),
+            VerifyStep::Files(progress) => Self { stage: "comparing files", ..Self::from(*progress) },
+        }
     }
 }
 

@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use crate::base::text::{self, digits, short, tiny};
+use crate::base::text::{self, digits, short, tiny, with_causes};
+use crate::check::compare::{self, CompareError, Comparison};
 use crate::check::verify::{
     self, Certificate, Contact, Counts, End, EventRange, Fault, RunEnd, VerifyProgress, Violation,
 };
@@ -11,8 +12,9 @@ use crate::engine::InvariantBroken;
 use crate::exchange::ExchangeFolder;
 use crate::io::{Folder, Summary, read_scene};
 use crate::model::Scene;
+use crate::run::Progress;
 use crate::view::describe;
-use crate::view::final_table::{Lines, kinds};
+use crate::view::final_table::{self, Lines, kinds};
 use clap::Args;
 
 use super::Changes;
@@ -21,11 +23,12 @@ use super::progress::Display;
 use super::run::count;
 use super::signals;
 
-/// Proves a range of events of a run
+/// Proves a range of events of a run, and compares its files with those of a replay
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Replays the events and holds each against the paper's Algorithm 1, asked over all pairs, walls and features of surfaces,
 without the engine's cells, predictions or memory. The cost of an event grows with the number of particles.
+Of a folder, the whole run is simulated once more into a temporary folder, and its files are compared byte by byte.
 
 Examples:
   carom verify configs/hopper.toml
@@ -43,6 +46,9 @@ pub struct Verify {
     /// Only replays this many events first; pair states at their end are then the engine's
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = count)]
     from_events: Option<u64>,
+    /// Does not compare the files of the run, which takes as long as the run itself
+    #[arg(long)]
+    no_files: bool,
     /// No progress, only the final table
     #[arg(long, short)]
     quiet: bool,
@@ -53,11 +59,12 @@ impl Verify {
         let (scene, recorded) = self.load()?;
         signals::watch_without_traces();
         let mut display = Display::new(&scene, self.quiet);
-        let mut watch = |progress: &VerifyProgress| {
-            display.show(progress);
+        let mut watch = |step: &VerifyStep| {
+            display.show(step);
             signals::flow()
         };
-        let proof = prove(scene, recorded.as_ref(), (self.from_events, self.events), &mut watch);
+        let folder = recorded.is_some().then_some(self.run.as_path()).filter(|_| !self.no_files);
+        let proof = prove(scene, recorded.as_ref(), (self.from_events, self.events), folder, &mut watch);
         display.clear();
         let proof = proof?;
         super::print(&proof.table)?;
@@ -93,35 +100,49 @@ fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
     Ok((scene, recorded))
 }
 
+/// Progress of a proof, and of the replay that the files of a run are compared with.
+#[derive(Debug)]
+pub enum VerifyStep<'a> {
+    /// Of the proof.
+    Proof(&'a VerifyProgress),
+    /// Of the replay.
+    Files(&'a Progress),
+}
+
 /// Result of a proof.
 #[derive(Debug)]
 pub struct Proof {
     /// Its certificate.
     pub certificate: Certificate,
+    /// The files of the run beside those of a replay, if they were compared.
+    pub files: Option<Comparison>,
     /// The table that is printed.
     pub table: String,
     /// Why it is none, if it is none.
     pub verdict: Result<(), Failure>,
 }
 
-/// Proves physical events of the run in a folder, from one on where that is given, and so many.
+/// Proves physical events of the run in a folder, from one on where that is given, and so many; and compares the files of the run with those of a
+/// replay, if wanted.
 ///
 /// # Errors
-/// [`Failure`] if there is nothing that could be proven.
+/// [`Failure`] if there is nothing that could be proven, or the files cannot be compared.
 pub fn prove_run(
     run: &Path,
     (from, events): (Option<u64>, u64),
-    watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
+    has_files: bool,
+    watch: &mut dyn FnMut(&VerifyStep) -> ControlFlow<()>,
 ) -> Result<Proof, Failure> {
     let (scene, recorded) = load_run(run)?;
-    prove(scene, Some(&recorded), (from, events), watch)
+    prove(scene, Some(&recorded), (from, events), has_files.then_some(run), watch)
 }
 
 fn prove(
     scene: Scene,
     recorded: Option<&Recorded>,
     (from, events): (Option<u64>, u64),
-    watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
+    folder: Option<&Path>,
+    watch: &mut dyn FnMut(&VerifyStep) -> ControlFlow<()>,
 ) -> Result<Proof, Failure> {
     super::refuse_exchange(
         &scene,
@@ -141,18 +162,97 @@ fn prove(
     let header = header(&scene);
     let surfaces: Vec<String> = scene.surfaces().iter().map(|surface| surface.name.clone()).collect();
     let starts_from_run = scene.predecessor().is_some();
+    let of_proof = &mut |progress: &VerifyProgress| watch(&VerifyStep::Proof(progress));
     let certificate = match recorded {
-        Some(recorded) => verify::verify_run(scene, recorded.end, range, watch),
-        None => verify::verify(scene, range, watch),
+        Some(recorded) => verify::verify_run(scene, recorded.end, range, of_proof),
+        None => verify::verify(scene, range, of_proof),
     };
     // A range behind the end of the run is a mistake.
     let has_ended = matches!(certificate.end, End::RunEnded | End::Idle);
     if has_ended && certificate.first_event <= range.from {
         refuse_nothing(certificate.first_event - 1)?;
     }
-    let table = format!("{header}{}", table(&certificate, recorded.is_some(), starts_from_run));
-    let verdict = verdict(&certificate, recorded, &surfaces);
-    Ok(Proof { certificate, table, verdict })
+    let folder = folder.filter(|_| certificate.end != End::Interrupted);
+    let files = folder
+        .map(|run| compare::compare(run, &final_table::text, &mut |progress| watch(&VerifyStep::Files(progress))))
+        .transpose()?;
+    let files_table = files.as_ref().map_or_else(String::new, files_table);
+    let table = format!("{header}{}{files_table}", table(&certificate, recorded.is_some(), starts_from_run));
+    let verdict = verdict(&certificate, recorded, &surfaces)
+        .and_then(|()| files.as_ref().map_or(Ok(()), |files| verdict_of_files(files, recorded)));
+    Ok(Proof { certificate, files, table, verdict })
+}
+
+impl From<CompareError> for Failure {
+    fn from(error: CompareError) -> Self {
+        match error {
+            CompareError::Scene(error) => error.into(),
+            CompareError::Output(_) | CompareError::NoRoom { .. } => {
+                Self::failed(with_causes(&error), Some(CompareError::CURE))
+            }
+            error => Self::bad_input(with_causes(&error), None),
+        }
+    }
+}
+
+/// Files that are named in a line; of more, the number.
+const MOST_NAMES: usize = 5;
+
+/// Which files are those of the replay.
+fn files_table(files: &Comparison) -> String {
+    let mut lines = Lines::default();
+    lines.title("files, beside those of a replay");
+    if files.is_interrupted {
+        lines.line("INTERRUPTED: not compared");
+        return lines.text();
+    }
+    lines.pair("equal", &several(&files.equal, files.equal.len()));
+    let shown = files.differences.iter().take(MOST_NAMES);
+    for (name, difference) in shown {
+        lines.pair("DIFFERENT", &format!("{name}: {difference}"));
+    }
+    if files.differences.len() > MOST_NAMES {
+        lines.pair("", &format!("and {} more", files.differences.len() - MOST_NAMES));
+    }
+    let mut reasons: Vec<&str> = files.not_compared.iter().map(|(_, why)| *why).collect();
+    reasons.sort_unstable();
+    reasons.dedup();
+    for (at, why) in reasons.into_iter().enumerate() {
+        let names: Vec<String> =
+            files.not_compared.iter().filter(|(_, other)| *other == why).map(|(name, _)| name.clone()).collect();
+        let title = if at == 0 { "not compared" } else { "" };
+        lines.pair(title, &format!("{}: {why}", several(&names, names.len())));
+    }
+    lines.text()
+}
+
+/// Names, or the first of them and the number of the others.
+fn several(names: &[String], count: usize) -> String {
+    let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
+    match count {
+        0 => "none".to_owned(),
+        count if count > MOST_NAMES => format!("{shown} and {} more", count - MOST_NAMES),
+        _ => shown,
+    }
+}
+
+fn verdict_of_files(files: &Comparison, recorded: Option<&Recorded>) -> Result<(), Failure> {
+    if files.is_interrupted {
+        return Err(Failure::failed("interrupted; the events above are proven, the files were not compared", None));
+    }
+    let Some((name, difference)) = files.differences.first() else { return Ok(()) };
+    let others = match files.differences.len() {
+        1 => String::new(),
+        count => format!(", and {} differ", text::plural(count - 1, "other file")),
+    };
+    let version = recorded.map_or("", |recorded| recorded.summary.version.as_str());
+    let help = match version {
+        env!("CARGO_PKG_VERSION") => {
+            "the file was changed after the run, or another build or machine wrote it: run the scene again".to_owned()
+        }
+        _ => format!("the run is of Carom {version}, whose files may differ: verify it with that, or run it again"),
+    };
+    Err(Failure::failed(format!("{name} is not what the run writes: {difference}{others}"), Some(&help)))
 }
 
 /// Results of a run by its `summary.json`.

@@ -3,6 +3,7 @@
 mod completion;
 mod conversions;
 mod frames;
+mod parts;
 mod resumption;
 mod trajectory;
 

@@ -12,9 +12,12 @@ use super::error::OutputError;
 use super::folder::{SUMMARY, remove};
 use super::owned::{self, Owned, Replacement};
 
+/// Its name, in the folder of the other run.
+pub(super) const FOLDER: &str = "replacement";
+
 /// The folder of the run that is to replace the one in a folder.
 pub(super) fn within(run: &Path) -> PathBuf {
-    run.join("replacement")
+    run.join(FOLDER)
 }
 
 /// Finishes what a killed program began: puts a complete run in the place of the one that it replaces, and removes one that came to nothing.

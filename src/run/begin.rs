@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::checkpoint::Checkpoint;
-use super::driver::{Halt, drive, drive_to};
+use super::driver::{Halt, drive, drive_in_steps, drive_to};
 use super::progress::Progress;
 use super::state::{Beginning, RunState};
 use super::{Ending, Finished, Recorder, Stage};
 use crate::analysis::instruments::{Instrument, InstrumentError, Registry, Setup};
 use crate::engine::{Simulation, Until};
-use crate::model::{Scene, Species, Threads};
+use crate::model::{Limit, Scene, Species, Threads};
 
 /// Why a run did not come to its end: `E` is the error of its [`Recorder`].
 #[derive(Debug, Error)]
@@ -109,6 +109,12 @@ impl Run {
     /// Runs on so many threads, whatever the scene says, with the same bits: [`Simulation::set_threads`].
     pub fn threads(mut self, threads: impl Into<Threads>) -> Self {
         self.simulation.set_threads(threads);
+        self
+    }
+
+    /// Plans rows, frames and instruments of the measurement as for another end, which the run to be repeated was given at first.
+    pub(crate) fn planned_for(mut self, end: Option<Limit>) -> Self {
+        self.state.planned = end;
         self
     }
 
@@ -207,6 +213,21 @@ impl Run {
         drive_to(self.registered()?, Halt::At(until), recorder, watch).map_err(RunError::Recorder)
     }
 
+    /// Runs to where another run of the same scene was interrupted, and ends there as that one did: after a number of physical events since the start of the simulation, at a
+    /// simulated time, which may be that of a cell transition after them. `watch` is that of [`Self::execute`]; where it breaks, the run ends at once.
+    pub(crate) fn execute_up_to<R: Recorder>(
+        self,
+        events: u64,
+        time: f64,
+        recorder: &mut R,
+        watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Finished, RunError<R::Error>> {
+        let halt = Halt::At(Until::events(events));
+        let (run, ending) = drive_to(self.registered()?, halt, recorder, watch).map_err(RunError::Recorder)?;
+        let end = if ending.is_none() { time } else { f64::NEG_INFINITY };
+        drive_in_steps(run, end, recorder).map_err(RunError::Recorder)
+    }
+
     /// Runs all that comes before the last measurement (stages, growth, equilibration) and pauses where that begins, with its heat bath and its gravity: the run
     /// goes on from there to the same bits, and `None`. Otherwise the run as it is then, and why it ended.
     ///
@@ -243,7 +264,7 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Growth, GrowthTarget, Limit, Potential, RunPlan, StagePlan, Thermostat};
+    use crate::model::{Growth, GrowthTarget, Potential, RunPlan, StagePlan, Thermostat};
     use crate::scene::{Amount, Lattice, SceneBuilder};
 
     fn planned(target: f64) -> Scene {

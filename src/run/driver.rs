@@ -79,6 +79,19 @@ pub(super) fn drive_to<R: Recorder>(
     Ok((Run { simulation, state, registry, origin: Origin::Pause }, ending))
 }
 
+/// Goes on with a run step by step up to a simulated time, and ends it there as one that is interrupted.
+pub(super) fn drive_in_steps<R: Recorder>(run: Run, time: f64, recorder: &mut R) -> Result<Finished, R::Error> {
+    let Run { simulation, state, registry, .. } = run;
+    let mut recorder = KeepsError { recorder, error: None };
+    let mut watch = |progress: &Progress| {
+        if progress.time < time { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let mut driver = Driver::new(simulation, state, registry, &mut recorder, &mut watch);
+    (driver.steps, driver.most_steps) = (1, 1);
+    let finished = driver.drive();
+    finished.map_err(|Failed| recorder.into_error())
+}
+
 struct Driver<'a> {
     simulation: Simulation,
     state: RunState,
@@ -104,6 +117,8 @@ struct Driver<'a> {
     patience: u64,
     /// Steps of the engine until it is next asked whether to go on.
     steps: u64,
+    /// The most of them.
+    most_steps: u64,
     /// Constants of the volume moves, once there was one.
     scaling: Option<Scaling>,
 }
@@ -131,6 +146,7 @@ impl<'a> Driver<'a> {
             patience: u64::MAX,
             is_over: false,
             steps: STEPS[0],
+            most_steps: STEPS[1],
             scaling: None,
         };
         driver.describe();

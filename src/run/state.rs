@@ -144,6 +144,8 @@ pub struct RunState {
     pub(super) monitor: Option<Monitor>,
     /// The pressure of spheres that grow until it is reached.
     pub(super) pressure_check: Option<PressureCheck>,
+    /// The end that rows, frames and instruments of the measurement were planned for, where the run has been given another one since.
+    pub(super) planned: Option<Limit>,
     /// Names of the instruments that the user has registered.
     pub(super) registered: Vec<String>,
     /// The measured stages that have ended.
@@ -208,6 +210,7 @@ impl RunState {
             amplitude: None,
             monitor: None,
             pressure_check: None,
+            planned: None,
             registered: Vec::new(),
             measured_stages: Vec::new(),
         }
@@ -232,8 +235,16 @@ impl RunState {
     /// Gives the measurement another end, be it running, planned or over.
     pub(crate) fn extend(&mut self, limit: Limit) {
         if self.stage.stage == Stage::Measurement {
+            if self.measurement.is_some() && limit != self.stage.limit {
+                self.planned.get_or_insert(self.stage.limit);
+            }
             self.stage.limit = limit;
         }
+    }
+
+    /// The end that rows, frames and instruments of the measurement are planned for.
+    pub(super) fn planned(&self) -> Limit {
+        self.planned.filter(|_| self.stage.stage == Stage::Measurement).unwrap_or(self.stage.limit)
     }
 
     /// Simulated time and physical events of the measurement so far; `None` before it.
@@ -241,6 +252,11 @@ impl RunState {
         let is_measured = self.stage.stage == Stage::Measurement;
         let events = simulation.event_counts().physical().saturating_sub(self.stage.events);
         is_measured.then(|| (simulation.time() - self.stage.time, events))
+    }
+
+    /// The end that the measurement was planned for, if the run has been given another one since.
+    pub(crate) fn planned_before(&self) -> Option<Limit> {
+        self.planned
     }
 
     /// The observables that apply to its scene.

@@ -31,3 +31,4 @@ mod sweep_inputs;
 mod sweep_values;
 mod threads;
 mod umbrella;
+mod verified_files;

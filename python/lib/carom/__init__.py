@@ -42,7 +42,7 @@ from carom._examples import example
 from carom._exchange import AtTemperature, Exchange, exchange
 from carom._frame import Frame
 from carom._observable import Observable
-from carom._outputs import Proof
+from carom._outputs import FileComparison, Proof
 from carom._run import Run, Stage, resume, run
 from carom._scene import Scene
 from carom._simulation import EVENT, EVENT_KINDS, Simulation
@@ -61,6 +61,7 @@ __all__ = [
     "Curve",
     "EventLog",
     "Exchange",
+    "FileComparison",
     "FolderError",
     "Frame",
     "Observable",

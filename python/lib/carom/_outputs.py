@@ -24,6 +24,25 @@ _SIDES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 @dataclass(frozen=True)
+class FileComparison:
+    """The files of a run beside those of a replay; :meth:`Run.verify` makes it, as :attr:`Proof.files`.
+
+    Attributes
+    ----------
+    equal : tuple of str
+        The files that are as the run writes them.
+    changed : dict
+        The first difference of each file that is not. Empty where :meth:`Run.verify` returns, which raises otherwise.
+    not_compared : dict
+        The reason for each file that was not compared, or only in part.
+    """
+
+    equal: tuple[str, ...]
+    changed: dict[str, str]
+    not_compared: dict[str, str]
+
+
+@dataclass(frozen=True)
 class Proof:
     """A proof that events of a run are right; :meth:`Run.verify` makes it.
 
@@ -39,6 +58,8 @@ class Proof:
         Largest distance from the discontinuity at an event, relative to that of the discontinuity.
     text : str
         The table that ``carom verify`` prints.
+    files : FileComparison or None
+        The files of the run beside those of a replay; None with ``files=False``.
 
     Examples
     --------
@@ -51,6 +72,7 @@ class Proof:
     events: int
     largest_gap: float
     text: str
+    files: FileComparison | None = None
 
     def __repr__(self) -> str:
         return f"<Proof of {self.events} events, from event {self.first_event}>"
@@ -242,8 +264,10 @@ class Outputs:
                 self._open(), path, chosen, pace, _colour(colour), pixels, seen, middle, is_forced, bar.callback
             )
 
-    def verify(self, *, events: int = 100_000, from_events: int | None = None, progress: bool = True) -> Proof:
-        """Proves events of the run, as ``carom verify`` does.
+    def verify(
+        self, *, events: int = 100_000, from_events: int | None = None, files: bool = True, progress: bool = True
+    ) -> Proof:
+        """Proves events of the run, and compares its files with those of a replay, as ``carom verify`` does.
 
         It replays the events and holds each against the paper's Algorithm 1, asked over all pairs, walls and features of surfaces, without the engine's
         cells, predictions or memory. The cost of an event grows with the number of particles. Other threads of Python run meanwhile.
@@ -254,13 +278,15 @@ class Outputs:
             How many physical events, or all up to the end of the run if there are fewer.
         from_events : int, optional
             Only replays this many events first; pair states at their end are then the engine's.
+        files : bool
+            Whether the run is simulated once more, and its files are compared with those of the replay.
         progress : bool
             Whether a bar is shown, where tqdm is installed.
 
         Raises
         ------
         SimulationError
-            If an event is not proven.
+            If an event is not proven, or a file is not what the run writes.
         FolderError
             If the run has no scene, or is none that can be proven.
         KeyboardInterrupt
@@ -271,15 +297,22 @@ class Outputs:
         >>> proof = carom.run(fluid).verify(events=500)
         >>> proof.is_proven, proof.events
         (True, 500)
+        >>> "thermo.csv" in proof.files.equal
+        True
         """
         count = whole("events", events, 1)
         first = None if from_events is None else whole("from_events", from_events, 1)
         with Progress(flag("progress", progress), "proof") as bar:
-            text, numbers, failure = _carom.verify(self._open(), count, first, bar.callback)
+            text, numbers, compared, failure = _carom.verify(
+                self._open(), count, first, flag("files", files), bar.callback
+            )
         if failure is not None:
             message, cure = failure
             raise SimulationError(f"{message}\n  help: {cure}" if cure else message, cure=cure, folder=self._open())
-        return Proof(*numbers, text)
+        if compared is None:
+            return Proof(*numbers, text)
+        equal, changed, left_out = compared
+        return Proof(*numbers, text, FileComparison(tuple(equal), dict(changed), dict(left_out)))
 
     def write_page(self, out: str | os.PathLike[str] | None = None, *, force: bool = False) -> Path:
         """Writes the page about the run, as ``carom report`` does: results, audit, plots and the moving particles in one file for a browser.

@@ -104,7 +104,7 @@ impl Driver<'_> {
             let pause = self.pause();
             let nearer = Until { time: until.time.min(pause.time), events: until.events.min(pause.events) };
             let reached = self.steps(nearer)?;
-            self.steps = self.simulation.agreed(steps_after(self.steps, started.elapsed()));
+            self.steps = self.simulation.agreed(steps_after(self.steps, started.elapsed()).min(self.most_steps));
             if self.work() > self.patience {
                 return Ok(Err(Ending::Idle));
             }

@@ -106,7 +106,7 @@ impl Driver<'_> {
             let snapshot = self.simulation.snapshot();
             // Where nothing happens, a number of events has no duration.
             let is_known = duration.is_finite() && duration > 0.0;
-            let duration = if is_known { duration } else { self.without_rate(self.state.stage.limit.time) };
+            let duration = if is_known { duration } else { self.without_rate(self.state.planned().time) };
             let setup = Setup { system, sample: Sample::of(&snapshot), duration };
             instruments = Instruments::new(&self.simulation.scene().measure, &setup);
             if self.is_last() {

@@ -50,7 +50,7 @@ impl Driver<'_> {
     ///
     /// Where only the number of events is known, a pilot run over the first of them estimates how long the run will last.
     pub(super) fn pace(&mut self) -> Result<Option<Pace>, Failed> {
-        let (start, limit) = (self.state.stage.time, self.state.stage.limit);
+        let (start, limit) = (self.state.stage.time, self.state.planned());
         let scene = self.simulation.scene();
         let (thermo, frame) = (scene.output.thermo_interval, scene.output.frame_interval);
         let is_given = thermo.is_some() && frame.is_some() && scene.measure.is_empty() && self.registry.is_empty();

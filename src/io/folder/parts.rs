@@ -1,0 +1,63 @@
+//! The files of a run by their names, for the comparison with a replay.
+
+use std::path::Path;
+
+use super::{Folder, PAGE, PICTURE, REPORT, SCENE, SMALL_PAGE, SUMMARY, scene_copy};
+use crate::io::checkpoints;
+use crate::io::measurements;
+use crate::io::owned::{self, listed_formats};
+use crate::io::replacement;
+use crate::model::Format;
+use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
+
+impl Folder {
+    /// The numbers of the run.
+    pub(crate) const SUMMARY: &'static str = SUMMARY;
+    /// The final table.
+    pub(crate) const REPORT: &'static str = REPORT;
+    /// The scene.
+    pub(crate) const SCENE: &'static str = SCENE;
+    /// The list of the files.
+    pub(crate) const LIST: &'static str = owned::FILE;
+
+    /// The folder of a run that is to replace this one.
+    pub(crate) const REPLACEMENT_FOLDER: &'static str = replacement::FOLDER;
+
+    /// Whether a name is that of a checkpoint.
+    pub(crate) fn is_checkpoint(name: &str) -> bool {
+        checkpoints::NAMES.contains(&name)
+    }
+
+    /// Whether a name is that of a file of instruments.
+    pub(crate) fn is_measurement(name: &str) -> bool {
+        name == measurements::FILE || measurements::is_table(name)
+    }
+
+    /// Whether a name is that of a page or a picture, which are made from the other files.
+    pub(crate) fn is_view(name: &str) -> bool {
+        [PAGE, SMALL_PAGE, PICTURE].contains(&name)
+    }
+
+    /// The formats that the trajectory of a run is there in, beside its own.
+    pub(crate) fn formats_of(run: &Path) -> Vec<Format> {
+        listed_formats(run)
+    }
+
+    /// A checkpoint of a run, by its name.
+    ///
+    /// # Errors
+    /// Those of [`Checkpoint::read`].
+    pub(crate) fn read_checkpoint(run: &Path, name: &str) -> Result<Checkpoint, CheckpointError> {
+        Checkpoint::read(&run.join(name))
+    }
+
+    /// Compares the scene in the folder of a run with the checksum that a checkpoint has of it, and says whether it has one.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Scene`] if it is another one.
+    pub(crate) fn check_scene(run: &Path, manifest: &Manifest) -> Result<bool, CheckpointError> {
+        let Some(checksum) = manifest.scene else { return Ok(false) };
+        scene_copy::check(&run.join(SCENE), checksum)?;
+        Ok(true)
+    }
+}
