@@ -2,7 +2,7 @@
 //!
 //! Positions come from [`lattice`], from [`packing`] (random insertion, compression), from [`chain`] and from [`surface`] (static spheres);
 //! [`region`] has what a fill takes of the box,
-//! [`velocity`] draws the velocities, [`polydispersity`] has the diameters of the classes of a distribution, and [`composition`] the numbers
+//! [`velocity`] draws the velocities, [`resting`] finds those that rest on something, [`polydispersity`] has the diameters of the classes of a distribution, and [`composition`] the numbers
 //! of a mixture. Nothing here depends on a file or a key that a user typed: what goes wrong is an error of its own, [`NoPlace`],
 //! from which `scene` makes a message.
 
@@ -12,6 +12,7 @@ pub(crate) mod lattice;
 pub(crate) mod packing;
 pub(crate) mod polydispersity;
 pub(crate) mod region;
+pub(crate) mod resting;
 pub(crate) mod surface;
 pub(crate) mod velocity;
 

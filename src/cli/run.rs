@@ -150,6 +150,7 @@ impl Run {
             description::unmeasurable(&scene),
             description::unreached(&scene),
             description::burdens(&scene),
+            description::at_rest(&scene),
         ];
         for warning in warnings.concat() {
             super::warn(&format!("warning: {warning}"));

@@ -3,6 +3,7 @@
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
 use super::{Arrest, Standstill};
+use crate::model::ParticleId;
 use serde::{Deserialize, Serialize};
 
 /// Time that advances by less than this part of the queue's span stands still: some thousand times the spacing of the
@@ -89,6 +90,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Ok(());
         }
         Err(self.arrest(particle, partner, Standstill::Time { events: standstill.events }))
+    }
+
+    /// The particle with the next contact, and its partner; none for a surface, or where no contact is foreseen.
+    pub fn soonest_contact(&self) -> Option<(ParticleId, Option<ParticleId>)> {
+        let all = (0..).zip(&self.schedule.predictions);
+        let next = all.min_by(|(_, one), (_, other)| one.contact_time.total_cmp(&other.contact_time));
+        let (particle, prediction) = next.filter(|(_, prediction)| prediction.contact_time < f64::INFINITY)?;
+        let partner = matches!(prediction.contact, Contact::Pair(_)).then_some(prediction.partner);
+        Some((self.name(particle), partner.map(|partner| self.name(partner))))
     }
 
     #[cold]

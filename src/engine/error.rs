@@ -37,6 +37,14 @@ pub enum Standstill {
         /// How many events there were at that time.
         events: u64,
     },
+    /// A storm of events: within the contact time of the TC model there were far more of them than any number of grains in contact has. Spheres that
+    /// rest in contact bounce by next to nothing, and the model makes all of these contacts elastic.
+    Storm {
+        /// How many events there were.
+        events: u64,
+        /// How far the time came meanwhile `[time]`.
+        advance: f64,
+    },
     /// An inelastic collapse that carries its speed along: contacts leave ever less relative speed, until there is none
     /// in the digits of the velocities.
     Speed {
@@ -49,6 +57,9 @@ impl fmt::Display for Standstill {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Time { events } => write!(f, "{events} events without time advancing, the last of"),
+            Self::Storm { events, advance } => {
+                write!(f, "{events} events while time advances by {advance:.1e}, the last of")
+            }
             Self::Speed { approach } => {
                 write!(f, "inelastic collapse, down to an approach speed of {approach:.1e} that rounding swallows, of")
             }
@@ -91,6 +102,10 @@ impl Arrest {
             (false, Standstill::Time { .. }) => {
                 "set dynamics.contact_time (the TC model) to make frequent contacts elastic, raise the restitution to 1, or start \
                  without particles at rest in contact or overlapping"
+            }
+            (_, Standstill::Storm { .. }) => {
+                "start without particles that rest in contact: put them apart by some `a tc^2 / 8`, where `a` is the gravity and `tc` is \
+                 dynamics.contact_time, so that contacts lose energy at first"
             }
             (true, _) => {
                 "start without particles at rest in contact or overlapping: put them a little apart, or give them a velocity; \

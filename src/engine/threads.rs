@@ -4,7 +4,7 @@ use super::domains::{DomainWork, Domains, SingleThread};
 use super::observe::Observe;
 use super::parts::Engine;
 use super::{Chosen, EngineError, Reason, Simulation, Transport, Until};
-use crate::model::Threads;
+use crate::model::{ParticleId, Threads};
 use std::num::NonZero;
 use std::sync::Arc;
 
@@ -23,6 +23,11 @@ impl Simulation {
     /// Takes over all that the domains have, to be kept.
     pub(crate) fn complete(&mut self) {
         with_engine!(&mut self.engine, engine => engine.complete());
+    }
+
+    /// The particle with the next contact, and its partner; none for a surface, or where no contact is foreseen.
+    pub(crate) fn soonest_contact(&self) -> Option<(ParticleId, Option<ParticleId>)> {
+        with_engine!(&self.engine, engine => engine.soonest_contact())
     }
 
     /// The number of threads that it has, in each process.

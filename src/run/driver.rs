@@ -8,12 +8,14 @@ mod measure;
 mod pace;
 mod recorder;
 mod stages;
+mod storm;
 mod volume;
 
 pub use equilibrate::MOST_EVENTS_PER_PARTICLE;
 pub(super) use equilibrate::Monitor;
 pub(super) use growth::PressureCheck;
 use recorder::{Failed, KeepsError};
+pub(super) use storm::StormWatch;
 pub(super) use volume::{FEWEST_MOVES, Moves};
 
 use std::ops::ControlFlow;
@@ -232,7 +234,7 @@ impl Driver<'_> {
                 Some(_) => return Ok(ending),
                 None => {}
             }
-            for check in [Self::check_growth, Self::check_equilibrium] {
+            for check in [Self::check_growth, Self::check_equilibrium, Self::check_storm] {
                 if let ControlFlow::Break(ending) = check(self) {
                     self.is_over = ending.is_none();
                     return Ok(ending);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::driver::{Monitor, Moves, PressureCheck};
+use super::driver::{Monitor, Moves, PressureCheck, StormWatch};
 use super::forecast;
 use super::frames::FrameLimit;
 use super::measured_stage::MeasuredStage;
@@ -144,6 +144,8 @@ pub struct RunState {
     pub(super) monitor: Option<Monitor>,
     /// The pressure of spheres that grow until it is reached.
     pub(super) pressure_check: Option<PressureCheck>,
+    /// Where storms of events can come.
+    pub(super) storm_watch: Option<StormWatch>,
     /// The end that rows, frames and instruments of the measurement were planned for, where the run has been given another one since.
     pub(super) planned: Option<Limit>,
     /// Names of the instruments that the user has registered.
@@ -210,6 +212,7 @@ impl RunState {
             amplitude: None,
             monitor: None,
             pressure_check: None,
+            storm_watch: StormWatch::of(simulation.scene(), simulation, moving),
             planned: None,
             registered: Vec::new(),
             measured_stages: Vec::new(),

@@ -7,6 +7,7 @@ use crate::analysis::observables::ApplicableObservables;
 use crate::base::text::digits;
 use crate::engine::EngineChoice;
 use crate::model::{InputFile, Limit, Scene};
+use crate::prepare::resting::{Ground, resting};
 use crate::run::{self, Burden, Unreached};
 
 /// Description of a scene: its facts, a line for each.
@@ -72,6 +73,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     }
     warnings.extend(unreached(scene));
     warnings.extend(burdens(scene));
+    warnings.extend(at_rest(scene));
     let is_dissipative = scene.interactions().iter().any(|interaction| interaction.restitution < 1.0);
     let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
     if is_dissipative && is_falling && scene.contact_time().is_none() {
@@ -146,6 +148,46 @@ pub fn unreached(scene: &Scene) -> Vec<String> {
         ),
     };
     run::unreached(scene).into_iter().map(told).collect()
+}
+
+/// Particles that rest in contact at the start, and what will happen.
+#[must_use]
+pub fn at_rest(scene: &Scene) -> Vec<String> {
+    let all = resting(scene);
+    let Some(first) = all.iter().min_by(|one, other| one.bounce.total_cmp(&other.bounce)) else { return Vec::new() };
+    let ground = match &first.ground {
+        Ground::Wall(axis, is_upper) => {
+            let (axis, side) = (["x", "y", "z"][usize::from(*axis)], if *is_upper { "upper" } else { "lower" });
+            format!("the {side} wall of {axis}")
+        }
+        Ground::Surface(name) => format!("surface `{name}`"),
+        Ground::Particle(particle) => format!("particle {}", particle.0),
+    };
+    let others = match all.len() - 1 {
+        0 => String::new(),
+        others => format!(" (and {others} more)"),
+    };
+    let (cause, lift) = match (first.bounce, scene.contact_time()) {
+        (0.0, contact_time) => (
+            "which needs infinitely many contacts: the run ends at once with a dynamical arrest".to_owned(),
+            contact_time.map(|contact_time| first.acceleration * contact_time * contact_time / 8.0),
+        ),
+        (bounce, Some(contact_time)) => (
+            format!(
+                "and is in contact again every {} of time, which dynamics.contact_time keeps elastic: the run ends in a storm of events",
+                digits(bounce)
+            ),
+            Some(first.acceleration * contact_time * contact_time / 8.0),
+        ),
+        (bounce, None) => {
+            (format!("and is in contact again every {} of time: the time hardly advances", digits(bounce)), None)
+        }
+    };
+    let cure = lift.map_or_else(
+        || "put it a little above, and consider dynamics.contact_time".to_owned(),
+        |lift| format!("put it {} or more above", digits(lift)),
+    );
+    vec![format!("particle {} rests on {ground}{others}, {cause}; {cure}", first.particle.0)]
 }
 
 /// Reasons why the run takes far longer than its events, with the time that each takes.

@@ -191,3 +191,73 @@ fn balls_that_part_end_their_rows() {
     let rows = place.read("runs/scene/thermo.csv").lines().count();
     assert!(rows < 10_000, "{rows} rows");
 }
+
+/// Two grains above a floor, of which the first rests on it but for a height and a speed.
+fn at_rest(height: f64, speed: f64) -> String {
+    format!(
+        r#"
+[space]
+size = [6.0, 6.0, 6.0]
+x = "open"
+y = "open"
+z = {{ lower = "wall", upper = "open", restitution = 0.8 }}
+
+[dynamics]
+gravity = [0.0, 0.0, -1.0]
+contact_time = 1e-3
+
+[[species]]
+name = "ball"
+mass = 1.0
+diameter = 1.0
+
+[[interaction]]
+species = ["ball", "ball"]
+potential = "hard-sphere"
+restitution = 0.8
+
+[[particle]]
+species = "ball"
+position = [2.0, 2.0, {}]
+velocity = [0.0, 0.0, {speed:?}]
+
+[[particle]]
+species = "ball"
+position = [4.0, 4.0, 3.5]
+
+[run]
+until_time = 10.0
+"#,
+        0.5 + height
+    )
+}
+
+#[test]
+fn a_grain_at_rest_in_contact_is_announced_and_its_storm_ends_the_run() {
+    let told = |output: &std::process::Output| {
+        errors(output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "")
+    };
+    for (speed, happens, ends) in [
+        (0.0, "ends at once with a dynamical arrest", "events without time advancing"),
+        (1e-12, "in contact again every 2.000e-12 of time", "1020000 events while time advances by 2.0e-6"),
+    ] {
+        let place = Place::with(&at_rest(0.0, speed));
+        let checked = words(&place.carom(&["check", "scene.toml"]));
+        let warning = "particle 0 rests on the lower wall of z";
+        assert!(checked.contains(warning) && checked.contains(happens), "{checked}");
+        assert!(checked.contains("put it 1.250e-7 or more above"), "{checked}");
+        let output = place.carom(&["run", "scene.toml", "-q"]);
+        assert_eq!(code(&output), 1, "{}", words(&output));
+        let told = told(&output);
+        assert!(told.contains(warning) && told.contains(ends), "{told}");
+        let (_, cure) = told.split_once("help: ").unwrap();
+        assert!(!cure.contains("set dynamics.contact_time"), "it is set: {cure}");
+    }
+    // As high as the warning says: what bounces loses its energy, until contacts are a contact time apart.
+    let place = Place::with(&at_rest(1.25e-7, 0.0));
+    assert!(words(&place.carom(&["check", "scene.toml"])).contains("The scene is valid.\n"));
+    let output = place.carom(&["run", "scene.toml", "-q"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let events = place.summary("runs/scene")["events"]["total"].as_u64().unwrap();
+    assert!((5_000..40_000).contains(&events), "two grains that rattle at intervals of about 1e-3: {events}");
+}

@@ -80,9 +80,9 @@ impl Driver<'_> {
         self.state.observer.applicable().temperature(energy.thermal, &energy.peculiar_momentum).unwrap_or(0.0)
     }
 
-    /// Physical events at the next check of the pressure of growing spheres, or of an equilibration.
+    /// Physical events at the next check of the pressure of growing spheres, of an equilibration, or for a storm.
     pub(super) fn next_check(&self) -> u64 {
-        let pressure = self.state.pressure_check.map_or(u64::MAX, |check| check.next);
+        let pressure = self.state.pressure_check.map_or(u64::MAX, |check| check.next).min(self.next_storm_check());
         self.state.monitor.as_ref().map_or(pressure, |monitor| pressure.min(monitor.next))
     }
 

@@ -1,0 +1,230 @@
+//! Particles that rest on something when a scene starts: in contact with what does not move, pushed against it by their weight.
+//!
+//! A sphere with the normal speed `v` that falls back with the acceleration `a` is in contact again after `2 v / a` (theory: free fall). At rest this is no time
+//! at all, so that the events never come to an end; just above rest there are so many that the time hardly advances, and the TC model makes all of them
+//! elastic.
+
+use crate::Vector;
+use crate::base::numbers::id;
+use crate::engine::CellList;
+use crate::engine::surfaces::{Law, Surface, Surfaces};
+use crate::model::{ParticleId, Scene, SpeciesId};
+
+/// What a particle rests on.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Ground {
+    /// A wall of the box: its axis, and whether it is the upper one.
+    Wall(u8, bool),
+    /// A surface of the scene, by its name.
+    Surface(String),
+    /// A static particle.
+    Particle(ParticleId),
+}
+
+/// A particle at rest in contact.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Resting {
+    /// The particle.
+    pub particle: ParticleId,
+    /// What it rests on.
+    pub ground: Ground,
+    /// Time until it is in contact again `[time]`.
+    pub bounce: f64,
+    /// Acceleration towards the ground `[length / time^2]`.
+    pub acceleration: f64,
+}
+
+/// Gaps up to the rounding of coordinates are contacts.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// A particle that is in contact again within so small a part of the contact time of the TC model rests.
+const OF_CONTACT_TIME: f64 = 1e-4;
+
+/// The same, of the time in which a particle falls by its diameter, where there is no contact time.
+const OF_FALL: f64 = 1e-8;
+
+/// All particles that rest on something that does not move, each once.
+pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
+    let rows: Vec<SpeciesId> = (0..scene.species.len()).map(|row| SpeciesId(id(row))).collect();
+    let surfaces = Surfaces::of(scene, &rows);
+    let mut found: Vec<Option<Resting>> = vec![None; scene.particles.len()];
+    for (number, particle) in scene.particles.iter().enumerate() {
+        let species = &scene.species[particle.species.0 as usize];
+        if species.is_static() || species.acceleration == Vector::zeros() {
+            continue;
+        }
+        let radius = 0.5 * species.diameter;
+        // A scene with more species was refused.
+        let row = u16::try_from(particle.species.0).unwrap_or(u16::MAX);
+        let around = radius * (1.0 + ROUNDING);
+        surfaces.for_each_near((&particle.position, around), row, surfaces.start_time(), |surface, position| {
+            let rounding = ROUNDING * (surface.shape.terms(position) + radius);
+            let reflects = matches!(surface.law, Law::Reflecting { .. });
+            if !reflects || !surface.is_at_rest() || surface.shape.gap(position, radius).abs() > rounding {
+                return;
+            }
+            let ground = || match surface.shape.side() {
+                Some((axis, is_upper)) => Ground::Wall(axis, is_upper),
+                None => Ground::Surface(surfaces.name(surface.number).to_owned()),
+            };
+            let normal = surface.shape.normal(position);
+            note(scene, &mut found[number], number, &normal, ground);
+        });
+    }
+    rest_on_particles(scene, &mut found);
+    found.into_iter().flatten().collect()
+}
+
+/// Adds the particles that rest on static ones.
+fn rest_on_particles(scene: &Scene, found: &mut [Option<Resting>]) {
+    let species = |number: u32| {
+        let of = scene.particles[number as usize].species;
+        (of, &scene.species[of.0 as usize])
+    };
+    let contact = |a: SpeciesId, b: SpeciesId| {
+        let interaction = scene.interaction_of(a, b).map(|it| &scene.interactions[it.0 as usize]);
+        interaction.and_then(|it| it.potential.core()).unwrap_or(0.0)
+    };
+    let all = || (0..).zip(&scene.species).map(|(row, species)| (SpeciesId(row), species));
+    let statics = || all().filter(|(_, species)| species.is_static());
+    let falling = || all().filter(|(_, species)| !species.is_static() && species.acceleration != Vector::zeros());
+    let longest = statics().flat_map(|(a, _)| falling().map(move |(b, _)| contact(a, b))).fold(0.0, f64::max);
+    let range = longest * (1.0 + ROUNDING);
+    if longest == 0.0 || range > CellList::largest_range(&scene.space) {
+        return;
+    }
+    let points = (0..).zip(&scene.particles).map(|(number, particle)| (number, particle.position));
+    let cells = CellList::new(&scene.space, scene.displacement, range, points);
+    cells.for_each_pair(|a, b, separation, squared| {
+        let ((of_a, a_species), (of_b, b_species)) = (species(a), species(b));
+        if a_species.is_static() == b_species.is_static() {
+            return;
+        }
+        let contact = contact(of_a, of_b);
+        let places = [a, b].map(|it| scene.particles[it as usize].position.amax());
+        let rounding = ROUNDING * (places[0] + places[1] + 2.0 * scene.space.farthest_side() + contact);
+        let distance = squared.sqrt();
+        if contact == 0.0 || (distance - contact).abs() > rounding {
+            return;
+        }
+        let (mover, fixed, sign) = if a_species.is_static() { (b, a, -1.0) } else { (a, b, 1.0) };
+        let normal = separation * (sign / distance);
+        note(scene, &mut found[mover as usize], mover as usize, &normal, || Ground::Particle(ParticleId(fixed)));
+    });
+}
+
+/// Takes note of a particle that is in contact with something in the direction against the normal, if it rests there.
+fn note(scene: &Scene, found: &mut Option<Resting>, number: usize, normal: &Vector, ground: impl Fn() -> Ground) {
+    let particle = &scene.particles[number];
+    let species = &scene.species[particle.species.0 as usize];
+    let acceleration = -species.acceleration.dot(normal);
+    if acceleration <= ROUNDING * species.acceleration.norm() {
+        return;
+    }
+    let speed = particle.velocity.dot(normal).abs();
+    let bounce = 2.0 * speed / acceleration;
+    let shortest = scene.contact_time.map_or(OF_FALL * (species.diameter / acceleration).sqrt(), |it| OF_CONTACT_TIME * it);
+    if bounce < shortest && found.as_ref().is_none_or(|other| bounce < other.bounce) {
+        *found = Some(Resting { particle: ParticleId(id(number)), ground: ground(), bounce, acceleration });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box with a floor and a ceiling, a slope of 45 degrees, a static particle, and gravity.
+    const BOX: &str = r#"
+        [space]
+        size = [20.0, 20.0, 20.0]
+        x = "open"
+        y = "open"
+        z = { lower = "wall", upper = "wall", restitution = 0.7 }
+
+        [[species]]
+        name = "A"
+        mass = 1.3
+        diameter = 1.0
+
+        [[species]]
+        name = "fixed"
+        static = true
+        diameter = 2.0
+
+        [[interaction]]
+        species = ["A", "A"]
+        potential = "hard-sphere"
+
+        [[interaction]]
+        species = ["A", "fixed"]
+        potential = "hard-sphere"
+
+        [[surface]]
+        name = "slope"
+        shape = "plane"
+        point = [15.0, 0.0, 0.0]
+        normal = [-1.0, 0.0, 1.0]
+
+        [[particle]]
+        species = "fixed"
+        position = [5.0, 5.0, 5.0]
+    "#;
+
+    fn scene(places: &[([f64; 3], [f64; 3])], contact_time: Option<f64>) -> Scene {
+        let mut text = BOX.to_owned();
+        for (position, velocity) in places {
+            text += &format!("[[particle]]\nspecies = 'A'\nposition = {position:?}\nvelocity = {velocity:?}\n");
+        }
+        text += "[run]\nuntil_time = 1.0\n[dynamics]\ngravity = [0.0, 0.0, -2.0]\n";
+        text += &contact_time.map_or_else(String::new, |time| format!("contact_time = {time:?}\n"));
+        Scene::from_toml(text, "rest.toml").unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
+    }
+
+    const REST: [f64; 3] = [0.0; 3];
+
+    #[test]
+    fn particles_rest_on_walls_surfaces_and_static_particles() {
+        // At a distance of half a diameter from the plane z = x - 15.
+        let on_slope = 15.0 + 1.0 - libm::sqrt(0.5);
+        let scene = scene(
+            &[
+                ([2.0, 2.0, 0.5], REST),
+                ([on_slope, 9.0, 1.0], REST),
+                ([5.0, 5.0, 6.5], REST),
+                // On another grain, which falls as fast.
+                ([2.0, 2.0, 1.5], REST),
+                // Under the ceiling, below the static particle, and beside it.
+                ([9.0, 9.0, 19.5], REST),
+                ([5.0, 5.0, 3.5], REST),
+                ([6.5, 5.0, 5.0], REST),
+            ],
+            None,
+        );
+        let found = resting(&scene);
+        let grounds: Vec<(u32, &Ground)> = found.iter().map(|it| (it.particle.0, &it.ground)).collect();
+        let expected = [
+            (1, &Ground::Wall(2, false)),
+            (2, &Ground::Surface("slope".to_owned())),
+            (3, &Ground::Particle(ParticleId(0))),
+        ];
+        assert_eq!(grounds, expected);
+        assert!(found.iter().all(|it| it.bounce == 0.0));
+        let accelerations = found.iter().map(|it| it.acceleration);
+        for (found, expected) in accelerations.zip([2.0, libm::sqrt(2.0), 2.0]) {
+            assert!((found / expected - 1.0).abs() < 1e-14, "{found}");
+        }
+    }
+
+    #[test]
+    fn what_bounces_for_a_noticeable_time_does_not_rest() {
+        let with = |height: f64, speed: f64, contact_time: Option<f64>| {
+            resting(&scene(&[([2.0, 2.0, 0.5 + height], [3.0, 0.0, speed])], contact_time)).pop().map(|it| it.bounce)
+        };
+        assert_eq!(with(0.0, 1e-12, Some(1e-3)), Some(1e-12), "2 v / g");
+        assert_eq!(with(0.0, -1e-12, Some(1e-3)), Some(1e-12));
+        assert_eq!(with(0.0, 2e-7, Some(1e-3)), None);
+        assert_eq!(with(0.0, 1e-12, None), Some(1e-12));
+        assert_eq!(with(0.0, 1e-7, None), None);
+        assert_eq!(with(1e-9, 0.0, Some(1e-3)), None);
+    }
+}
