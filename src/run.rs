@@ -38,7 +38,7 @@ use crate::analysis::observables::{Equilibrium, Row};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::engine::{Arrest, EngineError, InvariantBroken, Simulation, Snapshot};
-use crate::model::VolumeMoves;
+use crate::model::{ParticleId, VolumeMoves};
 use crate::run::audit::Audit;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -117,7 +117,7 @@ impl Recorder for () {
 }
 
 /// Reason for the end of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Ending {
     /// The simulated time was reached.
@@ -140,6 +140,8 @@ pub enum Ending {
     Broken(InvariantBroken),
     /// Spheres that grow cannot become as large as they should.
     Jammed(Jam),
+    /// A surface appears where a particle is.
+    Blocked(Blocked),
 }
 
 impl Ending {
@@ -157,6 +159,7 @@ impl Ending {
             Self::Arrested(_) => "arrested",
             Self::Broken(_) => "broken",
             Self::Jammed(_) => "jammed",
+            Self::Blocked(_) => "blocked",
         }
     }
 
@@ -165,6 +168,7 @@ impl Ending {
     pub fn trouble(&self) -> Option<String> {
         match self {
             Self::Jammed(jam) => Some(jam.to_string()),
+            Self::Blocked(blocked) => Some(blocked.to_string()),
             Self::Arrested(arrest) => Some(arrest.to_string()),
             Self::Broken(broken) => Some(broken.to_string()),
             Self::GaveUp => Some("nothing has happened for a million rows, or for very long".to_owned()),
@@ -177,7 +181,13 @@ impl Ending {
     fn is_early(&self) -> bool {
         matches!(
             self,
-            Self::Interrupted | Self::Arrested(_) | Self::Broken(_) | Self::Jammed(_) | Self::GaveUp | Self::Unsettled
+            Self::Interrupted
+                | Self::Arrested(_)
+                | Self::Broken(_)
+                | Self::Jammed(_)
+                | Self::Blocked(_)
+                | Self::GaveUp
+                | Self::Unsettled
         )
     }
 }
@@ -213,6 +223,33 @@ impl Jam {
     /// Cure: what the user can do.
     pub const CURE: &'static str = "lower the packing fraction of the stage, let the spheres grow more slowly, or up to a \
         compressibility_factor, which says when they are close enough to jamming";
+}
+
+/// A surface that a stage puts where a particle is.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error(
+    "surface `{surface}` appears with the stage `{stage}` at time {time}, where particle {} is: it reaches {} through the surface",
+    particle.0,
+    crate::base::text::digits(*depth)
+)]
+#[non_exhaustive]
+pub struct Blocked {
+    /// The particle that is deepest in it.
+    pub particle: ParticleId,
+    /// Name of the surface.
+    pub surface: String,
+    /// Name of the stage that it is there from.
+    pub stage: String,
+    /// How far the particle reaches through it `[length]`.
+    pub depth: f64,
+    /// When `[time]`.
+    pub time: f64,
+}
+
+impl Blocked {
+    /// Cure: what the user can do.
+    pub const CURE: &'static str = "let the surface be there from the start and move into its place, put it where no particle is, or begin its stage when the particles have \
+        left";
 }
 
 /// Time, events and speed of a measurement.
@@ -338,7 +375,8 @@ impl Finished {
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         let faults: Vec<String> = self.audit.faults().iter().map(ToString::to_string).collect();
-        let could_go_on = !matches!(self.ending, Ending::Arrested(_) | Ending::Broken(_) | Ending::Jammed(_));
+        let could_go_on =
+            !matches!(self.ending, Ending::Arrested(_) | Ending::Broken(_) | Ending::Jammed(_) | Ending::Blocked(_));
         if could_go_on && !faults.is_empty() {
             return Some(format!("the audit failed: {}", faults.join("; ")));
         }
@@ -348,7 +386,7 @@ impl Finished {
     /// Whether going on with it may lead to such an end.
     #[must_use]
     pub fn can_go_on(&self) -> bool {
-        !matches!(self.ending, Ending::Arrested(_) | Ending::Broken(_) | Ending::Jammed(_))
+        !matches!(self.ending, Ending::Arrested(_) | Ending::Broken(_) | Ending::Jammed(_) | Ending::Blocked(_))
             && self.audit.faults().is_empty()
     }
 }

@@ -176,6 +176,7 @@ pub fn unprepared(ending: &Ending) -> PyErr {
         Ending::Arrested(arrest) => Some(arrest.cure()),
         Ending::Broken(_) => Some(InvariantBroken::CURE),
         Ending::Jammed(_) => Some(Jam::CURE),
+        Ending::Blocked(_) => Some(Blocked::CURE),
         _ => None,
     };
     cured("SimulationError", &why, cure)

@@ -12,7 +12,7 @@ use crate::io::estimate::{SizeEstimate, allowance, free_disk};
 use crate::io::{Completed, Folder, OutputError, refuse_input};
 use crate::model::{Limit, Scene, Threads};
 use crate::run::checkpoint::CheckpointError;
-use crate::run::{self, Ending, Finished, Jam};
+use crate::run::{self, Blocked, Ending, Finished, Jam};
 use crate::sweep::SweepFolder;
 use crate::view::{description, final_table};
 use clap::Args;
@@ -292,7 +292,8 @@ fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -
 /// Whether the run did what it was asked to, and stands its own audit.
 fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {
     let faults = finished.audit.faults();
-    match finished.ending {
+    match &finished.ending {
+        Ending::Blocked(blocked) => Err(Failure::failed(blocked.to_string(), Some(Blocked::CURE))),
         Ending::Jammed(jam) => Err(Failure::failed(jam.to_string(), Some(Jam::CURE))),
         Ending::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), Some(arrest.cure()))),
         Ending::Broken(broken) => Err(Failure::failed(broken.to_string(), Some(InvariantBroken::CURE))),

@@ -3,10 +3,12 @@
 use super::sources::andersen::{Andersen, Bath};
 use super::{Chosen, InvariantBroken, Simulation};
 use crate::Vector;
+use crate::engine::audit::{MOST_ROUND_OFF, unit_of_surface};
 use crate::engine::contact::apply::{Change, With};
 use crate::engine::pairs::rules::Rules;
 use crate::engine::parts::Engine;
-use crate::model::{Scene, Thermostat, ThermostatError};
+use crate::engine::surfaces::Surface;
+use crate::model::{ParticleId, Scene, Thermostat, ThermostatError};
 
 impl Simulation {
     /// Starts a heat bath in place of the one that there is, or ends it with `None`. `stage` tells the random numbers of one stage from those of another.
@@ -38,9 +40,14 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.set_bath(bath, seed, stage));
     }
 
-    /// Puts the surfaces of a stage of a run in, and takes away those that are not there.
-    pub(crate) fn set_stage_of_surfaces(&mut self, stage: &str) {
-        with_engine!(&mut self.engine, engine => engine.set_stage_of_surfaces(stage));
+    /// Puts the surfaces of a stage of a run in, and takes away those that are not there. Returns whether that changed anything.
+    pub(crate) fn set_stage_of_surfaces(&mut self, stage: &str) -> bool {
+        with_engine!(&mut self.engine, engine => engine.set_stage_of_surfaces(stage))
+    }
+
+    /// The particle that reaches deepest through a surface of the scene, by more than rounding; with the name of the surface and the depth `[length]`.
+    pub(crate) fn deepest_in_surface(&self) -> Option<(ParticleId, String, f64)> {
+        with_engine!(&self.engine, engine => engine.deepest_in_surface())
     }
 
     /// By surface of the scene, whether it is there now; empty where all always are.
@@ -123,12 +130,30 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Puts the surfaces of a stage in, and takes others away.
-    fn set_stage_of_surfaces(&mut self, stage: &str) {
-        if let Some(surfaces) = self.sources.surfaces.in_stage(stage) {
-            self.join();
-            self.sources.surfaces = surfaces;
-            self.start_anew();
+    fn set_stage_of_surfaces(&mut self, stage: &str) -> bool {
+        let Some(surfaces) = self.sources.surfaces.in_stage(stage) else { return false };
+        self.join();
+        self.sources.surfaces = surfaces;
+        self.start_anew();
+        true
+    }
+
+    fn deepest_in_surface(&self) -> Option<(ParticleId, String, f64)> {
+        let surfaces = &self.sources.surfaces;
+        let mut deepest: Option<(u32, u32, f64)> = None;
+        for particle in self.particles().filter(|&particle| !self.is_static(particle)) {
+            let me = self.streamed(particle, self.clock.now);
+            let around = (&me.position, self.pairs.rules.species[usize::from(self.row(particle))].radius);
+            surfaces.for_each_near(around, self.row(particle), self.time(), |placed, position| {
+                let rounding = MOST_ROUND_OFF * unit_of_surface(around.1);
+                let depth = -placed.shape.gap(position, around.1);
+                let is_of_scene = placed.shape.side().is_none();
+                if is_of_scene && depth > rounding && deepest.is_none_or(|(.., other)| depth > other) {
+                    deepest = Some((particle, placed.number, depth));
+                }
+            });
         }
+        deepest.map(|(particle, number, depth)| (self.name(particle), surfaces.name(number).to_owned(), depth))
     }
 
     /// Takes the accelerations of a scene, which differs in nothing else.

@@ -18,7 +18,7 @@ use super::neighbours::grid::Grid;
 use crate::Vector;
 use crate::physics::detection::never::Doubt;
 use face::Face;
-pub(crate) use moving::Found;
+pub(crate) use moving::{Found, search_steps};
 use plane::Plane;
 use round::Round;
 pub(crate) use set::{FIRST_SURFACE, MOST_FEATURES, Placed, Surfaces};

@@ -56,6 +56,15 @@ impl MotionKind {
     pub fn is_polynomial(&self) -> bool {
         matches!(self, Self::Translation { .. })
     }
+
+    /// Periods or turns per time, where it has them, without their sign `[1 / time]`.
+    #[must_use]
+    pub fn frequency(&self) -> Option<f64> {
+        match self {
+            Self::Translation { .. } => None,
+            Self::Oscillation { frequency, .. } | Self::Rotation { frequency, .. } => Some(frequency.abs()),
+        }
+    }
 }
 
 /// A time that may be infinite, which JSON has no number for.

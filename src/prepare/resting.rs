@@ -123,7 +123,8 @@ fn note(scene: &Scene, found: &mut Option<Resting>, number: usize, normal: &Vect
     }
     let speed = particle.velocity.dot(normal).abs();
     let bounce = 2.0 * speed / acceleration;
-    let shortest = scene.contact_time.map_or(OF_FALL * (species.diameter / acceleration).sqrt(), |it| OF_CONTACT_TIME * it);
+    let shortest =
+        scene.contact_time.map_or(OF_FALL * (species.diameter / acceleration).sqrt(), |it| OF_CONTACT_TIME * it);
     if bounce < shortest && found.as_ref().is_none_or(|other| bounce < other.bounce) {
         *found = Some(Resting { particle: ParticleId(id(number)), ground: ground(), bounce, acceleration });
     }

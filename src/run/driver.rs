@@ -23,7 +23,7 @@ use std::ops::ControlFlow;
 use super::begin::Origin;
 use super::progress::Progress;
 use super::state::RunState;
-use super::{Ending, Finished, Recorder, Run, Stage};
+use super::{Blocked, Ending, Finished, Recorder, Run, Stage};
 use crate::analysis::instruments::{Registry, SystemDescription};
 use crate::base::clock::Instant;
 use crate::engine::{Scaling, Simulation, Until};
@@ -121,6 +121,8 @@ struct Driver<'a> {
     steps: u64,
     /// The most of them.
     most_steps: u64,
+    /// A surface of the present stage that is where a particle is.
+    blocked: Option<Blocked>,
     /// Constants of the volume moves, once there was one.
     scaling: Option<Scaling>,
 }
@@ -149,6 +151,7 @@ impl<'a> Driver<'a> {
             is_over: false,
             steps: STEPS[0],
             most_steps: STEPS[1],
+            blocked: None,
             scaling: None,
         };
         driver.describe();
@@ -168,6 +171,9 @@ impl Driver<'_> {
         loop {
             if !self.state.has_begun {
                 self.enter();
+            }
+            if let Some(blocked) = self.blocked.take() {
+                return Ok(Ending::Blocked(blocked));
             }
             let stage = self.state.stage.stage;
             if self.halt == Halt::Measurement && stage == Stage::Measurement {

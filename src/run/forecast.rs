@@ -82,6 +82,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
             burdens.extend(pace.burden(cause, slides * pace.at_sides, duration));
         }
     }
+    burdens.extend(frequencies(scene, pace.moving));
     if let Some(crowd) = crowd(scene) {
         let per_event = crowd / OTHERS_PER_STEP / STEPS_PER_SECOND;
         let events =
@@ -92,6 +93,42 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
             per_event
         );
         burdens.push(Burden { cause, seconds: events * per_event });
+    }
+    burdens
+}
+
+/// Steps in a period of a surface that oscillates or turns, of the search for contacts of a particle near it, and the wall time of one `[seconds]`.
+const STEPS_OF_PERIOD: f64 = 16.0;
+const SEARCH_STEP: f64 = 1e-7;
+
+/// Periods up to the end of a run that leave a thousandth of one to the rounding of its time.
+const MOST_PERIODS: f64 = 1e-3 / f64::EPSILON;
+
+/// Surfaces that oscillate or turn so often that it takes long, or cannot be resolved.
+fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
+    let plan = &scene.run;
+    let duration: f64 = Stage::all(plan).filter_map(|stage| stage.settings(plan).limit.time).sum();
+    let mut burdens = Vec::new();
+    for surface in &scene.surfaces {
+        let frequency = surface.motions.iter().filter_map(|motion| motion.kind.frequency()).fold(0.0, f64::max);
+        let (periods, latest) = (frequency * duration, frequency * (scene.start_time.abs() + duration));
+        if latest > MOST_PERIODS {
+            let cause = format!(
+                "surface `{}` has a frequency of {frequency}: after a time of {} rounding leaves no digits of its phase, so that its motion cannot be simulated",
+                surface.name,
+                scene.start_time.abs() + duration
+            );
+            burdens.push(Burden { cause, seconds: 0.0 });
+            continue;
+        }
+        let seconds = periods * STEPS_OF_PERIOD * SEARCH_STEP * moving;
+        if seconds > LONG {
+            let cause = format!(
+                "surface `{}` moves to and fro, or turns, some {periods:.0e} times, in steps for each particle near it; if all were near",
+                surface.name
+            );
+            burdens.push(Burden { cause, seconds });
+        }
     }
     burdens
 }

@@ -2,9 +2,9 @@
 
 use thiserror::Error;
 
-use super::rate::{MOST, expected_rate};
+use super::rate::{MOST, Try, expected_rate};
 use super::stage::{Settings, Stage};
-use crate::engine::{Reason, Simulation, Until};
+use crate::engine::{Reason, Until};
 use crate::model::{Limit, Scene};
 
 /// Steps of the engine of a trial run of what has no steady rate, and of a part of it: in all some seconds at the most.
@@ -99,12 +99,13 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
     let moving = scene.particles.iter().filter(|particle| !scene.species[particle.species.0 as usize].is_static());
     let duration =
         duration(scene).filter(|time| *time > 0.0 && moving.count() <= MOST && scene.particles.len() <= 100 * MOST)?;
-    let mut simulation = Simulation::without_plan(scene.clone());
-    let start = simulation.time();
+    let mut attempt = Try::of(scene);
+    let start = attempt.simulation.time();
     let until = Until::time(start + duration);
     let mut course = vec![(0.0, 0.0)];
     for part in 1..=STEPS / STEPS_OF_PART {
-        let reason = simulation.advance_for(STEPS_OF_PART, until, None).ok()?;
+        let reason = attempt.advance(STEPS_OF_PART, until).ok()?;
+        let simulation = &attempt.simulation;
         let events = simulation.event_counts().physical() as f64;
         if matches!(reason, Some(Reason::Time | Reason::Idle)) {
             return Some(events / duration);
@@ -130,6 +131,7 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::Simulation;
 
     /// Scene with its run until a time.
     fn scene(text: &str) -> Scene {

@@ -1,6 +1,7 @@
 //! Event rates of a scene, estimated before it is run.
 
 use super::forecast;
+use crate::engine::surfaces::search_steps;
 use crate::engine::{Reason, Simulation, Until};
 use crate::model::Scene;
 
@@ -13,6 +14,12 @@ const LEAST: u64 = 1_000;
 
 /// Steps of the engine that are tried at most: events, cell transitions, predictions anew.
 const STEPS: u64 = 500_000;
+
+/// Steps of searches for contacts with surfaces that oscillate or turn, of one try at most: a second or two. One step of the engine can take very many of them.
+const SEARCH_STEPS: u64 = if cfg!(test) { 200_000 } else { 10_000_000 };
+
+/// Steps of the engine between two looks at those.
+const BETWEEN: u64 = 64;
 
 /// Fewer events give no rate.
 const FEWEST: u64 = 10;
@@ -29,19 +36,52 @@ pub fn expected_rate(scene: &Scene) -> Option<f64> {
     tried.or_else(|| forecast::rate(scene))
 }
 
+/// A try of a scene: its simulation, and how much work it may be.
+pub(super) struct Try {
+    pub simulation: Simulation,
+    /// Steps of searches of this thread at which it is given up; none where no surface moves.
+    most: Option<u64>,
+}
+
+impl Try {
+    pub fn of(scene: &Scene) -> Self {
+        let most = scene.has_moving_surfaces().then(|| search_steps().wrapping_add(SEARCH_STEPS));
+        Self { simulation: Simulation::without_plan(scene.clone()), most }
+    }
+
+    /// Advances by so many steps of the engine; `Err` where the simulation cannot go on, or it is too much work.
+    pub fn advance(&mut self, mut steps: u64, until: Until) -> Result<Option<Reason>, ()> {
+        let Some(most) = self.most else {
+            return self.simulation.advance_for(steps, until, None).map_err(drop);
+        };
+        while steps > 0 {
+            if search_steps() >= most {
+                return Err(());
+            }
+            let some = steps.min(BETWEEN);
+            if let Some(reason) = self.simulation.advance_for(some, until, None).map_err(drop)? {
+                return Ok(Some(reason));
+            }
+            steps -= some;
+        }
+        Ok(None)
+    }
+}
+
 /// The rate of the second half of a try, or of all of it where it has come to an end before.
 fn tried(scene: &Scene, moving: u64) -> Option<f64> {
-    let mut simulation = Simulation::without_plan(scene.clone());
+    let mut attempt = Try::of(scene);
     let target = LEAST.max(EACH * moving);
-    let mut begin = (simulation.time(), 0);
-    if let Ok(Some(Reason::Events)) = simulation.advance_for(STEPS, Until::events(target / 2), None) {
-        let half = (simulation.time(), target / 2);
+    let mut begin = (attempt.simulation.time(), 0);
+    if attempt.advance(STEPS, Until::events(target / 2)) == Ok(Some(Reason::Events)) {
+        let half = (attempt.simulation.time(), target / 2);
         // Where it ends, there is what there is.
-        let _ = simulation.advance_for(STEPS, Until::events(target), None);
-        if simulation.event_counts().physical() >= half.1 + FEWEST {
+        let _ = attempt.advance(STEPS, Until::events(target));
+        if attempt.simulation.event_counts().physical() >= half.1 + FEWEST {
             begin = half;
         }
     }
+    let simulation = attempt.simulation;
     let events = simulation.event_counts().physical() - begin.1;
     let rate = events as f64 / (simulation.time() - begin.0);
     (events >= FEWEST && rate.is_finite() && rate > 0.0).then_some(rate)
@@ -86,6 +126,35 @@ mod tests {
             let large = fluid(potential.clone(), 4_000, packing_fraction);
             assert!((expected_rate(&large).unwrap() / (8.0 * truth) - 1.0).abs() < most, "{what}");
         }
+    }
+
+    /// Grains beside a plate that oscillates a million times by time: a step of the engine takes very many of a search.
+    #[test]
+    fn a_try_beside_a_fast_surface_is_given_up_after_its_work() {
+        let scene = Scene::from_toml(
+            "
+            space = { size = [8.0, 8.0, 60.0], x = 'walls', y = 'walls', z = { lower = 'wall', upper = 'open', restitution = 0.7 } }
+            dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-3 }
+            species = [{ name = 'grain', mass = 1.0, diameter = 1.0 }]
+            interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.7 }]
+            fill = [{ species = 'grain', arrangement = 'random', count = 200, region = { lower = [0.0, 0.0, 4.9], upper = [8.0, 8.0, 20.0] }, temperature = 0.01 }]
+            run = { until_time = 20 }
+            [[surface]]
+            name = 'plate'
+            shape = 'parallelogram'
+            corner = [0.0, 0.0, 4.0]
+            edge_1 = [8.0, 0.0, 0.0]
+            edge_2 = [0.0, 8.0, 0.0]
+            motion = [{ kind = 'oscillation', amplitude = [0.0, 0.0, 0.3], frequency = 1e6 }]",
+            "scene.toml",
+        );
+        let scene = scene.unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
+        let before = search_steps();
+        assert!(crate::run::foreseen_rate(&scene).is_err());
+        let done = search_steps() - before;
+        // Between two looks there are 64 steps of the engine, with 200 intervals of some steps each.
+        assert!((SEARCH_STEPS..2 * SEARCH_STEPS).contains(&done), "{done}");
+        assert_eq!(crate::run::burdens(&scene).len(), 1);
     }
 
     #[test]

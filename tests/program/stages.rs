@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use super::place::{Place, run};
+use super::place::{Place, code, errors, run};
 
 const FLUID: &str = r#"
 [[species]]
@@ -222,4 +222,77 @@ thermo_interval = 10.0
     let stage = &summary["stages"][1];
     let error = stage["observables"]["temperature"]["standard_error"].as_f64().unwrap();
     assert!((of(stage) - 1.5).abs() < 4.0 * error && error < 0.03, "{} +- {error}", of(stage));
+}
+
+/// A grain at rest in a box, and a gate that a later stage puts at a height.
+fn gate_at(height: f64) -> String {
+    format!(
+        r#"
+[space]
+size = [6.0, 6.0, 6.0]
+x = "walls"
+y = "walls"
+z = "walls"
+
+[[species]]
+name = "ball"
+mass = 1.3
+diameter = 1.0
+
+[[interaction]]
+species = ["ball", "ball"]
+potential = "hard-sphere"
+
+[[particle]]
+species = "ball"
+position = [2.0, 2.0, 3.0]
+
+[[particle]]
+species = "ball"
+position = [4.0, 4.0, 1.5]
+velocity = [0.0, 0.0, 0.25]
+
+[[surface]]
+name = "gate"
+shape = "parallelogram"
+corner = [0.0, 0.0, {height:?}]
+edge_1 = [6.0, 0.0, 0.0]
+edge_2 = [0.0, 6.0, 0.0]
+stages = ["closed"]
+
+[[stage]]
+name = "open"
+until_time = 4.0
+
+[[stage]]
+name = "closed"
+until_time = 1.0
+
+[run]
+until_time = 1.0
+"#
+    )
+}
+
+#[test]
+fn a_surface_that_appears_where_a_grain_is_ends_the_run_by_name() {
+    // After a time of 4 the second ball is at a height of 2.5.
+    let place = Place::with(&gate_at(2.75));
+    let output = place.carom(&["run", "scene.toml", "-q"]);
+    let told = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "");
+    assert_eq!(code(&output), 1, "{told}");
+    for expected in [
+        "surface `gate` appears with the stage `closed` at time 4, where particle",
+        "it reaches 0.25 through the surface",
+        "help: let the surface be there from the start",
+    ] {
+        assert!(told.contains(expected), "{expected}: {told}");
+    }
+    assert!(!told.contains("should not"), "it is the scene's fault: {told}");
+    let summary = place.summary("runs/scene");
+    assert_eq!((&summary["ending"], &summary["time"]), (&"blocked".into(), &4.0.into()));
+    // Between the two, at a distance of half a diameter from either or more.
+    let place = Place::with(&gate_at(2.5).replace("[4.0, 4.0, 1.5]", "[4.0, 4.0, 0.75]"));
+    let output = place.carom(&["run", "scene.toml", "-q"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
 }

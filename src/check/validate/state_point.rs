@@ -68,7 +68,8 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePo
         | Ending::Idle
         | Ending::GaveUp
         | Ending::Unsettled
-        | Ending::Jammed(_) => {}
+        | Ending::Jammed(_)
+        | Ending::Blocked(_) => {}
     }
     match finished.audit.faults().first() {
         Some(fault) => Err(StatePointError::Unsound(*fault)),

@@ -10,6 +10,7 @@ use crate::Vector;
 use crate::model::MotionKind;
 use crate::model::surface_motion::{Moment, Piece, Timeline};
 use crate::physics::motion::stream_position;
+use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -21,6 +22,17 @@ const MOST_INTERVALS: u32 = 200;
 
 /// Of a period, the longest time for which bounds of distances and rates are taken.
 const SHARE: f64 = 0.125;
+
+thread_local! {
+    /// Steps of all searches of this thread.
+    static STEPS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Steps of all searches of this thread so far: what contacts with surfaces that oscillate or turn have cost, where a number of events or transitions does not
+/// say it.
+pub(crate) fn search_steps() -> u64 {
+    STEPS.get()
+}
 
 /// A surface that moves: its features are a range of all, with their own tree, as they are before it moves.
 #[derive(Debug, Clone)]
@@ -141,13 +153,28 @@ impl Moving {
         found
     }
 
-    /// The first contact in a piece in which they are not: in intervals in which the flight comes near to few features.
+    /// The first contact in a piece in which they are not.
     fn search(
         &self,
         all: &[Placed],
         meets: &impl Fn(&Placed) -> bool,
         passage: &Passage<'_>,
+        stretch: (f64, f64),
+    ) -> Option<Found> {
+        let mut steps = 0;
+        let found = self.search_in_intervals(all, meets, passage, stretch, &mut steps);
+        STEPS.set(STEPS.get().wrapping_add(steps));
+        found
+    }
+
+    /// The search in intervals in which the flight comes near to few features, which counts its steps.
+    fn search_in_intervals(
+        &self,
+        all: &[Placed],
+        meets: &impl Fn(&Placed) -> bool,
+        passage: &Passage<'_>,
         (mut after, end): (f64, f64),
+        steps: &mut u64,
     ) -> Option<Found> {
         let longest = passage.longest();
         let size = self.tree.as_ref().map_or(f64::INFINITY, Tree::size);
@@ -156,6 +183,7 @@ impl Moving {
             if after >= end {
                 return None;
             }
+            *steps += 1;
             step = step.min(end - after);
             let seen = passage.seen(after, step);
             let is_short = step <= longest && seen.path <= 0.125 * size + 4.0 * passage.flight.radius;
@@ -163,7 +191,7 @@ impl Moving {
             self.for_each_within(all, (&seen.position, passage.flight.radius), seen.path, |index, placed| {
                 is_near |= meets(placed);
                 if is_short && meets(placed) {
-                    match passage.advance((index, placed), &seen, (after, first)) {
+                    match passage.advance((index, placed), &seen, (after, first), steps) {
                         Some(earlier @ (Found::Contact(_, at) | Found::NoneUntil(at))) => {
                             (first, found) = (at, Some(earlier));
                         }
@@ -232,7 +260,13 @@ impl Passage<'_> {
     }
 
     /// The first contact with one feature between two times from now, for which `seen` holds bounds.
-    fn advance(&self, (index, placed): (u32, &Placed), seen: &Seen, (after, end): (f64, f64)) -> Option<Found> {
+    fn advance(
+        &self,
+        (index, placed): (u32, &Placed),
+        seen: &Seen,
+        (after, end): (f64, f64),
+        steps: &mut u64,
+    ) -> Option<Found> {
         let shape = &placed.shape;
         let bound = shape.second_rate_bound(&seen.position, seen.path, seen.speed, seen.acceleration);
         let bound = bound.max(f64::MIN_POSITIVE);
@@ -241,6 +275,7 @@ impl Passage<'_> {
             if at >= end {
                 return None;
             }
+            *steps += 1;
             let (position, velocity) = self.state(at);
             let (position, velocity) = self.moment(at).seen(&position, &velocity);
             let (f, rate) = shape.overlap(&position, &velocity, self.flight.radius);

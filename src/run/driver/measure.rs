@@ -30,7 +30,7 @@ impl Driver<'_> {
         if self.state.measurement.is_none() {
             match self.pace()? {
                 Some(pace) => {
-                    ended = pace.ending;
+                    ended = pace.ending.clone();
                     self.set_up(pace);
                 }
                 None => {

@@ -3,6 +3,7 @@
 use super::Driver;
 use crate::analysis::instruments::Sample;
 use crate::model::{Limit, Thermostat};
+use crate::run::Blocked;
 use crate::run::stage::{Settings, Stage};
 use crate::run::state::Start;
 
@@ -28,7 +29,8 @@ impl Driver<'_> {
         let stream = scene.first_stream() + stream;
         self.simulation.set_planned_thermostat(thermostat.as_ref(), stream);
         let listed = stage.listed_name(&self.simulation.scene().run).to_owned();
-        self.simulation.set_stage_of_surfaces(&listed);
+        let has_changed = self.simulation.set_stage_of_surfaces(&listed);
+        self.blocked = if has_changed { self.blocked_by_surface(&listed) } else { None };
         if let Some(gravity) = gravity {
             self.simulation.set_gravity(&gravity);
         }
@@ -48,6 +50,16 @@ impl Driver<'_> {
         self.state.observer.begin();
         (self.state.rows, self.state.last_row) = (None, None);
         self.describe();
+    }
+
+    /// A surface that is there from the present stage on, where a particle is.
+    fn blocked_by_surface(&mut self, stage: &str) -> Option<Blocked> {
+        if self.simulation.scene().allow_invalid_start {
+            return None;
+        }
+        self.simulation.complete();
+        let (particle, surface, depth) = self.simulation.deepest_in_surface()?;
+        Some(Blocked { particle, surface, stage: stage.to_owned(), depth, time: self.simulation.time() })
     }
 
     /// Ends the present stage.
