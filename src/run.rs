@@ -380,7 +380,10 @@ impl Finished {
         if could_go_on && !faults.is_empty() {
             return Some(format!("the audit failed: {}", faults.join("; ")));
         }
-        self.ending.trouble()
+        match &self.ending {
+            Ending::Arrested(arrest) => Some(arrest.told(self.simulation.scene())),
+            ending => ending.trouble(),
+        }
     }
 
     /// Whether going on with it may lead to such an end.

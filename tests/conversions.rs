@@ -91,3 +91,39 @@ fn the_complete_frames_of_a_run_that_was_killed() {
     let (code, text) = said(&carom(folder.path(), &["convert", "runs/a", "--to", "csv"]));
     assert!(code == 0 && text.contains("1 frame; the trajectory ends within the next one"), "{text}");
 }
+
+#[test]
+fn compressed_trajectories_are_written_and_read_wherever_plain_ones_are() {
+    let folder = with(&FRAME.repeat(4));
+    let convert = |arguments: &[&str]| said(&carom(folder.path(), &[&["convert"], arguments].concat()));
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(convert(&["runs/a", "--to", "csv", "--out", "plain.csv"]).0, 0);
+    assert_eq!(convert(&["runs/a", "--to", "xyz", "--out", "plain.xyz"]).0, 0);
+    for (name, start) in [("t.xyz.gz", &[0x1f, 0x8b][..]), ("t.xyz.zst", &[0x28, 0xb5, 0x2f, 0xfd])] {
+        assert_eq!(convert(&["runs/a", "--to", "xyz", "--out", name]), (0, format!("{name}: 4 frames\n")));
+        assert!(read(name).starts_with(start), "{name} is compressed");
+        assert_eq!(convert(&[name, "--to", "csv", "--out", "again.csv", "--force"]).0, 0);
+        assert_eq!(read("again.csv"), read("plain.csv"), "{name}");
+        assert_eq!(convert(&[name, "--to", "xyz", "--out", "again.xyz", "--force"]).0, 0);
+        assert_eq!(read("again.xyz"), read("plain.xyz"), "{name}");
+        let (code, text) = said(&carom(folder.path(), &["render", name, "--out", "p.png", "--force"]));
+        assert_eq!(code, 0, "{text}");
+        let (code, text) = said(&carom(folder.path(), &["movie", name, "--out", "m.gif"]));
+        assert!(code == 2 && text.contains("is compressed"), "{text}");
+        // A scene that starts from a frame of it.
+        let scene = format!(
+            "[[species]]\nname = 'A'\nmass = 1.0\ndiameter = 1.0\n[[species]]\nname = 'B'\nmass = 1.0\ndiameter = 1.0\n\
+             [[interaction]]\nspecies = ['A', 'B']\npotential = 'hard-sphere'\n[[interaction]]\nspecies = ['A', 'A']\npotential = 'hard-sphere'\n\
+             [[interaction]]\nspecies = ['B', 'B']\npotential = 'hard-sphere'\n[[file]]\npath = '{name}'\nframe = -1\n[run]\nuntil_time = 1.0\n"
+        );
+        fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        let (code, text) = said(&carom(folder.path(), &["check", "scene.toml"]));
+        assert!(code == 0 && text.contains("1 A") && text.contains("9"), "{text}");
+    }
+    let (code, text) = convert(&["runs/a", "--to", "csv", "--out", "t.csv.gz"]);
+    assert!(code == 2 && text.contains("and only extended XYZ is written"), "{text}");
+    let packed = read("t.xyz.gz");
+    fs::write(folder.path().join("cut.xyz.gz"), &packed[..packed.len() / 2]).unwrap();
+    let (code, text) = convert(&["cut.xyz.gz", "--to", "csv", "--out", "cut.csv"]);
+    assert!(code == 2 && !text.contains("panicked"), "{text}");
+}

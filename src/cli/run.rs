@@ -295,7 +295,7 @@ fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {
     match &finished.ending {
         Ending::Blocked(blocked) => Err(Failure::failed(blocked.to_string(), Some(Blocked::CURE))),
         Ending::Jammed(jam) => Err(Failure::failed(jam.to_string(), Some(Jam::CURE))),
-        Ending::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), Some(arrest.cure()))),
+        Ending::Arrested(arrest) => Err(Failure::failed(arrest.told(finished.simulation.scene()), Some(arrest.cure()))),
         Ending::Broken(broken) => Err(Failure::failed(broken.to_string(), Some(InvariantBroken::CURE))),
         _ if !faults.is_empty() => {
             let faults: Vec<String> = faults.iter().map(ToString::to_string).collect();

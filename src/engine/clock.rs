@@ -2,8 +2,8 @@
 
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
+use super::surfaces::FIRST_SURFACE;
 use super::{Arrest, Standstill};
-use crate::model::ParticleId;
 use serde::{Deserialize, Serialize};
 
 /// Time that advances by less than this part of the queue's span stands still: some thousand times the spacing of the
@@ -75,30 +75,43 @@ impl Clock {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Ends the run where events go on without time, or without speed: theory, section 6.
     pub(super) fn check_standstill(&self, particle: u32, prediction: &Prediction) -> Result<(), Arrest> {
+        let standstill = match self.clock.standstill.lost_speed {
+            Some(approach) => Standstill::Speed { approach },
+            None => match self.time_standstill() {
+                Some(standstill) => standstill,
+                None => return Ok(()),
+            },
+        };
         let partner = matches!(prediction.contact, Contact::Pair(_)).then_some(prediction.partner);
-        match self.clock.standstill.lost_speed {
-            Some(approach) => Err(self.arrest(particle, partner, Standstill::Speed { approach })),
-            None => self.check_time_stands_still(particle, partner),
-        }
+        Err(Arrest { surface: self.surface_of(prediction), ..self.arrest(particle, partner, standstill) })
+    }
+
+    /// Number of the surface of a predicted contact among those of the scene; none of a pair or a wall.
+    fn surface_of(&self, prediction: &Prediction) -> Option<u32> {
+        let index = (prediction.contact == Contact::Surface).then_some(prediction.partner_events)?;
+        self.sources.surfaces.get(index)?.number.checked_sub(FIRST_SURFACE)
+    }
+
+    #[inline]
+    fn time_standstill(&self) -> Option<Standstill> {
+        let StandstillWatch { events, most, .. } = self.clock.standstill;
+        (events > most).then_some(Standstill::Time { events })
     }
 
     /// Ends the run where events go on without time.
     #[inline]
     pub(super) fn check_time_stands_still(&self, particle: u32, partner: Option<u32>) -> Result<(), Arrest> {
-        let standstill = &self.clock.standstill;
-        if standstill.events <= standstill.most {
-            return Ok(());
-        }
-        Err(self.arrest(particle, partner, Standstill::Time { events: standstill.events }))
+        self.time_standstill().map_or(Ok(()), |standstill| Err(self.arrest(particle, partner, standstill)))
     }
 
-    /// The particle with the next contact, and its partner; none for a surface, or where no contact is foreseen.
-    pub fn soonest_contact(&self) -> Option<(ParticleId, Option<ParticleId>)> {
+    /// The arrest by a storm of events, at the contact that comes next; none where no contact is foreseen.
+    pub fn storm(&self, events: u64, advance: f64) -> Option<Arrest> {
         let all = (0..).zip(&self.schedule.predictions);
         let next = all.min_by(|(_, one), (_, other)| one.contact_time.total_cmp(&other.contact_time));
         let (particle, prediction) = next.filter(|(_, prediction)| prediction.contact_time < f64::INFINITY)?;
         let partner = matches!(prediction.contact, Contact::Pair(_)).then_some(prediction.partner);
-        Some((self.name(particle), partner.map(|partner| self.name(partner))))
+        let arrest = self.arrest(particle, partner, Standstill::Storm { events, advance });
+        Some(Arrest { surface: self.surface_of(prediction), ..arrest })
     }
 
     #[cold]
@@ -106,6 +119,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Arrest {
             particle: self.name(particle),
             partner: partner.map(|partner| self.name(partner)),
+            surface: None,
+            is_squeezed: !self.sources.surfaces.rest_from(self.time()),
+            has_losses: self.pairs.rules.steps.iter().any(|steps| steps.restitution < 1.0)
+                || self.sources.surfaces.dissipate(),
             time: self.time(),
             standstill,
             has_contact_time: self.pairs.contact_times.is_some(),

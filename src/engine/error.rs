@@ -1,6 +1,6 @@
 //! Why a simulation cannot go on: its dynamics has come to rest, or its state is impossible.
 
-use crate::model::ParticleId;
+use crate::model::{ParticleId, Scene};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use thiserror::Error;
@@ -75,14 +75,24 @@ impl fmt::Display for Standstill {
 #[error(
     "dynamical arrest at time {time}: {standstill} particle {} and {}",
     particle.0,
-    partner.map_or("a wall".to_owned(), |id| format!("particle {}", id.0))
+    match (partner, surface) {
+        (Some(id), _) => format!("particle {}", id.0),
+        (None, Some(number)) => nameless(*number),
+        (None, None) => "a wall".to_owned(),
+    }
 )]
 #[non_exhaustive]
 pub struct Arrest {
     /// A particle that is part of it.
     pub particle: ParticleId,
-    /// The other one, or none for a wall.
+    /// The other one, or none for a wall or a surface.
     pub partner: Option<ParticleId>,
+    /// Number of the surface among those of the scene, or none for a wall or a pair.
+    pub surface: Option<u32>,
+    /// Whether a surface of the scene is moving then: it may leave the particles no room.
+    pub is_squeezed: bool,
+    /// Whether any contact of the scene loses energy.
+    pub has_losses: bool,
     /// When.
     pub time: f64,
     /// Kind of the standstill.
@@ -91,11 +101,32 @@ pub struct Arrest {
     pub has_contact_time: bool,
 }
 
+/// A surface whose name is not known.
+fn nameless(number: u32) -> String {
+    format!("surface {number} of the scene")
+}
+
 impl Arrest {
+    /// What it says, with the name of the surface.
+    #[must_use]
+    pub fn told(&self, scene: &Scene) -> String {
+        let surface = self.surface.and_then(|number| Some((number, scene.surfaces.get(number as usize)?)));
+        surface.map_or_else(
+            || self.to_string(),
+            |(number, surface)| self.to_string().replace(&nameless(number), &format!("surface `{}`", surface.name)),
+        )
+    }
+
     /// Cure: what the user can do.
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match (self.has_contact_time, self.standstill) {
+            (_, Standstill::Time { .. } | Standstill::Speed { .. }) if self.is_squeezed => {
+                "a surface that moves leaves the particles no room: end its motion earlier, or give them more room; spheres do not yield"
+            }
+            (false, _) if !self.has_losses => {
+                "start without particles at rest in contact or overlapping: put them a little apart, or give them a velocity"
+            }
             (false, Standstill::Speed { .. }) => {
                 "set dynamics.contact_time (the TC model) to make frequent contacts elastic, or raise the restitution to 1"
             }

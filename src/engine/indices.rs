@@ -22,9 +22,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let is_particle = |number: u32| (number as usize) < count;
         let rows_of_table = self.pairs.rules.rows.species();
         let is_partner = |prediction: &Prediction| {
-            prediction.contact == Contact::Surface
-                || prediction.partner == NO_PARTICLE
-                || is_particle(prediction.partner)
+            let is_none = prediction.partner == NO_PARTICLE && prediction.contact_time == f64::INFINITY;
+            let leads_on = prediction.contact == Contact::Surface || is_none || is_particle(prediction.partner);
+            leads_on && prediction.exit.axis < 3
         };
         let are_found = |&number: &u32| bodies.get(number as usize).is_some();
         match () {
@@ -45,9 +45,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             () if !self.schedule.queue.is_sound(count) => Some("the event queue"),
             () if !self.pairs.states.is_sound(count, TABLE) => Some("the captured pairs"),
+            () if !self.pairs.rules.is_sound(self.pairs.states.all()) => Some("the interactions"),
             () => match &self.neighbours {
                 Neighbours::Cells(cells) => (!cells.is_sound(count)).then_some("the cells"),
-                Neighbours::Lists(verlet) => (!verlet.lists.is_sound(count)).then_some("the neighbour lists"),
+                Neighbours::Lists(verlet) => {
+                    (!verlet.is_sound(count, rows_of_table.len())).then_some("the neighbour lists")
+                }
             },
         }
     }
@@ -58,14 +61,32 @@ mod tests {
     use super::*;
     use crate::engine::Until;
     use crate::engine::columns::tests::{mixture, spheres};
-    use crate::model::Potential;
+    use crate::model::{Potential, Scene};
+
+    /// Grains that fall between walls, onto a plate that oscillates and a mesh, under a heat bath.
+    const WALLED: &str = "
+        space = { size = [8.0, 8.0, 12.0], x = 'walls', y = 'walls', z = 'walls' }
+        dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-3 }
+        species = [{ name = 'grain', mass = 1.3, diameter = 1.0 }, { name = 'small', mass = 0.7, diameter = 0.6 }]
+        interaction = [
+            { species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.9 },
+            { species = ['grain', 'small'], potential = 'square-well', lambda = 1.4, well_depth = 0.3 },
+            { species = ['small', 'small'], potential = 'hard-sphere' },
+        ]
+        fill = [{ composition = { grain = 1, small = 1 }, arrangement = 'random', count = 40, region = { lower = [0.0, 0.0, 3.0], upper = [8.0, 8.0, 12.0] }, temperature = 1.0 }]
+        run = { until_time = 20, thermostat = { kind = 'andersen', temperature = 1.0, rate = 0.5 } }
+        surface = [
+            { name = 'plate', shape = 'parallelogram', corner = [0.0, 0.0, 1.0], edge_1 = [8.0, 0.0, 0.0], edge_2 = [0.0, 8.0, 0.0], motion = [{ kind = 'oscillation', amplitude = [0.0, 0.0, 0.2], frequency = 1.0 }] },
+            { name = 'block', shape = 'box', lower = [2.0, 2.0, 1.5], upper = [4.0, 4.0, 2.4] },
+        ]";
 
     /// A change of single bytes is found, or the simulation goes on or is refused; it never panics.
     #[test]
     fn changed_bytes_of_a_simulation_are_noticed_or_harmless() {
         let hard = || Potential::hard_sphere(1.0).unwrap();
         let scenes = [spheres(hard(), 0.05, 32), spheres(hard(), 0.45, 32), mixture()].map(|it| it.build().unwrap());
-        for scene in scenes {
+        let box_of_grains = Scene::from_toml(WALLED, "walled.toml").unwrap();
+        for scene in scenes.into_iter().chain([box_of_grains]) {
             let mut simulation = Simulation::new(scene).unwrap();
             simulation.advance(Until::events(300)).unwrap();
             let bytes = postcard::to_stdvec(&simulation).unwrap();
@@ -78,8 +99,11 @@ mod tests {
                 match postcard::from_bytes::<Simulation>(&changed) {
                     Err(_) => refused[0] += 1,
                     Ok(read) if read.unsound_index().is_some() => refused[1] += 1,
-                    Ok(read) => {
+                    Ok(mut read) => {
                         let _ = read.snapshot();
+                        // Whatever numbers it has, it goes on or says that it cannot.
+                        read.enlarge();
+                        let _ = read.advance_for(2_000, Until::events(u64::MAX), None);
                         refused[2] += 1;
                     }
                 }

@@ -141,7 +141,12 @@ impl fmt::Display for Search {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Cells => f.write_str("cells"),
-            Self::Lists { half_skin } => write!(f, "neighbour lists with a skin of {:.2}", 2.0 * half_skin),
+            Self::Lists { half_skin } => {
+                let skin = 2.0 * half_skin;
+                let is_plain = (0.1..1e4).contains(&skin) || !skin.is_normal();
+                f.write_str("neighbour lists with a skin of ")?;
+                if is_plain { write!(f, "{skin:.2}") } else { write!(f, "{skin:.2e}") }
+            }
         }
     }
 }

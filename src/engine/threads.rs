@@ -3,8 +3,8 @@
 use super::domains::{DomainWork, Domains, SingleThread};
 use super::observe::Observe;
 use super::parts::Engine;
-use super::{Chosen, EngineError, Reason, Simulation, Transport, Until};
-use crate::model::{ParticleId, Threads};
+use super::{Arrest, Chosen, EngineError, Reason, Simulation, Transport, Until};
+use crate::model::Threads;
 use std::num::NonZero;
 use std::sync::Arc;
 
@@ -25,9 +25,9 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.complete());
     }
 
-    /// The particle with the next contact, and its partner; none for a surface, or where no contact is foreseen.
-    pub(crate) fn soonest_contact(&self) -> Option<(ParticleId, Option<ParticleId>)> {
-        with_engine!(&self.engine, engine => engine.soonest_contact())
+    /// The arrest by a storm of events, at the contact that comes next; none where no contact is foreseen.
+    pub(crate) fn storm(&self, events: u64, advance: f64) -> Option<Arrest> {
+        with_engine!(&self.engine, engine => engine.storm(events, advance))
     }
 
     /// The number of threads that it has, in each process.

@@ -7,20 +7,20 @@
 //! | [`Format::Vtk`] | a folder: `.vtp` per frame, `.pvd` with the times, the box | exact | all of it but masses |
 //! | [`Format::Npy`] | a folder of NumPy arrays | exact | all of it |
 //! | [`Format::Csv`] | one table | exact | time, id, species, position, velocity, radius |
-//! | [`Format::Xyz`] | extended XYZ | exact | all of it |
+//! | [`Format::Xyz`] | extended XYZ, compressed where its name ends with `.gz` or `.zst` | exact | all of it |
 //!
 //! Each module says where its format differs. Memory holds two frames at a time, whatever the length of the trajectory.
 //! Files are written beside their final name, with `.partial` behind it, and take that name when they are complete.
 
 mod bonds;
 mod error;
+mod packed;
 mod series;
 mod target;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use std::fs::File;
-use std::io::BufReader;
+use std::io::BufRead;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -35,8 +35,9 @@ use super::folder::TRAJECTORY;
 use super::owned::note;
 use super::{csv, gsd, lammps, npy, vtk};
 use crate::model::Format;
-use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{FrameReader, ReadError, write_frame};
+use crate::trajectory::{Frame, compressed};
+use packed::{Compressed, Text};
 use target::Target;
 
 impl Format {
@@ -65,7 +66,7 @@ impl Format {
     }
 
     /// Endings of the names of files and folders, by format.
-    pub const ENDINGS: [(Self, &str); 8] = [
+    pub const ENDINGS: [(Self, &str); 12] = [
         (Self::Lammps, ".lammpstrj"),
         (Self::Lammps, ".lammps"),
         (Self::Gsd, ".gsd"),
@@ -74,6 +75,10 @@ impl Format {
         (Self::Csv, ".csv"),
         (Self::Xyz, ".extxyz"),
         (Self::Xyz, ".xyz"),
+        (Self::Xyz, ".extxyz.gz"),
+        (Self::Xyz, ".xyz.gz"),
+        (Self::Xyz, ".extxyz.zst"),
+        (Self::Xyz, ".xyz.zst"),
     ];
 
     /// Whether it fills a folder with files.
@@ -168,9 +173,12 @@ pub fn convert_watched(
     watch: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Converted, ConvertError> {
     let read_error = |error| ConvertError::Read { path: source.to_owned(), source: error };
-    let file =
-        File::open(source).map_err(|error| read_error(ReadError::Open { path: source.into(), source: error }))?;
-    let mut reader = FrameReader::new(BufReader::with_capacity(1 << 16, file));
+    if format != Format::Xyz && Compressed::of_name(target).is_some() {
+        return Err(ConvertError::Compressed(target.to_owned()));
+    }
+    let text = compressed::open(source);
+    let mut reader =
+        FrameReader::new(text.map_err(|error| read_error(ReadError::Open { path: source.into(), source: error }))?);
     let mut reading = Reading { index: 0, is_truncated: false };
     // What cannot be read is reported before anything is written.
     while reading.index < options.first {
@@ -227,7 +235,7 @@ struct Reading {
 
 impl Reading {
     /// The next frame. One that is cut off ends the file, unless it is the first.
-    fn next(&mut self, reader: &mut FrameReader<BufReader<File>>) -> Result<Option<Frame>, ReadError> {
+    fn next(&mut self, reader: &mut FrameReader<Box<dyn BufRead>>) -> Result<Option<Frame>, ReadError> {
         match reader.next() {
             Some(Ok(frame)) => {
                 self.index += 1;
@@ -258,7 +266,7 @@ fn open(format: Format, target: &Target, source: Option<&Path>) -> Result<Box<dy
         Format::Lammps => Box::new(lammps::Dump::new(file()?)),
         Format::Gsd => Box::new(gsd::Trajectory::new(file()?)),
         Format::Csv => Box::new(csv::Table::new(file()?)),
-        Format::Xyz => Box::new(Piece(file()?)),
+        Format::Xyz => Box::new(Piece(Text::new(file()?, Compressed::of_name(target.path())))),
         Format::Vtk => {
             let unreadable = |(path, problem)| ConvertError::Surface { path, problem };
             let surfaces = source.map(vtk::Surfaces::beside).transpose().map_err(unreadable)?.unwrap_or_default();
@@ -269,7 +277,7 @@ fn open(format: Format, target: &Target, source: Option<&Path>) -> Result<Box<dy
 }
 
 /// A piece of a trajectory in its own format. Velocities that the source does not have are written as zero.
-struct Piece(Draft);
+struct Piece(Text);
 
 impl Writer for Piece {
     fn write(&mut self, moment: &Moment) -> Result<(), FrameError> {
@@ -277,6 +285,6 @@ impl Writer for Piece {
     }
 
     fn finish(self: Box<Self>) -> Result<(), FrameError> {
-        Ok(finish(self.0)?)
+        Ok(self.0.finish()?)
     }
 }

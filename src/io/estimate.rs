@@ -22,7 +22,7 @@ use std::path::Path;
 use thiserror::Error;
 
 use crate::base::text::size;
-use crate::model::{Format, Limit, Scene};
+use crate::model::{Format, Limit, Scene, SceneSurface, SurfaceShape};
 use crate::run::{FrameLimit, Settings, Stage};
 use crate::trajectory::extended_xyz;
 
@@ -42,6 +42,9 @@ const CONTACT: f64 = 100.0;
 /// Memory of the program, and of a particle with its prediction and neighbours, which are most in dense systems `[bytes]`.
 const PROGRAM: f64 = 12e6;
 const PARTICLE: f64 = 250.0;
+
+/// Memory of a triangle of a curved mesh, with its edges and corners, the tree that finds them, and what `carom check` looks at `[bytes]`.
+const TRIANGLE: f64 = 1_500.0;
 
 /// Memory of a particle in the copy that looks ahead where instruments have to know how long a run will last `[bytes]`.
 const COPY: f64 = 250.0;
@@ -107,12 +110,38 @@ impl SizeEstimate {
             rows,
             frames,
             frames_limit: limit.reason(),
-            events: measured.zip(before).map(|(measured, before)| measured + before),
+            events: if rests(scene) {
+                Some(0.0)
+            } else {
+                measured.zip(before).map(|(measured, before)| measured + before)
+            },
             bytes: parts.iter().flatten().sum(),
             is_complete: parts.iter().all(Option::is_some),
-            memory: PROGRAM + particles * if has_copy { PARTICLE + COPY } else { PARTICLE },
+            memory: PROGRAM
+                + particles * if has_copy { PARTICLE + COPY } else { PARTICLE }
+                + triangles(scene) * if has_copy { 2.0 * TRIANGLE } else { TRIANGLE },
         }
     }
+}
+
+/// Triangles of all meshes.
+fn triangles(scene: &Scene) -> f64 {
+    let of = |surface: &SceneSurface| match &surface.shape {
+        SurfaceShape::Mesh(mesh) => mesh.triangles.len(),
+        _ => 0,
+    };
+    scene.surfaces.iter().map(of).sum::<usize>() as f64
+}
+
+/// Whether nothing will ever happen: all is at rest, apart, and nothing outside acts on it.
+fn rests(scene: &Scene) -> bool {
+    let plan = &scene.run;
+    let is_pushed = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0) || scene.shear_rate.is_some();
+    let is_driven = Stage::all(plan)
+        .map(|stage| stage.settings(plan))
+        .any(|it| it.thermostat.is_some() || it.barostat.is_some() || it.growth.is_some() || it.gravity.is_some());
+    let is_at_rest = scene.particles.iter().all(|particle| particle.velocity.norm() == 0.0);
+    is_at_rest && !is_pushed && !is_driven && !scene.allow_invalid_start && !scene.has_moving_surfaces()
 }
 
 /// The stages before the last measurement.

@@ -21,6 +21,9 @@ pub struct InputFile {
     /// Number of bytes behind the triangles of a mesh that the scene does not use; zero for a file that a run remembers.
     #[serde(skip)]
     pub extra_bytes: usize,
+    /// Number of vertices of a mesh that were merged into others because the scene asks for it; zero for a file that a run remembers.
+    #[serde(skip)]
+    pub merged_vertices: usize,
 }
 
 impl InputFile {
@@ -32,6 +35,7 @@ impl InputFile {
             checksum: word(content),
             unused: Vec::new(),
             extra_bytes: 0,
+            merged_vertices: 0,
         }
     }
 

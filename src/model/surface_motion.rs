@@ -272,7 +272,9 @@ impl Timeline {
         for SurfaceMotion { from, until, kind } in motions.iter().copied() {
             let before = timeline.later.last_mut().unwrap_or(&mut timeline.first);
             before.until = from;
-            let moving = Piece { from, until, start: before.at(from).pose, kind: Some(kind) };
+            // What oscillates or turns never rests.
+            let kind = Some(kind).filter(|kind| kind.frequency() != Some(0.0));
+            let moving = Piece { from, until, start: before.at(from).pose, kind };
             timeline.later.push(moving);
             if until < f64::INFINITY {
                 timeline.later.push(rest(until, moving.at(until).pose));

@@ -1,6 +1,7 @@
 //! Surfaces of triangles that share vertices.
 
 mod edges;
+mod merge;
 #[cfg(test)]
 mod tests;
 mod weld;
@@ -47,6 +48,14 @@ impl TriangleMesh {
         let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         Self { vertices: (0..8).map(at).collect(), triangles }
+    }
+
+    /// Whether all corners are vertices that there are, at finite places.
+    #[must_use]
+    pub(crate) fn is_sound(&self) -> bool {
+        let is_vertex = |&number: &u32| (number as usize) < self.vertices.len();
+        self.triangles.iter().flatten().all(is_vertex)
+            && self.vertices.iter().all(|vertex| vertex.amax() <= LARGEST_COORDINATE)
     }
 
     /// Corners of the triangle of this number; NaN where there is no such triangle or vertex.

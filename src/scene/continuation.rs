@@ -57,8 +57,13 @@ impl Scene {
         let source = Source::new(&name.to_string_lossy(), text.to_owned(), overrides);
         let file = source.read()?.starting_from("");
         let last = |_: &Path| {
-            let checkpoint =
-                InputFile { path: String::new(), checksum: String::new(), unused: Vec::new(), extra_bytes: 0 };
+            let checkpoint = InputFile {
+                path: String::new(),
+                checksum: String::new(),
+                unused: Vec::new(),
+                extra_bytes: 0,
+                merged_vertices: 0,
+            };
             Ok(LastRun { simulation: simulation.clone(), checkpoint })
         };
         let parts = parse::parts(file, &simulation.scene().name, Path::new(""), None);

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use crate::Vector;
@@ -16,9 +17,9 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
 use crate::scene::file::{CoordinatesFile, SpaceFile};
 use crate::scene::given::GivenParticles;
 use crate::scene::unvalidated::{Group, Listed, UnvalidatedBond};
-use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{Beside, FrameReader, ReadError};
 use crate::trajectory::frame::FrameParticle;
+use crate::trajectory::{Frame, compressed};
 
 /// A frame, and what is known about it.
 #[derive(Debug)]
@@ -220,7 +221,8 @@ pub(super) fn unchanged(
 
 /// A frame, or the line and what is wrong with it.
 fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
-    let lines = || text.iter().filter(|&&byte| byte == b'\n').count().max(1);
+    let open = || compressed::unpacked(text).map_err(|error| (1, error.to_string()));
+    let lines = || open().map_or(1, |text| BufReader::new(text).split(b'\n').map_while(Result::ok).count().max(1));
     let wrong = |error: ReadError| match error.line() {
         Some(line) => (line, error.problem()),
         None => (lines(), error.to_string()),
@@ -232,7 +234,7 @@ fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
     let from_start = match u64::try_from(frame) {
         Ok(frame) => frame,
         Err(_) => {
-            let mut all = FrameReader::new(text);
+            let mut all = FrameReader::new(open()?);
             let mut frames = 0_u64;
             while all.skip_frame().map_err(wrong)? {
                 frames += 1;
@@ -240,7 +242,7 @@ fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
             frames.checked_sub(frame.unsigned_abs()).ok_or_else(|| ends_after(frames))?
         }
     };
-    let mut reader = FrameReader::new(text);
+    let mut reader = FrameReader::new(open()?);
     for passed in 0..from_start {
         if !reader.skip_frame().map_err(wrong)? {
             return Err(ends_after(passed));

@@ -129,10 +129,23 @@ pub enum SceneErrorKind {
     Override { key: String, problem: String },
 }
 
+/// Most characters of a value that are shown.
+const MOST_SHOWN: usize = 100;
+
+/// A value, or its beginning and how long it is.
+fn shortened(value: String) -> String {
+    let count = value.chars().count();
+    if count <= MOST_SHOWN {
+        return value;
+    }
+    let start: String = value.chars().take(MOST_SHOWN).collect();
+    format!("{start}... (of {count} characters)")
+}
+
 impl SceneErrorKind {
     /// A value outside of its range.
     pub(crate) fn value(value: impl fmt::Display, expected: impl Into<String>) -> Self {
-        Self::Value { value: value.to_string(), expected: expected.into() }
+        Self::Value { value: shortened(value.to_string()), expected: expected.into() }
     }
 
     /// Help: the likely cure, where there is one.

@@ -227,6 +227,9 @@ pub(crate) struct CountFile {
     pub upper: Option<[f64; 3]>,
     /// File of a closed mesh in place of a box, STL or OBJ; a relative path starts at the folder of the scene.
     pub path: Option<String>,
+    /// Vertices of the file that are nearer to each other than this part of the largest extent of the mesh become one; none if not given.
+    #[schemars(range(min = 0, max = 0.01))]
+    pub weld: Option<f64>,
     /// Factor by which the mesh of the file is made larger, first.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,

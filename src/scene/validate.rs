@@ -87,6 +87,7 @@ impl SceneBuilder {
 
     /// The scene with thermostats that have something to act on, unless its plan does not fit all that is in it.
     pub(super) fn settled(&self, mut scene: Scene) -> Result<Scene, SceneError> {
+        plan::check_start_time(&scene)?;
         plan::settle_gravity(&mut scene)?;
         plan::check_growth_fits(&scene)?;
         plan::settle_thermostats(&mut scene)?;

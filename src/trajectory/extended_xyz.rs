@@ -42,8 +42,6 @@ mod size;
 mod tests;
 mod write;
 
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
 pub use error::{ReadError, WriteError};
@@ -54,7 +52,7 @@ pub(crate) use size::frame_bytes;
 pub use write::write_frame;
 pub(crate) use write::{FrameWriter, Heading};
 
-use super::Frame;
+use super::{Frame, compressed};
 
 /// Longest line that is read `[bytes]`: some five million bonds, and a bound on what a file that is not text costs.
 const LONGEST_LINE: u64 = 1 << 26;
@@ -75,9 +73,9 @@ pub struct Pick {
 /// [`ReadError::Open`] if the file cannot be opened, [`ReadError::NoFrame`] if it holds no frame,
 /// [`ReadError::Truncated`] if it ends within the first frame; any other [`ReadError`] if it is malformed.
 pub fn pick_frame(path: &Path, time: Option<f64>) -> Result<Pick, ReadError> {
-    let file = File::open(path).map_err(|source| ReadError::Open { path: path.into(), source })?;
+    let text = compressed::open(path).map_err(|source| ReadError::Open { path: path.into(), source })?;
     let mut nearest: Option<Frame> = None;
-    for frame in FrameReader::new(BufReader::with_capacity(1 << 16, file)) {
+    for frame in FrameReader::new(text) {
         match (frame, nearest.take()) {
             (Err(ReadError::Truncated { .. }), Some(frame)) => return Ok(Pick { frame, is_truncated: true }),
             (Err(error), _) => return Err(error),

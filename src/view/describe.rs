@@ -11,7 +11,7 @@ pub use estimate::{estimate, observable};
 pub use exchange::{distance_between, exchange};
 pub(crate) use facts::AUTO_THREADS;
 pub use facts::{Fact, facts};
-pub use surfaces::meshes;
+pub use surfaces::{idle_surfaces, meshes};
 
 use std::path::Path;
 

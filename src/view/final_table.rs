@@ -101,7 +101,9 @@ fn ending(finished: &Finished) -> String {
         Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),
         Ending::Jammed(jam) => format!("FAILED at t = {time}{stage}: {jam}"),
         Ending::Blocked(blocked) => format!("FAILED at t = {time}{stage}: {blocked}"),
-        Ending::Arrested(arrest) => format!("FAILED at t = {time}{stage}: {arrest}"),
+        Ending::Arrested(arrest) => {
+            format!("FAILED at t = {time}{stage}: {}", arrest.told(finished.simulation.scene()))
+        }
         Ending::Broken(broken) => format!("FAILED at t = {time}{stage}: {broken}"),
     }
 }

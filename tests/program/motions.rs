@@ -71,3 +71,68 @@ fn a_check_and_a_run_tell_what_moves_and_what_was_measured() {
     assert_eq!(code(&proof), 0, "{}", words(&proof));
     assert!(words(&proof).contains("\nPROVEN"), "{}", words(&proof));
 }
+
+#[test]
+fn surfaces_that_nothing_meets_and_motions_that_nothing_notices_are_named() {
+    let scene = |surface: &str| {
+        format!(
+            r#"
+[space]
+size = [6.0, 6.0, 6.0]
+x = "walls"
+y = "walls"
+z = "open"
+
+[[species]]
+name = "ball"
+mass = 1.0
+diameter = 1.0
+
+[[interaction]]
+species = ["ball", "ball"]
+potential = "hard-sphere"
+
+[[particle]]
+species = "ball"
+position = [2.0, 2.0, 3.0]
+velocity = [0.1, 0.2, 0.3]
+
+[run]
+until_time = 1.0
+
+[[surface]]
+name = "it"
+{surface}
+"#
+        )
+    };
+    let plate = |z: f64, x: f64| {
+        format!(
+            "shape = \"parallelogram\"\ncorner = [{x}, 1.0, {z}]\nedge_1 = [2.0, 0.0, 0.0]\nedge_2 = [0.0, 2.0, 0.0]"
+        )
+    };
+    let floor = "shape = \"plane\"\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 2.0]";
+    let moved = |shape: &str, motion: &str| format!("{shape}\nmotion = [{{ kind = {motion} }}]");
+    let beyond = Some("surface `it` is beyond the walls of x: no particle meets it");
+    let along = Some("surface `it` moves along itself only, which no smooth sphere notices");
+    for (surface, expected) in [
+        (plate(1.0, 7.0), beyond),
+        (plate(1.0, -3.0), beyond),
+        (plate(1.0, 5.0), None),
+        // Open along z: particles may come there.
+        (plate(9.0, 2.0), None),
+        (moved(floor, "\"translation\", velocity = [1.0, 0.5, 0.0]"), along),
+        (moved(floor, "\"translation\", velocity = [1.0, 0.5, 0.1]"), None),
+        (moved(floor, "\"rotation\", point = [3.0, 3.0, 0.0], axis = [0.0, 0.0, 1.0], frequency = 1.0"), along),
+        (moved(floor, "\"rotation\", point = [3.0, 3.0, 0.0], axis = [0.0, 0.1, 1.0], frequency = 1.0"), None),
+        (moved(&plate(1.0, 2.0), "\"oscillation\", amplitude = [0.0, 0.0, 0.2], frequency = 1.0"), None),
+        (moved(&plate(1.0, 2.0), "\"oscillation\", amplitude = [0.0, 0.0, 0.2], frequency = 0.0"), along),
+        (format!("{}\ntemperature = 1.0", moved(floor, "\"translation\", velocity = [1.0, 0.5, 0.0]")), None),
+    ] {
+        let place = Place::with(&scene(&surface));
+        let text = words(&place.carom(&["check", "scene.toml"]));
+        let told =
+            text.lines().find(|line| line.contains("surface `it`")).map(|line| line.trim_start_matches("warning: "));
+        assert_eq!(told, expected, "{surface}: {text}");
+    }
+}

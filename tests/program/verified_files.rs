@@ -136,7 +136,7 @@ impl Numbers {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((mixed ^ (mixed >> 31)) % end as u64) as usize
+        usize::try_from((mixed ^ (mixed >> 31)) % end as u64).unwrap()
     }
 }
 
@@ -160,7 +160,7 @@ fn change(file: &Path, numbers: &mut Numbers) -> String {
         1 => {
             let digits: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at].is_ascii_digit()).collect();
             let Some(&at) = digits.get(numbers.below(digits.len().max(1))) else { return change(file, numbers) };
-            bytes[at] = b'0' + (bytes[at] - b'0' + 1 + numbers.below(9) as u8) % 10;
+            bytes[at] = b'0' + (bytes[at] - b'0' + 1 + u8::try_from(numbers.below(9)).unwrap()) % 10;
         }
         2 => drop(bytes.remove(at)),
         3 => bytes.insert(at, bytes[at]),
@@ -210,7 +210,7 @@ fn a_single_change_in_any_file_of_a_run_is_found_or_the_file_named_as_not_compar
 fn a_run_that_was_interrupted_anywhere_has_the_files_of_its_replay() {
     let place = Place::with(MIXTURE);
     let scene = || read_scene(place.path().join("scene.toml"), &[]).unwrap();
-    let text = scene().record(&place.path().join("scene.toml"), &[]).unwrap();
+    let text = scene().record(place.path().join("scene.toml"), &[]).unwrap();
     let mut ends = Vec::new();
     for asked in [1, 2, 3, 5, 8] {
         let target = place.path().join(format!("after-{asked}"));

@@ -35,6 +35,9 @@ impl fmt::Display for Answer {
 /// slowest of what a few hundred particles do together takes some more.
 const FEWEST_EVENTS: f64 = 10.0;
 
+/// Events of each particle, in the mean, before anything can be said to drift.
+const FEWEST_TO_DRIFT: f64 = 1.0;
+
 /// Further conditions of equilibrium of a measurement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Conditions {
@@ -71,7 +74,9 @@ impl Equilibrium {
             }
             _ => None,
         });
-        let mut drifting: Vec<String> = drifting.collect();
+        // A handful of events drifts by chance.
+        let is_short = events_per_particle < FEWEST_TO_DRIFT;
+        let mut drifting: Vec<String> = if is_short { Vec::new() } else { drifting.collect() };
         let is_unknown = |(_, stationarity): &&(&str, Stationarity)| *stationarity == Stationarity::Unknown;
         let unknown: Vec<String> = observables.iter().filter(is_unknown).map(|(name, _)| words(name)).collect();
         let fluctuates = observables.iter().any(|(_, stationarity)| *stationarity == Stationarity::Stationary);
@@ -81,6 +86,10 @@ impl Equilibrium {
             (verdict, drifting)
         } else if !drifting.is_empty() {
             (Answer::No, drifting)
+        } else if is_short {
+            let few = digits(rounded(events_per_particle));
+            let reason = format!("too short to tell: {few} events per particle, and {FEWEST_EVENTS} are needed");
+            (Answer::Unknown, vec![reason])
         } else if !unknown.is_empty() {
             (Answer::Unknown, vec![format!("too short to tell for {}", unknown.join(", "))])
         } else if !fluctuates {
@@ -124,6 +133,16 @@ fn rounded(drift: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn less_than_an_event_of_each_particle_tells_nothing() {
+        let text = |events_per_particle: f64| {
+            let conditions = Conditions { dimensions: 3, has_steady_state: true, events_per_particle };
+            Equilibrium::of(&[("pressure", Stationarity::Drifting(0.5))], &conditions).to_string()
+        };
+        assert_eq!(text(0.5), "unknown (too short to tell: 0.5 events per particle, and 10 are needed)");
+        assert_eq!(text(1.0), "no (pressure drifts by 0.5 [energy / length^3])");
+    }
 
     #[test]
     fn what_drifts_comes_before_what_is_not_known() {

@@ -93,7 +93,11 @@ fn shapes(shape: &SurfaceShape) -> Vec<Shape> {
             line(ends, radius).into_iter().chain(ends.map(ball)).collect()
         }
         SurfaceShape::Mesh(mesh) => {
-            let mut shapes: Vec<Shape> = mesh.vertices.iter().copied().map(point).collect();
+            let mut is_corner = vec![false; mesh.vertices.len()];
+            let corners = mesh.triangles.iter().flatten().map(|vertex| *vertex as usize);
+            corners.for_each(|vertex| is_corner[vertex] = true);
+            let corners = mesh.vertices.iter().zip(is_corner).filter(|(_, is_corner)| *is_corner);
+            let mut shapes: Vec<Shape> = corners.map(|(vertex, _)| point(*vertex)).collect();
             for corners @ [a, b, c] in mesh.all_corners() {
                 shapes.extend([[a, b], [b, c], [c, a]].into_iter().filter_map(|ends| line(ends, 0.0)));
                 shapes.extend(face(corners).into_iter().flatten());

@@ -51,7 +51,8 @@ impl Cells {
     /// Whether there is room for a number of particles, and the lists of the cells hold each of them once at most, in its cell.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
-        if self.first.len() != self.grid.count()
+        if !self.grid.is_sound()
+            || self.first.len() != self.grid.count()
             || self.next.len() != particles
             || self.homes.len() != particles
             || self.homes.iter().any(|&home| home as usize >= self.first.len())

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// A divisor known ahead, by which a multiplication divides: several times as fast as a division.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Divisor {
     by: u32,
     /// `2^64 / by`, rounded up; 0 stands for `2^64` itself.

@@ -100,6 +100,14 @@ impl Grid {
         }
     }
 
+    /// Whether there are cells, as many as can be numbered, and the divisors are those of their counts.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let [x, y, z] = self.counts;
+        let count = x.checked_mul(y).and_then(|plane| plane.checked_mul(z));
+        count.is_some_and(|count| count > 0) && self.by == [Divisor::new(x), Divisor::new(y)]
+    }
+
     /// Number of cells.
     #[must_use]
     pub fn count(&self) -> usize {

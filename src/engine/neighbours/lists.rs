@@ -117,6 +117,8 @@ impl Lists {
                 self.filled_up(particle).0.iter().all(|&other| (other as usize) < particles)
             })
             && self.free.iter().flatten().all(|&first| (first as usize) < blocks)
+            && self.coming <= self.newcomers.len()
+            && self.newcomers.iter().chain(&self.old).all(|&other| (other as usize) < particles)
     }
 
     /// Frees the memory of all lists, which are empty then.

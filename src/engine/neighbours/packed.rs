@@ -110,6 +110,28 @@ impl Packed {
         others
     }
 
+    /// Whether each block is in one cell or free, and holds none but a number of particles.
+    #[must_use]
+    pub fn is_sound(&self, particles: usize) -> bool {
+        let mut is_used = vec![false; self.blocks.len()];
+        let mut take = |at: u32| is_used.get_mut(at as usize).is_some_and(|is_used| !std::mem::replace(is_used, true));
+        if !self.grid.is_sound() || self.first.len() != self.grid.count() || self.next.len() != self.blocks.len() {
+            return false;
+        }
+        for &first in &self.first {
+            let mut at = first;
+            while at != NONE {
+                if !take(at) {
+                    return false;
+                }
+                at = self.next[at as usize];
+            }
+        }
+        let mut lanes = self.blocks.iter().flat_map(|block| block.ids.into_iter().zip(block.at[0]));
+        self.free.iter().all(|&at| take(at))
+            && lanes.all(|(id, x)| if id == NO_PARTICLE { x.is_nan() } else { (id as usize) < particles })
+    }
+
     /// Asks for large pages.
     pub fn enlarge(&self) {
         enlarge(&self.first);

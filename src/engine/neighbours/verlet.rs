@@ -59,6 +59,17 @@ impl VerletLists {
         }
     }
 
+    /// Whether there is all that a number of particles of some species needs, and no number leads elsewhere.
+    #[must_use]
+    pub fn is_sound(&self, particles: usize, species: usize) -> bool {
+        self.centres.len() == particles
+            && self.species == species
+            && self.reaches.len() == species
+            && self.squared.len() == species * species
+            && self.lists.is_sound(particles)
+            && self.cells.is_sound(particles)
+    }
+
     /// The half skin that just fits a box: the nearest image of a pair stays the same one while both are in their skins. Infinite without
     /// periodic axes, negative where none fits.
     #[must_use]

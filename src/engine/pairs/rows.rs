@@ -41,6 +41,12 @@ impl Rows {
         self.rows[species.0 as usize]
     }
 
+    /// Whether each species has a row that there is.
+    #[must_use]
+    pub fn are_sound(&self) -> bool {
+        self.rows.iter().all(|row| usize::from(*row) < self.species.len().max(1))
+    }
+
     /// The species, by row.
     #[must_use]
     pub fn species(&self) -> &[SpeciesId] {

@@ -1,6 +1,7 @@
 //! The interactions of a scene, laid out for the event loop.
 
 use super::rows::Rows;
+use super::states::PairState;
 use crate::Vector;
 use crate::model::{Interaction, Scene, Species, SpeciesId};
 use crate::physics::overlap::Side;
@@ -49,6 +50,13 @@ impl Steps {
             outer: squared(outer, f64::INFINITY),
         });
         Self { edges: edges.collect(), outer, inner, energies: energies.to_vec(), restitution: interaction.restitution }
+    }
+
+    /// Number of states of a pair; none if they are not the same everywhere.
+    fn states(&self) -> Option<usize> {
+        let count = self.energies.len();
+        let lengths = [self.outer.len(), self.inner.len(), self.edges.len()];
+        (lengths == [count; 3]).then_some(count)
     }
 
     /// The discontinuity that a pair in `state` sees on one of its sides.
@@ -153,6 +161,21 @@ pub struct Rules {
 }
 
 impl Rules {
+    /// Whether the tables are those of all rows, and each interaction in them is there, with the states of some pairs.
+    #[must_use]
+    pub fn is_sound<'p>(&self, mut pairs: impl Iterator<Item = &'p PairState>) -> bool {
+        let rows = self.rows.species().len();
+        let squares = [self.meetings.len(), self.inertial.len(), self.accelerated.len()];
+        let lengths = [self.species.len(), self.is_met_accelerated.len()];
+        let states = |interaction: u16| self.steps.get(usize::from(interaction)).and_then(Steps::states);
+        self.rows.are_sound()
+            && lengths == [rows; 2]
+            && squares == [rows * rows; 3]
+            && self.steps.iter().all(|steps| steps.states().is_some())
+            && self.meetings.iter().all(|meeting| !meeting.exists || states(meeting.interaction).is_some())
+            && pairs.all(|pair| states(pair.interaction).is_some_and(|states| usize::from(pair.state) < states))
+    }
+
     /// The rules of a scene.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {

@@ -56,6 +56,11 @@ impl CapturedPairs {
             && self.entries.iter().all(|pair| (pair.partner as usize) < particles)
     }
 
+    /// The states of all pairs, each as both of the two keep it.
+    pub fn all(&self) -> impl Iterator<Item = &PairState> {
+        (0..).zip(&self.lengths).flat_map(|(particle, _)| self.of(particle))
+    }
+
     /// The partners of a particle.
     #[inline]
     #[must_use]

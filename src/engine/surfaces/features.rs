@@ -112,10 +112,28 @@ fn of_mesh(mesh: &TriangleMesh) -> Vec<Shape> {
         edges.extend(segment(&ends.map(|vertex| mesh.vertices[vertex]), 0.0));
         ends.into_iter().for_each(|vertex| is_corner[vertex] = true);
     }
+    // A triangle with two equal corners is a line, and with three a point; where other triangles have them, they are there already.
+    let mut is_used = vec![false; mesh.vertices.len()];
+    let used: Vec<[u32; 2]> = mesh.edges().iter().map(|uses| uses[0].ends).collect();
+    used.iter().flatten().for_each(|vertex| is_used[*vertex as usize] = true);
+    let mut needles: Vec<[u32; 2]> = mesh.triangles.iter().filter_map(needle).collect();
+    needles.sort_unstable();
+    needles.dedup();
+    for ends in needles.into_iter().filter(|ends| used.binary_search(ends).is_err()) {
+        let ends = ends.map(|vertex| vertex as usize);
+        edges.extend(segment(&ends.map(|vertex| mesh.vertices[vertex]), 0.0));
+        ends.into_iter().filter(|vertex| !is_used[*vertex]).for_each(|vertex| is_corner[vertex] = true);
+    }
     let corners = mesh.vertices.iter().zip(is_corner).filter(|(_, is_corner)| *is_corner).map(|(vertex, _)| {
         Shape::Round(Round { centre: *vertex, axis: None, length: 0.0, radius: 0.0, is_inside: false })
     });
     faces.into_iter().flatten().map(Shape::Face).chain(edges).chain(corners).collect()
+}
+
+/// The ends of a triangle with two or three equal corners, the smaller number first; none of another one.
+fn needle(&[a, b, c]: &[u32; 3]) -> Option<[u32; 2]> {
+    let is_one = a == b || b == c || c == a;
+    is_one.then(|| [a.min(b).min(c), a.max(b).max(c)])
 }
 
 /// Whether the faces on both sides of an edge are in one plane; the two then share how they look at it.

@@ -8,7 +8,8 @@ use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::space::{Boundary, Face, Space};
 use crate::model::surface_motion::{Moment, Pose, Timeline};
-use crate::model::{Scene, SceneSurface, SpeciesId, SurfaceLaw};
+use crate::model::triangle_mesh::LARGEST_COORDINATE;
+use crate::model::{Scene, SceneSurface, SpeciesId, SurfaceLaw, SurfaceShape, TriangleMesh};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -58,7 +59,7 @@ struct Origin {
 
 /// The surfaces of a scene: those of no limited extent, walls first, then the features of others.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(from = "Origin", into = "Origin")]
+#[serde(try_from = "Stored", into = "Origin")]
 pub(crate) struct Surfaces {
     origin: Arc<Origin>,
     all: Arc<Vec<Placed>>,
@@ -104,6 +105,39 @@ impl From<Origin> for Surfaces {
     }
 }
 
+/// Parts that were read, and may be anything.
+#[derive(Deserialize)]
+#[serde(transparent)]
+struct Stored(Origin);
+
+impl TryFrom<Stored> for Surfaces {
+    type Error = &'static str;
+
+    fn try_from(Stored(origin): Stored) -> Result<Self, Self::Error> {
+        if origin.is_present.len() != origin.surfaces.len() {
+            return Err("the surfaces that are there");
+        }
+        let all_are_sound = origin.surfaces.iter().all(|surface| match &surface.shape {
+            SurfaceShape::Mesh(mesh) => mesh.is_sound() && has_few_images(&origin.space, mesh),
+            SurfaceShape::Capsule { ends, .. } => ends.iter().all(|end| end.amax() <= LARGEST_COORDINATE),
+            _ => true,
+        });
+        if all_are_sound { Ok(Self::from(origin)) } else { Err("the surfaces") }
+    }
+}
+
+/// Whether a mesh has no more images in a periodic box than features can be numbered.
+fn has_few_images(space: &Space, mesh: &TriangleMesh) -> bool {
+    let images = |axis: usize| {
+        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+        for vertex in &mesh.vertices {
+            (lowest, highest) = (lowest.min(vertex[axis]), highest.max(vertex[axis]));
+        }
+        ((highest - lowest).max(0.0) / space.periods()[axis] + 4.0).max(1.0)
+    };
+    (mesh.triangles.len() as f64) * images(0) * images(1) * images(2) <= MOST_FEATURES as f64
+}
+
 impl From<Surfaces> for Origin {
     fn from(surfaces: Surfaces) -> Self {
         Arc::unwrap_or_clone(surfaces.origin)
@@ -146,6 +180,11 @@ impl Surfaces {
         let has_temperature = |surface: &SceneSurface| surface.law.temperature().is_some();
         self.all.iter().any(|placed| matches!(placed.law, Law::Thermal { .. }))
             || self.origin.surfaces.iter().any(has_temperature)
+    }
+
+    /// Whether a contact with one that is there now loses energy.
+    pub fn dissipate(&self) -> bool {
+        self.all.iter().any(|placed| matches!(placed.law, Law::Reflecting { restitution } if restitution < 1.0))
     }
 
     /// Simulated time at the start of the scene.

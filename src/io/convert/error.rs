@@ -37,6 +37,9 @@ pub enum ConvertError {
     /// The name of the target, or of its unfinished state, is that of something that is not a conversion into this format.
     #[error("{} holds something that is not such a conversion", .0.display())]
     Foreign(PathBuf),
+    /// The name of the target asks for compression, which the format does not have.
+    #[error("{} ends as compressed files do, and only extended XYZ is written compressed", .0.display())]
+    Compressed(PathBuf),
     /// The target is the source, or would be written over it.
     #[error("{} is the trajectory that would be converted", .0.display())]
     Source(PathBuf),
@@ -95,6 +98,7 @@ impl ConvertError {
             Self::Foreign(_) => Some("choose another name with --out, or remove it"),
             Self::Surface { .. } => Some("repair the file, or move it out of the folder `surfaces`"),
             Self::Source(_) => Some("choose another name with --out"),
+            Self::Compressed(_) => Some("leave .gz or .zst out, or convert to xyz"),
             Self::Write { source, .. } => Some(cure_of(source)),
             _ => None,
         }

@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use super::Driver;
-use crate::engine::{Arrest, Simulation, Standstill};
+use crate::engine::Simulation;
 use crate::model::Scene;
 use crate::run::Ending;
 
@@ -61,13 +61,7 @@ impl Driver<'_> {
         (watch.since, watch.next) = (now, events.saturating_add(watch.most));
         let (most, is_storm) = (watch.most, advance < watch.within);
         self.simulation.complete();
-        match self.simulation.soonest_contact().filter(|_| is_storm) {
-            Some((particle, partner)) => {
-                let standstill = Standstill::Storm { events: most, advance };
-                let arrest = Arrest { particle, partner, time: now, standstill, has_contact_time: true };
-                ControlFlow::Break(Some(Ending::Arrested(arrest)))
-            }
-            None => ControlFlow::Continue(()),
-        }
+        let arrest = is_storm.then(|| self.simulation.storm(most, advance)).flatten();
+        arrest.map_or(ControlFlow::Continue(()), |arrest| ControlFlow::Break(Some(Ending::Arrested(arrest))))
     }
 }

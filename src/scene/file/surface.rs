@@ -83,6 +83,9 @@ pub(crate) struct SurfaceFile {
     /// Whether it is refused unless it is the closed surface of bodies, with normals outwards, that nowhere passes through itself.
     #[schemars(extend("default" = false))]
     pub closed: Option<bool>,
+    /// Vertices of the file that are nearer to each other than this part of the largest extent of the mesh become one; none if not given.
+    #[schemars(range(min = 0, max = 0.01), extend("default" = 0.0))]
+    pub weld: Option<f64>,
     /// Factor by which the mesh of the file is made larger, first.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
     pub scale: Option<f64>,

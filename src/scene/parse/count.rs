@@ -16,9 +16,14 @@ pub(super) fn parse_count(
     directory: &Path,
 ) -> Result<(CountRegion, Option<InputFile>), SceneError> {
     let Some(path) = file.path else {
-        let given =
-            [file.scale.is_some(), file.rotation.is_some(), file.translation.is_some(), file.checksum.is_some()];
-        let of_mesh = ["scale", "rotation", "translation", "checksum"].into_iter().zip(given).find(|(_, given)| *given);
+        let given = [
+            ("weld", file.weld.is_some()),
+            ("scale", file.scale.is_some()),
+            ("rotation", file.rotation.is_some()),
+            ("translation", file.translation.is_some()),
+            ("checksum", file.checksum.is_some()),
+        ];
+        let of_mesh = given.into_iter().find(|(_, given)| *given);
         if let Some((key, _)) = of_mesh {
             return refuse(at.key(key), "given without a path", "the file of a mesh as well, or none of its keys");
         }
@@ -34,6 +39,7 @@ pub(super) fn parse_count(
     let source = MeshSource {
         path,
         closed: Some("whose inside is counted"),
+        weld: file.weld,
         scale: file.scale,
         rotation: file.rotation,
         translation: file.translation,

@@ -30,7 +30,7 @@ pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
     ("disc", &["centre", "axis", "radius", "tolerance"]),
     ("cone", &["base", "axis", "radii", "length", "tolerance"]),
     ("revolution", &["base", "axis", "profile", "tolerance"]),
-    ("mesh", &["path", "closed", "scale", "rotation", "translation", "checksum"]),
+    ("mesh", &["path", "closed", "weld", "scale", "rotation", "translation", "checksum"]),
 ];
 
 /// The words for the side on which particles are, and whether it is inside.
@@ -58,6 +58,7 @@ pub(super) fn parse_surface(
             let source = MeshSource {
                 path: keys.need("path")?,
                 closed: (file.closed == Some(true)).then_some("because of `closed`"),
+                weld: file.weld,
                 scale: file.scale,
                 rotation: file.rotation,
                 translation: file.translation,
@@ -166,11 +167,15 @@ fn turned(
     }
 }
 
+/// Largest part of the extent of a mesh within which vertices are merged.
+const MOST_WELDED: f64 = 0.01;
+
 /// File of a mesh, and how it is put in its place.
 pub(super) struct MeshSource<'f> {
     pub path: String,
     /// Why it has to be the closed surface of bodies, if it has.
     pub closed: Option<&'static str>,
+    pub weld: Option<f64>,
     pub scale: Option<f64>,
     pub rotation: Option<RotationFile>,
     pub translation: Option<[f64; 3]>,
@@ -191,8 +196,16 @@ pub(super) fn mesh(
     let unusable = |error: MeshFileError| {
         SceneError::new(at.key("path"), SceneErrorKind::Mesh { path: path.clone(), problem: Box::new(error.problem) })
     };
-    let read = read_mesh("", extension, &content).map_err(unusable)?;
+    let mut read = read_mesh("", extension, &content).map_err(unusable)?;
     input.extra_bytes = unread_bytes(extension, &content);
+    let weld = file.weld.unwrap_or(0.0);
+    if !(0.0..=MOST_WELDED).contains(&weld) {
+        return refuse(at.key("weld"), weld, format!("a part of the extent of the mesh from 0 to {MOST_WELDED}"));
+    }
+    if weld > 0.0 {
+        let [lower, upper] = read.bounds();
+        (read, input.merged_vertices) = read.merged(weld * (upper - lower).amax());
+    }
     if let Some(why) = file.closed {
         check_closed(&read, &path, why, at)?;
     }

@@ -1,6 +1,7 @@
 //! Validates the plans of a scene: limits, stages, thermostats, growth, shear.
 
 use crate::Vector;
+use crate::base::text::digits;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{Boundary, Space};
 use crate::model::{
@@ -17,6 +18,27 @@ pub(in crate::scene) const SO_MANY_THREADS: &str = "a whole number from 1 to 64,
 /// Gravity of a stage, which is zero along flat axes.
 fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     gravity.map_or(Ok(()), |gravity| on_flat_axes(&gravity, &Vector::zeros(), space, &at.key("gravity")))
+}
+
+/// A time of the run keeps this part of its digits beside the time at the start.
+const ROUNDED: f64 = 1e-3;
+
+/// Whether the times of a run have digits beside the time at its start: those that are given, and that in which the fastest particle moves by a diameter.
+pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
+    let Scene { run, output, species, particles, start_time, .. } = scene;
+    let stages = run.stages.iter().filter_map(|stage| stage.limit.time);
+    let given = [run.limit.time, run.equilibration.time, output.thermo_interval, output.frame_interval];
+    let fastest = particles.iter().map(|particle| particle.velocity.norm()).fold(0.0, f64::max);
+    let smallest = species.iter().map(|species| species.diameter).fold(f64::INFINITY, f64::min);
+    let crossing = (fastest > 0.0).then_some(smallest / fastest);
+    let times = stages.chain(given.into_iter().flatten()).chain(crossing);
+    let shortest = times.fold(f64::INFINITY, f64::min);
+    let most = ROUNDED * shortest / f64::EPSILON;
+    if start_time.abs() <= most {
+        return Ok(());
+    }
+    let expected = format!("at most {most:.1e}: beside it a time of {} has no digits", digits(shortest));
+    refuse(ConfigPath::root().key("start_time"), digits(*start_time), expected)
 }
 
 pub(super) fn check_limit(limit: Limit, time: ConfigPath, events: ConfigPath) -> Result<(), SceneError> {

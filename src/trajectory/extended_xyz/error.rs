@@ -19,6 +19,9 @@ pub enum ReadError {
         /// Why.
         source: io::Error,
     },
+    /// The file is compressed, where its frames have to be reached one by one.
+    #[error("{} is compressed, so that its frames cannot be reached one by one: unpack it first, with `carom convert --to xyz --out plain.xyz`", .0.display())]
+    Compressed(PathBuf),
     /// The operating system failed to read on.
     #[error("line {line}: cannot read on")]
     Io {
@@ -74,7 +77,7 @@ impl ReadError {
     #[must_use]
     pub fn line(&self) -> Option<usize> {
         match *self {
-            Self::Open { .. } | Self::NoFrame => None,
+            Self::Open { .. } | Self::Compressed(_) | Self::NoFrame => None,
             Self::Io { line, .. }
             | Self::NotText { line }
             | Self::LineTooLong { line }

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::{FrameReader, ReadError};
 use crate::trajectory::Frame;
+use crate::trajectory::compressed::is_compressed;
 
 /// Bytes that are read at once.
 const BUFFER: usize = 1 << 18;
@@ -85,7 +86,9 @@ pub fn frame_at(path: &Path, place: FramePlace) -> Result<Frame, ReadError> {
 
 fn opened(path: &Path) -> Result<BufReader<File>, ReadError> {
     let file = File::open(path).map_err(|source| ReadError::Open { path: path.to_owned(), source })?;
-    Ok(BufReader::with_capacity(BUFFER, file))
+    let mut input = BufReader::with_capacity(BUFFER, file);
+    let start = input.fill_buf().map_err(|source| ReadError::Open { path: path.to_owned(), source })?;
+    if is_compressed(start) { Err(ReadError::Compressed(path.to_owned())) } else { Ok(input) }
 }
 
 #[cfg(test)]

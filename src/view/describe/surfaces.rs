@@ -5,6 +5,7 @@ use crate::Vector;
 use crate::base::text::{digits, listed, plural};
 use crate::mesh::MeshReport;
 use crate::mesh::report::{Finding, Inside, Orientation, Thinnest};
+use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{MotionKind, Scene, SceneSurface, Species, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
 
 /// Beyond this ratio of its size to that of the particles, or of the box, a mesh probably has other units.
@@ -81,10 +82,112 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
         // A rim is a matter of fact: funnels have some.
         let faults = report.findings().into_iter().filter(|finding| !matches!(finding, Finding::Open(_)));
         warnings.extend(faults.map(|finding| format!("mesh `{}`: {finding}; {}", surface.name, finding.cure())));
+        warnings.extend(nearly_closed(surface, mesh, &report));
         warnings.extend(other_units(scene, surface, mesh));
         warnings.extend(started_inside(scene, surface, mesh, &report));
     }
+    let merged = scene.inputs.iter().filter(|input| input.merged_vertices > 0);
+    lines.extend(merged.map(|input| {
+        format!(
+            "{}: {} merged into others near them, because of `weld`",
+            input.path,
+            plural(input.merged_vertices, "corner")
+        )
+    }));
     (lines, warnings)
+}
+
+/// Part of the extent of a mesh within which vertices are suspected to be one.
+const NEARLY: f64 = 1e-6;
+
+/// A mesh with rims that vanish if vertices near each other are merged.
+fn nearly_closed(surface: &SceneSurface, mesh: &TriangleMesh, report: &MeshReport) -> Option<String> {
+    let open = report.open_edges.count;
+    if open == 0 {
+        return None;
+    }
+    let [lower, upper] = mesh.bounds();
+    let (merged, count) = mesh.merged(NEARLY * (upper - lower).amax());
+    let left = if count > 0 { merged.edges().iter().filter(|uses| uses.len() == 1).count() } else { open };
+    (left < open).then(|| {
+        format!(
+            "mesh `{}`: {} of the {open} edges at its rim close if vertices within 1e-6 of its extent are one: add weld = 1e-6",
+            surface.name,
+            open - left
+        )
+    })
+}
+
+/// Surfaces that no particle meets, and motions that no particle notices.
+#[must_use]
+pub fn idle_surfaces(scene: &Scene) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for surface in &scene.surfaces {
+        if let Some(axis) = beyond_walls(scene, surface) {
+            warnings.push(format!("surface `{}` is beyond the walls of {axis}: no particle meets it", surface.name));
+        }
+        let is_smooth = surface.law.temperature().is_none() && !surface.motions.is_empty();
+        if is_smooth && surface.motions.iter().all(|motion| is_along_itself(&surface.shape, motion)) {
+            warnings
+                .push(format!("surface `{}` moves along itself only, which no smooth sphere notices", surface.name));
+        }
+    }
+    warnings
+}
+
+/// The axis of walls that a surface at rest is beyond, all of it.
+fn beyond_walls(scene: &Scene, surface: &SceneSurface) -> Option<&'static str> {
+    if surface.moves() {
+        return None;
+    }
+    let [lower, upper] = match &surface.shape {
+        SurfaceShape::Mesh(mesh) => mesh.bounds(),
+        SurfaceShape::Capsule { ends: [start, end], radius } => {
+            [start.inf(end).add_scalar(-radius), start.sup(end).add_scalar(*radius)]
+        }
+        SurfaceShape::Sphere { centre, radius, is_inside: false } => {
+            [centre.add_scalar(-radius), centre.add_scalar(*radius)]
+        }
+        _ => return None,
+    };
+    let space = &scene.space;
+    let has_wall = |face: &Face| matches!(face, Face::Wall { .. });
+    let is_beyond = |axis: usize| match &space.boundary[axis] {
+        Boundary::Bounded { lower: below, upper: above } => {
+            (has_wall(below) && upper[axis] < space.lower[axis])
+                || (has_wall(above) && lower[axis] > space.upper()[axis])
+        }
+        _ => false,
+    };
+    (0..3).find(|&axis| is_beyond(axis)).map(|axis| AXES[axis])
+}
+
+/// Part of a direction that is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Whether a motion leaves the places of a surface as they are: of a plane along it, of what is round about its own axis or centre.
+fn is_along_itself(shape: &SurfaceShape, motion: &SurfaceMotion) -> bool {
+    let are_parallel = |a: &Vector, b: &Vector| a.cross(b).norm() <= ROUNDING * a.norm() * b.norm();
+    let are_across = |a: &Vector, b: &Vector| a.dot(b).abs() <= ROUNDING * a.norm() * b.norm();
+    let is_along = |direction: &Vector| match shape {
+        SurfaceShape::Plane { normal, .. } => are_across(direction, normal),
+        SurfaceShape::Cylinder { axis, .. } => are_parallel(direction, axis),
+        _ => direction.norm() == 0.0,
+    };
+    match &motion.kind {
+        MotionKind::Translation { velocity, acceleration } => is_along(velocity) && is_along(acceleration),
+        MotionKind::Oscillation { amplitude, frequency, .. } => *frequency == 0.0 || is_along(amplitude),
+        MotionKind::Rotation { frequency, .. } if *frequency == 0.0 => true,
+        MotionKind::Rotation { point, axis, .. } => {
+            let is_on_axis = |place: &Vector| are_parallel(&(place - point), axis) || (place - point).norm() == 0.0;
+            match shape {
+                SurfaceShape::Plane { normal, .. } => are_parallel(normal, axis),
+                SurfaceShape::Sphere { centre, .. } => is_on_axis(centre),
+                SurfaceShape::Cylinder { point: own, axis: along, .. } => are_parallel(along, axis) && is_on_axis(own),
+                _ => false,
+            }
+        }
+    }
 }
 
 fn about(report: &MeshReport) -> String {

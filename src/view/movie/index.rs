@@ -1,12 +1,13 @@
 //! Where the frames of a movie are in their file, and what all of them have in common.
 
 use std::fs::File;
-use std::io::{BufReader, Seek, SeekFrom};
+use std::io::{BufRead, BufReader, Seek, SeekFrom};
 use std::path::Path;
 
 use super::{MovieProgress, Watch};
 use crate::Vector;
 use crate::trajectory::Frame;
+use crate::trajectory::compressed::is_compressed;
 use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
 use crate::view::render::{ColourBy, Extent, Framing, Shot, SpeedScale, Style, corners, fitted, reach, refuse_numbers};
 use crate::view::{Surfaces, ViewError};
@@ -81,7 +82,12 @@ impl Index {
         if !metadata.is_file() {
             return Err(ViewError::NotFile(path.to_owned()));
         }
-        let mut reader = FrameReader::new(BufReader::with_capacity(1 << 16, file));
+        let mut input = BufReader::with_capacity(1 << 16, file);
+        let start = input.fill_buf().map_err(|source| unreadable(ReadError::Open { path: path.into(), source }))?;
+        if is_compressed(start) {
+            return Err(unreadable(ReadError::Compressed(path.to_owned())));
+        }
+        let mut reader = FrameReader::new(input);
         let mut survey = Survey { style, path, index: None, needs_numbers: false, is_truncated: false };
         let mut count = 0;
         while !selection.is_over(count) {

@@ -1,6 +1,7 @@
 //! Scenes at random with surfaces of every kind.
 
 use carom::Vector;
+use carom::model::{SurfaceShape, TriangleMesh};
 use carom::scene::SceneBuilder;
 
 use super::{KINDS, around, assert_surfaces, grains, with};
@@ -54,5 +55,22 @@ fn flat_edges_are_no_obstacle_to_a_proof() {
         let gas = grains(5, 27).gravity(Vector::new(0.0, 0.0, -1.0)).contact_time(1e-2);
         let met = assert_surfaces("floor", with(gas, vec![shape], 0.5), 3000);
         assert!(met > 500, "{met}");
+    }
+}
+
+/// A triangle with two equal corners is a line, with three a point; beside other triangles it is nothing more than they are.
+#[test]
+fn triangles_without_an_area_are_met_and_proven() {
+    let at = |x: f64, y: f64, z: f64| super::MIDDLE + Vector::new(x, y, z);
+    let vertices = vec![at(-1.9, -2.0, 1.4), at(2.0, 1.9, 1.5), at(0.4, -0.3, 2.1)];
+    for triangles in [vec![[0, 1, 0]], vec![[2, 2, 2], [1, 0, 0]], vec![[0, 1, 2], [0, 1, 1], [2, 2, 2]]] {
+        let needle = SurfaceShape::Mesh(TriangleMesh { vertices: vertices.clone(), triangles });
+        let mut met = 0;
+        for seed in 0..3 {
+            let room = around(1).into_iter().chain([needle.clone()]).collect();
+            let scene = with(grains(seed, 18), room, 1.0);
+            met += assert_surfaces(&format!("seed {seed}"), scene, 400);
+        }
+        assert!(met > 100, "{met}");
     }
 }

@@ -263,3 +263,17 @@ fn a_ball_on_a_floor_that_shakes_gently_is_proven_for_many_periods() {
     assert_proven("floor", &certificate, 2000);
     assert!(certificate.duration > 5.0 && certificate.counts.surface == 2000, "{certificate:?}");
 }
+
+/// Motions that come nowhere: the surface rests.
+#[test]
+fn a_surface_of_frequency_zero_is_proven_as_one_at_rest() {
+    let forever = |kind| SurfaceMotion { from: 0.0, until: f64::INFINITY, kind };
+    let sway = MotionKind::Oscillation { amplitude: Vector::repeat(0.3), frequency: 0.0, phase: 0.2 };
+    let turn = MotionKind::Rotation { point: MIDDLE, axis: Vector::x(), frequency: 0.0 };
+    for kind in [sway, turn] {
+        let scene = moving(grains(2, 9), around(3), &[forever(kind)], 1.0);
+        let certificate = prove(scene, 0, 300);
+        assert_proven("frequency 0", &certificate, 300);
+        assert!(certificate.counts.surface > 20, "{certificate:?}");
+    }
+}

@@ -1,0 +1,92 @@
+//! A text that is written plain, or compressed by gzip or Zstandard.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+
+use super::target::{Draft, finish};
+
+/// How much text is a frame of Zstandard `[bytes]`.
+const FRAME: usize = 1 << 20;
+
+/// Kind of compression, by the ending of a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Compressed {
+    Gzip,
+    Zstandard,
+}
+
+impl Compressed {
+    /// The kind that the ending `.gz` or `.zst` of a name stands for.
+    pub fn of_name(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+        match ending.as_str() {
+            "gz" => Some(Self::Gzip),
+            "zst" => Some(Self::Zstandard),
+            _ => None,
+        }
+    }
+}
+
+/// A file that takes text.
+pub(super) enum Text {
+    Plain(Draft),
+    Gzip(GzEncoder<Draft>),
+    /// The file, and the text of the frame that has been begun.
+    Zstandard(Draft, Vec<u8>),
+}
+
+impl Text {
+    /// An empty one.
+    pub fn new(file: Draft, kind: Option<Compressed>) -> Self {
+        match kind {
+            None => Self::Plain(file),
+            Some(Compressed::Gzip) => Self::Gzip(GzEncoder::new(file, Compression::default())),
+            Some(Compressed::Zstandard) => Self::Zstandard(file, Vec::with_capacity(FRAME)),
+        }
+    }
+
+    /// Writes the rest, and makes it safe on the disk.
+    pub fn finish(self) -> io::Result<()> {
+        match self {
+            Self::Plain(file) => finish(file),
+            Self::Gzip(encoder) => finish(encoder.finish()?),
+            Self::Zstandard(mut file, text) => {
+                file.write_all(&frame(&text))?;
+                finish(file)
+            }
+        }
+    }
+}
+
+fn frame(text: &[u8]) -> Vec<u8> {
+    compress_to_vec(text, CompressionLevel::Fastest)
+}
+
+impl Write for Text {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::Plain(file) => file.write(bytes),
+            Self::Gzip(encoder) => encoder.write(bytes),
+            Self::Zstandard(file, text) => {
+                if text.len() >= FRAME {
+                    file.write_all(&frame(text))?;
+                    text.clear();
+                }
+                text.extend(bytes);
+                Ok(bytes.len())
+            }
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Plain(file) => file.flush(),
+            Self::Gzip(encoder) => encoder.flush(),
+            Self::Zstandard(file, _) => file.flush(),
+        }
+    }
+}

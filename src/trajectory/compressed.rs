@@ -1,0 +1,142 @@
+//! Compressed text: gzip and Zstandard, told by the first bytes of a file, not by its name.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::Path;
+
+use flate2::bufread::MultiGzDecoder;
+use ruzstd::decoding::StreamingDecoder;
+
+/// Buffer of a file `[bytes]`.
+const BUFFER: usize = 1 << 16;
+
+/// The largest window of Zstandard that is unpacked `[bytes]`: what its own program does unasked.
+const LARGEST_WINDOW: u64 = 1 << 27;
+
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+const ZSTANDARD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
+/// Whether something starts as a compressed file does.
+pub(crate) fn is_compressed(start: &[u8]) -> bool {
+    start.starts_with(&GZIP) || start.starts_with(&ZSTANDARD)
+}
+
+/// The text of a file, unpacked if it is compressed.
+///
+/// # Errors
+/// If the file cannot be opened or read. What is wrong within a compressed file is an error of reading from it.
+pub(crate) fn open(path: &Path) -> io::Result<Box<dyn BufRead>> {
+    unpacked(BufReader::with_capacity(BUFFER, File::open(path)?))
+}
+
+/// A text, unpacked if it is compressed.
+///
+/// # Errors
+/// If its beginning cannot be read.
+pub(crate) fn unpacked<'a>(mut packed: impl BufRead + 'a) -> io::Result<Box<dyn BufRead + 'a>> {
+    let start = packed.fill_buf()?;
+    if start.starts_with(&GZIP) {
+        return Ok(Box::new(BufReader::with_capacity(BUFFER, MultiGzDecoder::new(packed))));
+    }
+    if start.starts_with(&ZSTANDARD) {
+        return Ok(Box::new(BufReader::with_capacity(BUFFER, Frames { state: Some(State::Between(packed)) })));
+    }
+    Ok(Box::new(packed))
+}
+
+/// The frames of Zstandard in a file, one after the other.
+struct Frames<R: BufRead> {
+    /// None after an error.
+    state: Option<State<R>>,
+}
+
+enum State<R: BufRead> {
+    Between(R),
+    Within(Box<StreamingDecoder<R, ruzstd::decoding::FrameDecoder>>),
+}
+
+impl<R: BufRead> Read for Frames<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let damaged = |why: String| io::Error::new(io::ErrorKind::InvalidData, format!("damaged Zstandard: {why}"));
+        while !buffer.is_empty() {
+            match self.state.take() {
+                None => return Err(damaged("it cannot be read on".to_owned())),
+                Some(State::Between(mut packed)) => {
+                    if packed.fill_buf()?.is_empty() {
+                        self.state = Some(State::Between(packed));
+                        return Ok(0);
+                    }
+                    let decoder = StreamingDecoder::new_with_max_window_size(packed, LARGEST_WINDOW);
+                    self.state = Some(State::Within(Box::new(decoder.map_err(|error| damaged(error.to_string()))?)));
+                }
+                Some(State::Within(mut decoder)) => match decoder.read(buffer) {
+                    Ok(0) => self.state = Some(State::Between((*decoder).into_inner())),
+                    Ok(count) => {
+                        self.state = Some(State::Within(decoder));
+                        return Ok(count);
+                    }
+                    Err(error) => return Err(damaged(error.to_string())),
+                },
+            }
+        }
+        Ok(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    fn text() -> Vec<u8> {
+        (0..20_000_u32).flat_map(|k| format!("{} {}\n", k, f64::from(k).sqrt()).into_bytes()).collect()
+    }
+
+    fn gzip(text: &[u8]) -> Vec<u8> {
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+        encoder.write_all(text).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    fn zstandard(text: &[u8]) -> Vec<u8> {
+        ruzstd::encoding::compress_to_vec(text, ruzstd::encoding::CompressionLevel::Fastest)
+    }
+
+    fn read(packed: &[u8]) -> io::Result<Vec<u8>> {
+        let mut all = Vec::new();
+        unpacked(packed)?.read_to_end(&mut all)?;
+        Ok(all)
+    }
+
+    #[test]
+    fn both_kinds_are_unpacked_also_in_several_parts_and_all_else_is_as_it_is() {
+        let text = text();
+        let (one, other) = text.split_at(70_001);
+        for pack in [gzip as fn(&[u8]) -> Vec<u8>, zstandard] {
+            assert_eq!(read(&pack(&text)).unwrap(), text);
+            assert_eq!(read(&[pack(one), pack(other)].concat()).unwrap(), text);
+            assert_eq!(read(&pack(b"")).unwrap(), b"");
+        }
+        assert_eq!(read(&text).unwrap(), text);
+        assert_eq!(read(b"").unwrap(), b"");
+    }
+
+    #[test]
+    fn what_is_cut_off_or_damaged_is_an_error() {
+        let text = text();
+        for pack in [gzip as fn(&[u8]) -> Vec<u8>, zstandard] {
+            let packed = pack(&text);
+            for cut in [5, 40, packed.len() / 2, packed.len() - 3] {
+                assert!(read(&packed[..cut]).is_err(), "{cut}");
+            }
+            // Wherever a byte is changed, there is an error or the same text, and no panic.
+            for k in 0..60 {
+                let mut changed = packed.clone();
+                let at = 4 + k * 7_919 % (packed.len() - 4);
+                changed[at] ^= 0x41;
+                let read = read(&changed);
+                assert!(read.is_err() || pack == zstandard as fn(&[u8]) -> Vec<u8> || read.unwrap() == text, "{at}");
+            }
+        }
+    }
+}
