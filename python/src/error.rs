@@ -9,7 +9,7 @@ use carom::exchange::{ExchangeError, ExchangeFolderError, StartError};
 use carom::io::convert::ConvertError;
 use carom::io::{OutputError, SavedError};
 use carom::model::ThermostatError;
-use carom::run::{Ending, Jam, RunError};
+use carom::run::{Blocked, Ending, Jam, RunError};
 use carom::scene::{SceneError, SceneErrorKind};
 use carom::sweep::SweepError;
 use carom::view::ViewError;
