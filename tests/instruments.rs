@@ -120,7 +120,7 @@ fn a_run_that_goes_on_has_the_results_of_one_that_was_never_interrupted() {
         assert_eq!((part.ending, part.stage), (Ending::Interrupted, at.0));
         let (mut files, checkpoint) = Folder::resume(&path, None).unwrap();
         let finished = probed(Run::resume(checkpoint), u64::MAX).execute(&mut files, &mut go_on.clone()).unwrap();
-        assert_eq!((finished.ending, &finished.measured), (Ending::Time, &whole.measured), "{at:?}");
+        assert_eq!((finished.ending.clone(), &finished.measured), (Ending::Time, &whole.measured), "{at:?}");
         assert_eq!(finished.instrument::<Probe>("probe"), whole.instrument::<Probe>("probe"), "{at:?}");
         files.complete(&finished, "").unwrap();
         let text = std::fs::read_to_string(path.join("measurements.json")).unwrap();
@@ -160,7 +160,7 @@ fn what_an_instrument_is_made_of_where_a_run_goes_on_is_its_state() {
     let (_, checkpoint) = Folder::resume(&path, None).unwrap();
     // Not 0, which it would begin with.
     let finished = probed(Run::resume(checkpoint), 0).finish().unwrap();
-    assert_eq!((finished.ending, finished.measurement.event_counts.physical()), (Ending::Condition, 900));
+    assert_eq!((finished.ending.clone(), finished.measurement.event_counts.physical()), (Ending::Condition, 900));
 }
 
 #[test]
@@ -212,7 +212,7 @@ fn the_state_of_another_type_is_refused() {
 fn an_instrument_ends_a_run_at_the_event_that_it_waited_for_and_changes_no_bit() {
     let most = 777;
     let finished = probed(Run::new(scene()), most).finish().unwrap();
-    assert_eq!((finished.ending, finished.measurement.event_counts.physical()), (Ending::Condition, most));
+    assert_eq!((finished.ending.clone(), finished.measurement.event_counts.physical()), (Ending::Condition, most));
     assert!(finished.is_sound(), "{:?}", finished.audit.faults());
     let mut plain = scene().into_parts();
     plain.run.limit = Limit::events(most);
