@@ -42,16 +42,28 @@ fn results(scene: Scene) -> (ExchangeResults, MeanForce) {
 }
 
 /// Compares a potential of mean force in all bins with one that is known, and the mean of what it is beyond a distance and below.
-fn refuse_other(found: &MeanForce, bins: usize, expected: impl Fn(&MeanForcePoint) -> f64) {
+fn refuse_other(
+    found: &MeanForce,
+    (bins, last_window, dimensions): (usize, [f64; 2], f64),
+    expected: impl Fn(&MeanForcePoint) -> f64,
+) {
     assert!(!found.is_torn && found.points.len() == bins, "{} bins", found.points.len());
-    let lowest = found.points.iter().find(|point| point.potential_of_mean_force.mean == 0.0).unwrap();
-    let zero = expected(lowest);
+    // Counted from the mean density in the last window, in the volume of its shells.
+    let volume = |point: &MeanForcePoint, dimensions: f64| {
+        let [lower, upper] = [point.distance - 0.5 * point.width, point.distance + 0.5 * point.width];
+        upper.powf(dimensions) - lower.powf(dimensions)
+    };
+    let last = found.points.iter().filter(|point| point.distance > last_window[0] && point.distance < last_window[1]);
+    let (mut whole, mut weighted) = (0.0, 0.0);
+    for point in last {
+        let volume = volume(point, dimensions);
+        whole += volume;
+        weighted += volume * (-expected(point) / TEMPERATURE).exp();
+    }
+    let zero = -TEMPERATURE * (weighted / whole).ln();
     let mut sum = 0.0;
     for point in &found.points {
         let it = point.potential_of_mean_force;
-        if it.mean == 0.0 {
-            continue;
-        }
         let deviation = deviation(it, expected(point) - zero);
         assert!(deviation.abs() < 4.5, "{point:?}, expected {}", expected(point) - zero);
         assert!(it.standard_error.unwrap() < 0.15 * TEMPERATURE, "{point:?}");
@@ -59,8 +71,7 @@ fn refuse_other(found: &MeanForce, bins: usize, expected: impl Fn(&MeanForcePoin
     }
     let mean = sum / found.points.len() as f64;
     println!("mean square of deviations in errors: {mean:.2}");
-    // The zero is the lowest of all bins, so that all deviations have a part in common.
-    assert!(mean < 5.0, "{mean}");
+    assert!(mean < 3.0, "{mean}");
 }
 
 fn square_well(point: &MeanForcePoint) -> f64 {
@@ -72,7 +83,7 @@ fn square_well(point: &MeanForcePoint) -> f64 {
 fn a_pair_has_its_potential() {
     let windows = [[1.0, 1.5], [1.3, 1.8], [1.5, 1.98]];
     let (results, found) = results(in_windows(pair().seed(3), [&[0], &[1]], &windows, [200, 30_000]));
-    refuse_other(&found, found.points.len(), square_well);
+    refuse_other(&found, (found.points.len(), windows[2], 3.0), square_well);
     assert!(found.points.len() >= 39);
     // The density of the distance itself has the volume of the shells in it.
     for pair in found.points.windows(2).filter(|pair| square_well(&pair[0]) == square_well(&pair[1])) {
@@ -115,7 +126,7 @@ fn a_pair_has_its_potential_in_two_dimensions_and_in_one() {
             .particle("B", Vector::new(3.3, y, 0.0), Vector::zeros());
         let windows = [[1.0, 1.6], [1.4, 2.0], [1.5, 2.4]];
         let (_, found) = results(in_windows(scene, [&[1], &[0]], &windows, [200, 20_000]));
-        refuse_other(&found, found.points.len(), square_well);
+        refuse_other(&found, (found.points.len(), windows[2], dimensions as f64), square_well);
     }
 }
 
@@ -169,7 +180,7 @@ fn centres_of_mass_have_the_mean_over_the_motion_of_their_members() {
         let volume: f64 = (0..10).map(|k| thin(k).powi(2)).sum();
         -TEMPERATURE * ((0..10).map(|k| thin(k).powi(2) * at(thin(k))).sum::<f64>() / volume).ln()
     };
-    refuse_other(&found, found.points.len(), expected);
+    refuse_other(&found, (found.points.len(), windows[2], 3.0), expected);
     let most = found.points.iter().map(|point| point.potential_of_mean_force.mean).fold(0.0, f64::max);
     assert!(most > 0.8, "{most}");
 }
@@ -202,6 +213,6 @@ fn large_spheres_attract_each_other_by_the_room_of_small_ones() {
         std::f64::consts::PI * (4.0 * radius + r) * depth * depth / 12.0
     };
     let potential = |r: f64| -TEMPERATURE * count as f64 * (length.powi(3) - 2.0 * sphere + overlap(r)).ln();
-    refuse_other(&found, found.points.len(), |point| potential(point.distance));
+    refuse_other(&found, (found.points.len(), windows[2], 3.0), |point| potential(point.distance));
     assert!(potential(3.2) - potential(2.0) > 0.5 * TEMPERATURE);
 }

@@ -36,9 +36,10 @@ fn an_exchange_between_windows_has_a_potential_of_mean_force() {
     let text = place.read(&format!("{folder}/potential_of_mean_force.csv"));
     let table: Vec<Vec<f64>> =
         text.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
-    assert!(table.len() > 18 && table.iter().all(|row| row.len() == 6 && row[2] >= 0.0 && row[4] >= 0.0), "{text}");
+    assert!(table.len() > 18 && table.iter().all(|row| row.len() == 6), "{text}");
     // Bonds of up to 1.2 keep the ends within 3.6, and few of them are so far apart.
-    assert!(table.last().unwrap()[4] > 1.0, "{text}");
+    let lowest = table.iter().map(|row| row[4]).fold(f64::INFINITY, f64::min);
+    assert!(table.last().unwrap()[4] - lowest > 1.0, "{text}");
     // At one temperature there are no curves between temperatures.
     for name in ["energies.csv", "curves.csv", "density_of_states.csv"] {
         assert!(!words(&output).contains(name) && !place.path().join(folder).join(name).exists(), "{name}");

@@ -14,6 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import ase.io
+import numpy as np
 from ovito.io import export_file, import_file
 
 import native
@@ -72,6 +73,49 @@ def reads_back(program, folder, writer):
             same("velocities", start.velocities, frame.velocities, 1e-8)
 
 
+def comes_back(program, folder, writer):
+    """All that a frame has, after another program has read and written it: the start of a scene whose box is that of the file."""
+    frame = native.read(folder / "mixture" / "trajectory.xyz")[-1]
+    path = folder / f"back_from_{writer.__name__}.xyz"
+    writer(path, folder / "mixture" / "trajectory.xyz")
+    head, rest = scenes.MIXTURE.split("[space]")
+    rest = rest[rest.index("[[species]]") :].split("[[fill]]")[0]
+    scene = path.with_suffix(".toml")
+    # Positions with fewer digits may overlap.
+    scene.write_text(f'allow_invalid_start = true\n{head}{rest}[[file]]\npath = "{path}"\n[run]\nuntil_events = 10\n')
+    call(program, "run", scene, "--quiet", "--out", path.with_suffix(""))
+    start = native.read(path.with_suffix("") / "trajectory.xyz")[0]
+    same("species", start.particle_names, frame.particle_names)
+    same("radii", start.radii, frame.radii)
+    same("masses", start.particle_masses, frame.particle_masses)
+    same("box", start.edges, frame.edges, 1e-8)
+    same("periodic axes", start.periodic, frame.periodic)
+    same("velocities", start.velocities, frame.velocities, 1e-7)
+    same("lower corner", start.lower, frame.lower)
+    # What is rounded to beyond a side is wrapped.
+    moved = start.positions - frame.positions
+    moved -= frame.edges * np.round(moved / frame.edges)
+    same("positions", frame.positions + moved, frame.positions, 1e-7)
+    with open(path, encoding="utf-8") as file:
+        file.readline()
+        comment = file.readline()
+    told = float(comment.split("Time=")[1].split()[0].strip('"')) if "Time=" in comment else None
+    if told is not None:
+        same("time", np.array([told]), np.array([frame.time]), 1e-8)
+
+
+def through_ase(path, trajectory):
+    ase.io.write(path, ase.io.read(trajectory, format="extxyz"), format="extxyz")
+
+
+def through_ovito(path, trajectory):
+    pipeline = import_file(str(trajectory))
+    columns = ["Particle Type", "Position.X", "Position.Y", "Position.Z"]
+    columns += ["Velocity.X", "Velocity.Y", "Velocity.Z", "Radius", "Particle Identifier"]
+    last = pipeline.source.num_frames - 1
+    export_file(pipeline, str(path), "xyz", columns=columns, frame=last, precision=12)
+
+
 def by_ase(path, trajectory, has_velocities):
     atoms = ase.io.read(trajectory, format="extxyz")
     symbols = ase.Atoms(list(atoms.arrays["type"]), positions=atoms.positions, cell=atoms.cell, pbc=atoms.pbc)
@@ -109,6 +153,9 @@ def main(program):
         for package, writer in (("ase", by_ase), ("ovito", by_ovito)):
             work = lambda writer=writer: reads_back(program, folder, writer)
             checks.append(("read", package, work, "a scene starts from its extended XYZ, with and without velocities"))
+        for package, writer in (("ase", through_ase), ("ovito", through_ovito)):
+            work = lambda writer=writer: comes_back(program, folder, writer)
+            checks.append(("back", package, work, "species, radii, masses, box, velocities, positions and time come back"))
         for form, package, work, what in checks:
             name = f"{form:8}{package + ' ' + version(package):20}"
             try:

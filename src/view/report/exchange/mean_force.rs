@@ -25,13 +25,13 @@ pub(super) fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> 
     let potential = along(
         summary,
         ["Potential of mean force", "potential of mean force [energy]"],
-        "w(r) = F(r) + (D - 1) T ln r, from all windows together; zero where it is lowest.",
+        "w(r) = F(r) + (D - 1) T ln r, from all windows together; zero for the mean density in the last window.",
         |point| point.potential_of_mean_force,
     );
     let free_energy = along(
         summary,
         ["Free energy of the distance", "free energy [energy]"],
-        "F(r) = -T ln p(r), with the probability density p(r) of the distance, from all windows together; zero where it is lowest.",
+        "F(r) = -T ln p(r), with the probability density p(r) of the distance, from all windows together; zero for the mean density in the last window.",
         |point| point.free_energy,
     );
     let middle = |at: &TemperatureResult| at.window.map(|[lower, upper]| 0.5 * (lower + upper));
