@@ -46,6 +46,7 @@ pub use diagnostic::{SceneError, SceneErrorKind};
 pub use given::{GivenParticles, KeptParticles};
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
+#[cfg(feature = "cli")]
 pub(crate) use source::Source;
 pub use surface_draft::SurfaceDraft;
 pub use unvalidated::{

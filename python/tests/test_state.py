@@ -201,6 +201,7 @@ def test_everything_public_is_pickled_and_copied(fluid: dict, tmp_path: Path) ->
         "EventLog": run.events,
         "Frame": run.frames[-1],
         "Proof": run.verify(events=20, progress=False),
+        "FileComparison": run.verify(events=20, progress=False).files,
         "Exchange": exchange,
         "AtTemperature": exchange.results[0],
         "Sweep": sweep,

@@ -132,6 +132,7 @@ impl Source {
     }
 
     /// Tables and keys of the file that the scene has not, because overrides start it from the end of a run.
+    #[cfg(feature = "cli")]
     pub(crate) fn left_out(&self) -> Vec<&'static str> {
         let Some(document) = DeTable::parse(&self.text).ok().filter(|_| self.is_started()) else { return Vec::new() };
         BEFORE_START.into_iter().filter(|key| document.get_ref().contains_key(*key)).collect()

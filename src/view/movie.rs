@@ -139,7 +139,7 @@ pub struct WrittenMovie {
 /// How far a movie is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovieProgress {
-    /// Whether images are drawn; before that, the trajectory is gone through for its frames.
+    /// Whether images are drawn; before that, the trajectory is gone through for its frames, and of a GIF some images are drawn for its colours.
     pub is_drawing: bool,
     /// Frames found, or images written.
     pub frames: u64,
@@ -322,10 +322,13 @@ impl Reel<'_> {
         let style = palette::pilot_style(&self.movie.style);
         let shot = self.index.shot(&self.surfaces, &style, self.movie.turn)?;
         let mut images = Vec::new();
-        for place in self.index.spread(palette::PILOTS) {
+        let pilots: Vec<usize> = self.index.spread(palette::PILOTS).collect();
+        for (done, &place) in (1_u32..).zip(&pilots) {
             images.push(self.draw(place, &shot, &Team::whole())?);
             let time = self.index.places[place].time;
-            if watch(&MovieProgress { is_drawing: true, frames: 0, time, fraction: 0.0 }).is_break() {
+            // Before any image is written, and so a part of the work before.
+            let fraction = f64::from(done) / pilots.len() as f64;
+            if watch(&MovieProgress { is_drawing: false, frames: u64::from(done), time, fraction }).is_break() {
                 return Err(ViewError::Interrupted);
             }
         }

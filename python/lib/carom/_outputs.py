@@ -35,6 +35,12 @@ class FileComparison:
         The first difference of each file that is not. Empty where :meth:`Run.verify` returns, which raises otherwise.
     not_compared : dict
         The reason for each file that was not compared, or only in part.
+
+    Examples
+    --------
+    >>> files = carom.run(fluid).verify(events=500).files
+    >>> "trajectory.xyz" in files.equal, files.changed
+    (True, {})
     """
 
     equal: tuple[str, ...]

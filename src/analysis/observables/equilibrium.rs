@@ -79,17 +79,16 @@ impl Equilibrium {
         let mut drifting: Vec<String> = if is_short { Vec::new() } else { drifting.collect() };
         let is_unknown = |(_, stationarity): &&(&str, Stationarity)| *stationarity == Stationarity::Unknown;
         let unknown: Vec<String> = observables.iter().filter(is_unknown).map(|(name, _)| words(name)).collect();
-        let fluctuates = observables.iter().any(|(_, stationarity)| *stationarity == Stationarity::Stationary);
+        let fluctuates = observables.iter().any(|(_, stationarity)| match stationarity {
+            Stationarity::Drifting(_) => is_short,
+            stationarity => *stationarity == Stationarity::Stationary,
+        });
         let (verdict, reasons) = if !has_steady_state {
             let verdict = if drifting.is_empty() { Answer::Unknown } else { Answer::No };
             drifting.push(Self::COOLS.to_owned());
             (verdict, drifting)
         } else if !drifting.is_empty() {
             (Answer::No, drifting)
-        } else if is_short {
-            let few = digits(rounded(events_per_particle));
-            let reason = format!("too short to tell: {few} events per particle, and {FEWEST_EVENTS} are needed");
-            (Answer::Unknown, vec![reason])
         } else if !unknown.is_empty() {
             (Answer::Unknown, vec![format!("too short to tell for {}", unknown.join(", "))])
         } else if !fluctuates {

@@ -80,7 +80,9 @@ mod tests {
 
     #[test]
     fn what_is_farther_apart_stays_and_so_does_all_without_a_tolerance() {
-        assert_eq!(soup(1e-7).merged(1e-9).1, 0, "three different shifts, which are 5e-8 apart");
+        // Shifts are 5e-8 apart, or the same.
+        let alike = soup(1e-7).merged(1e-12).1;
+        assert!(alike < 28 && soup(1e-7).merged(1e-9).1 == alike, "{alike}");
         assert_eq!(soup(0.0).merged(0.0), (soup(0.0), 0));
         assert_eq!(TriangleMesh::default().merged(1.0), (TriangleMesh::default(), 0));
         // Across the sides of cells, on both sides of the first vertex.

@@ -23,16 +23,18 @@ fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Res
 /// A time of the run keeps this part of its digits beside the time at the start.
 const ROUNDED: f64 = 1e-3;
 
-/// Whether the times of a run have digits beside the time at its start: those that are given, and that in which the fastest particle moves by a diameter.
+/// Whether the times of a run have digits beside the time at its start: those that are given to a thousandth, and whether the fastest particle moves by less than a diameter in the
+/// smallest step of it.
 pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     let Scene { run, output, species, particles, start_time, .. } = scene;
     let stages = run.stages.iter().filter_map(|stage| stage.limit.time);
     let given = [run.limit.time, run.equilibration.time, output.thermo_interval, output.frame_interval];
     let fastest = particles.iter().map(|particle| particle.velocity.norm()).fold(0.0, f64::max);
     let smallest = species.iter().map(|species| species.diameter).fold(f64::INFINITY, f64::min);
-    let crossing = (fastest > 0.0).then_some(smallest / fastest);
-    let times = stages.chain(given.into_iter().flatten()).chain(crossing);
-    let shortest = times.fold(f64::INFINITY, f64::min);
+    // Events have times of their own, since the start; rows have the digits that are left beside it.
+    let crossing = if fastest > 0.0 { smallest / fastest / ROUNDED } else { f64::INFINITY };
+    let times = stages.chain(given.into_iter().flatten());
+    let shortest = times.fold(crossing, f64::min);
     let most = ROUNDED * shortest / f64::EPSILON;
     if start_time.abs() <= most {
         return Ok(());
