@@ -120,7 +120,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             particle: self.name(particle),
             partner: partner.map(|partner| self.name(partner)),
             surface: None,
-            is_squeezed: !self.sources.surfaces.rest_from(self.time()),
+            moving: self.sources.surfaces.moving_at(self.time()),
             has_losses: self.pairs.rules.steps.iter().any(|steps| steps.restitution < 1.0)
                 || self.sources.surfaces.dissipate(),
             time: self.time(),

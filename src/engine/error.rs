@@ -73,13 +73,14 @@ impl fmt::Display for Standstill {
 #[doc(alias = "DynamicalArrest")]
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
-    "dynamical arrest at time {time}: {standstill} particle {} and {}",
+    "dynamical arrest at time {time}: {standstill} particle {} and {}{}",
     particle.0,
     match (partner, surface) {
         (Some(id), _) => format!("particle {}", id.0),
         (None, Some(number)) => nameless(*number),
         (None, None) => "a wall".to_owned(),
-    }
+    },
+    moving.filter(|number| *surface != Some(*number)).map_or_else(String::new, |number| format!(", while {} moves", nameless(number)))
 )]
 #[non_exhaustive]
 pub struct Arrest {
@@ -89,8 +90,8 @@ pub struct Arrest {
     pub partner: Option<ParticleId>,
     /// Number of the surface among those of the scene, or none for a wall or a pair.
     pub surface: Option<u32>,
-    /// Whether a surface of the scene is moving then: it may leave the particles no room.
-    pub is_squeezed: bool,
+    /// Number of the first surface of the scene that is moving then: it may leave the particles no room.
+    pub moving: Option<u32>,
     /// Whether any contact of the scene loses energy.
     pub has_losses: bool,
     /// When.
@@ -107,21 +108,23 @@ fn nameless(number: u32) -> String {
 }
 
 impl Arrest {
-    /// What it says, with the name of the surface.
+    /// What it says, with the names of surfaces.
     #[must_use]
     pub fn told(&self, scene: &Scene) -> String {
-        let surface = self.surface.and_then(|number| Some((number, scene.surfaces.get(number as usize)?)));
-        surface.map_or_else(
-            || self.to_string(),
-            |(number, surface)| self.to_string().replace(&nameless(number), &format!("surface `{}`", surface.name)),
-        )
+        [self.surface, self.moving].into_iter().flatten().fold(self.to_string(), |text, number| {
+            let surface = scene.surfaces.get(number as usize);
+            surface.map_or(text.clone(), |it| text.replace(&nameless(number), &format!("surface `{}`", it.name)))
+        })
     }
 
     /// Cure: what the user can do.
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match (self.has_contact_time, self.standstill) {
-            (_, Standstill::Time { .. } | Standstill::Speed { .. }) if self.is_squeezed => {
+            // What loses energy without a contact time collapses anywhere.
+            (has_contact_time, Standstill::Time { .. } | Standstill::Speed { .. })
+                if self.moving.is_some() && (has_contact_time || !self.has_losses) =>
+            {
                 "a surface that moves leaves the particles no room: end its motion earlier, or give them more room; spheres do not yield"
             }
             (false, _) if !self.has_losses => {

@@ -136,3 +136,46 @@ name = "it"
         assert_eq!(told, expected, "{surface}: {text}");
     }
 }
+
+#[test]
+fn a_piston_that_crushes_a_grain_is_named() {
+    let scene = r#"
+[space]
+size = [4.0, 4.0, 6.0]
+x = "walls"
+y = "walls"
+z = { lower = "wall", upper = "open" }
+
+[[species]]
+name = "grain"
+mass = 1.3
+diameter = 1.0
+
+[[interaction]]
+species = ["grain", "grain"]
+potential = "hard-sphere"
+
+[[particle]]
+species = "grain"
+position = [2.0, 2.0, 1.5]
+velocity = [0.1, 0.2, 0.3]
+
+[[surface]]
+name = "piston"
+shape = "plane"
+point = [0.0, 0.0, 5.0]
+normal = [0.0, 0.0, -1.0]
+motion = [{ kind = "translation", from = 1.0, velocity = [0.0, 0.0, -0.5] }]
+
+[run]
+until_time = 20.0
+"#;
+    let place = Place::with(scene);
+    let output = place.carom(&["run", "scene.toml", "-q"]);
+    let told = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "");
+    assert_eq!(code(&output), 1, "{told}");
+    assert!(told.contains("dynamical arrest at time 8.9") || told.contains("dynamical arrest at time 9"), "{told}");
+    assert!(told.contains("surface `piston`"), "{told}");
+    assert!(told.contains("help: a surface that moves leaves the particles no room"), "{told}");
+    assert!(!told.contains("restitution"), "it is 1: {told}");
+}

@@ -247,6 +247,12 @@ impl Surfaces {
         self.moving.iter().all(|moving| moving.timeline.rests_from(time))
     }
 
+    /// Number, among those of the scene, of the first surface that is moving at a simulated time.
+    pub fn moving_at(&self, time: f64) -> Option<u32> {
+        let moving = self.moving.iter().find(|moving| moving.timeline.piece_at(time).kind.is_some())?;
+        self.all.get(moving.features.start)?.number.checked_sub(FIRST_SURFACE)
+    }
+
     /// The next contact of a particle of a row with each of the surfaces that move, from a simulated time on, before a time from then has passed.
     pub fn next_moving_contacts(
         &self,
