@@ -25,16 +25,16 @@ _SIDES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 @dataclass(frozen=True)
 class FileComparison:
-    """The files of a run beside those of a replay; :meth:`Run.verify` makes it, as :attr:`Proof.files`.
+    """Comparison of the files of a run with those of a second simulation of it. :meth:`Run.verify` returns it as :attr:`Proof.files`.
 
     Attributes
     ----------
     equal : tuple of str
-        The files that are as the run writes them.
+        Names of the files that are identical.
     changed : dict
-        The first difference of each file that is not. Empty where :meth:`Run.verify` returns, which raises otherwise.
+        The first difference in each file that is not identical, by name. Always empty here: :meth:`Run.verify` raises an error if there is any.
     not_compared : dict
-        The reason for each file that was not compared, or only in part.
+        Why a file was not compared, or only in part, by name.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class Proof:
     text : str
         The table that ``carom verify`` prints.
     files : FileComparison or None
-        The files of the run beside those of a replay; None with ``files=False``.
+        The comparison of the files; None with ``files=False``.
 
     Examples
     --------
@@ -285,7 +285,7 @@ class Outputs:
         from_events : int, optional
             Only replays this many events first; pair states at their end are then the engine's.
         files : bool
-            Whether the run is simulated once more, and its files are compared with those of the replay.
+            Whether to simulate the run again and compare its files with the new ones. This takes as long as the run did.
         progress : bool
             Whether a bar is shown, where tqdm is installed.
 
