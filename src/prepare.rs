@@ -2,7 +2,7 @@
 //!
 //! Positions come from [`lattice`], from [`packing`] (random insertion, compression), from [`chain`] and from [`surface`] (static spheres);
 //! [`region`] has what a fill takes of the box,
-//! [`velocity`] draws the velocities, [`resting`] finds those that rest on something, [`polydispersity`] has the diameters of the classes of a distribution, and [`composition`] the numbers
+//! [`velocity`] draws the velocities, [`resting`] finds particles at rest in contact with something fixed, [`polydispersity`] has the diameters of the classes of a distribution, and [`composition`] the numbers
 //! of a mixture. Nothing here depends on a file or a key that a user typed: what goes wrong is an error of its own, [`NoPlace`],
 //! from which `scene` makes a message.
 

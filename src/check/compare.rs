@@ -1,7 +1,7 @@
-//! The files of a run beside those that the same run writes when it is simulated again.
+//! Comparison of the files of a run with those of a second simulation of the same run.
 //!
-//! A run is a function of its scene and its seed: simulated again, it writes the same bytes. What differs was changed afterwards, or is the work of another version or
-//! machine that rounds differently.
+//! A run is a function of its scene and its seed, so a second simulation writes the same bytes. A file that differs was changed after the run, or written by
+//! another version of the program.
 
 mod content;
 
@@ -52,11 +52,11 @@ pub enum CompareError {
     /// There is no room for the files of the replay.
     #[error("the replay writes {} into {}, where {} are free", crate::base::text::size(*bytes), folder.display(), crate::base::text::size(*free))]
     NoRoom {
-        /// Where they would be.
+        /// Temporary folder.
         folder: PathBuf,
         /// Size of the files of the run `[bytes]`.
         bytes: f64,
-        /// Room that there is `[bytes]`.
+        /// Free space on the disk `[bytes]`.
         free: f64,
     },
     /// The scene of the run cannot be read.
@@ -295,7 +295,7 @@ fn scene_of(run: &Path) -> Result<(Scene, String), CompareError> {
     Ok((scene, text))
 }
 
-/// Names of all files in a folder and the folders in it, without those of a run that was to replace it.
+/// Names of all files in a folder and its subfolders, except the one that holds an unfinished replacement of the run.
 fn files_in(folder: &Path) -> Result<BTreeSet<String>, CompareError> {
     let mut names = BTreeSet::new();
     collect(folder, "", &mut names).map_err(|source| CompareError::Read { path: folder.to_owned(), source })?;

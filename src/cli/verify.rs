@@ -100,7 +100,7 @@ fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
     Ok((scene, recorded))
 }
 
-/// Progress of a proof, and of the replay that the files of a run are compared with.
+/// Progress of a proof, or of the second simulation for the comparison of files.
 #[derive(Debug)]
 pub enum VerifyStep<'a> {
     /// Of the proof.
@@ -114,7 +114,7 @@ pub enum VerifyStep<'a> {
 pub struct Proof {
     /// Its certificate.
     pub certificate: Certificate,
-    /// The files of the run beside those of a replay, if they were compared.
+    /// Comparison of the files with those of a second simulation; none if it was not asked for.
     pub files: Option<Comparison>,
     /// The table that is printed.
     pub table: String,
@@ -122,8 +122,8 @@ pub struct Proof {
     pub verdict: Result<(), Failure>,
 }
 
-/// Proves physical events of the run in a folder, from one on where that is given, and so many; and compares the files of the run with those of a
-/// replay, if wanted.
+/// Proves a range of the physical events of the run in a folder: the number of events to skip first, if any, and how many to prove. With `has_files` it also
+/// simulates the run again and compares its files.
 ///
 /// # Errors
 /// [`Failure`] if there is nothing that could be proven, or the files cannot be compared.

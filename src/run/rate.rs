@@ -36,7 +36,7 @@ pub fn expected_rate(scene: &Scene) -> Option<f64> {
     tried.or_else(|| forecast::rate(scene))
 }
 
-/// A try of a scene: its simulation, and how much work it may be.
+/// A short trial simulation of a scene with a limit on its work.
 pub(super) struct Try {
     pub simulation: Simulation,
     /// Steps of searches of this thread at which it is given up; none where no surface moves.
@@ -49,7 +49,7 @@ impl Try {
         Self { simulation: Simulation::without_plan(scene.clone()), most }
     }
 
-    /// Advances by so many steps of the engine; `Err` where the simulation cannot go on, or it is too much work.
+    /// Advances by a number of engine steps. Returns an error if the simulation cannot continue, or if the work limit is reached.
     pub fn advance(&mut self, mut steps: u64, until: Until) -> Result<Option<Reason>, ()> {
         let Some(most) = self.most else {
             return self.simulation.advance_for(steps, until, None).map_err(drop);

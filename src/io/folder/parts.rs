@@ -23,17 +23,17 @@ impl Folder {
     /// The folder of a run that is to replace this one.
     pub(crate) const REPLACEMENT_FOLDER: &'static str = replacement::FOLDER;
 
-    /// Whether a name is that of a checkpoint.
+    /// Returns true for the names of checkpoints.
     pub(crate) fn is_checkpoint(name: &str) -> bool {
         checkpoints::NAMES.contains(&name)
     }
 
-    /// Whether a name is that of a file of instruments.
+    /// Returns true for the names of files with measurements.
     pub(crate) fn is_measurement(name: &str) -> bool {
         name == measurements::FILE || measurements::is_table(name)
     }
 
-    /// Whether a name is that of a page or a picture, which are made from the other files.
+    /// Returns true for the names of pages and pictures, which are made from the other files.
     pub(crate) fn is_view(name: &str) -> bool {
         [PAGE, SMALL_PAGE, PICTURE].contains(&name)
     }

@@ -9,9 +9,9 @@ use crate::Vector;
 const MOST_CELLS: f64 = 9e15;
 
 impl TriangleMesh {
-    /// The mesh with vertices that are no farther apart than `tolerance` merged into the first of them, and how many were merged `[length]`.
+    /// Merges vertices that are at most `tolerance` apart `[length]`. Returns the new mesh and the number of vertices removed.
     ///
-    /// Vertices are taken in their order, each to the nearest earlier one that was kept. Triangles stay, also those that two of their vertices are one of then.
+    /// Each vertex, in order, is merged into the nearest vertex kept so far. No triangle is removed: one whose vertices merge keeps its place and has no area.
     #[must_use]
     pub fn merged(&self, tolerance: f64) -> (Self, usize) {
         let Some(origin) = self.vertices.first().filter(|_| tolerance > 0.0) else { return (self.clone(), 0) };
