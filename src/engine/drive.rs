@@ -8,6 +8,7 @@ use crate::engine::contact::apply::{Change, With};
 use crate::engine::pairs::rules::Rules;
 use crate::engine::parts::Engine;
 use crate::engine::surfaces::Surface;
+use crate::model::state_point::StatePoint;
 use crate::model::{ParticleId, Scene, Thermostat, ThermostatError};
 
 impl Simulation {
@@ -26,18 +27,25 @@ impl Simulation {
             }
             thermostat.settled(&self.scene.space, self.moving(), self.choice.is_falling)?;
         }
-        self.set_planned_thermostat(thermostat, stage);
+        self.set_planned_thermostat(thermostat, self.stream_seed(), stage);
         Ok(())
     }
 
     /// Starts the heat bath of a thermostat that has been checked with its scene, or ends the one that there is; the driver of a run scales velocities itself.
-    pub(crate) fn set_planned_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) {
+    ///
+    /// The seed is [`Self::stream_seed`], from when the stage began.
+    pub(crate) fn set_planned_thermostat(&mut self, thermostat: Option<&Thermostat>, seed: u64, stage: usize) {
         let bath = thermostat.and_then(|thermostat| match *thermostat {
             Thermostat::Andersen { temperature, rate, axes } => Some(Bath { temperature, rate, axes }),
             Thermostat::Rescaling { .. } => None,
         });
-        let seed = self.scene.seed;
         with_engine!(&mut self.engine, engine => engine.set_bath(bath, seed, stage));
+    }
+
+    /// Seed of the random numbers of heat baths and volume moves, from the seed of the scene and the present state point: at equal seeds, the numbers of
+    /// different state points are independent.
+    pub(crate) fn stream_seed(&self) -> u64 {
+        StatePoint::of(&self.scene, &self.population()).seed(self.scene.seed)
     }
 
     /// Puts the surfaces of a stage of a run in, and takes away those that are not there. Returns whether that changed anything.

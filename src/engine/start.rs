@@ -70,7 +70,7 @@ impl Simulation {
         let stage = scene.first_stream() + plan.stages.len() + 1;
         let mut simulation = Self::without_plan(scene);
         if thermostat.is_some() {
-            simulation.set_planned_thermostat(thermostat.as_ref(), stage);
+            simulation.set_planned_thermostat(thermostat.as_ref(), simulation.stream_seed(), stage);
         }
         Ok(simulation)
     }
@@ -119,7 +119,7 @@ impl Simulation {
         let mut simulation: Self = postcard::from_bytes(state.simulation.as_ref()?).ok()?;
         simulation.enlarge();
         // Its heat bath ends with its last stage.
-        simulation.set_planned_thermostat(None, 0);
+        simulation.set_planned_thermostat(None, 0, 0);
         with_engine!(&mut simulation.engine, engine => engine.counts.restart(engine.counted_species()));
         Some(simulation)
     }

@@ -101,9 +101,8 @@ impl Exchange {
         // A stream for each replica and attempt: at most 1000 of 1e12, far below the 2^61 that there are.
         let attempt = crate::base::numbers::index(self.attempts);
         let stream = self.first_stream + attempt * self.places.len() + replica;
-        self.replicas[replica]
-            .simulation
-            .set_planned_thermostat(Some(&bath(&self.plan, self.temperatures[place])), stream);
+        let bath = bath(&self.plan, self.temperatures[place]);
+        self.replicas[replica].simulation.set_planned_thermostat(Some(&bath), self.seed, stream);
     }
 
     /// Probability to swap a temperature with the next one.

@@ -21,12 +21,12 @@ pub(super) struct Replica {
 
 impl Replica {
     /// A replica of a scene, by its number, which is also that of its first temperature.
-    pub fn new(scene: &Scene, plan: &ExchangePlan, number: usize) -> Result<Self, StartError> {
+    pub fn new(scene: &Scene, plan: &ExchangePlan, seed: u64, number: usize) -> Result<Self, StartError> {
         let mut own = scene.clone();
         own.exchange = None;
         let temperature = plan.temperatures_of_places()[number];
         own.run.thermostat = Some(bath(plan, temperature));
-        let mut random = Random::new(scene.seed(), Purpose::Exchange, 1 + number);
+        let mut random = Random::new(seed, Purpose::Exchange, 1 + number);
         let velocity = |species: &Species| match species.is_static() {
             true => Vector::zeros(),
             false => random.normal_vector(&scene.space) * (temperature / species.mass).sqrt(),

@@ -15,6 +15,7 @@ use crate::analysis::instruments::chains::ChainSizes;
 use crate::analysis::reweighting::Ensemble;
 use crate::engine::Simulation;
 use crate::model::random::{Purpose, Random};
+use crate::model::state_point::StatePoint;
 use crate::model::{EnergyWeights, ExchangeEnsemble, ExchangePlan, Scene};
 use crate::run::FrameLimit;
 
@@ -45,7 +46,8 @@ pub struct Exchange {
     pub(super) plan: ExchangePlan,
     /// Temperature at each place `[energy]`.
     pub(super) temperatures: Vec<f64>,
-    seed: u64,
+    /// Seed of its random numbers, of this state point.
+    pub(super) seed: u64,
     /// Number of the first stream of the heat baths.
     pub(super) first_stream: usize,
     /// Simulated time at the start `[time]`.
@@ -130,7 +132,8 @@ impl Exchange {
         let (temperatures, count) = (plan.temperatures_of_places(), plan.replicas());
         let mut example = scene.clone();
         example.run.thermostat = Some(bath(&plan, temperatures[0]));
-        let (seed, first_stream) = (scene.seed(), scene.first_stream());
+        let first_stream = scene.first_stream();
+        let seed = StatePoint::at_start(&scene).with(&temperatures).seed(scene.seed());
         let mut exchange = Self {
             seed,
             first_stream,
@@ -139,7 +142,7 @@ impl Exchange {
             total: equilibration + measured,
             frame_every: frame_every(&scene, &plan, measured),
             attempts: 0,
-            replicas: (0..count).map(|number| Replica::new(&scene, &plan, number)).collect::<Result<_, _>>()?,
+            replicas: (0..count).map(|number| Replica::new(&scene, &plan, seed, number)).collect::<Result<_, _>>()?,
             places: (0..count).collect(),
             energies: vec![0.0; count],
             distances: Vec::new(),

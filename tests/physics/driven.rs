@@ -353,3 +353,41 @@ fn what_passes_after_the_last_sample_is_counted() {
     // At 0.5 + 3 k and at 2 + 3 k, up to 30.2: eleven less one, and ten.
     assert_eq!(finished.measured.numbers[0].mean, Some(20.0));
 }
+
+/// When a heat bath acts on which particle, at first.
+fn bath_collisions(scene: SceneBuilder, temperature: f64) -> Vec<(u64, u32)> {
+    let mut simulation = Simulation::without_plan(scene.build().unwrap());
+    let bath = Thermostat::Andersen { temperature, rate: 2.0, axes: [true; 3] };
+    simulation.set_thermostat(Some(&bath), 0).unwrap();
+    let mut collisions = Vec::new();
+    simulation
+        .advance_with(Until::time(1.0), |event| {
+            if event.kind == EventKind::Thermostat {
+                collisions.push((event.time.to_bits(), event.particle.0));
+            }
+        })
+        .unwrap();
+    assert!(collisions.len() > 50);
+    collisions
+}
+
+#[test]
+fn state_points_with_equal_seeds_have_random_numbers_of_their_own() {
+    let pair = || fluid("pair", 108, 0.2);
+    let first = bath_collisions(pair(), 1.0);
+    assert_eq!(first, bath_collisions(fluid("another_name", 108, 0.2), 1.0), "names change nothing");
+    assert_eq!(first, bath_collisions(pair().species("unused", 0.7, 0.3), 1.0), "nor do species without particles");
+    let well = Potential::square_well(1.0, 1.5, 0.4).unwrap();
+    let wells = SceneBuilder::new("pair").species("A", 1.0, 1.0).interaction("A", "A", well, 1.0);
+    let wells = wells.fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2)).temperature(1.0);
+    let others = [
+        ("temperature", bath_collisions(pair(), 1.1)),
+        ("packing fraction", bath_collisions(fluid("pair", 108, 0.21), 1.0)),
+        ("potential", bath_collisions(wells, 1.0)),
+        ("seed", bath_collisions(pair().seed(99), 1.0)),
+    ];
+    for (what, other) in others {
+        let shared = first.iter().zip(&other).filter(|(a, b)| a.0 == b.0).count();
+        assert_eq!(shared, 0, "{what}");
+    }
+}

@@ -238,8 +238,8 @@ pub fn chain_of_four() -> SceneBuilder {
     })
 }
 
-/// Limit of twenty deviations, in errors that are estimates themselves: over 16 seeds the deviations have a mean within 0.5 and a standard deviation of 0.6 to
-/// 1.5, and the largest of 320 is 4.
+/// Limit of twenty deviations, in errors that are estimates themselves. Over 64 seeds the deviations of each population have a mean within 0.33 and a root mean
+/// square of 0.89 to 1.26; of all 1,024, two are beyond 4: 4.2 and 5.9.
 const LIMIT: f64 = 4.5;
 
 #[test]
@@ -250,7 +250,7 @@ fn a_chain_of_four_has_the_populations_of_its_volumes() {
         assert!((coarse - fine).abs() < 1e-3 * total, "{coarse} {fine}");
     }
     let temperatures = [1.2, 0.7, 0.45, 0.35];
-    let (results, curves) = results_and_curves(scene(chain_of_four(), 5, &temperatures, 2.0, 12_000));
+    let (results, curves) = results_and_curves(scene(chain_of_four(), 6, &temperatures, 2.0, 12_000));
     let largest = refuse_other_curves(&curves, 4.0, &volumes);
     println!("a chain of four, the largest deviation of a curve: {largest:.2}");
     for (place, temperature) in temperatures.into_iter().enumerate() {
@@ -293,7 +293,7 @@ fn errors_of_curves_are_those_of_the_scatter_of_seeds() {
 /// A temperature at which the pair never unbinds.
 #[test]
 fn a_frozen_temperature_is_named() {
-    let results = results(scene(pair(), 1, &[0.02, 40.0], 0.5, 60));
+    let results = results(scene(pair(), 1, &[0.02, 40.0], 0.5, 20));
     let warnings = results.warnings();
     assert!(
         warnings.iter().any(|it| it.starts_with("at T = 0.02: the potential energy never changed")),

@@ -30,7 +30,7 @@ fn means(scene: Scene, bath: Option<&Thermostat>) -> [[f64; 2]; 2] {
     observer.set_thermostat(&scene, bath);
     let freedom = observer.applicable().degrees_of_freedom;
     let mut simulation = Simulation::without_plan(scene);
-    simulation.set_planned_thermostat(bath, 0);
+    simulation.set_planned_thermostat(bath, 7, 0);
     simulation.advance(Until::time(0.3)).unwrap();
     observer.row(&simulation);
     let count = simulation.scene().particles.len() as f64;
@@ -93,7 +93,7 @@ fn of_temperature(
     let mut observer = Observer::new(scene);
     observer.set_thermostat(scene, bath);
     let mut simulation = Simulation::without_plan(scene.clone());
-    simulation.set_planned_thermostat(bath, 0);
+    simulation.set_planned_thermostat(bath, 7, 0);
     for row in 0..=intervals {
         simulation.advance(Until::time(0.7 * f64::from(row))).unwrap();
         observer.row(&simulation);

@@ -10,6 +10,7 @@ use crate::engine::parts::Engine;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::random::{Purpose, Random};
 use crate::model::space::Boundary;
+use crate::model::state_point::StatePoint;
 use std::ops::ControlFlow;
 
 /// Particles that get new velocities from a heat bath, one at a time.
@@ -28,7 +29,8 @@ pub(in crate::engine) struct Andersen {
 impl Andersen {
     /// From `now` on, for a number of particles. `stage` tells the random numbers of one stage from those of another.
     pub fn new(seed: u64, stage: usize, now: f64, particles: usize, bath: Bath) -> Self {
-        let random = Random::new(seed, Purpose::Thermostat, stage);
+        let seed = StatePoint::new(seed).with(&[bath.temperature, bath.rate]);
+        let random = Random::new(seed.number(), Purpose::Thermostat, stage);
         let rate = bath.rate * particles as f64;
         let mut andersen = Self { random, bath, rate, next: now };
         andersen.wait();

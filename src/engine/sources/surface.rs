@@ -12,6 +12,7 @@ use crate::engine::surfaces::{Flight, Found, Law, Placed, Shape, Surface, Surfac
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::Scene;
 use crate::model::random::{Purpose, Random};
+use crate::model::state_point::StatePoint;
 use crate::model::surface_motion::Moment;
 use crate::physics::response::Leaving;
 use serde::{Deserialize, Serialize};
@@ -30,7 +31,7 @@ impl SurfaceRandom {
     /// Random numbers of the surfaces of a scene, if some are thermal.
     pub fn of(scene: &Scene, surfaces: &Surfaces) -> Option<Self> {
         surfaces.are_ever_thermal().then(|| Self {
-            stream: Random::new(scene.seed, Purpose::Surface, scene.first_stream()),
+            stream: Random::new(StatePoint::at_start(scene).seed(scene.seed), Purpose::Surface, scene.first_stream()),
             contacts: vec![0; scene.particles.len()],
         })
     }

@@ -27,14 +27,15 @@ impl Driver<'_> {
         let grown = self.simulation.grown();
         self.state.observer.set_barostat(scene, barostat.as_ref().zip(thermostat.as_ref()), grown);
         let stream = scene.first_stream() + stream;
-        self.simulation.set_planned_thermostat(thermostat.as_ref(), stream);
         let listed = stage.listed_name(&self.simulation.scene().run).to_owned();
         let has_changed = self.simulation.set_stage_of_surfaces(&listed);
         self.blocked = if has_changed { self.blocked_by_surface(&listed) } else { None };
         if let Some(gravity) = gravity {
             self.simulation.set_gravity(&gravity);
         }
-        self.begin_moves(barostat, stream);
+        let seed = self.simulation.stream_seed();
+        self.simulation.set_planned_thermostat(thermostat.as_ref(), seed, stream);
+        self.begin_moves(barostat, seed, stream);
         self.state.next_temperature = f64::INFINITY;
         self.state.next_scaling = match thermostat {
             Some(Thermostat::Rescaling { .. }) => self.simulation.time(),

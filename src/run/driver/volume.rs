@@ -6,6 +6,7 @@ use super::Driver;
 use crate::engine::Scaling;
 use crate::model::barostat::LARGEST_AMPLITUDE;
 use crate::model::random::{Purpose, Random};
+use crate::model::state_point::StatePoint;
 use crate::model::{Barostat, Thermostat, VolumeMoves};
 
 /// Part of the moves that are to be accepted where the amplitude is found.
@@ -42,16 +43,17 @@ impl Moves {
 }
 
 impl Driver<'_> {
-    /// Sets the volume moves of the present stage up; `stream` is the number of their random numbers.
-    pub(super) fn begin_moves(&mut self, barostat: Option<Barostat>, stream: usize) {
+    /// Sets the volume moves of the present stage up; the random numbers are those of a seed and a stream of it.
+    pub(super) fn begin_moves(&mut self, barostat: Option<Barostat>, seed: u64, stream: usize) {
         self.state.moves = barostat.map(|barostat| {
             let particles: usize = self.simulation.population().iter().sum();
             // That of an ideal gas, whose logarithm of the volume has the standard deviation `1 / sqrt(N + 1)`.
             let guess = (1.0 / (particles as f64 + 1.0)).sqrt();
+            let seed = StatePoint::new(seed).with(&[barostat.pressure, barostat.interval]);
             let amplitude = barostat.amplitude.or(self.state.amplitude).unwrap_or(guess);
             Moves {
                 next: self.simulation.time() + barostat.interval,
-                random: Random::new(self.simulation.scene().seed, Purpose::Volume, stream),
+                random: Random::new(seed.number(), Purpose::Volume, stream),
                 done: VolumeMoves { attempted: 0, accepted: 0, too_small: 0, amplitude },
             }
         });

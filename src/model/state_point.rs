@@ -1,0 +1,150 @@
+//! The state point of a system as one number, so that random numbers of different state points are independent at equal seeds.
+
+use super::Scene;
+use super::space::Boundary;
+
+/// A hash of the physics of a system.
+///
+/// Two systems that differ in it draw different random numbers from the same seed. Neither names nor the order of species count, nor species without
+/// particles, nor how a run is divided into stages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct StatePoint(u64);
+
+impl StatePoint {
+    /// From a number.
+    pub fn new(number: u64) -> Self {
+        Self(number)
+    }
+
+    /// As a number.
+    pub fn number(self) -> u64 {
+        self.0
+    }
+
+    /// Of a scene with so many particles of each species: box, species, interactions, walls, shear rate and contact time.
+    pub fn of(scene: &Scene, population: &[usize]) -> Self {
+        let species = |id: usize| {
+            let species = &scene.species[id];
+            Self(population[id] as u64).with(&[species.mass, species.diameter]).with(species.acceleration.as_slice())
+        };
+        let interaction = |id: usize| {
+            let interaction = &scene.interactions[id];
+            let potential = &interaction.potential;
+            Self(0).with(potential.radii()).with(potential.energies()).with(&[interaction.restitution])
+        };
+        let present = (0..scene.species.len()).filter(|&id| population[id] > 0);
+        let meet = |pair: [usize; 2]| pair.iter().all(|&id| population[id] > 0);
+        let pairs = scene.table.iter().filter(|(pair, _)| meet(*pair)).map(|(pair, id)| {
+            let [a, b] = pair.map(|id| species(id).0);
+            interaction(id.0 as usize).and(a.wrapping_add(b))
+        });
+        let walls = scene.space.boundary.iter().flat_map(Boundary::restitutions).flatten();
+        let walls = walls.map(|restitution| Self(1).with(&[restitution]));
+        let of_surfaces = scene.surfaces.iter().filter_map(|surface| surface.law.temperature());
+        let temperatures = scene.wall_temperatures.iter().flatten().flatten().copied().chain(of_surfaces);
+        let temperatures = temperatures.map(|temperature| Self(2).with(&[temperature]));
+        Self(0)
+            .with(scene.space.size.as_slice())
+            .with(&[scene.shear_rate.unwrap_or(0.0), scene.contact_time.unwrap_or(0.0)])
+            .and(sum(present.map(species)))
+            .and(sum(pairs))
+            .and(sum(scene.bonds.iter().map(|bond| interaction(bond.interaction.0 as usize))))
+            .and(sum(walls.chain(temperatures)))
+    }
+
+    /// Of a scene with its particles at the start.
+    pub fn at_start(scene: &Scene) -> Self {
+        let mut population = vec![0; scene.species.len()];
+        scene.particles.iter().for_each(|particle| population[particle.species.0 as usize] += 1);
+        Self::of(scene, &population)
+    }
+
+    /// The same with more numbers, whose order counts.
+    pub fn with(self, values: &[f64]) -> Self {
+        values.iter().fold(self, |hash, value| hash.and((value + 0.0).to_bits()))
+    }
+
+    /// The seed of the random numbers of this state point, from that of the scene.
+    pub fn seed(self, seed: u64) -> u64 {
+        self.and(seed).0
+    }
+
+    /// The finalizer of SplitMix64, a bijection of 64 bits in which each bit depends on all (G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014,
+    /// [doi:10.1145/2660193.2660195](https://doi.org/10.1145/2660193.2660195)).
+    fn and(self, word: u64) -> Self {
+        let mut hash = (self.0 ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
+        hash = (hash ^ (hash >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        hash = (hash ^ (hash >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        Self(hash ^ (hash >> 31))
+    }
+}
+
+/// A hash of several things in any order.
+fn sum(parts: impl Iterator<Item = StatePoint>) -> u64 {
+    parts.fold(0, |sum: u64, part| sum.wrapping_add(part.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+    use crate::model::{Potential, Space};
+    use crate::scene::SceneBuilder;
+
+    const UNLIKE: [f64; 2] = [0.8, 0.75];
+
+    /// Two species with three particles; the restitution and the distance of contact of unlike pairs.
+    fn scene(names: [&str; 2], masses: [f64; 2], unlike: [f64; 2]) -> SceneBuilder {
+        let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
+        let diameter = |mass: f64| if mass < 1.0 { 0.5 } else { 1.0 };
+        let mut builder = SceneBuilder::new("scene").space(Space::periodic_cube(7.0));
+        for (name, mass) in names.into_iter().zip(masses) {
+            builder = builder.species(name, mass, diameter(mass)).interaction(name, name, hard(diameter(mass)), 0.9);
+        }
+        builder = builder.interaction(names[0], names[1], hard(unlike[1]), unlike[0]);
+        for (k, mass) in [0.7, 1.3, 1.3].into_iter().enumerate() {
+            let name = if mass == masses[0] { names[0] } else { names[1] };
+            builder = builder.particle(name, Vector::new(1.0 + 2.0 * k as f64, 0.0, 0.0), Vector::zeros());
+        }
+        builder
+    }
+
+    fn of(builder: SceneBuilder) -> StatePoint {
+        StatePoint::at_start(&builder.build().unwrap())
+    }
+
+    #[test]
+    fn names_and_order_of_species_are_no_part_of_it() {
+        let first = of(scene(["A", "B"], [0.7, 1.3], UNLIKE));
+        assert_eq!(first, of(scene(["C", "A"], [1.3, 0.7], UNLIKE)));
+        assert_eq!(first, of(scene(["A", "B"], [0.7, 1.3], UNLIKE).species("unused", 2.0, 0.1)));
+    }
+
+    #[test]
+    fn each_part_of_the_physics_changes_it() {
+        let plain = || scene(["A", "B"], [0.7, 1.3], UNLIKE);
+        let slit = Space {
+            boundary: [Boundary::walls(0.9), Boundary::Periodic, Boundary::Periodic],
+            ..Space::periodic_cube(7.0)
+        };
+        let slit = |temperature: Option<f64>| {
+            let walls = plain().space(slit.clone());
+            temperature.map_or(walls.clone(), |temperature| walls.wall_temperature(0, temperature))
+        };
+        let points = [
+            of(plain()),
+            of(plain().particle("A", Vector::new(1.0, 3.0, 3.0), Vector::zeros())),
+            of(plain().particle("B", Vector::new(1.0, 3.0, 3.0), Vector::zeros())),
+            of(scene(["A", "B"], [0.7, 1.3], [0.8, 0.74])),
+            of(scene(["A", "B"], [0.7, 1.3], [0.7, 0.75])),
+            of(plain().space(Space::periodic_cube(7.1))),
+            of(slit(None)),
+            of(slit(Some(1.0))),
+            of(slit(Some(1.1))),
+        ];
+        for (k, point) in points.iter().enumerate() {
+            assert!(!points[..k].contains(point), "{k}");
+            assert_ne!(point.seed(1), point.seed(2));
+        }
+    }
+}
