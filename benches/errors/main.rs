@@ -1,7 +1,7 @@
 //! Claimed standard errors beside the scatter of other seeds, for everything that a run prints with an error.
 //!
 //! ```text
-//! cargo bench --bench errors -- 48              that many seeds of nine systems, in short runs and in five times longer ones
+//! cargo bench --bench errors -- 48              that many seeds of eleven systems, in short runs and in five times longer ones
 //! cargo bench --bench errors -- 48 crystal      of those only whose names contain this
 //! ```
 
@@ -13,8 +13,9 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use carom::exchange::{Exchange, PotentialEnergies};
 use carom::model::Scene;
-use carom::run::{Finished, run};
+use carom::run::run;
 use systems::{SYSTEMS, System};
 use tally::Tally;
 
@@ -64,8 +65,9 @@ fn campaign(system: &System, factor: f64, seeds: u64) -> Result<Tally, String> {
                     if seed > seeds {
                         return;
                     }
-                    match finished(&system.scene(factor, seed)) {
-                        Ok(finished) => tally.lock().unwrap_or_else(PoisonError::into_inner).add(&finished),
+                    let add = |add: &dyn Fn(&mut Tally)| add(&mut tally.lock().unwrap_or_else(PoisonError::into_inner));
+                    match simulate(&system.scene(factor, seed), add) {
+                        Ok(()) => {}
                         Err(why) => *trouble.lock().unwrap_or_else(PoisonError::into_inner) = Some(why),
                     }
                 }
@@ -78,8 +80,25 @@ fn campaign(system: &System, factor: f64, seeds: u64) -> Result<Tally, String> {
     }
 }
 
-fn finished(text: &str) -> Result<Finished, String> {
+/// Runs a scene, or its exchange, and adds what it has measured.
+fn simulate(text: &str, add: impl Fn(&dyn Fn(&mut Tally))) -> Result<(), String> {
     let scene = Scene::from_toml(text, "errors.toml").map_err(|refused| refused.to_string())?;
-    let Ok(finished) = run(scene, &mut (), &mut |_| ControlFlow::Continue(()));
-    finished.trouble().map_or(Ok(finished), Err)
+    if scene.exchange().is_none() {
+        let Ok(finished) = run(scene, &mut (), &mut |_| ControlFlow::Continue(()));
+        if let Some(trouble) = finished.trouble() {
+            return Err(trouble);
+        }
+        add(&|tally| tally.add(&finished));
+        return Ok(());
+    }
+    let exchange = Exchange::new(scene).map_err(|refused| refused.to_string())?;
+    let mut energies = PotentialEnergies::default();
+    let exchange = exchange.execute(1, &mut energies, &mut |_| ControlFlow::Continue(()));
+    let exchange = exchange.map_err(|failed| failed.to_string())?;
+    let (results, curves) = (exchange.results(), energies.curves(&exchange));
+    if let Some(fault) = results.faults.first() {
+        return Err(fault.clone());
+    }
+    add(&|tally| tally.add_exchange(&results, &curves));
+    Ok(())
 }

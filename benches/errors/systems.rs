@@ -4,8 +4,10 @@
 #[derive(Debug)]
 pub struct System {
     pub name: &'static str,
-    /// Everything but the seed and the times.
+    /// Everything but the seed, the times and what acts during the run.
     pub scene: &'static str,
+    /// Thermostat and barostat, in the table `[run]`.
+    pub ensemble: &'static str,
     pub equilibration: f64,
     pub short: f64,
 }
@@ -13,36 +15,35 @@ pub struct System {
 impl System {
     /// The scene of a run that is `factor` times as long as a short one.
     pub fn scene(&self, factor: f64, seed: u64) -> String {
-        let Self { scene, equilibration, short, .. } = self;
+        let Self { scene, ensemble, equilibration, short, .. } = self;
         let until = equilibration + factor * short;
-        format!(
-            "seed = {seed}\n{scene}\n[run]\nequilibration_time = {equilibration}\nuntil_time = {until}\n{}",
-            self.bath()
-        )
-    }
-
-    /// Thermostats are part of the plan of a run, which ends the text.
-    fn bath(&self) -> &'static str {
-        match self.name {
-            "square wells" => "[run.thermostat]\nkind = \"andersen\"\ntemperature = 1.5\nrate = 1.0\n",
-            "polymer" => "[run.thermostat]\nkind = \"andersen\"\ntemperature = 1.5\nrate = 0.2\n",
-            "driven gas" => "[run.thermostat]\nkind = \"andersen\"\ntemperature = 1.0\nrate = 0.5\n",
-            _ => "",
-        }
+        format!("seed = {seed}\n{scene}\n[run]\nequilibration_time = {equilibration}\nuntil_time = {until}\n{ensemble}")
     }
 }
 
-pub const SYSTEMS: [System; 9] = [
-    System { name: "fluid", scene: FLUID, equilibration: 2.0, short: 14.0 },
-    System { name: "crystal", scene: CRYSTAL, equilibration: 2.0, short: 6.0 },
-    System { name: "square wells", scene: WELLS, equilibration: 10.0, short: 30.0 },
-    System { name: "driven gas", scene: DRIVEN, equilibration: 10.0, short: 30.0 },
-    System { name: "sheared gas", scene: SHEARED, equilibration: 100.0, short: 150.0 },
-    System { name: "slit", scene: SLIT, equilibration: 10.0, short: 30.0 },
-    System { name: "mixture", scene: MIXTURE, equilibration: 5.0, short: 15.0 },
-    System { name: "polymer", scene: POLYMER, equilibration: 20.0, short: 100.0 },
-    System { name: "channel", scene: CHANNEL, equilibration: 10.0, short: 40.0 },
+pub const SYSTEMS: [System; 11] = [
+    System { name: "fluid", scene: FLUID, ensemble: "", equilibration: 2.0, short: 14.0 },
+    System { name: "crystal", scene: CRYSTAL, ensemble: "", equilibration: 2.0, short: 6.0 },
+    System { name: "square wells", scene: WELLS, ensemble: WARM, equilibration: 10.0, short: 30.0 },
+    System { name: "driven gas", scene: DRIVEN, ensemble: DRIVING, equilibration: 10.0, short: 30.0 },
+    System { name: "sheared gas", scene: SHEARED, ensemble: "", equilibration: 100.0, short: 150.0 },
+    System { name: "slit", scene: SLIT, ensemble: "", equilibration: 10.0, short: 30.0 },
+    System { name: "mixture", scene: MIXTURE, ensemble: "", equilibration: 5.0, short: 15.0 },
+    System { name: "polymer", scene: POLYMER, ensemble: WARM_SLOWLY, equilibration: 20.0, short: 100.0 },
+    System { name: "channel", scene: CHANNEL, ensemble: "", equilibration: 10.0, short: 40.0 },
+    System { name: "constant pressure", scene: ISOBARIC, ensemble: PRESSING, equilibration: 100.0, short: 400.0 },
+    System { name: "exchange", scene: EXCHANGE, ensemble: "", equilibration: 500.0, short: 2000.0 },
 ];
+
+const WARM: &str = r#"thermostat = { kind = "andersen", temperature = 1.5, rate = 1.0 }
+"#;
+const WARM_SLOWLY: &str = r#"thermostat = { kind = "andersen", temperature = 1.5, rate = 0.2 }
+"#;
+const DRIVING: &str = r#"thermostat = { kind = "andersen", temperature = 1.0, rate = 0.5 }
+"#;
+const PRESSING: &str = r#"thermostat = { kind = "andersen", temperature = 1.0, rate = 1.0 }
+barostat = { pressure = 2.0, interval = 0.02 }
+"#;
 
 /// 256 hard spheres.
 const FLUID: &str = r#"
@@ -301,4 +302,55 @@ at = 5.0
 name = "across"
 axis = "y"
 at = 7.0
+"#;
+
+/// 108 hard spheres at constant pressure.
+const ISOBARIC: &str = r#"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[fill]]
+species = "A"
+arrangement = "fcc"
+count = 108
+packing_fraction = 0.28
+temperature = 1.0
+[measure]
+free_paths = true
+pressure_tensor = true
+"#;
+
+/// A chain of 16 beads at temperatures around the maximum of its heat capacity.
+const EXCHANGE: &str = r#"
+[space]
+size = [20.0, 20.0, 20.0]
+[[species]]
+name = "bead"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["bead", "bead"]
+potential = "square-well"
+lambda = 1.5
+well_depth = 1.0
+[[interaction]]
+name = "link"
+potential = "bond"
+shortest = 0.9
+longest = 1.1
+[[chain]]
+species = "bead"
+length = 16
+count = 1
+bond = "link"
+[exchange]
+temperatures = [0.36, 0.44, 0.55, 0.7]
+interval = 2.0
+rate = 1.0
+[measure]
+chains = true
 "#;

@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use carom::analysis::instruments::Measured;
+use carom::analysis::statistics::Estimate;
+use carom::exchange::{ExchangeResults, ThermalCurves};
 use carom::run::Finished;
 
 /// Honest ratios of scatter to claimed error.
@@ -32,13 +35,45 @@ struct Verdict {
 }
 
 impl Tally {
+    /// Adds what a run has measured.
     pub fn add(&mut self, finished: &Finished) {
         for (name, estimate) in &finished.observables {
-            self.note(name.to_string(), Some(estimate.mean), estimate.standard_error);
+            self.add_estimate(name.to_string(), estimate);
         }
-        for number in &finished.measured.numbers {
-            self.note(format!("{}, measured", number.name), number.mean, number.standard_error);
+        self.add_numbers(&finished.measured, "measured");
+    }
+
+    /// Adds what an exchange has measured, by temperature, and its curves between the temperatures.
+    pub fn add_exchange(&mut self, results: &ExchangeResults, curves: &ThermalCurves) {
+        for at in &results.temperatures {
+            let place = format!("T = {}", at.place());
+            at.observables.iter().for_each(|(name, estimate)| self.add_estimate(format!("{name}, {place}"), estimate));
+            self.add_numbers(&at.measured, &place);
         }
+        for pair in &results.neighbours {
+            let name = format!("acceptance, T = {} and {}", pair.temperatures[0], pair.temperatures[1]);
+            pair.acceptance.iter().for_each(|estimate| self.add_estimate(name.clone(), estimate));
+        }
+        for point in &curves.points {
+            let place = format!("T = {:.4}, reweighted", point.temperature);
+            let [energy, heat_capacity] = [&point.potential_energy_per_particle, &point.heat_capacity_per_particle];
+            self.add_estimate(format!("potential_energy_per_particle, {place}"), energy);
+            self.add_estimate(format!("heat_capacity_per_particle, {place}"), heat_capacity);
+        }
+        if let Some(peak) = &curves.peak {
+            self.add_estimate("heat_capacity_per_particle, maximum".to_owned(), &peak.heat_capacity_per_particle);
+            self.add_estimate("temperature of the maximum of the heat capacity".to_owned(), &peak.temperature);
+        }
+    }
+
+    fn add_numbers(&mut self, measured: &Measured, place: &str) {
+        for number in &measured.numbers {
+            self.note(format!("{}, {place}", number.name), number.mean, number.standard_error);
+        }
+    }
+
+    fn add_estimate(&mut self, name: String, estimate: &Estimate) {
+        self.note(name, Some(estimate.mean), estimate.standard_error);
     }
 
     fn note(&mut self, name: String, mean: Option<f64>, error: Option<f64>) {
