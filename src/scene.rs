@@ -81,7 +81,7 @@ impl Scene {
     /// one, and as the place where relative paths start.
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake.
+    /// [`SceneError`] of the first mistake, with others behind it ([`SceneError::others`]).
     pub fn from_toml(text: impl Into<String>, name: impl AsRef<Path>) -> Result<Self, SceneError> {
         Self::from_toml_with(text, name, &[])
     }
@@ -89,7 +89,7 @@ impl Scene {
     /// Reads a scene from its text, with some of its values replaced as in [`Scene::from_file_with`].
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake.
+    /// [`SceneError`] of the first mistake, with others behind it ([`SceneError::others`]).
     pub fn from_toml_with(
         text: impl Into<String>,
         name: impl AsRef<Path>,
@@ -138,7 +138,7 @@ impl Scene {
     /// Whether a text has only keys that a scene has, with values of their types: what can be said before a particle is placed.
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake.
+    /// [`SceneError`] of the first mistake, with others behind it ([`SceneError::others`]).
     pub(crate) fn check_keys(text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<(), SceneError> {
         source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read().map(|_| ())
     }

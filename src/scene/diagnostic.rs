@@ -296,12 +296,14 @@ struct Inner {
     kind: SceneErrorKind,
     at: ConfigPath,
     source: Option<(NamedSource<Arc<String>>, SourceSpan)>,
+    /// Further mistakes in the same text.
+    others: Vec<SceneError>,
 }
 
 impl SceneError {
     /// A mistake at a place of the scene.
     pub(crate) fn new(at: ConfigPath, kind: impl Into<SceneErrorKind>) -> Self {
-        Self(Box::new(Inner { kind: kind.into(), at, source: None }))
+        Self(Box::new(Inner { kind: kind.into(), at, source: None, others: Vec::new() }))
     }
 
     /// Kind of the error.
@@ -345,6 +347,18 @@ impl SceneError {
         self
     }
 
+    /// Error with further mistakes in the same text.
+    pub(crate) fn with_others(mut self, others: Vec<Self>) -> Self {
+        self.0.others = others;
+        self
+    }
+
+    /// Further mistakes in the same text, in its order: keys that are unknown, and values of another type.
+    #[must_use]
+    pub fn others(&self) -> &[Self] {
+        &self.0.others
+    }
+
     /// Whether the text that contains the mistake is known.
     pub(crate) fn has_source(&self) -> bool {
         self.0.source.is_some()
@@ -367,6 +381,10 @@ impl std::error::Error for SceneError {}
 impl Diagnostic for SceneError {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         self.0.kind.help().map(|help| Box::new(printable(&help).into_owned()) as Box<dyn fmt::Display>)
+    }
+
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
+        Some(Box::new(self.0.others.iter().map(|error| error as &dyn Diagnostic)))
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {

@@ -2,6 +2,8 @@
 //!
 //! Overrides are read as if they stood behind the file's text, so that one range of bytes names a place in either.
 
+mod mistakes;
+
 use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
@@ -87,7 +89,7 @@ impl Source {
             let message = format!("expected a whole number up to {}", i64::MAX);
             return Err(self.at(SceneError::new(ConfigPath::root(), SceneErrorKind::Syntax { message }), range));
         }
-        SceneFile::deserialize(Deserializer::from(tree)).map_err(|error| self.refused(&error))
+        SceneFile::deserialize(Deserializer::from(tree)).map_err(|error| self.mistakes(&error))
     }
 
     /// Adds the text and the place in it to an error.
