@@ -378,4 +378,12 @@ mod tests {
         let (space, far) = lattice(12, 1.9);
         assert_eq!(Search::choose(&space, 1.0, &far, Some(first)), Search::Cells);
     }
+
+    #[test]
+    fn a_skin_has_digits_in_all_units() {
+        let skin = |skin: f64| Search::Lists { half_skin: 0.5 * skin }.to_string();
+        assert_eq!(skin(0.256), "neighbour lists with a skin of 0.26");
+        assert_eq!(skin(2.56e-6), "neighbour lists with a skin of 2.56e-6");
+        assert_eq!(skin(2.56e7), "neighbour lists with a skin of 2.56e7");
+    }
 }

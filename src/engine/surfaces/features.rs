@@ -16,11 +16,20 @@ use crate::model::{SurfaceShape, TriangleMesh};
 /// billionth of their size; that much a sphere jumps where it comes from one onto the other.
 const FLAT: f64 = 1e-9;
 
-/// The features of a shape, numbered, with those of its periodic images that reach into the box or a half period beyond: there particles may be before they
-/// are brought back.
-pub(super) fn within(space: &Space, shape: &SurfaceShape) -> Vec<(Shape, u32)> {
-    let features: Vec<(Shape, u32)> = of(shape).into_iter().zip(0..).collect();
-    let mut all = features.clone();
+/// Calls `visit` with the features of a shape and their numbers, and with those of its periodic images that reach into the box or a half period beyond: there
+/// particles may be before they are brought back.
+pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: impl FnMut(Shape, u32)) {
+    let is_periodic = space.periods().iter().any(|period| period.is_finite());
+    let mut all = Vec::new();
+    let mut number = 0;
+    for_each(shape, &mut |feature| {
+        if is_periodic {
+            all.push((feature, number))
+        } else {
+            visit(feature, number)
+        }
+        number += 1;
+    });
     for axis in 0..3 {
         let period = space.periods()[axis];
         if period == f64::INFINITY {
@@ -48,7 +57,7 @@ pub(super) fn within(space: &Space, shape: &SurfaceShape) -> Vec<(Shape, u32)> {
         }
         all.append(&mut images);
     }
-    all
+    all.into_iter().for_each(|(shape, number)| visit(shape, number));
 }
 
 impl Shape {
@@ -73,23 +82,25 @@ impl Shape {
     }
 }
 
-/// The features of a shape.
-fn of(shape: &SurfaceShape) -> Vec<Shape> {
+/// Calls `visit` with the features of a shape.
+fn for_each(shape: &SurfaceShape, visit: &mut dyn FnMut(Shape)) {
     let round = |centre: Vector, axis: Option<Vector>, length: f64, radius: f64, is_inside: bool| {
         Shape::Round(Round { centre, axis, length, radius, is_inside })
     };
     match shape {
-        SurfaceShape::Plane { point, normal } => Plane::through(point, normal).map(Shape::Plane).into_iter().collect(),
-        &SurfaceShape::Sphere { centre, radius, is_inside } => vec![round(centre, None, 0.0, radius, is_inside)],
+        SurfaceShape::Plane { point, normal } => {
+            Plane::through(point, normal).map(Shape::Plane).into_iter().for_each(visit)
+        }
+        &SurfaceShape::Sphere { centre, radius, is_inside } => visit(round(centre, None, 0.0, radius, is_inside)),
         &SurfaceShape::Cylinder { point, axis, radius, is_inside } => {
             let axis = axis.try_normalize(0.0);
-            axis.map(|_| round(point, axis, f64::INFINITY, radius, is_inside)).into_iter().collect()
+            axis.map(|_| round(point, axis, f64::INFINITY, radius, is_inside)).into_iter().for_each(visit);
         }
         &SurfaceShape::Capsule { ends, radius } => {
             let line = segment(&ends, radius).into_iter();
-            line.chain(ends.map(|end| round(end, None, 0.0, radius, false))).collect()
+            line.chain(ends.map(|end| round(end, None, 0.0, radius, false))).for_each(visit);
         }
-        SurfaceShape::Mesh(mesh) => of_mesh(mesh),
+        SurfaceShape::Mesh(mesh) => for_each_of_mesh(mesh, visit),
     }
 }
 
@@ -100,34 +111,40 @@ fn segment([start, end]: &[Vector; 2], radius: f64) -> Option<Shape> {
     Some(Shape::Round(Round { centre: *start, axis: Some(axis), length: along.norm(), radius, is_inside: false }))
 }
 
-fn of_mesh(mesh: &TriangleMesh) -> Vec<Shape> {
+/// Faces first, then edges, then corners.
+fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
     let mut faces: Vec<Option<Face>> = mesh.triangles.iter().zip(mesh.all_corners()).map(face).collect();
+    let all = mesh.edges();
     let mut edges = Vec::new();
     let mut is_corner = vec![false; mesh.vertices.len()];
-    for uses in mesh.edges().iter() {
-        if make_flat(uses, mesh, &mut faces) {
-            continue;
-        }
-        let ends = uses[0].ends.map(|vertex| vertex as usize);
-        edges.extend(segment(&ends.map(|vertex| mesh.vertices[vertex]), 0.0));
-        ends.into_iter().for_each(|vertex| is_corner[vertex] = true);
+    for uses in all.iter().filter(|uses| !make_flat(uses, mesh, &mut faces)) {
+        edges.push(uses[0].ends);
+        uses[0].ends.iter().for_each(|vertex| is_corner[*vertex as usize] = true);
     }
+    faces.into_iter().flatten().map(Shape::Face).for_each(&mut *visit);
     // A triangle with two equal corners is a line, and with three a point; where other triangles have them, they are there already.
-    let mut is_used = vec![false; mesh.vertices.len()];
-    let used: Vec<[u32; 2]> = mesh.edges().iter().map(|uses| uses[0].ends).collect();
-    used.iter().flatten().for_each(|vertex| is_used[*vertex as usize] = true);
     let mut needles: Vec<[u32; 2]> = mesh.triangles.iter().filter_map(needle).collect();
-    needles.sort_unstable();
-    needles.dedup();
-    for ends in needles.into_iter().filter(|ends| used.binary_search(ends).is_err()) {
-        let ends = ends.map(|vertex| vertex as usize);
-        edges.extend(segment(&ends.map(|vertex| mesh.vertices[vertex]), 0.0));
-        ends.into_iter().filter(|vertex| !is_used[*vertex]).for_each(|vertex| is_corner[vertex] = true);
+    if !needles.is_empty() {
+        let mut is_used = vec![false; mesh.vertices.len()];
+        let used: Vec<[u32; 2]> = all.iter().map(|uses| uses[0].ends).collect();
+        used.iter().flatten().for_each(|vertex| is_used[*vertex as usize] = true);
+        needles.sort_unstable();
+        needles.dedup();
+        for ends in needles.into_iter().filter(|ends| used.binary_search(ends).is_err()) {
+            edges.push(ends);
+            let alone = ends.into_iter().map(|vertex| vertex as usize).filter(|vertex| !is_used[*vertex]);
+            alone.for_each(|vertex| is_corner[vertex] = true);
+        }
     }
-    let corners = mesh.vertices.iter().zip(is_corner).filter(|(_, is_corner)| *is_corner).map(|(vertex, _)| {
-        Shape::Round(Round { centre: *vertex, axis: None, length: 0.0, radius: 0.0, is_inside: false })
-    });
-    faces.into_iter().flatten().map(Shape::Face).chain(edges).chain(corners).collect()
+    drop(all);
+    let place = |vertex: u32| mesh.vertices[vertex as usize];
+    edges.iter().filter_map(|ends| segment(&ends.map(place), 0.0)).for_each(&mut *visit);
+    let corners = mesh.vertices.iter().zip(is_corner).filter(|(_, is_corner)| *is_corner);
+    corners
+        .map(|(vertex, _)| {
+            Shape::Round(Round { centre: *vertex, axis: None, length: 0.0, radius: 0.0, is_inside: false })
+        })
+        .for_each(visit);
 }
 
 /// The ends of a triangle with two or three equal corners, the smaller number first; none of another one.

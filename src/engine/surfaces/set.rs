@@ -81,7 +81,7 @@ impl From<Origin> for Surfaces {
             present.filter(|(_, is_present)| **is_present).map(|(numbered, _)| numbered).collect();
         let mut limited = Vec::new();
         for (surface, number) in present.iter().filter(|(surface, _)| !surface.moves()) {
-            sort(placed(&origin.space, surface, *number, AT_REST), &mut all, &mut limited);
+            sort((&origin.space, surface, *number, AT_REST), &mut all, &mut limited);
         }
         let meets = |surface: &SceneSurface| match surface.species.is_empty() {
             true => Vec::new(),
@@ -89,11 +89,13 @@ impl From<Origin> for Surfaces {
         };
         let unlimited = all.len();
         let tree = (!limited.is_empty()).then(|| Arc::new(Tree::of(&mut limited, unlimited)));
-        all.append(&mut limited);
+        // Without a copy of the features, which may be many.
+        limited.splice(0..0, all);
+        let mut all = std::mem::take(&mut limited);
         let mut moving = Vec::new();
         for (surface, number) in present.iter().filter(|(surface, _)| surface.moves()) {
             let first = all.len();
-            sort(placed(&origin.space, surface, *number, id(moving.len())), &mut all, &mut limited);
+            sort((&origin.space, surface, *number, id(moving.len())), &mut all, &mut limited);
             let unlimited = first..all.len();
             let tree = (!limited.is_empty()).then(|| Tree::of(&mut limited, unlimited.end));
             all.append(&mut limited);
@@ -324,21 +326,20 @@ impl Surfaces {
     }
 }
 
-/// The features of a surface of a scene.
-fn placed(space: &Space, surface: &SceneSurface, number: u32, moving: u32) -> impl Iterator<Item = Placed> + use<> {
+/// Adds the features of a surface of a scene to those without a limited extent, or to the others.
+fn sort(
+    (space, surface, number, moving): (&Space, &SceneSurface, u32, u32),
+    unlimited: &mut Vec<Placed>,
+    limited: &mut Vec<Placed>,
+) {
     let law = match surface.law {
         SurfaceLaw::Reflecting { restitution } => Law::Reflecting { restitution },
         SurfaceLaw::Thermal { temperature } => Law::Thermal { temperature },
     };
-    let features = features::within(space, &surface.shape).into_iter();
-    features.map(move |(shape, feature)| Placed { number, feature, shape, law, moving })
-}
-
-/// Adds features to those without a limited extent, or to the others.
-fn sort(features: impl Iterator<Item = Placed>, unlimited: &mut Vec<Placed>, limited: &mut Vec<Placed>) {
-    for placed in features {
+    features::for_each_within(space, &surface.shape, |shape, feature| {
+        let placed = Placed { number, feature, shape, law, moving };
         if placed.shape.extent().is_some() { limited.push(placed) } else { unlimited.push(placed) }
-    }
+    });
 }
 
 /// The walls of a box, of which those with a temperature are thermal.
