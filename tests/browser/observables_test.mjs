@@ -340,6 +340,8 @@ const tests = {
     assert.deepEqual(offered(500, [9, 9, 9]).shown, ["speeds", "radial"]);
     const heap = offered(500, [9, 9, 90], { gravity: [0, 0, -1], periodic: [false, false, false] });
     assert.deepEqual(heap, { offered: ["speeds", "energy", "outflow", "events"], shown: ["energy", "outflow"] });
+    const drum = offered(500, [9, 9, 90], { gravity: [0, 0, -1], periodic: [false, false, false], isContained: true });
+    assert.deepEqual(drum, { offered: ["speeds", "energy", "events"], shown: ["energy", "events"] });
     const open = {
       periodic: [true, true, false],
       walls: [

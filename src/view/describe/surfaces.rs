@@ -78,7 +78,9 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     for surface in &scene.surfaces {
         let SurfaceShape::Mesh(mesh) = &surface.shape else { continue };
         let report = MeshReport::of(mesh);
-        lines.push(format!("{}: {}", surface.name, about(&report)));
+        let meeting = scene.particles.iter().filter(|particle| surface.meets(particle.species));
+        let diameters = meeting.map(|particle| scene.species[particle.species.0 as usize].diameter);
+        lines.push(format!("{}: {}", surface.name, about(&report, diameters.fold(0.0, f64::max))));
         // A rim is a matter of fact: funnels have some.
         let faults = report.findings().into_iter().filter(|finding| !matches!(finding, Finding::Open(_)));
         warnings.extend(faults.map(|finding| format!("mesh `{}`: {finding}; {}", surface.name, finding.cure())));
@@ -190,7 +192,8 @@ fn is_along_itself(shape: &SurfaceShape, motion: &SurfaceMotion) -> bool {
     }
 }
 
-fn about(report: &MeshReport) -> String {
+/// Measures of a mesh, for particles of a largest diameter.
+fn about(report: &MeshReport, largest: f64) -> String {
     let mut parts = Vec::new();
     parts.push(match (report.is_closed(), report.volume, report.orientation()) {
         (false, ..) if report.open_edges.count == 0 => "not closed".to_owned(),
@@ -207,7 +210,9 @@ fn about(report: &MeshReport) -> String {
     parts.push(format!("area {}", digits(report.area)));
     let thin = |what: &str, thinnest: &Thinnest| format!("{what} down to {}", digits(thinnest.distance));
     parts.extend(report.wall.iter().map(|wall| thin("walls", wall)));
-    parts.extend(report.gap.iter().map(|gap| thin("gaps", gap)));
+    // Through others the particles pass.
+    let narrow = report.gap.iter().filter(|gap| gap.distance < largest);
+    parts.extend(narrow.map(|gap| thin("gaps", gap)));
     if report.wall.is_none() && report.gap.is_none() {
         parts.extend(report.thinnest.iter().map(|thinnest| thin("distances", thinnest)));
     }

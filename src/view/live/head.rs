@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use crate::Vector;
 use crate::engine::Simulation;
-use crate::mesh::shown;
+use crate::mesh::{report, shown};
 use crate::model::space::{Boundary, Face};
 use crate::model::surface_motion::Timeline;
-use crate::model::{LivePlan, Scene};
+use crate::model::{LivePlan, Scene, SceneSurface, SurfaceShape};
 use crate::run::Stage;
 use crate::view::report::base64;
 use crate::view::report::recording::{MOST_TRIANGLES, SurfaceData, SurfaceHead, upwards};
@@ -68,6 +68,8 @@ struct Head {
     shear_rate: Option<f64>,
     /// Planes across an axis through which the scene counts particles.
     flows: Vec<FlowHead>,
+    /// Whether a surface without an opening holds the particles, so that nothing flows out.
+    is_contained: bool,
     /// Lower and upper corner of what the camera shows `[length]`.
     view: [[f64; 3]; 2],
     /// Index of the axis that points up in the picture.
@@ -152,6 +154,7 @@ impl Head {
             conserved: scene.conserved_axes(),
             shear_rate: scene.shear_rate(),
             flows: flows(scene),
+            is_contained: scene.surfaces().iter().any(|surface| is_container(surface, scene, up)),
             view: view(scene, surfaces).map(Into::into),
             up,
             is_upside_down,
@@ -182,6 +185,20 @@ fn flows(scene: &Scene) -> Vec<FlowHead> {
         Some(FlowHead { name: flow.name.clone(), axis, at: flow.at })
     });
     planes.collect()
+}
+
+/// Whether a surface holds the particles wherever they fall: a sphere or a cylinder that lies, met from inside, or a closed mesh in which they start.
+fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
+    match &surface.shape {
+        SurfaceShape::Sphere { is_inside, .. } => *is_inside,
+        SurfaceShape::Cylinder { is_inside, axis, .. } => *is_inside && axis[up].abs() < 0.5 * axis.norm(),
+        SurfaceShape::Mesh(mesh) => {
+            let particle = scene.particles().iter().find(|particle| surface.meets(particle.species));
+            let is_closed = mesh.edges().iter().all(|uses| uses.len() == 2);
+            is_closed && particle.is_some_and(|particle| report::contains(mesh, &particle.position))
+        }
+        SurfaceShape::Plane { .. } | SurfaceShape::Capsule { .. } => false,
+    }
 }
 
 /// Surfaces of a scene in its order, also those of which nothing is in sight.

@@ -3,7 +3,7 @@
  *
  * Of the head: species, particles, lower, size, periodic, flat, gravity (or the acceleration of species), surfaces; and where they are known `walls` (of each
  * axis whether its lower and its upper side is a wall; a side that is neither periodic nor flat is taken for one), `shearRate`, `conserved` (axes along which
- * the momentum is), `flows` ([[measure.flow]]: name, axis 0 to 2, at) and `hardSpheres` (one species of elastic hard spheres and nothing else).
+ * the momentum is), `flows` ([[measure.flow]]: name, axis 0 to 2, at), `isContained` (a closed surface holds the particles) and `hardSpheres` (one species of elastic hard spheres and nothing else).
  */
 class ObservedSystem {
   constructor(head) {
@@ -22,6 +22,7 @@ class ObservedSystem {
     this.hasStatic = this.count < particles.length;
     this.hasSurfaces = hasAny(head.surfaces);
     this.isSheared = Boolean(head.shearRate);
+    this.hasOutlet = !head.isContained || (head.flows ?? []).length > 0;
     this.isOpen = false;
     this.masses = Float64Array.from(particles, (index) => species[index].mass ?? 1);
     this.totalMass = this.moving.reduce((sum, id) => sum + this.masses[id], 0);
@@ -90,7 +91,7 @@ class ObservedSystem {
       pressure: count >= 2 && this.isHomogeneous,
       displacement: count >= 5 && this.freeAxes.length > 0,
       autocorrelation: count >= MANY && this.freeAxes.length > 0,
-      outflow: count > FEW && this.isHeavy && !this.periodic[this.fall],
+      outflow: count > FEW && this.isHeavy && !this.periodic[this.fall] && this.hasOutlet,
       events: count > 0,
       positions: few,
       portrait: few,

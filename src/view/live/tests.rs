@@ -1,4 +1,5 @@
 use super::*;
+use crate::engine::Simulation;
 
 fn scene(text: &str) -> Scene {
     Scene::from_toml(text, "live.toml").unwrap()
@@ -175,4 +176,29 @@ fn a_scene_without_a_description_has_its_first_comment() {
     let page = page_of(&format!("# Two *discs*\n#and a\tthird.\n\n# Another.\n{}", described.trim_start()), b"");
     assert_eq!(told(&page)["description"], "<p>Two <em>discs</em>\nand a\tthird.</p>\n");
     assert_eq!(told(&page_of(&described, b""))["description"], "");
+}
+
+#[test]
+fn what_lies_in_a_closed_surface_has_no_outflow() {
+    let scene = |surface: &str| {
+        let heavy = "[dynamics]\ngravity = [0.0, -1.0, 0.0]\n\n[[species]]";
+        let text = text().replace("10.0, 0.0]\nz = \"flat\"", "10.0, 10.0]\nx = \"open\"\ny = \"open\"\nz = \"open\"");
+        text.replacen("[[species]]", heavy, 1) + &format!("\n[[surface]]\nname = \"s\"\n{surface}\n")
+    };
+    let is_contained = |surface: &str| {
+        let simulation = Simulation::without_plan(super::tests::scene(&scene(surface)));
+        let head: serde_json::Value = serde_json::from_str(&Shown::of(&simulation).head).unwrap();
+        head["isContained"].as_bool().unwrap()
+    };
+    let cylinder = |axis: &str, side: &str| {
+        format!(
+            "shape = \"cylinder\"\nbase = [3.0, 5.0, 0.0]\naxis = {axis}\nradius = 7.0\nside = \"{side}\"\nrestitution = 1.0"
+        )
+    };
+    assert!(is_contained(&cylinder("[0.0, 0.0, 1.0]", "inside")));
+    assert!(!is_contained("shape = \"plane\"\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 1.0, 0.0]\nrestitution = 1.0"));
+    assert!(!is_contained(
+        &cylinder("[0.0, 0.0, 1.0]", "outside").replace("7.0", "0.1").replace("3.0, 5.0", "9.0, 9.0")
+    ));
+    assert!(is_contained("shape = \"box\"\nlower = [-5.0, -5.0, -5.0]\nupper = [15.0, 15.0, 15.0]\nrestitution = 1.0"));
 }
