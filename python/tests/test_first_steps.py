@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import threading
 import warnings
@@ -48,20 +49,26 @@ def test_a_run_at_constant_pressure_goes_on_as_a_simulation(fluid: dict) -> None
 
 def test_a_simulation_is_shown_while_another_thread_advances_it(fluid: dict) -> None:
     simulation = carom.Simulation(fluid)
-    texts: list[str] = []
-
     inside, go_on = threading.Event(), threading.Event()
     core = simulation._core
 
+    class Enough(Exception):
+        """Ends the advance."""
+
     def callback(*_: Any) -> None:
         inside.set()
-        go_on.wait(60.0)
+        go_on.wait()
+        raise Enough
 
-    thread = threading.Thread(target=lambda: core.advance(float("inf"), core.physical_events() + 50_000, callback))
+    def advance() -> None:
+        with contextlib.suppress(Enough):
+            core.advance(float("inf"), 2**62, callback)
+
+    thread = threading.Thread(target=advance)
     thread.start()
+    inside.wait()
     try:
-        if inside.wait(60.0):
-            texts += [repr(simulation), simulation._repr_html_()]
+        texts = [repr(simulation), simulation._repr_html_()]
     finally:
         go_on.set()
         thread.join()
@@ -100,6 +107,8 @@ def test_pressure_keeps_its_verdict_beside_its_tensor(fluid: dict) -> None:
 def test_an_observation_that_never_happens_is_a_warning(fluid: dict) -> None:
     with pytest.warns(carom.CaromWarning, match="observe: speed has no value, because the measurement is shorter than every = 1e"):
         carom.run(fluid, observe={"speed": lambda frame: frame.velocities[0, 0]}, every=1e6)
+    with pytest.warns(carom.CaromWarning, match="observe: speed has no value in 2 of 2 runs"):
+        carom.sweep(fluid, seeds=2, out="sweep", observe={"speed": lambda frame: frame.velocities[0, 0]}, every=1e6)
 
 
 def test_what_users_try_has_an_answer(fluid: dict) -> None:

@@ -185,7 +185,7 @@ def _ended(run: Run, trouble: str | None, functions: list[tuple[str, Any]], ever
     if trouble is None:
         uncalled = [name for name, _ in functions if name not in run.observables]
         if uncalled:
-            message = f"observe: {', '.join(uncalled)} has no value, because the measurement is shorter than every = {every:g}: give a shorter time"
+            message = f"observe: {', '.join(uncalled)} has no value, because the measurement is shorter than every = {every:g}: give a smaller every, or run for longer"
             warnings.warn(message, CaromWarning, stacklevel=3)
         return run
     # Its files outlive the exception only where the user has named the folder.

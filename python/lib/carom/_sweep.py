@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import Executor, as_completed
 from functools import cached_property
 from pathlib import Path
@@ -138,7 +138,7 @@ def sweep(
         if jobs is not None:
             raise ValueError("jobs: are those of the threads of this process; an executor has a number of workers of its own")
         _submit(core, folder, executor, (orders, functions), progress, name)
-    return _finished(core, folder)
+    return _finished(core, folder, functions)
 
 
 def _text(key: str, value: Any) -> str:
@@ -181,13 +181,19 @@ def _refuse_unobserved(core: _carom.Sweep, folder: Path, observe: Functions) -> 
     """Refuses what would be measured at some points only: runs that are there are not run again."""
     if not observe:
         return
-    for name in [point for point, state, _ in core.standing(folder) if state == "done"]:
-        path = folder / name / "measurements.json"
-        known = {it["name"] for it in json_of(path).get("numbers", [])} if path.exists() else set()
-        missing = [each for each in observe if each not in known]
+    for name, numbers in _numbers(core, folder):
+        missing = [each for each in observe if each not in numbers]
         if missing:
             cure = "give another out, or remove the folder of that run"
             raise SweepError(f"{folder / name} was run without {', '.join(missing)} in observe\n  help: {cure}", cure=cure)
+
+
+def _numbers(core: _carom.Sweep, folder: Path) -> Iterator[tuple[str, dict[str, float | None]]]:
+    """The runs that are complete, with what each has measured, by name."""
+    for name in [point for point, state, _ in core.standing(folder) if state == "done"]:
+        path = folder / name / "measurements.json"
+        numbers = json_of(path).get("numbers", []) if path.exists() else []
+        yield name, {number["name"]: number["mean"] for number in numbers}
 
 
 def _point(folder: str, name: str, orders: tuple[bool, float], functions: _Observed) -> tuple[str, str | None]:
@@ -231,9 +237,18 @@ def _submit(
         raise lost
 
 
-def _finished(core: _carom.Sweep, folder: Path) -> Sweep:
+def _finished(core: _carom.Sweep, folder: Path, functions: _Observed) -> Sweep:
     core.write(folder)
     result = Sweep(folder, _core=core)
+    observe, every = functions
+    if observe:
+        runs = list(_numbers(core, folder))
+        for each in observe:
+            empty = sum(numbers.get(each) is None for _, numbers in runs)
+            if empty:
+                of = f"{empty} of {len(runs)} runs"
+                message = f"observe: {each} has no value in {of}, whose measurements are shorter than every = {every:g}: give a smaller every, or run for longer"
+                warnings.warn(message, CaromWarning, stacklevel=3)
     if result.failures:
         lines = [f"{name}: {why}" for name, why in result.failures.items()]
         message = f"{len(lines)} of {len(result.points)} runs failed:\n" + "\n".join(lines)
