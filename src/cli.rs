@@ -19,6 +19,7 @@ mod run;
 mod schema;
 mod signals;
 mod sweep;
+mod terminal;
 mod validate;
 mod verify;
 
@@ -319,14 +320,6 @@ fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// Lines of a table, whose rows have as many cells each, flush right.
-fn columns(rows: &[Vec<String>]) -> Vec<String> {
-    let width = |row: &Vec<String>, column: usize| row.get(column).map_or(0, |cell| cell.chars().count());
-    let widest = |column: usize| rows.iter().map(|row| width(row, column)).max().unwrap_or(0);
-    let cell = |(column, cell): (usize, &String)| format!("{cell:>0$}", widest(column));
-    rows.iter().map(|row| format!("  {}", row.iter().enumerate().map(cell).collect::<Vec<_>>().join("   "))).collect()
-}
-
 /// Writes to standard output. A pipe that is closed early, as by `head`, is no error.
 fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
@@ -336,6 +329,11 @@ fn print(text: &str) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
+}
+
+/// Writes a report to standard output, as wide as the terminal.
+fn print_report(text: &str) -> Result<(), Failure> {
+    print(&terminal::fitted(text))
 }
 
 /// Writes a warning to standard error. Where that is closed, the results are still complete.

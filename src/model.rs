@@ -21,6 +21,7 @@ pub mod run_plan;
 pub mod scene;
 pub mod space;
 pub mod species_pairs;
+pub(crate) mod state_point;
 pub mod static_surface;
 pub mod surface;
 pub mod surface_motion;

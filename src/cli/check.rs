@@ -48,7 +48,7 @@ impl Check {
         } else {
             "The scene is valid, but see above.\n"
         });
-        super::print(&text)
+        super::print_report(&text)
     }
 }
 

@@ -15,7 +15,8 @@ use clap::Args;
 use super::again::{Again, CHECKPOINT_EVERY};
 use super::failure::Failure;
 use super::progress::bar;
-use super::{Changes, borrowed, columns, cores, signals};
+use super::terminal::columns;
+use super::{Changes, borrowed, cores, signals};
 
 /// Runs replicas of a scene at several temperatures, or in windows of a distance, which are swapped now and then
 #[derive(Debug, Args)]
@@ -205,7 +206,7 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     report::write(&page, &report::exchange_page_in(path), Existing::Replace)?;
     let tables = summary.tables.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
     let complete = if was_there { "It was complete already. " } else { "" };
-    super::print(&format!(
+    super::print_report(&format!(
         "{}\n{complete}The files are in {}: summary.json, {tables}, exchange.html\n",
         text(summary),
         path.display()
@@ -249,7 +250,7 @@ fn text(summary: &ExchangeSummary) -> String {
     }
     let what = if is_swapped { "attempts to swap" } else { "samples of each replica in a multicanonical ensemble" };
     let mut lines = vec![format!("{}, {} {what}", summary.scene, results.attempts)];
-    lines.extend(columns(&rows));
+    lines.extend(columns(&rows, 1));
     let trips: Vec<String> = results.round_trips.iter().map(u64::to_string).collect();
     lines.push(format!("  round trips of the replicas: {}", trips.join(", ")));
     lines.extend(summary.heat_capacity_peak.map(|peak| {

@@ -77,7 +77,7 @@ const SCENES: [Choice<&str>; 27] = [
         include_str!("../../configs/equation_of_state.toml"),
     ),
     ("live", Some("Disks with sliders, for carom live"), include_str!("../../configs/maxwell.toml")),
-    ("silo", Some("Grains that run out of a silo with smooth walls"), include_str!("../../configs/outlet.toml")),
+    ("outlet", Some("Grains that run out of a silo with smooth walls"), include_str!("../../configs/outlet.toml")),
     ("funnel", Some("Grains of three sizes in a smooth funnel"), include_str!("../../configs/funnel.toml")),
     ("piston", Some("A gas below a piston that moves"), include_str!("../../configs/piston.toml")),
     ("drum", Some("Grains in a drum that turns"), include_str!("../../configs/rotating_drum.toml")),

@@ -32,8 +32,19 @@ pub struct Display {
     bar: ProgressBar,
     is_quiet: bool,
     shown: Option<Instant>,
-    stage: Option<(&'static str, Instant)>,
-    rate: Rate,
+    stage: Option<Begun>,
+    /// Events per second.
+    events: Rate,
+    /// Of what is to be done, the part per second.
+    done: Rate,
+}
+
+/// The stage that is shown.
+struct Begun {
+    name: &'static str,
+    since: Instant,
+    /// Part that was done when it was last shown.
+    fraction: f64,
 }
 
 /// How far something is.
@@ -83,12 +94,19 @@ impl From<&movie::MovieProgress> for State {
     }
 }
 
-/// Events per second of late.
+/// How fast something has grown of late.
 struct Rate {
     since: Instant,
-    events: u64,
+    count: f64,
     per_second: f64,
+    /// For how long it remembers `[s]`.
+    memory: f64,
 }
+
+/// Half a second, so that the number can be read on the bar.
+const MEMORY_OF_EVENTS: f64 = 0.5;
+/// The speed of a run that settles changes slowly, that of many tasks with each that is done.
+const MEMORY_OF_DONE: f64 = 10.0;
 
 impl Display {
     pub fn new(scene: &Scene, is_quiet: bool) -> Self {
@@ -98,8 +116,9 @@ impl Display {
     /// For work of a name.
     pub fn named(name: String, is_quiet: bool) -> Self {
         let bar = bar(STEPS, "{prefix} {wide_bar:.cyan/blue} {percent:>3} %\n  {msg}", is_quiet);
-        let rate = Rate { since: Instant::now(), events: 0, per_second: 0.0 };
-        Self { name, bar, is_quiet, shown: None, stage: None, rate }
+        let now = Instant::now();
+        let (events, done) = (Rate::new(now, 0.0, MEMORY_OF_EVENTS), Rate::new(now, 0.0, MEMORY_OF_DONE));
+        Self { name, bar, is_quiet, shown: None, stage: None, events, done }
     }
 
     /// Shows how far the run is, if it is time to.
@@ -109,31 +128,25 @@ impl Display {
             return;
         }
         let now = Instant::now();
-        let started = match self.stage {
-            Some((stage, started)) if stage == progress.stage => started,
-            _ => {
-                self.stage = Some((progress.stage, now));
-                self.rate = Rate { since: now, events: progress.events, per_second: 0.0 };
-                now
-            }
-        };
+        let started = self.began(&progress, now);
         let interval = if self.bar.is_hidden() { LINE_INTERVAL } else { BAR_INTERVAL };
         if now - *self.shown.get_or_insert(now) < interval {
             return;
         }
         self.shown = Some(now);
-        self.rate.see(progress.events, now);
+        self.events.see(progress.events as f64, now);
+        self.done.see(progress.fraction, now);
         let State { fraction, stage, unit, .. } = progress;
         // Few are counted on the average.
         let rate = match unit {
-            EVENTS => short(self.rate.per_second),
+            EVENTS => short(self.events.per_second),
             _ => format!("{:.1}", progress.events as f64 / (now - started).as_secs_f64().max(1e-3)),
         };
         let text = format!(
             "t = {:.4}, {} {unit}, {rate} {unit}/s{}",
             progress.time,
             short(progress.events as f64),
-            left(fraction, now - started),
+            left(fraction, self.done.per_second),
         );
         if self.bar.is_hidden() {
             // A closed standard error is no reason to stop.
@@ -148,6 +161,18 @@ impl Display {
         self.bar.set_position(position);
     }
 
+    /// When the stage that is shown began. One with less done than before is another one, even if it has the same name.
+    fn began(&mut self, progress: &State, now: Instant) -> Instant {
+        let same = self.stage.take().filter(|it| it.name == progress.stage && it.fraction <= progress.fraction);
+        let since = same.map_or(now, |it| it.since);
+        if since == now {
+            self.events = Rate::new(now, progress.events as f64, MEMORY_OF_EVENTS);
+            self.done = Rate::new(now, progress.fraction, MEMORY_OF_DONE);
+        }
+        self.stage = Some(Begun { name: progress.stage, since, fraction: progress.fraction });
+        since
+    }
+
     /// Removes the bar.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
@@ -155,25 +180,27 @@ impl Display {
 }
 
 impl Rate {
-    fn see(&mut self, events: u64, now: Instant) {
+    fn new(since: Instant, count: f64, memory: f64) -> Self {
+        Self { since, count, per_second: 0.0, memory }
+    }
+
+    fn see(&mut self, count: f64, now: Instant) {
         let seconds = (now - self.since).as_secs_f64();
         if seconds > 0.0 {
-            let latest = events.saturating_sub(self.events) as f64 / seconds;
-            // Half a second of memory in the bar, so that the number can be read.
-            let keep = if self.per_second > 0.0 { libm::exp(-seconds / 0.5) } else { 0.0 };
+            let latest = (count - self.count).max(0.0) / seconds;
+            let keep = if self.per_second > 0.0 { libm::exp(-seconds / self.memory) } else { 0.0 };
             self.per_second = keep * self.per_second + (1.0 - keep) * latest;
         }
-        (self.since, self.events) = (now, events);
+        (self.since, self.count) = (now, count);
     }
 }
 
-/// Remaining time at the speed so far.
-fn left(fraction: f64, elapsed: Duration) -> String {
-    if fraction <= 0.0 {
+/// Remaining time at a speed.
+fn left(fraction: f64, per_second: f64) -> String {
+    if fraction <= 0.0 || per_second <= 0.0 {
         return String::new();
     }
-    let seconds = elapsed.as_secs_f64() * (1.0 - fraction) / fraction;
-    format!(", {} left", clock(seconds))
+    format!(", {} left", clock((1.0 - fraction) / per_second))
 }
 
 #[cfg(test)]
@@ -181,8 +208,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_follows_from_the_speed_so_far() {
-        assert_eq!(left(0.25, Duration::from_secs(10)), ", 30 s left");
-        assert_eq!(left(0.0, Duration::from_secs(10)), "");
+    fn what_is_left_follows_from_the_latest_speed() {
+        let start = Instant::now();
+        let mut done = Rate::new(start, 0.0, MEMORY_OF_DONE);
+        assert_eq!(left(0.0, done.per_second), "");
+        done.see(0.25, start + Duration::from_secs(10));
+        assert_eq!(left(0.25, done.per_second), ", 30 s left");
+        // Half as fast for long.
+        for k in 1..=7_u32 {
+            done.see(0.25 + 0.1 * f64::from(k), start + Duration::from_secs(10 + 8 * u64::from(k)));
+        }
+        assert_eq!(left(0.5, 0.0125), ", 40 s left");
+        assert!((done.per_second / 0.0125 - 1.0).abs() < 0.01, "{}", done.per_second);
+    }
+
+    #[test]
+    fn each_stage_has_a_speed_of_its_own() {
+        let mut display = Display::named("run".to_owned(), true);
+        let state = |fraction: f64| State { stage: "preparing", time: 0.0, events: 0, fraction, unit: EVENTS };
+        let start = Instant::now();
+        let at = |seconds: u64| start + Duration::from_secs(seconds);
+        assert_eq!(display.began(&state(0.1), at(0)), at(0));
+        assert_eq!(display.began(&state(0.9), at(9)), at(0));
+        assert_eq!(display.began(&state(0.2), at(10)), at(10));
+        assert_eq!(display.began(&state(0.3), at(11)), at(10));
     }
 }

@@ -257,7 +257,11 @@ fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> R
     let report = final_table::text(finished);
     let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);
     let done = folder.complete(finished, &report)?;
-    super::print(&format!("{report}\nThe files are in {}\n{}", done.folder.display(), stay(finished, &done, again)))?;
+    super::print_report(&format!(
+        "{report}\nThe files are in {}\n{}",
+        done.folder.display(),
+        stay(finished, &done, again)
+    ))?;
     let failures: Vec<String> = done.failures.iter().map(|failure| with_causes(failure)).collect();
     let unconverted = format!("the trajectory was not converted: {}", failures.join("; "));
     let again_here = again(done.kept.as_ref().unwrap_or(&done.folder));

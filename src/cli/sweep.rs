@@ -18,7 +18,8 @@ use clap::Args;
 use super::again::{Again, CHECKPOINT_EVERY};
 use super::failure::Failure;
 use super::signals;
-use super::{Changes, borrowed, columns, cores};
+use super::terminal::columns;
+use super::{Changes, borrowed, cores};
 use display::Display;
 
 /// Runs a scene for all combinations of values
@@ -158,7 +159,7 @@ impl SweepCommand {
             super::warn(&format!("{} runs have no page: {}", hindered.len(), with_causes(first)));
         }
         report::write(&report::sweep_page(folder, sweep, &results), &page, Existing::Replace)?;
-        super::print(&format!(
+        super::print_report(&format!(
             "{}\nThe files are in {}: sweep.csv, sweep-mean.csv, sweep.html\n",
             text(sweep, &results, fates.iter().filter(|(_, fate)| *fate == Fate::Kept).count()),
             folder.path().display()
@@ -242,6 +243,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     let stage = results.has_stages().then(|| "stage".to_owned());
     let heads = sweep.state_point_names().into_iter().chain(stage).chain(["runs".to_owned()]).chain(names);
     let mut rows: Vec<Vec<String>> = vec![heads.collect()];
+    let keys = rows[0].len() - shown.len();
     for (group, means) in results.means().take(MOST_ROWS) {
         let settings = sweep.points()[group.places[0]].state_point().map(|(_, value)| value.clone());
         let stage = results.has_stages().then(|| means.stage.clone());
@@ -257,7 +259,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         });
         rows.push(settings.chain(stage).chain([means.runs.to_string()]).chain(values).collect());
     }
-    lines.extend(columns(&rows));
+    lines.extend(columns(&rows, keys));
     let more = results.means().count().saturating_sub(MOST_ROWS);
     if more > 0 {
         lines.push(format!("  and {more} more in sweep-mean.csv"));

@@ -67,7 +67,7 @@ impl Verify {
         let proof = prove(scene, recorded.as_ref(), (self.from_events, self.events), folder, &mut watch);
         display.clear();
         let proof = proof?;
-        super::print(&proof.table)?;
+        super::print_report(&proof.table)?;
         proof.verdict
     }
 

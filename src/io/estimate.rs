@@ -276,6 +276,20 @@ mod tests {
     }
 
     #[test]
+    fn what_is_at_rest_and_not_driven_has_no_events() {
+        let events = |temperature: &str, more: &str| {
+            let text = SCENE.replace("temperature = 1.0", temperature) + more;
+            SizeEstimate::of(&Scene::from_toml(text, "scene.toml").unwrap(), Some(3.0)).events
+        };
+        let run = "[run]\nuntil_events = 1000\n";
+        let bath = "thermostat = { kind = 'andersen', temperature = 1.0, rate = 1.0 }\n";
+        assert_eq!(events("", run), Some(0.0));
+        assert_eq!(events("", &(run.to_owned() + bath)), Some(1000.0));
+        assert_eq!(events("", &(run.to_owned() + "[dynamics]\ngravity = [0.0, 0.0, -1.0]\n")), Some(1000.0));
+        assert_eq!(events("temperature = 1.0", run), Some(1000.0));
+    }
+
+    #[test]
     fn intervals_and_limits_give_rows_frames_and_bytes() {
         let it = estimate("[run]\nuntil_time = 1e9\n[output]\nthermo_interval = 1e-3\nframe_interval = 1e6", None);
         assert_eq!((it.rows, it.frames), (Some(1e12 + 2.0), Some(1002.0)));
