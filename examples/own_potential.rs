@@ -31,7 +31,7 @@ pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
     Ok(Potential::new(radii, energies)?)
 }
 
-/// A fluid of these spheres after so many events, and its total energy at the start.
+/// A fluid of these spheres after a number of events, and its total energy at the start.
 pub fn simulated(events: u64) -> Result<(Simulation, f64), Box<dyn Error>> {
     let scene = SceneBuilder::new("yukawa")
         .species("sphere", 1.0, 1.0)

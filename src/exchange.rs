@@ -20,7 +20,7 @@
 //!     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
 //!     .build()?;
 //! let results = Exchange::new(scene)?.finish()?.results();
-//! // The lowest level is that of the bound pair, of which the exact population at T = 0.4 is 0.709.
+//! // The lowest level is that of the bound pair. Its exact population at T = 0.4 is 0.709.
 //! let bound = results.temperatures[0].populations[0];
 //! assert_eq!(bound.energy, -1.0);
 //! assert!((bound.population.mean - 0.709).abs() < 4.0 * bound.population.standard_error.unwrap());

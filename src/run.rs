@@ -1,4 +1,4 @@
-//! A run: its stages with rows at even times, of which the last one and others that are measured have means and frames.
+//! A run: stages with rows at even times. The last stage, and others that are measured, have means and frames.
 //!
 //! A [`Run`] is put together, executed, and leaves what has [`Finished`].
 

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use carom::model::Scene;
 use carom::run::{Ending, run};
 
-/// A run is given up after so many looks at it, some ten thousand steps each.
+/// Checks after which a run is given up, some ten thousand steps apart.
 const PATIENCE: u32 = 2_000;
 
 /// Outcome of a scene.

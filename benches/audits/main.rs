@@ -1,7 +1,7 @@
 //! How often the audit of a valid run fails, over scenes at random whose coordinates have few digits left.
 //!
 //! ```text
-//! cargo bench --bench audits -- 1000        judges so many scenes, from seed 1 on
+//! cargo bench --bench audits -- 1000        judges 1000 scenes, from seed 1 on
 //! cargo bench --bench audits -- 1 4711      judges one scene from seed 4711 on, and prints it
 //! ```
 //!

@@ -124,7 +124,7 @@ fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
     ])
 }
 
-/// Events per second of so many events per particle, and the time that they take.
+/// Events per second over a number of events per particle, and the time that they take.
 fn rate(simulation: &mut Simulation, per_particle: f64, before: f64) -> Outcome<f64> {
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     // By the time, not by their number, whose last ones one engine does.
@@ -173,7 +173,7 @@ fn measure(system: &System) -> Outcome<Row> {
     Ok(row)
 }
 
-/// Speed of so many cores, by domains that ran one after the other, beside one thread of so many events per second.
+/// Speed on several cores, from domains that ran one after the other, relative to one thread.
 fn estimate(cores: usize, one: f64, events: f64, before: DomainWork, after: DomainWork) -> Estimate {
     let since = |of: fn(&DomainWork) -> Duration| (of(&after) - of(&before)).as_secs_f64();
     let slowest = since(|work| work.slowest);

@@ -20,7 +20,7 @@ use std::time::Instant;
 /// States of each class and problem.
 const STATES: usize = 1_000;
 
-/// Whole passes over the states, the fastest of which is reported: what else the machine does only adds.
+/// Whole passes over the states. The fastest one is reported, because other work of the machine can only add time.
 const PASSES: usize = 9;
 
 /// Calls of one pass, at least, so that the clock's resolution does not matter.

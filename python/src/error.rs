@@ -117,7 +117,7 @@ pub fn output(error: &OutputError) -> PyErr {
     }
 }
 
-/// Functions that observe, which are not those that a run began with.
+/// The observing functions differ from those at the start of the run.
 fn instrument(error: &InstrumentError) -> PyErr {
     cured("SimulationError", &error.to_string(), Some("give observe what the run began with: the same names"))
 }

@@ -29,7 +29,7 @@ pub struct State {
     pub engine: Engine,
     /// Events that were asked for and not handed out because a signal came.
     pub pending: Vec<u8>,
-    /// Heat baths that have been set, each of which has random numbers of its own.
+    /// Number of heat baths that have been set. Each has its own random numbers.
     pub baths: usize,
 }
 
@@ -183,7 +183,7 @@ impl Simulation {
         py.detach(|| engine.rescale(temperature)).map_err(|error| error::thermostat(&error))
     }
 
-    /// Starts a heat bath in place of the one that there is, or ends that.
+    /// Replaces the heat bath, or removes it.
     fn set_thermostat(&self, bath: Option<Bath>) -> PyResult<()> {
         let mut state = self.state()?;
         let thermostat = bath.map(|(temperature, rate, axes)| Thermostat::Andersen { temperature, rate, axes });
@@ -194,7 +194,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// The heat bath that there is.
+    /// The present heat bath.
     fn thermostat(&self) -> PyResult<Option<Bath>> {
         Ok(match self.state()?.engine.thermostat() {
             Some(Thermostat::Andersen { temperature, rate, axes }) => Some((temperature, rate, axes)),

@@ -1,4 +1,4 @@
-//! Sweeps: their points, each of which any process can run, and their tables.
+//! Sweeps: their points, which any process can run, and their tables.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};

@@ -53,7 +53,7 @@ pub const OBSERVABLES: [(&str, &str); 21] = [
     (ISOTHERMAL_COMPRESSIBILITY, "length^D / energy"),
 ];
 
-/// Where they are among these: the pressure, the collision rate, those of the lower x wall, the volume, and the compressibility, of which the average is that of the squares of the volume.
+/// Their indices: the pressure, the collision rate, those of the lower x wall, the volume, and the compressibility, whose average is that of the squared volume.
 const PRESSURE: usize = 1;
 const COLLISION_RATE: usize = 3;
 const FIRST_WALL: usize = 5;
@@ -287,7 +287,7 @@ impl Observer {
         self.averages.clear();
     }
 
-    /// Samples temperature and potential energy and integrates both since the last sample: exactly, because they change at events only, but for the
+    /// Samples temperature and potential energy and integrates both since the last sample: exactly, because they change at events only, except for the
     /// temperature of a sheared box, whose particles heat up on their way, by the trapezoidal rule. Returns the temperature.
     ///
     /// Asked for before velocities are scaled, and again after it, so that no mean is over a line across a jump.

@@ -1,4 +1,4 @@
-//! Averages at temperatures that were not simulated, from the energies at those that were.
+//! Averages at temperatures between the simulated ones, from the energies at these.
 //!
 //! Samples of the potential energy of several ensembles, at several temperatures or with weights of the energy, are gathered in [`EnergyHistograms`], in two passes: the first finds the levels that occur. Together they determine the
 //! [`DensityOfStates`], and that the moments of the energy at all temperatures between. [`Reweighting`] has errors, too.
@@ -6,7 +6,7 @@
 //! ```
 //! use carom::analysis::reweighting::{Ensemble, MultiHistogram};
 //!
-//! // Two levels, of which the upper one has three states: at T = 1, 3 / (3 + e) of the samples are in the upper one.
+//! // Two levels. The upper one has three states: at T = 1, it has 3 / (3 + e) of the samples.
 //! let upper = |t: f64| 3.0 / (3.0 + (1.0 / t).exp());
 //! let (ensembles, samples) = (Ensemble::canonical(&[0.5, 2.0]), [1e4, 1e4]);
 //! let in_upper = 1e4 * (upper(0.5) + upper(2.0));
@@ -44,7 +44,7 @@ const FEWEST_INDEPENDENT: f64 = 8.0;
 ///
 /// Time is cut into blocks of five correlation times of the energy: those of the ensemble in which it is slowest. Of these, as many as there are are drawn with replacement, 200 times, the same blocks of all
 /// ensembles, because replicas that are swapped correlate them. The standard deviation of what follows from the samples that were drawn is the error. It is
-/// larger by what blocks of this length do not have in them of the correlation, and by what Student's distribution says of so many blocks.
+/// larger by the correlation that blocks of this length miss, and by Student's factor for their number.
 ///
 /// H. R. Künsch, Ann. Statist. 17, 1217 (1989), [doi:10.1214/aos/1176347265](https://doi.org/10.1214/aos/1176347265).
 #[derive(Debug, Clone)]

@@ -30,7 +30,7 @@ impl SamplingTimes {
         Self { chosen: Some([0, aim]), ..Self::given(start, (duration / f64::from(aim)).max(shortest)) }
     }
 
-    /// Sampling times of which there are no more than so many.
+    /// Sampling times, limited in number.
     #[must_use]
     pub fn at_most(self, most: u32) -> Self {
         Self { left: most, ..self }

@@ -19,7 +19,7 @@ pub(crate) const ROUNDING: f64 = 1e-11;
 /// There is no error of fewer values,
 const FEWEST_VALUES: usize = 8;
 
-/// nor of values that seem to be worth fewer independent ones: of those that are worth five or less, one in a few seems to be worth more by chance.
+/// nor of values that seem to be worth fewer independent ones: five or fewer often seem to be worth more by chance.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
 /// There is no error of a variance of values that seem to be worth fewer independent ones than these: of less, that variance seems to be worth the more the smaller it is by chance.
@@ -157,7 +157,7 @@ impl BlockAverage {
     }
 
     /// The variance of the values, from the average of their squares at the same times, `s^2 = <x^2> - <x>^2 + e^2`: about the mean of a series a variance is too small by the square
-    /// of how far that is off, of which `e^2` is the likeliest value.
+    /// of the deviation of that mean, whose likeliest value is `e^2`.
     ///
     /// Its error is that of the mean of `x^2 - 2 <x> x`, and at least `e s` with the standard error `e` of the mean: the squares of what relaxes in a time `t` do so in `t / 2`, and `s^2` is known to `s^2 / sqrt(n)` where `n = (s / e)^2` is
     /// the number of independent values. A variance that is small by chance would else have a small error as well. It is unknown where `n` is less than 16. `None` if either has no values.
@@ -183,7 +183,7 @@ impl BlockAverage {
         verdict_on(&self.bins, self.mean().unwrap_or(0.0))
     }
 
-    /// Whether all that was added is the same but for rounding, as far as the bins tell.
+    /// Whether all that was added is the same within round-off, as far as the bins tell.
     pub(crate) fn is_constant(&self) -> bool {
         let mean = self.mean().unwrap_or(0.0);
         self.bins.iter().all(|x| (x - mean).abs() <= ROUNDING * mean.abs())
@@ -306,7 +306,7 @@ fn likeliest_squared_error(series: &[f64]) -> Option<f64> {
 /// How the values of a series spread about their mean.
 struct Spread {
     variance: f64,
-    /// Spectral density at frequency zero; none of constants, of which there is nothing but rounding, which is no noise.
+    /// Spectral density at frequency zero; `None` for a constant, whose round-off is not noise.
     density: Option<Density>,
 }
 

@@ -30,7 +30,7 @@ pub fn size(bytes: f64) -> String {
     format!("{number:.*} {name}", usize::from(number < 10.0 && unit > 1.0))
 }
 
-/// Text as a terminal may have it: control characters, which could move the cursor or change colours, are replaced, but for ends of
+/// Text as a terminal may have it: control characters, which could move the cursor or change colours, are replaced, except for ends of
 /// lines and tabs. Each takes as many bytes as what stands for it.
 #[must_use]
 pub fn printable(text: &str) -> Cow<'_, str> {

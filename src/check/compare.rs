@@ -29,7 +29,7 @@ use crate::scene::SceneError;
 pub struct Comparison {
     /// The files that are as the run writes them.
     pub equal: Vec<String>,
-    /// The files that are not, each with the first difference; those that are missing are among them.
+    /// The files that differ, each with the first difference, including missing files.
     pub differences: Vec<(String, Difference)>,
     /// The files that were not compared, or only in part, with the reason.
     pub not_compared: Vec<(String, &'static str)>,

@@ -156,7 +156,7 @@ impl Reference {
         Ok(reference)
     }
 
-    /// The state of a pair at the start: how many radii it is inside of. Of one that it is at, but for 32 roundings of the coordinates, it is on the side
+    /// The state of a pair at the start: how many radii it is inside of. Of one that it is at, within 32 roundings of the coordinates, it is on the side
     /// that it moves into.
     fn first_state(&self, potential: &Potential, i: u32, j: u32) -> usize {
         let (apart, [i, j]) = (self.nearest_image(i, j), [i as usize, j as usize]);

@@ -200,7 +200,7 @@ impl Run {
     }
 }
 
-/// Why a run cannot be resumed: where the folder is none of a run, what it is.
+/// Why a run cannot be resumed. If the folder has no run, says what it has.
 fn not_a_run(path: &Path, error: OutputError) -> Failure {
     let folder = path.display();
     let (what, cure) = match &error {

@@ -56,7 +56,7 @@ fn tables(rows: &[Vec<String>], keys: usize, width: usize) -> Vec<String> {
         let more = GAP.len() + widest(column);
         match blocks.last_mut() {
             // The first gap is one shorter.
-            Some((block, taken)) if *taken + more <= width + 1 => {
+            Some((block, taken)) if *taken + more - 1 <= width => {
                 block.push(column);
                 *taken += more;
             }

@@ -42,7 +42,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return false;
         }
         self.stream_all(0.0);
-        // Gone before the new ones come, so that there is never memory for both.
+        // Freed before the new ones are allocated, so that both are never in memory.
         self.neighbours = Neighbours::none(&self.state.space);
         self.reorder();
         self.sort_in(search);
@@ -50,14 +50,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         true
     }
 
-    /// The search for the density that there is, given the one that is in use.
+    /// The best neighbour search at the present density, given the current one.
     pub(super) fn best_search(&self) -> Search {
         let range = self.ranges.between.iter().copied().fold(0.0, f64::max);
         let positions = || self.state.bodies.iter().map(|body| body.position);
         Search::choose_among(&self.state.space, range, positions, Some(self.neighbours.search()))
     }
 
-    /// Moves all particles along their free flights to a time since the epoch, and brings those that have left the box back in.
+    /// Streams all particles to a time since the epoch, and wraps those outside of the box.
     pub(super) fn stream_all(&mut self, time: f64) {
         for particle in self.particles() {
             self.stream(particle, time);

@@ -66,7 +66,7 @@ impl Clock {
         Self { start, epoch: 0.0, now: 0.0, epochs: 0, last_reached: 0.0, standstill }
     }
 
-    /// Whether it is asked after so many epochs how particles are kept and looked for: densities change slowly, but for the start.
+    /// Whether the neighbour search is reconsidered at this epoch. After the start, densities change slowly.
     pub fn is_looked_at(epochs: u64) -> bool {
         epochs.is_power_of_two() || epochs.is_multiple_of(16)
     }
@@ -171,7 +171,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(moved)
     }
 
-    /// Moves the epoch of all that there is one of, and empties the queue, where something is due `next`.
+    /// Moves the epoch of all global state, and empties the queue. The next entry is due at `next`.
     pub(super) fn begin_epoch(&mut self, next: f64) -> Moved {
         let reached = self.schedule.queue.reached();
         self.clock.last_reached = reached.max(0.5 * self.clock.last_reached);

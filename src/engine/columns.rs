@@ -1,4 +1,4 @@
-//! Columns: all that there is one of for each particle, by its number in memory.
+//! Per-particle arrays, indexed by the particle's place in memory.
 //!
 //! A column is registered once, in the macro `columns`. From there particles are put in another order, left out, taken in and copied, and times
 //! are counted from another epoch; nothing else knows which columns there are.
@@ -23,12 +23,12 @@ pub(super) struct Order {
     pub old: Vec<u32>,
     /// [`NO_PARTICLE`] for those that are missing.
     pub new: Vec<u32>,
-    /// Room for so many particles more: arrays that had to be moved for them would lose their large pages.
+    /// Reserves room for more particles. Arrays that move lose their large pages.
     pub room: usize,
 }
 
 impl Order {
-    /// The order in which the particle of old number `old[0]` comes first, of so many until now.
+    /// The order in which the particle with the old number `old[0]` comes first.
     pub fn of(old: Vec<u32>, count: usize) -> Self {
         let mut new = vec![NO_PARTICLE; count];
         for (&old, number) in old.iter().zip(0..) {

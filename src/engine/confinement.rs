@@ -68,7 +68,7 @@ mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::SceneBuilder;
 
-    /// Two species between walls and in a heat bath, after so many that have no particles.
+    /// Two species between walls and in a heat bath, listed after a number of species without particles.
     fn after(unused: u32) -> Simulation {
         let space = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(12.0) };
         let hard = |diameter| Potential::hard_sphere(diameter).unwrap();

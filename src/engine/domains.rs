@@ -6,7 +6,7 @@
 //!
 //! *Proof.* Take the earliest step of any owned particle, in any domain, that differs from that of one engine for all. Something that it read differed
 //! before: an owned particle (but this was the earliest), a copy that can be read (but it agrees with its owner, whose steps before this one are right), or
-//! a particle of which the domain has no copy (but its owner, whose steps are right, has seen that it did not come where it can be read).
+//! a particle without a copy in the domain (but its owner, whose steps are right, has seen that it did not come where it can be read).
 //!
 //! If they do not agree, the window is undone and ends before the first difference. What cannot be told apart this way (simultaneous events of
 //! two domains that someone watches, time that stands still, the end of a run at a number of events) is left to the one engine.
@@ -49,7 +49,7 @@ const SERIAL_STEPS: u64 = 2_000;
 /// Steps of a stretch of the one engine at least, where it has as many to do: the last window before a number of events.
 const LEAST_SERIAL: u64 = 50_000;
 
-/// After so many windows of fewer steps than these, one after the other, the one engine does some: it is faster then.
+/// After this many short windows in a row, run serially for a while, which is faster then.
 const MOST_SHORT: u32 = 8;
 const FEWEST_STEPS: u64 = 8;
 
@@ -57,7 +57,7 @@ const FEWEST_STEPS: u64 = 8;
 const MOST_UNDONE: f64 = 4.0;
 const WIDER: Halo = Halo { slack: 0.1, margin: 0.3 };
 
-/// The halo that windows of so many steps need.
+/// The halo that windows with a number of steps need.
 const HALO: Halo = Halo { slack: 0.2, margin: 1.1 };
 
 /// The domains of a system.
@@ -69,7 +69,7 @@ pub struct Domains<const FALLING: bool, const TABLE: bool> {
     steps_of_window: f64,
     /// Length of the next window `[time]`.
     length: f64,
-    /// Windows that were undone, of which each later one that agrees makes a twentieth forgotten.
+    /// Recent rollbacks; decays by 5 % per accepted window.
     undone: f64,
     /// Windows of few steps since the last one of more.
     short: u32,
@@ -84,13 +84,13 @@ pub struct Domains<const FALLING: bool, const TABLE: bool> {
 /// How the domains go on.
 enum Next {
     Done,
-    /// The one engine does so many steps.
+    /// Runs a number of steps serially.
     Serial(u64),
     Return(Reason),
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Domains of a number for each process, 64 in all at most, on so many threads of this one.
+    /// A number of domains for each process, at most 64 in all, on a number of threads of this process.
     pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
         Self::with(Team::new(domains, threads, transport), HALO)
     }

@@ -12,7 +12,7 @@ use crate::model::state_point::StatePoint;
 use crate::model::{ParticleId, Scene, Thermostat, ThermostatError};
 
 impl Simulation {
-    /// Starts a heat bath in place of the one that there is, or ends it with `None`. `stage` tells the random numbers of one stage from those of another.
+    /// Replaces the heat bath, or removes it with `None`. Each `stage` has its own random numbers.
     ///
     /// Components along flat axes, along which nothing moves, are left out.
     ///
@@ -31,7 +31,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Starts the heat bath of a thermostat that has been checked with its scene, or ends the one that there is; the driver of a run scales velocities itself.
+    /// Replaces the heat bath by that of a thermostat that was validated with its scene, or removes it. The driver of a run rescales velocities itself.
     ///
     /// The seed is [`Self::stream_seed`], from when the stage began.
     pub(crate) fn set_planned_thermostat(&mut self, thermostat: Option<&Thermostat>, seed: u64, stage: usize) {
@@ -48,7 +48,7 @@ impl Simulation {
         StatePoint::of(&self.scene, &self.population()).seed(self.scene.seed)
     }
 
-    /// Puts the surfaces of a stage of a run in, and takes away those that are not there. Returns whether that changed anything.
+    /// Adds the surfaces of a stage, and removes all others. Returns whether anything changed.
     pub(crate) fn set_stage_of_surfaces(&mut self, stage: &str) -> bool {
         with_engine!(&mut self.engine, engine => engine.set_stage_of_surfaces(stage))
     }
@@ -207,7 +207,7 @@ mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::{SceneBuilder, SpeciesDraft};
 
-    /// Two disks, of which one or both are static.
+    /// Two disks; one or both are static.
     fn disks(are_static: [bool; 2]) -> Simulation {
         let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
         let mut scene = SceneBuilder::new("disks")

@@ -186,7 +186,7 @@ pub enum Invariant {
     Discontinuity,
     /// A captured pair is in the lists of both particles.
     CapturedPair,
-    /// A contact with a surface is with one that there is.
+    /// The predicted surface exists.
     Surface,
     /// Thermal surfaces have random numbers.
     SurfaceRandom,

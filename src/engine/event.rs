@@ -64,7 +64,7 @@ pub struct Event {
     pub energy_step: f64,
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: f64,
-    /// Positions of the particle and of its partner `[length]`, within the box along periodic axes but for round-off; zero for a
+    /// Positions of the particle and of its partner `[length]`, inside the box along periodic axes, within round-off; zero for a
     /// partner that is none.
     pub positions: [Vector; 2],
     /// Their velocities before the event `[length / time]`.

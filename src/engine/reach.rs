@@ -186,7 +186,7 @@ impl Batch<'_> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The first contact with any of some uncaptured others of which each has to be predicted by itself: those within reach before the
+    /// The first contact with candidates that are not captured and must be tested one at a time: those within reach before the
     /// earliest contact so far.
     pub(super) fn predict_within_reach(
         &self,

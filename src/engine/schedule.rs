@@ -55,10 +55,10 @@ pub trait Pending {
 /// A bucket is no longer than this at the start, so that the length of an epoch is a number.
 const LONGEST: f64 = 1e290;
 
-/// Particles that come with so many steps to an epoch.
+/// Number of particles to which [`TARGET`] refers.
 const PARTICLES: usize = 8;
 
-/// Steps of an epoch, for each so many particles, that its length is tuned to; entries in a bucket, if there are as many buckets.
+/// Steps of an epoch, for this number of particles, to which its length is tuned; entries in a bucket, with as many buckets.
 const TARGET: u32 = 64;
 
 /// An epoch ends early after this many times the steps that its length is tuned to. One that was planned in a quiet time, of a
@@ -91,7 +91,7 @@ pub struct EventQueue {
 }
 
 impl EventQueue {
-    /// A queue for `particles`, of which `due` have an entry now; half of these lie within `median` of the epoch.
+    /// A queue for `particles`. Now `due` of them have an entry, half of these within `median` of the epoch.
     ///
     /// The others may move later, and an epoch, which costs a time for each particle, is to be worth it then.
     #[must_use]
@@ -289,7 +289,7 @@ impl EventQueue {
         part * (trunc_to_usize(now / part) + 1) as f64
     }
 
-    /// Whether the epoch ends at a tick, after so many steps of it.
+    /// Whether the epoch ends at a tick, given the number of its steps.
     pub fn ends_at(&self, tick: f64, steps: u64) -> bool {
         tick >= self.span() || steps > CROWDED * self.target
     }

@@ -115,7 +115,7 @@ impl Simulation {
         }
     }
 
-    /// Refuses vectors that particles cannot have: those that do not move have `fixed`, and all have `flat` along flat axes.
+    /// Rejects invalid vectors: static particles must have `fixed`, and all particles `flat` along flat axes.
     fn check_vectors(
         &self,
         vectors: &[Vector],

@@ -18,7 +18,7 @@ const AHEAD: usize = 16;
 pub struct Snapshot {
     /// Simulated time `[time]`.
     pub time: f64,
-    /// Positions `[length]`, `N x 3`; within the box along periodic axes but for round-off.
+    /// Positions `[length]`, `N x 3`; inside the box along periodic axes, within round-off.
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: Vec<Vector>,

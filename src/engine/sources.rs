@@ -193,7 +193,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// Predicting all particles anew takes as long as so many steps.
+    /// The cost of predicting all particles again, in steps.
     pub(super) fn steps_of_all(&self) -> u64 {
         self.state.bodies.len() as u64 / PER_STEP
     }

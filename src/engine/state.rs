@@ -95,7 +95,7 @@ impl State {
         self.numbers.sort_by_key(|&number| self.bodies[number as usize].name);
     }
 
-    /// Number of particles of each of so many species.
+    /// Number of particles of each species.
     pub fn population(&self, rows: &Rows, species: usize) -> Vec<usize> {
         let mut population = vec![0; species];
         if self.species.is_empty() && !self.bodies.is_empty() {

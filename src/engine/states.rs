@@ -37,7 +37,7 @@ impl Elapsed {
 pub struct States {
     /// When.
     pub elapsed: Elapsed,
-    /// Positions `[length]`, `N x 3`; within the box along periodic axes but for round-off.
+    /// Positions `[length]`, `N x 3`; inside the box along periodic axes, within round-off.
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: Vec<Vector>,

@@ -54,7 +54,7 @@ impl Flight<'_> {
     }
 }
 
-/// The shape of a surface, of which one side is for particles.
+/// The shape of a surface with particles on one side.
 pub(crate) trait Surface {
     /// Distance from the surface to that of a sphere, negative where the two overlap `[length]`.
     fn gap(&self, position: &Vector, radius: f64) -> f64;

@@ -71,7 +71,7 @@ impl Simulation {
         with_engine!(&self.engine, engine => Domains::obstacle(engine))
     }
 
-    /// Spreads the system over so many threads from now on, 64 at most, whatever [`RunPlan::threads`](crate::model::RunPlan::threads) says: the box is
+    /// Runs the system on this number of threads from now on, at most 64, in place of [`RunPlan::threads`](crate::model::RunPlan::threads): the box is
     /// cut into as many domains. Events, states and sums have the same bits as with one.
     ///
     /// Nothing of this is written to a checkpoint. What is not covered runs in one thread: diameters that grow, sheared boxes, starts with overlaps that are allowed, and
@@ -113,7 +113,7 @@ impl Simulation {
         self.spread();
     }
 
-    /// Cuts the system into so many domains for each process, on so many threads: [`Self::set_threads`] takes as many of both. More domains than threads cost
+    /// Cuts the system into a number of domains for each process, on a number of threads. [`Self::set_threads`] uses the same number for both. More domains than threads cost
     /// more than they bring, but tell what more threads would: [`DomainWork::slowest`].
     pub fn set_domains(&mut self, domains: usize, threads: usize) {
         let transport = self.transport.clone();
@@ -127,7 +127,7 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Runs in so many domains of each process on so many threads from now on; in one without any of this.
+    /// Sets the number of domains of each process and of threads. One domain runs serially.
     pub(super) fn set_domains(&mut self, domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) {
         self.join();
         // To begin a thread takes longer than a window of few particles.

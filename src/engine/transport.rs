@@ -58,7 +58,7 @@ pub mod tests {
         }
     }
 
-    /// Does the same in so many processes, and returns what comes of it in each.
+    /// Runs a function in a number of processes. Returns the result of each.
     pub fn in_processes<R: Send>(count: usize, work: impl Fn(Arc<dyn Transport>) -> R + Send + Sync) -> Vec<R> {
         let mut processes: Vec<Channels> =
             (0..count).map(|rank| Channels { rank, to: Vec::new(), from: Vec::new() }).collect();

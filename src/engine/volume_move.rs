@@ -61,7 +61,7 @@ impl Scaling {
         }
     }
 
-    /// Number of molecules, of which a particle without bonds is one.
+    /// Number of molecules. A particle without bonds counts as one.
     pub fn molecules(&self) -> usize {
         self.molecules.count
     }

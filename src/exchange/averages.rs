@@ -77,7 +77,7 @@ impl AtTemperature {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Averages {
     pub temperatures: Vec<AtTemperature>,
-    /// None of windows, of which the distance is what is measured.
+    /// None for windows, where the distance is measured instead.
     populations: Option<Populations>,
     /// Of each two neighbours, 1 for a swap and 0 for an attempt without one.
     swaps: Vec<BlockAverage>,

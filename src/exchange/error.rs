@@ -170,7 +170,7 @@ impl ExchangeFolderError {
     }
 }
 
-/// Cure where an exchange cannot go on from its checkpoint, of which there is one only.
+/// Cure if an exchange cannot continue from its only checkpoint.
 fn cure_of(error: &CheckpointError) -> &'static str {
     match error {
         CheckpointError::Missing(_) => {

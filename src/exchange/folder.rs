@@ -41,7 +41,7 @@ const CHECKPOINT: &str = "exchange.checkpoint";
 const PAGE: &str = "exchange.html";
 pub(super) const SUMMARY: &str = "summary.json";
 
-/// All files but for trajectories and surfaces.
+/// All files except for trajectories and surfaces.
 const FILES: [&str; 10] = [SCENE, ROWS, ENERGIES, CURVES, DENSITY, MEAN_FORCE, MEASUREMENTS, CHECKPOINT, PAGE, SUMMARY];
 
 /// Content of a checkpoint, as it is read: the exchange, and its files.
@@ -357,7 +357,7 @@ impl ExchangeRecorder for ExchangeFolder {
     }
 }
 
-/// Refuses a table that is not the one of which the summary has the checksum, if it has any.
+/// Rejects a table that does not match its checksum in the summary, if there is one.
 fn refuse_other(
     folder: &Path,
     name: &str,

@@ -30,7 +30,7 @@ impl MeanForcePoint {
 
 /// The potential of mean force along the distance of an exchange in windows, [`ExchangeEnsemble::Umbrella`](crate::model::ExchangeEnsemble::Umbrella).
 ///
-/// In each window the distance has the probability density of all distances, but for a factor. These factors follow from the samples of all windows together, by the equations of
+/// In each window the distance has the probability density of all distances, up to a factor. These factors follow from the samples of all windows together, by the equations of
 /// [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram) with an energy that is zero in a window and infinite outside of it; errors are those of [`Reweighting`].
 ///
 /// S. Kumar, J. M. Rosenberg, D. Bouzida, R. H. Swendsen and P. A. Kollman, J. Comput. Chem. 13, 1011 (1992),

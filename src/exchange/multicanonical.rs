@@ -6,7 +6,7 @@ use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLeve
 use crate::model::EnergyWeights;
 use crate::model::exchange_plan::ends;
 
-/// Rows of energies of which weights are made, at most.
+/// Most rows of energies that weights are made from.
 const MOST_ROWS: u64 = 10_000;
 
 /// The weights of a multicanonical exchange, and the energies that they are from.
@@ -32,7 +32,7 @@ pub(super) struct Multicanonical {
 pub(super) struct Torn;
 
 impl Multicanonical {
-    /// Of an equilibration of so many attempts.
+    /// For an equilibration with a number of attempts.
     pub fn new(equilibration: u64) -> Self {
         let ends = [1, 2, 3].map(|quarter| quarter * (equilibration / 4));
         Self {

@@ -136,7 +136,7 @@ impl Populations {
     }
 }
 
-/// Levels or bins of them for so many energies, which ascend: of each its energy, its width, and the places of the energies in it.
+/// Levels, or bins of levels, of ascending energies: the energy and width of each, and the range of energies in it.
 pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> {
     let ([first, .., last], true) = (energies, energies.len() > MOST_LEVELS) else {
         return energies.iter().enumerate().map(|(place, energy)| (*energy, 0.0, place..place + 1)).collect();

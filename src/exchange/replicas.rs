@@ -110,7 +110,7 @@ pub(super) fn in_order<'e>(places: &'e [usize], replicas: &'e [Replica]) -> impl
     places.iter().map(|number| &replicas[*number].simulation)
 }
 
-/// Attempts between two frames, of so many that are measured: those of the interval in the scene, or so many that the frames of all temperatures have room.
+/// Attempts between two frames: those in the interval of the scene, or enough that the frames of all temperatures fit.
 pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> u64 {
     let given = scene.output().frame_interval.and_then(|interval| plan.attempts(interval)).filter(|every| *every > 0);
     given.unwrap_or_else(|| {

@@ -43,7 +43,7 @@ pub(super) fn temperatures(heads: &str) -> usize {
     heads.split(',').filter(|head| head.starts_with("replica_")).count()
 }
 
-/// The time of a line, and the replica at each of so many temperatures, from 0.
+/// The time of a line, and the replica at each temperature, counted from 0.
 pub(super) fn places(line: &str, temperatures: usize) -> Option<(f64, Vec<usize>)> {
     let mut cells = line.split(',');
     let time = cells.next()?.parse().ok()?;
@@ -52,7 +52,7 @@ pub(super) fn places(line: &str, temperatures: usize) -> Option<(f64, Vec<usize>
     (replicas.len() == temperatures).then_some((time, replicas))
 }
 
-/// Reads the potential energies of a line at so many temperatures, and what was measured with them; says whether all are there.
+/// Reads the potential energies of a line at all temperatures, and the other measured values. Returns whether the line is complete.
 pub(super) fn numbers(line: &str, temperatures: usize, energies: &mut Vec<f64>, measured: &mut Vec<f64>) -> bool {
     energies.clear();
     measured.clear();

@@ -32,7 +32,7 @@ impl Walk {
         Self { ends, headings: vec![Heading::Nowhere; count], trips: vec![0; count] }
     }
 
-    /// Takes note of which replica is at each temperature now; trips that end before the measurement are not counted.
+    /// Records the replica at each temperature now. Trips that end before the measurement are not counted.
     pub fn see(&mut self, places: &[usize], is_measured: bool) {
         let [highest, lowest] = self.ends.map(|end| places[end]);
         self.visit(highest, [false, true], is_measured);

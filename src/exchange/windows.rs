@@ -29,7 +29,7 @@ fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f
 }
 
 impl Exchange {
-    /// Has the distances of all replicas held in the windows of their places, or in those that reach to them.
+    /// Holds the distance of each replica in the window of its place, or in one that is extended to the present distance.
     pub(super) fn begin_windows(&mut self) {
         let Some(UmbrellaPlan { between, windows, .. }) = self.plan.umbrella.clone() else { return };
         for (place, window) in windows.into_iter().enumerate() {
@@ -43,7 +43,7 @@ impl Exchange {
         }
     }
 
-    /// Takes the distances of all replicas, and narrows the windows of those that are not in theirs yet to what they have reached.
+    /// Samples the distances of all replicas. A replica outside of its window gets an extended window up to its present distance.
     pub(super) fn see_distances(&mut self) {
         let Some(umbrella) = &self.plan.umbrella else { return };
         for (place, window) in umbrella.windows.iter().enumerate() {

@@ -89,7 +89,7 @@ impl Checkpoints {
             let _ = fs::remove_file(&partial);
             return Err(OutputError::write(&partial)(error));
         }
-        // A second name first, so that there is one under the first name at every instant; where a disk has no second names, almost.
+        // A hard link first, so that a checkpoint always has its name. On a disk without hard links there is a short gap.
         if let Some(previous) = self.previous.as_ref().filter(|_| last.exists()) {
             remove(previous)?;
             if fs::hard_link(last, previous).is_err() {

@@ -1,5 +1,5 @@
 //! Drafts: files beside the name that they get when they are complete. A draft is locked by the process that writes it, so that one of a
-//! process that was killed is known for what it is, and removed by the next command in its folder.
+//! process that was killed is recognised, and removed by the next command in its folder.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};

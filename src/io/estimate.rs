@@ -26,13 +26,13 @@ use crate::model::{Format, Limit, Scene, SceneSurface, SurfaceShape};
 use crate::run::{FrameLimit, Settings, Stage};
 use crate::trajectory::extended_xyz;
 
-/// A measurement that chooses its interval itself writes at most so many rows, and those of its start and its end.
+/// Most rows of a measurement that chooses its own interval, besides those of its start and end.
 const ROWS: f64 = 400.0;
 
 /// Bytes of a number with all its digits, in text.
 const DIGITS: f64 = 19.0;
 
-/// Bytes per particle of a checkpoint, of which there are three for a moment.
+/// Bytes per particle of a checkpoint. For a moment there are three checkpoints.
 const CHECKPOINT: f64 = 3.0 * 300.0;
 
 /// Bytes of an event in the log by columns, and in the table of contacts.

@@ -208,7 +208,7 @@ fn singles<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<Vec<u8>, Fr
     Ok(bytes)
 }
 
-/// The names of types, each filled up with zeros to the same width, of which there is at least one.
+/// The names of types, each padded with at least one zero to the same width.
 fn names_of_types(names: &[&str]) -> Result<(Vec<u8>, u32), FrameError> {
     let width = names.iter().map(|name| name.len()).max().unwrap_or(0) + 1;
     let mut bytes = Vec::new();

@@ -40,7 +40,7 @@ pub(crate) fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     if file.metadata()?.is_file() { Ok(file) } else { Err(io::ErrorKind::InvalidInput.into()) }
 }
 
-/// Content of a plain file, up to so many bytes.
+/// Content of a plain file, up to a number of bytes.
 ///
 /// # Errors
 /// Those of [`open`], and those of reading.

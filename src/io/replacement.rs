@@ -86,7 +86,7 @@ fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
     fs::rename(from, to).map_err(write)
 }
 
-/// Removes the folder of a run of which nothing is left but its list.
+/// Removes the folder of a run if only its list is left.
 fn clear(inner: &Path, list: Owned) {
     for folder in list.names().iter().filter_map(|name| Path::new(name).parent()) {
         if !folder.as_os_str().is_empty() {

@@ -36,7 +36,7 @@ pub enum SavedError {
         /// Why.
         source: io::Error,
     },
-    /// Its bytes are not those that were written, or never were those of a simulation.
+    /// The bytes have changed since they were written, or never were a simulation.
     #[error("{name} is no saved simulation, or a damaged one: {why}")]
     Damaged {
         /// The file.
@@ -143,7 +143,7 @@ pub fn simulation_from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<(Simul
         .unwrap_or_else(|error| Err(SavedError::Damaged { name: name.to_owned(), why: error.to_string() }))
 }
 
-/// A simulation of which not a bit has changed.
+/// The simulation in a file, if no bit of it has changed.
 fn read<T: DeserializeOwned>(input: impl Read + Seek, name: &str) -> io::Result<Result<(Simulation, T), SavedError>> {
     let name = name.to_owned();
     let found = match read_sealed::<(Simulation, T)>(input, Kind::Simulation)? {

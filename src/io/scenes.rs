@@ -1,4 +1,4 @@
-//! Scenes from files, also those that start from the end of a run.
+//! Scenes from files, including scenes that start from the end of a run.
 
 use std::path::Path;
 
@@ -43,7 +43,7 @@ pub fn read_scene(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<
 /// Reads a scene from its text, as [`Scene::from_toml_with`] does; the scene may start from a run. `name` stands for the file.
 ///
 /// # Errors
-/// As [`read_scene`], but for those of the file.
+/// The errors of [`read_scene`], except those of the file.
 pub fn read_scene_text(
     text: impl Into<String>,
     name: impl AsRef<Path>,

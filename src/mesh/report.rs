@@ -68,7 +68,7 @@ pub struct MeshReport {
     pub open_edges: EdgeFault,
     /// Edges on more than two triangles.
     pub crowded_edges: EdgeFault,
-    /// Edges on two triangles of which one has its normal turned the other way.
+    /// Edges between two triangles with opposite orientations.
     pub turned_edges: EdgeFault,
     /// Number of parts that share no vertex with each other.
     pub parts: usize,

@@ -20,7 +20,7 @@ pub(crate) struct Component {
 }
 
 impl Component {
-    /// All of a group, by their places in it, of which some are bonded; `None` if that does not hold them together.
+    /// A component of all particles of a group, by their places in it; `None` if bonds do not hold them together.
     pub fn of_group(group: &[ParticleId], bonds: impl Iterator<Item = [ParticleId; 2]>) -> Option<Self> {
         if group.len() == 1 {
             return Some(Self::side_by_side(1));
@@ -35,7 +35,7 @@ impl Component {
         Self { ids: (0..id(count)).collect(), parents: vec![0; count], is_linear: count < 3 }
     }
 
-    /// Positions of its particles from its first one, along the bonds, each of which is the nearest image of a separation.
+    /// Positions of its particles relative to the first one, along the bonds. Each bond is a minimum image.
     pub fn path(&self, positions: &[Vector], nearest: impl Fn(Vector) -> Vector) -> Vec<Vector> {
         let mut path: Vec<Vector> = Vec::with_capacity(self.ids.len());
         for (&id, &parent) in self.ids.iter().zip(&self.parents) {
@@ -47,7 +47,7 @@ impl Component {
     }
 }
 
-/// The particles, of so many, that have bonds, by connected component: those with an end first, in the order of their first ids.
+/// The bonded particles by connected component. Components with an end come first, in the order of their first ids.
 pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component> {
     let (starts, partners) = adjacency(particles, bonds);
     let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];

@@ -46,7 +46,7 @@ impl ExchangePlan {
         }
     }
 
-    /// How many intervals a duration `[time]` has, where it is a whole number of them but for rounding.
+    /// How many intervals a duration `[time]` has, where it is a whole number of them within round-off.
     #[must_use]
     pub fn attempts(&self, duration: f64) -> Option<u64> {
         let (count, whole) = (duration / self.interval, (duration / self.interval).round());

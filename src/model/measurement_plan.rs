@@ -166,7 +166,7 @@ pub struct FreePaths {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Speeds {
-    /// Number of windows of time, of which the last one lasts to the end of the measurement; 4 if not given.
+    /// Number of time windows; 4 if not given. The last one lasts to the end of the measurement.
     #[schemars(range(min = 1, max = MOST_WINDOWS), extend("default" = WINDOWS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub windows: Option<u64>,

@@ -18,7 +18,7 @@ pub enum Influence {
     Surfaces,
     /// Acceleration, along its own axes.
     Gravity,
-    /// Static particles that some of those that move meet or are bonded to.
+    /// Static particles that moving ones meet or are bonded to.
     StaticParticles,
     /// An Andersen thermostat, which gives single particles new velocities, in the measurement.
     AndersenCollisions,

@@ -47,7 +47,7 @@ impl LastState {
 }
 
 impl Predecessor {
-    /// Differences between the scene and that run, in words, because of which a new engine begins from its last state. Empty without any, or where
+    /// Differences between the scene and that run, in words, that require a new engine to start from its last state. Empty without any, or where
     /// a simulation has begun already.
     #[must_use]
     pub fn differences(&self) -> &[&'static str] {

@@ -164,7 +164,7 @@ impl Space {
         self.boundary.iter().all(|b| matches!(b, Boundary::Periodic | Boundary::Flat))
     }
 
-    /// Whether all edges have the same length but for rounding, as of a density; never where an axis is flat.
+    /// Whether all edges have the same length within round-off, as of a density; never where an axis is flat.
     #[must_use]
     pub fn is_cube(&self) -> bool {
         const ROUNDING: f64 = 1e-9;

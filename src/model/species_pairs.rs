@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Up to so many species every pair has a place of its own; of more, only pairs that have a value take memory.
+/// Largest number of species for a dense table. With more species, only pairs with a value take memory.
 const FEW: usize = 256;
 
 /// A symmetric table over pairs of species: an interaction or a distance for each, or none.
@@ -32,7 +32,7 @@ impl<T: Copy> Default for SpeciesPairs<T> {
 }
 
 impl<T: Copy> SpeciesPairs<T> {
-    /// No value for any two of so many species.
+    /// A table for this number of species, without values.
     #[must_use]
     pub fn new(species: usize) -> Self {
         let values = match species {

@@ -21,7 +21,7 @@ impl StatePoint {
         self.0
     }
 
-    /// Of a scene with so many particles of each species: box, species, interactions, walls, shear rate and contact time.
+    /// The state point of a scene, by its number of particles of each species, box, species, interactions, walls, shear rate and contact time.
     pub fn of(scene: &Scene, population: &[usize]) -> Self {
         let species = |id: usize| {
             let species = &scene.species[id];

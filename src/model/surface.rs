@@ -19,7 +19,7 @@ pub struct SceneSurface {
     pub law: SurfaceLaw,
     /// Names of the stages in which it is there, `measurement` for what comes after those that are listed; empty for all.
     pub stages: Vec<String>,
-    /// Its motions, in the order of time, of which none begins before the one before it ends; the shape is that before all of them.
+    /// Its motions in order of time. They do not overlap. The shape is that before the first one.
     pub motions: Vec<SurfaceMotion>,
 }
 

@@ -264,7 +264,7 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// Of motions in the order of time, of which none begins before the one before it ends.
+    /// The timeline of motions in order of time, which do not overlap.
     #[must_use]
     pub fn of(motions: &[SurfaceMotion]) -> Self {
         let rest = |from: f64, start: Pose| Piece { from, until: f64::INFINITY, start, kind: None };

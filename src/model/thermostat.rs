@@ -78,7 +78,7 @@ impl Thermostat {
         }
     }
 
-    /// The thermostat as it acts in a space, on so many particles that move: a heat bath leaves flat axes out, along which nothing moves.
+    /// The thermostat as it acts on `moving` particles in a space. A heat bath leaves out flat axes, along which nothing moves.
     pub(crate) fn settled(self, space: &Space, moving: usize, is_accelerated: bool) -> Result<Self, ThermostatError> {
         self.check()?;
         match self {

@@ -21,7 +21,7 @@ impl Threads {
     /// The largest number of threads, of all processes together: each has a domain, and sets of domains are bits of a number.
     pub const MOST: usize = 64;
 
-    /// The number of threads for so many particles on a machine of so many cores.
+    /// The number of threads for a number of particles on a machine with a number of cores.
     #[must_use]
     pub fn of(self, particles: usize, cores: usize) -> usize {
         let number = match self {

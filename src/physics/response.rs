@@ -90,7 +90,7 @@ fn reflect(side: Side, radial: f64, restitution: f64) -> f64 {
 pub struct Leaving {
     /// Normal speed away from the barrier `[length / time]`.
     pub speed: f64,
-    /// Factor of the relative tangential velocity; 1 but for contacts that slide.
+    /// Factor of the relative tangential velocity; 1 except for contacts that slide.
     pub tangential_scale: f64,
 }
 

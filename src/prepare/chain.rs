@@ -82,7 +82,7 @@ fn try_to_grow(links: &Links, occupancy: &Occupancy<'_>, random: &mut Random) ->
     Some(chain)
 }
 
-/// Whether a particle would overlap its chain, but for the neighbour that it is bonded to.
+/// Whether a particle would overlap its chain, except for the neighbour that it is bonded to.
 fn meets_itself(chain: &[Vector], position: &Vector, contact: f64, space: &Space) -> bool {
     let others = &chain[..chain.len().saturating_sub(1)];
     let periods = space.periods();

@@ -47,7 +47,7 @@ pub(crate) fn mean_volume(shares: &[(SpeciesId, f64)], species: &[Species], dime
     shares.iter().map(|(id, share)| share / total * own_volume(species[id.0 as usize].diameter, dimensions)).sum()
 }
 
-/// The largest packing fraction of a mixture of so many species: `pi / (3 sqrt 2)` of equal spheres, `pi / (2 sqrt 3)` of equal disks. Mixtures
+/// The largest packing fraction of a mixture, by its number of species: `pi / (3 sqrt 2)` of equal spheres, `pi / (2 sqrt 3)` of equal disks. Mixtures
 /// can fill the holes as well.
 pub(crate) fn largest_packing_fraction(dimensions: usize, species: usize) -> f64 {
     match (dimensions, species) {

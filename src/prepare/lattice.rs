@@ -93,7 +93,7 @@ pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sit
     let Sites { count, diameter, contact } = sites;
     let fit = Fit::new(lattice, space, region, diameter, count);
     match contact {
-        // Sites at exactly the contact distance, but for rounding, are not too close.
+        // Sites at exactly the contact distance, within round-off, are not too close.
         Some(contact) if fit.spacing < contact * (1.0 - 1e-12) => {
             Err(NoPlace::TooTight { count, spacing: fit.spacing, contact })
         }

@@ -22,7 +22,7 @@ pub(crate) struct RandomFill<'a> {
     pub contacts: &'a Contacts,
     pub space: &'a Space,
     pub region: FillRegion,
-    /// Whether the first ones will do, those that find a place one by one.
+    /// Whether random insertion one by one is enough.
     pub as_many_as_fit: bool,
     /// Whether the whole box is theirs, without other particles.
     pub has_box: bool,

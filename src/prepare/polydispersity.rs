@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Class {
     pub diameter: f64,
-    /// Of the number of particles; the shares add up to 1 but for rounding.
+    /// Of the number of particles; the shares add up to 1 within round-off.
     pub share: f64,
 }
 

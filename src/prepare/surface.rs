@@ -66,7 +66,7 @@ pub enum Surface {
         /// The two edges that start there.
         edges: [Vector; 2],
     },
-    /// The sides of a box, but for the open ones.
+    /// The sides of a box, except for the open ones.
     Box {
         /// Lower corner.
         lower: Vector,
@@ -105,7 +105,7 @@ pub enum Surface {
         /// Its radius.
         radius: f64,
     },
-    /// The sides of a rectangle of disks in a plane, but for the open ones.
+    /// The sides of a rectangle of disks in a plane, except for the open ones.
     Rectangle {
         /// Lower corner.
         lower: Vector,

@@ -128,7 +128,7 @@ fn equal_speeds(particles: &mut [Particle], species: &[Species], space: &Space, 
     }
 }
 
-/// Three directions at 120 degrees to each other, in a random plane of the axes that are not flat, of which there are at least two.
+/// Three directions at 120 degrees to each other, in a random plane of at least two axes that are not flat.
 fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
     let first = random.direction(space);
     let across = loop {

@@ -1,7 +1,7 @@
 //! Audit of a run: how correct it was.
 //!
 //! Energy and momentum are compared with the exact ledger: what restitution dissipated is counted at every contact, so that
-//! kinetic and potential energy and the dissipated energy add up to the same sum, but for round-off.
+//! kinetic and potential energy and the dissipated energy add up to the same sum, within round-off.
 
 use std::convert::Infallible;
 
@@ -39,7 +39,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The limits of a run of so many events, cell transitions included.
+    /// The limits for a run with a number of events, cell transitions included.
     #[must_use]
     pub fn new(plan: &AuditPlan, events: u64) -> Self {
         Self {

@@ -23,7 +23,7 @@ pub enum RunError<E> {
     /// Something could not be kept.
     #[error(transparent)]
     Recorder(E),
-    /// Its instruments are not those that it needs.
+    /// Its instruments are the wrong ones.
     #[error(transparent)]
     Instrument(#[from] InstrumentError),
 }
@@ -106,7 +106,7 @@ impl Run {
         Self { simulation, state, registry: Registry::default(), origin: Origin::Checkpoint }
     }
 
-    /// Runs on so many threads, whatever the scene says, with the same bits: [`Simulation::set_threads`].
+    /// Sets the number of threads, in place of that in the scene. The bits are the same: [`Simulation::set_threads`].
     pub fn threads(mut self, threads: impl Into<Threads>) -> Self {
         self.simulation.set_threads(threads);
         self

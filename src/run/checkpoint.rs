@@ -101,7 +101,7 @@ impl Checkpoint {
         self.state.has_ended(&self.simulation)
     }
 
-    /// Goes on to the end of its last stage, of which the last checkpoint of a run may be short by a rounding of the time of a row.
+    /// Continues to the end of the last stage. The last checkpoint may be short of it by the rounding of the time of a row.
     ///
     /// # Errors
     /// If the simulation cannot go on.

@@ -107,7 +107,7 @@ struct Driver<'a> {
     started: Option<Instant>,
     /// Whether the present stage has come to what ends it besides its limit: a pressure of growing spheres, or an equilibrium.
     is_over: bool,
-    /// Whether this is a pilot run, of which nothing is kept.
+    /// Whether this is a pilot run, which is discarded.
     is_pilot: bool,
     /// Where it pauses, as if the caller wanted no more: at a simulated time, or after a number of physical events.
     pause: Until,
@@ -279,7 +279,7 @@ impl Driver<'_> {
         !self.is_pilot && self.agreed(self.recorder.is_checkpoint_due())
     }
 
-    /// Finding of the first process, of those that simulate the system together: clocks, disks and signals differ.
+    /// A value that all processes take from the first one, because clocks, disks and signals differ.
     fn agreed(&self, found: bool) -> bool {
         self.simulation.agreed(u64::from(found)) != 0
     }

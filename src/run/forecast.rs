@@ -18,7 +18,7 @@ const LONG: f64 = 600.0;
 /// Events that take more wall time than this are said beforehand, where the scene asks for a time: 3 hours.
 const VERY_LONG: f64 = 10_800.0;
 
-/// Work that is so many times that of the events is not intended.
+/// Ratio of work to events above which the work is surely not intended.
 const OUT_OF_PROPORTION: f64 = 10.0;
 
 /// Others near a particle, from which on every event is slow.

@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn what_is_steady_for_a_small_part_of_the_run_says_nothing_of_the_rest() {
-        // It cools by the speed of its particles in some 10^4 units of time, of which the trial comes to a part: a twentieth of the events that its rate would give.
+        // It cools within some 10^4 units of time, and the trial covers only a part of that: it has a twentieth of the events that its first rate would give.
         let slow = scene(
             "
             species = [{ name = 'grain', mass = 1.0, diameter = 1.0 }]

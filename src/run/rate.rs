@@ -24,7 +24,7 @@ const BETWEEN: u64 = 64;
 /// Fewer events give no rate.
 const FEWEST: u64 = 10;
 
-/// Events by simulated time `[1 / time]`: those of a try, of which each particle has some; of more particles than can be tried so, what kinetic theory
+/// Events by simulated time `[1 / time]`: those of a trial in which each particle has some events; for more particles than can be tried, what kinetic theory
 /// says of a fluid at the speeds of the start. `None` where neither gives one.
 ///
 /// It is a function of the scene: nothing depends on the clock.

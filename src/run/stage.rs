@@ -154,7 +154,7 @@ mod tests {
     use super::*;
     use crate::model::{Equilibration, StagePlan};
 
-    /// Three stages, of which the second is measured.
+    /// Three stages; the second one is measured.
     fn plan() -> RunPlan {
         let stage = |name: &str, measured| StagePlan { name: name.into(), measured, ..StagePlan::default() };
         let before = Equilibration { limit: Limit::events(7), until_stationary: false };

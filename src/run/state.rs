@@ -36,7 +36,7 @@ impl Start {
     }
 }
 
-/// A sampling time so close to the end, of the whole stage, falls on it but for rounding.
+/// A sampling time so close to the end, of the whole stage, falls on it within round-off.
 pub(super) const NEAR: f64 = 1e-9;
 
 /// Part of the crossing time after which the overlaps of the start are first checked.
@@ -45,7 +45,7 @@ const FIRST_CHECK: f64 = 1e-4;
 /// When the overlaps of the start are next checked.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct OverlapCheck {
-    /// After so many events.
+    /// Number of events so far.
     pub events: u64,
     /// Or so much time.
     pub time: f64,
@@ -219,7 +219,7 @@ impl RunState {
         }
     }
 
-    /// Where a simulation is at the end of its stage but for the rounding of times: when that is, and what is left.
+    /// Where a simulation is at the end of its stage, within round-off: when that is, and what is left.
     pub(super) fn rest_of_stage(&self, simulation: &Simulation) -> Option<(f64, f64)> {
         let duration = self.stage.limit.time?;
         let (end, _) = self.stage.end();

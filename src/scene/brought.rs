@@ -1,4 +1,4 @@
-//! Files that a scene reads: those of the disk, or, on machines that have none, those that somebody has brought.
+//! Files that a scene reads: from the disk, or in a browser from the page.
 
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use std::fs::read;

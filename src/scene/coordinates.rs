@@ -123,7 +123,7 @@ fn add_start(
     Ok(())
 }
 
-/// Makes the box that of a frame. Sides that the scene does not mention are those of the frame, but for walls, which it does not have
+/// Makes the box that of a frame. Sides that the scene does not mention are those of the frame, except for walls, which it does not have
 /// from open sides; sides that are flat have no extent.
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let boundary = scene.parts.space.boundary;

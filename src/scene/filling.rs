@@ -1,4 +1,4 @@
-//! How many particles a fill has, of which species and where: any two of box, count and density give the third.
+//! Numbers, species and places of the particles of a fill: any two of box, count and density give the third.
 
 use crate::Vector;
 use crate::base::numbers::{index, trunc_to_u64};
@@ -17,7 +17,7 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::region::region;
 use crate::scene::unvalidated::{Amount, Arrangement, Fill, Group, Lattice};
 
-/// Most sites of a lattice around a region of which the region has a small part: those of a thin cylinder across the box, seconds and a gigabyte.
+/// Most sites of the lattice around a region, even if few lie in it, as with a thin cylinder across the box: seconds and a gigabyte.
 const MOST_SITES: f64 = 2e7;
 
 /// By how much the mean of two diameters may be above the contact of the two by round-off.

@@ -165,7 +165,7 @@ position = [0.5, 0.5, 0.5]
 until_time = 1.0
 "#;
 
-    /// Two bonded beads, the second of which is beyond a periodic side.
+    /// Two bonded beads; the second one is beyond a periodic side.
     fn given() -> GivenParticles {
         let particle = |id: u32, x: f64| FrameParticle {
             id: ParticleId(id),

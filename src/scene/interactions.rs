@@ -16,7 +16,7 @@ use crate::scene::unvalidated::{InteractionDraft, Model};
 /// The most steps of a stepped potential: more are a slip of the keyboard.
 pub(crate) const MOST_STEPS: usize = 10_000;
 
-/// The most interactions of a scene, of which one for each pair of species and each diameter is made, and the most species: the event
+/// The most interactions of a scene, one for each pair of species and each diameter, and the most species: the event
 /// loop numbers both with 16 bits.
 pub(crate) const MOST_KINDS: usize = 1 << 16;
 

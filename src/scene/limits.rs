@@ -22,7 +22,7 @@ const BYTES_PER_PAIR: u64 = 64;
 /// So many species have particles at most: they are numbered with 16 bits.
 const MOST_ROWS: u64 = 1 << 16;
 
-/// Refuses numbers of particles beyond the memory of the machine, before anything is allocated for them, and those that the engine cannot count.
+/// Rejects numbers of particles that exceed the memory of the machine or the range of the engine's ids, before anything is allocated.
 pub(crate) fn affordable(particles: u64, at: &ConfigPath) -> Result<(), SceneError> {
     affordable_with(particles, memory::total(), at)
 }
@@ -124,7 +124,7 @@ pub(crate) fn finite_vector(vector: &Vector, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
-/// Three finite numbers, of which those along flat axes have to be those of `flat`.
+/// Three finite numbers. Along flat axes they must equal those of `flat`.
 pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(vector, at)?;
     for k in 0..3 {

@@ -148,7 +148,7 @@ pub(crate) fn with_limit(record: &str, limit: Limit) -> Result<String, toml::de:
     Ok(format!("{HEADER}{table}"))
 }
 
-/// The record of a scene but for the limit of the measurement; a text that is no record, as it is.
+/// The record of a scene except for the limit of the measurement; a text that is no record, as it is.
 pub(crate) fn without_limit(record: &str) -> String {
     with_limit(record, Limit::default()).unwrap_or_else(|_| record.to_owned())
 }

@@ -313,7 +313,7 @@ impl InteractionDraft {
 /// Particles at given positions.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Listed {
-    /// Names of species, some of which may have no particles.
+    /// Names of species; some may have no particles.
     pub names: Vec<String>,
     /// Their species are numbers of these names.
     pub particles: Vec<Particle>,

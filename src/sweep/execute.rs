@@ -38,7 +38,7 @@ pub enum Fate {
 pub struct Share {
     /// Which one, from 1.
     pub number: usize,
-    /// Of so many.
+    /// Number of shares.
     pub of: usize,
 }
 
@@ -66,7 +66,7 @@ pub struct Orders<'o> {
     pub most_bytes: f64,
     /// The text of `report.txt` in the folder of a run.
     pub report: &'o (dyn Fn(&Finished) -> String + Sync),
-    /// Registers instruments of one's own with a run, on the thread that runs it: [`Run::instrument`]. One that is resumed needs those that it began with.
+    /// Registers user-defined instruments with a run, on its thread: [`Run::instrument`]. A resumed run needs the same instruments.
     pub instruments: &'o (dyn Fn(Run) -> Run + Sync),
     /// Their names, by which a run that began with others is refused before anything in its folder changes.
     pub instrument_names: &'o [String],

@@ -52,7 +52,7 @@ impl Point {
         &self.folder
     }
 
-    /// The values but for the seed: what the repetitions of a state point have in common.
+    /// The values except for the seed: what the repetitions of a state point have in common.
     pub fn state_point(&self) -> impl Iterator<Item = &(String, String)> {
         self.settings.iter().filter(|(key, _)| key != SEED)
     }
@@ -74,7 +74,7 @@ impl Sweep {
     /// in messages.
     ///
     /// # Errors
-    /// As [`Sweep::new`], but for those of the file.
+    /// The errors of [`Sweep::new`], except those of the file.
     pub fn of_text(
         text: impl Into<String>,
         name: impl AsRef<Path>,

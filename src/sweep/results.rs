@@ -280,7 +280,7 @@ fn stages(points: &[PointResult]) -> Vec<String> {
     stages
 }
 
-/// The observables, but for those that an instrument has measured, too, and the numbers of the instruments.
+/// The observables, except for those that an instrument has measured, too, and the numbers of the instruments.
 fn values_of(
     observables: &BTreeMap<String, Observable>,
     dimensions: usize,
@@ -358,7 +358,7 @@ fn pooled(values: &[Value]) -> Option<Pooled> {
     let squares = values.iter().map(|value| value.error.map(|error| error * error)).sum::<Option<f64>>();
     let scatter = values.iter().map(|value| (value.mean - mean) * (value.mean - mean)).sum::<f64>();
     let scatter = (scatter / (number * (number - 1.0))).sqrt();
-    // What is conserved, and the same in all runs but for rounding, has no error.
+    // What is conserved, and the same in all runs within round-off, has no error.
     let scatter = if scatter <= ROUNDING * mean.abs() { 0.0 } else { scatter };
     mean.is_finite().then(|| Pooled {
         mean,

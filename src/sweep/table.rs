@@ -33,7 +33,7 @@ impl SweepFolder {
     }
 }
 
-/// A value as it was typed, but for quotes.
+/// A value as it was typed, except for quotes.
 fn typed(value: &str) -> String {
     text_cell(value.trim_matches(['"', '\'']))
 }

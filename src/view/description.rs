@@ -344,7 +344,7 @@ mod tests {
             never(run, measure),
             late.map(|it| format!("{it} is longer than all that is measured, 8, in which it never comes"))
         );
-        // How long so many events take is not known.
+        // The duration of a number of events is unknown.
         assert_eq!(never("run = { until_events = 100 }", measure), [""; 0]);
     }
 }

@@ -129,7 +129,7 @@ impl Lines {
         let _ = writeln!(self.0, "{line}");
     }
 
-    /// The means of a measurement in which so many events took place.
+    /// The means of a measurement, by its number of events.
     fn means(
         &mut self,
         means: &Means<Estimate>,
@@ -152,7 +152,7 @@ impl Lines {
         }
     }
 
-    /// Numbers that instruments have measured, and those that the run was too short for.
+    /// Numbers from instruments, including those that the run was too short for.
     fn instruments(&mut self, title: &str, measured: &Measured, dimensions: usize) {
         let numbers = &measured.numbers;
         if numbers.is_empty() {

@@ -68,7 +68,7 @@ impl Surfaces {
         Cow::Owned(Self { skins: self.skins.iter().filter(is_there).map(|skin| skin.at(frame.time)).collect() })
     }
 
-    /// Where each surface is at a time: the columns of `R`, and `d`, in `R x + d`; nothing for one that is not among those that are there. Empty if all are
+    /// Pose of each surface at a time: the columns of `R`, and `d`, in `R x + d`; `None` for one that is absent. Empty if all are
     /// there and rest.
     pub(super) fn poses(&self, time: f64, present: &[bool]) -> Vec<Option<[f64; 12]>> {
         if self.skins.iter().all(|skin| skin.timeline.is_none() && skin.is_among(present)) {

@@ -56,7 +56,7 @@ fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     }
 }
 
-/// Corrections, each of which leaves one part in 10^16: `f` at `t` can be that much smaller than its own rounding.
+/// Number of corrections. Each leaves one part in 10^16: `f` at `t` can be that much smaller than its own rounding.
 const CORRECTIONS: usize = 4;
 
 /// By how much a coefficient's unit moves `f`, or its derivative, at `t`.

@@ -44,7 +44,7 @@ fn mklm(packing_fraction: f64) -> f64 {
 }
 
 /// The relation of two exact means of the same contacts, `Z - 1 = G sqrt(pi) / (2 D)` at temperature 1: how often spheres
-/// meet, and how hard. It holds at any density and for any number N of particles but for a part `1 / (4 D N)`.
+/// meet, and how hard. It holds at any density and for any number N of particles to within `1 / (4 D N)`.
 fn assert_contacts_are_maxwellian(fluid: &Fluid) {
     let ratio = fluid.mean(|b| {
         let excess = b.virial / (fluid.dimensions * fluid.particles * b.temperature * b.time);

@@ -205,7 +205,7 @@ fn few_volumes_leave_no_error_but_that_of_the_temperature() {
     }
 }
 
-/// Area of two disks of a radius that are `apart`, of which those that overlap share some.
+/// Area covered by two disks of equal radius that are `apart`. Overlapping disks share some of it.
 fn union(radius: f64, apart: f64) -> f64 {
     let half = 0.5 * apart / radius;
     let lens = 2.0 * radius * radius * (half.acos() - half * (1.0 - half * half).sqrt());

@@ -191,7 +191,7 @@ fn an_overlap_across_the_sides_that_slide_is_found_wherever_it_has_gone() {
 #[test]
 fn who_comes_near_while_many_images_slide_by_is_met() {
     // Half a diameter apart along y, they touch when they are as close along z as the root of 3/4: after 0.92 in time, and then by the next
-    // image, one of which slides by in every 24 / 120 = 0.2. Nothing else happens to either until then.
+    // image; one slides by in every 24 / 120 = 0.2. Nothing else happens to either until then.
     for place in 0..8 {
         let z = 6.0 + 0.25 * f64::from(place);
         let positions = [Vector::new(12.0, 0.25, z), Vector::new(12.0, 23.75, z + 1.05)];

@@ -130,7 +130,7 @@ fn a_pair_has_its_potential_in_two_dimensions_and_in_one() {
     }
 }
 
-/// The centre of two bonded particles of unequal masses, of which one has a square well for a third particle.
+/// The centre of two bonded particles with unequal masses. One of them has a square well for a third particle.
 #[test]
 fn centres_of_mass_have_the_mean_over_the_motion_of_their_members() {
     let masses = [1.3, 0.7];

@@ -192,7 +192,7 @@ fn balls_that_part_end_their_rows() {
     assert!(rows < 10_000, "{rows} rows");
 }
 
-/// Two grains above a floor, of which the first rests on it but for a height and a speed.
+/// Two grains above a floor. The first one rests on it, to within a height and a speed.
 fn at_rest(height: f64, speed: f64) -> String {
     format!(
         r#"

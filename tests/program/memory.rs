@@ -39,7 +39,7 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
         room = least.max(room * 7 / 8);
     };
     assert_eq!(ended.status.code(), Some(1), "{room} KiB: {ended:?}");
-    // Between the last that was enough and this one memory ends at other places, of which none is a signal.
+    // Between the last sufficient limit and this one, memory ends at other places, and none may end in a signal.
     for part in 0..64 {
         let between = room + room / 7 * part / 64;
         let output = within(&place, between, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);

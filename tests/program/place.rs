@@ -149,7 +149,7 @@ pub fn sorted(mut words: Vec<&str>) -> Vec<&str> {
     words
 }
 
-/// All files of a folder but for the list that Carom keeps.
+/// All files of a folder except for the list that Carom keeps.
 pub fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut contents = files(folder);
     contents.retain(|name, _| name.rsplit('/').next() != Some(".carom"));

@@ -57,7 +57,7 @@ fn rows(place: &Place, folder: &str, stage: &str) -> Vec<Vec<String>> {
     text.lines().skip(1).filter(|row| row.ends_with(&format!(",{stage}"))).map(cells).collect()
 }
 
-/// Whether two documents are the same but for rounding of their numbers.
+/// Whether two documents are the same within round-off of their numbers.
 fn agree(a: &Value, b: &Value, at: &str) {
     match (a, b) {
         (Value::Object(a), Value::Object(b)) => {

@@ -95,7 +95,7 @@ const NAMES: [&str; 34] = [
     "exchange.csv.partial",
 ];
 
-/// Files that Carom opens to write, of which every second one is.
+/// Files that Carom opens for writing.
 const WRITTEN: [&str; 8] = [
     ".carom",
     "checkpoint.partial",

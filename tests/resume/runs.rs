@@ -243,7 +243,7 @@ pub fn files_of(folder: &Path) -> Vec<PathBuf> {
     fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
 }
 
-/// A run as a kill behind its last checkpoint leaves it: finished, but for names and summary, with something half written at the end.
+/// A run as a kill behind its last checkpoint leaves it: finished, except for names and summary, with something half written at the end.
 pub fn unfinish(folder: &Path) {
     fs::remove_file(folder.join("summary.json")).unwrap();
     for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml", "events/kind.npy"] {

@@ -161,7 +161,7 @@ fn a_bond_that_is_longer_than_a_cell_ends_where_it_does_across_sides_that_slide(
             other.0[axis] -= periods * size[axis];
             if axis == 1 && periods != 0.0 {
                 other.1.x -= periods * rate * size.y;
-                // Five rows of cells, of which the first and the last are next to the sides.
+                // Five rows of cells; the first and the last are next to the sides.
                 let rows = [place, other.0].map(|at| ((at.y - space.lower.y) / 2.2).floor());
                 across[usize::from(rows.iter().any(|row| (1.0..=3.0).contains(row)))] += 1;
             }

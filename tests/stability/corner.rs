@@ -69,7 +69,7 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
         for part in 1..=100 {
             assert_eq!(watched.simulation.advance(Until::events(before + events / 100 * part)), Ok(Reason::Events));
             worst = worst.max((ball(&watched) - bottom()).norm());
-            // Energy is never gained, but for the roundings of as many events, as likely up as down.
+            // Energy is never gained, except for the roundings of as many events, as likely up as down.
             let now = above_bottom(&watched);
             assert!(now <= last + 4.0 * 16.0 * f64::EPSILON * (events as f64 / 100.0).sqrt(), "{now:e}, {last:e}");
             last = now;

@@ -69,7 +69,7 @@ fn a_crystal_at_rest_does_nothing() {
         watched.assert_sound(1.0);
         let end = watched.simulation.snapshot();
         assert!(end.velocities.iter().all(|v| *v == velocity));
-        // Each crossing of a cell and of the box, of which there are fewer than a hundred, rounds a coordinate once.
+        // Each crossing of a cell or of the box rounds a coordinate once, and there are fewer than a hundred.
         let moved = |k: usize, axis: usize| {
             end.positions[k][axis] + f64::from(end.images[k][axis]) * scene.space().size[axis] - start[k].0[axis]
         };

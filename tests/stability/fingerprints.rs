@@ -69,7 +69,7 @@ fn exchanged() -> Bits {
     bits
 }
 
-/// Everything, of which velocities and positions are set, and which a bath heats, on the way.
+/// A system with all features. On the way, its velocities and positions are set, and a bath heats it.
 fn set_on_the_way() -> Bits {
     let (mut bits, mut simulation) = (Bits::EMPTY, Simulation::without_plan(everything()));
     simulation.advance_with(Until::events(3_000), |event| bits.see(event)).unwrap();

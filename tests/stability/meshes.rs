@@ -46,7 +46,7 @@ fn sphere() -> TriangleMesh {
     TriangleMesh { vertices, triangles }
 }
 
-/// A closed mesh around a place, of which every point is seen from there: rough by up to 0.6 of its radius, with vertices next to each other.
+/// A closed mesh around a point, star-shaped about it: rough by up to 0.6 of its radius, with vertices next to each other.
 fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
     let mut mesh = sphere();
     if kind > 0 {

@@ -146,7 +146,7 @@ fn a_periodic_row_collides_all_at_once() {
 #[test]
 fn a_sphere_struck_from_all_sides_at_once_stays_where_it_is() {
     // Along each axis the two strikers exchange their velocities through the sphere between them: three events, which leave
-    // all as it was, but for the strikers' direction.
+    // all as it was, except for the strikers' direction.
     for dimensions in 1..=3 {
         let space = Space {
             lower: Vector::repeat(-4.0),

@@ -52,7 +52,7 @@ impl Watched {
         energy.kinetic + energy.potential + self.simulation.event_counts().dissipated.total() - self.start
     }
 
-    /// Energy is conserved but for round-off, and neither an event nor the end was in an invalid state.
+    /// Energy is conserved within round-off, and neither an event nor the end was in an invalid state.
     #[track_caller]
     pub fn assert_sound(&self, share: f64) {
         self.assert_conserved(share);
@@ -60,7 +60,7 @@ impl Watched {
         assert_eq!(self.simulation.real_overlaps(), []);
     }
 
-    /// Energy is conserved but for the random walk of round-off.
+    /// Energy is conserved except for the random walk of round-off.
     ///
     /// `share` is the part of the largest energy that an event may touch. Roundings are at most `eps / 2` of what they round,
     /// and as often up as down: those of `n` events have a standard deviation below `ROUNDINGS eps / 2 sqrt(n)`. Four times

@@ -26,7 +26,7 @@ pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
         candidates.into_iter().filter(|candidate| *candidate > 0.0).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
     };
     let ratio = interval / scaling;
-    // Of intervals that are parts of that time, so many to one.
+    // Intervals that divide that time evenly.
     let found = if ratio >= 1.0 { nearest(ratio) } else { nearest(ratio.recip()).map(f64::recip) };
     found.filter(|found| found.is_finite()).map_or(interval, |found| found * scaling)
 }

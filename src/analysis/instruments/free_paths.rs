@@ -19,7 +19,7 @@ use histogram::Histogram;
 const BINS: u64 = 100;
 const MOST_BINS: u64 = 10_000;
 
-/// Flights that end in a block, of which each is a value for the error of the mean.
+/// Flights that end in a block. Each block is one value for the error of the mean.
 const BLOCK: u64 = 64;
 
 /// Follows each particle from one Core event to the next.

@@ -86,7 +86,7 @@ pub trait Instrument {
     fn report(&self, system: &SystemDescription, measured: &mut Measured);
 }
 
-/// Whether two times are the same but for rounding.
+/// Whether two times are the same within round-off.
 fn is_now(due: f64, now: f64) -> bool {
     due <= now || due - now <= 16.0 * f64::EPSILON * now.abs()
 }
@@ -151,7 +151,7 @@ impl Instruments {
         Self { kinds: Kind::planned(plan, setup), registered: Vec::new() }
     }
 
-    /// Begins those that are registered, at the start of the measurement.
+    /// Begins the registered instruments, at the start of the measurement.
     pub(crate) fn begin(&mut self, registry: &mut Registry, setup: &Setup<'_>) {
         self.registered = registry.begin(setup);
     }
@@ -184,7 +184,7 @@ impl Instruments {
         self.all().map(Instrument::next_sample).fold(f64::INFINITY, f64::min)
     }
 
-    /// Shows the particles to those that have waited for this time.
+    /// Shows the particles to the instruments with a sample due at this time.
     pub(crate) fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         for instrument in self.all_mut() {
             if instrument.next_sample() <= sample.time {
@@ -208,7 +208,7 @@ impl Instruments {
         self.all().any(Instrument::has_events)
     }
 
-    /// Shows an event to those that want to see it.
+    /// Shows an event to the instruments that observe events.
     pub(crate) fn event(&mut self, event: &Event, system: &SystemDescription) {
         for instrument in self.all_mut() {
             if instrument.has_events() {

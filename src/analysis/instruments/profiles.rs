@@ -92,7 +92,7 @@ impl Profile {
     }
 }
 
-/// Numbers of bins of which there are no more than [`MOST_CELLS`]: the last axes are coarser if there would be.
+/// Numbers of bins, at most [`MOST_CELLS`] in all: the last axes are coarser if necessary.
 fn affordable(bins: [u64; 3]) -> [usize; 3] {
     let mut left = MOST_CELLS;
     bins.map(|count| {

@@ -24,7 +24,7 @@ use unequal::Rooms;
 /// With more species than this, all particles that move count as one.
 const MOST_SPECIES: usize = 8;
 
-/// `g(r)` of each two species of which one moves.
+/// `g(r)` of each pair of species, at least one of which moves.
 ///
 /// `g_AB(r) = n_AB(r) / n_ideal(r)`, where `n_AB` is the number of pairs (`N_A (N_A - 1) / 2` of one species, `N_A N_B` of two) whose
 /// distance is in the bin, and `n_ideal` the number that is expected in the same volume of uncorrelated points.
@@ -38,7 +38,7 @@ pub(super) struct RadialDistribution {
     bins: usize,
     /// Ids of the particles that are in a pair.
     ids: Vec<u32>,
-    /// Number of the class of each species; none for those that do not count.
+    /// Index of the class of each species; `None` for species that do not count.
     classes: Vec<Option<usize>>,
     pairs: Vec<Pair>,
     /// Numbers of pairs that are expected of points, in all bins of all pairs, then in all their bins near contact.

@@ -151,7 +151,7 @@ impl Registry {
     }
 }
 
-/// Whether instruments are those that a run began with, by their names.
+/// Whether the instruments have the names of those at the start of the run.
 pub(crate) fn compare(names: &[String], begun: &[String]) -> Result<(), InstrumentError> {
     if let Some(name) = begun.iter().find(|name| !names.contains(name)) {
         return Err(InstrumentError::NotRegistered { name: name.clone() });

@@ -250,7 +250,7 @@ fn peculiar_velocities(sample: &Sample<'_>, system: &SystemDescription) -> Vec<V
     velocities
 }
 
-/// Twice the kinetic energy by the number of degrees of freedom, of which each conserved component of the momentum takes one.
+/// Twice the kinetic energy over the number of degrees of freedom. Each conserved component of the momentum removes one.
 fn temperature(velocities: &[Vector], system: &SystemDescription) -> f64 {
     let moving = system.moving.iter().map(|&id| id as usize);
     let twice_kinetic: f64 = moving.map(|id| system.masses[id] * velocities[id].norm_squared()).sum();

@@ -34,7 +34,7 @@ pub(super) struct StructureFactor {
     sliding: Option<Sliding>,
 }
 
-/// Sheared box, of which the wave vectors are chosen anew at each sample.
+/// Sheared box, whose wave vectors are chosen again at each sample.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Sliding {
     largest: f64,

@@ -225,7 +225,7 @@ impl SystemDescription {
     }
 
     /// Of a sheared box, the velocity of the centre of mass relative to what streams, along the axes on which nothing from outside changes it; zero
-    /// in others, of which [`Self::drift`] is that of the whole measurement `[length / time]`.
+    /// in others, and [`Self::drift`] is that of the whole measurement `[length / time]`.
     pub(super) fn common_peculiar_velocity(&self, sample: &Sample<'_>) -> Vector {
         if self.shear_rate == 0.0 || self.moving.len() < 2 {
             return Vector::zeros();
@@ -293,7 +293,7 @@ fn steps_outside_cores(scene: &Scene, species: &[u32]) -> SpeciesPairs<f64> {
 pub struct Sample<'a> {
     /// Simulated time `[time]`.
     pub time: f64,
-    /// Positions `[length]`, `N x 3`; within the box along periodic axes but for round-off.
+    /// Positions `[length]`, `N x 3`; inside the box along periodic axes, within round-off.
     pub positions: &'a [Vector],
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: &'a [Vector],

@@ -18,7 +18,7 @@ pub struct Row {
     pub potential: f64,
     /// Energy that thermostats, walls, growth and shear have supplied so far, less what they took `[energy]`.
     pub supplied: f64,
-    /// Kinetic and potential energy, and what was dissipated so far, less what was supplied: constant but for round-off `[energy]`.
+    /// Kinetic and potential energy, and what was dissipated so far, less what was supplied: constant within round-off `[energy]`.
     pub ledger: f64,
     /// Pressure since the row before `[energy / length^D]`.
     pub pressure: Option<f64>,

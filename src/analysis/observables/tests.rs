@@ -83,7 +83,7 @@ fn elastic(space: Space, count: u64) -> SceneBuilder {
         .add_fill(fill)
 }
 
-/// The error of the temperature and whether it changes, after so many intervals.
+/// The error of the temperature and whether it changes, after a number of intervals.
 fn of_temperature(
     scene: &Scene,
     bath: Option<&Thermostat>,

@@ -23,7 +23,7 @@ pub(crate) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: 
     if fewer.is_finite() { fewer } else { 0.0 }
 }
 
-/// How far `g` at contact is off, relative to it: there are fewer contacts, but `g` is per pair, of which each particle has `N - 1`.
+/// Relative deviation of `g` at contact: there are fewer contacts, but `g` is per pair, and each particle has `N - 1` pairs.
 pub(crate) fn shift_of_contact_value(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     1.0 / count as f64 - fewer_contacts(compressibility, packing_fraction, count)
 }

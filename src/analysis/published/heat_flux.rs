@@ -10,7 +10,7 @@ use super::kinetic_theory::HardSphereFluid;
 /// [doi:10.1063/1.857457](https://doi.org/10.1063/1.857457).
 const JUMP: f64 = 2.4001 * 0.886_226_925_452_758;
 
-/// A gas of equal elastic hard spheres at rest between two parallel plates, each of which gives what meets it velocities of its own temperature.
+/// A gas of equal elastic hard spheres at rest between two parallel thermal plates.
 ///
 /// In the gas `q = - lambda(T, phi) dT/dx` with Enskog's conductivity, at one pressure `p = rho T Z(phi)` everywhere. At a plate of temperature `T_w`, the gas
 /// has the temperature `T_w + zeta l dT/dn`, with the mean free path `l = 1 / (sqrt(2) pi rho sigma^2 chi)` there, the derivative into the gas, and

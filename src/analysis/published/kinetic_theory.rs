@@ -80,7 +80,7 @@ pub(crate) const FITTED_SPHERES: f64 = 500.0;
 
 /// A fluid of equal elastic hard spheres in equilibrium, with Enskog's theory of it.
 ///
-/// Enskog's theory takes collisions as uncorrelated but for the contact value `chi`; it is exact for dilute gases and
+/// Enskog's theory takes collisions as uncorrelated except for the contact value `chi`; it is exact for dilute gases and
 /// within some per cent up to `phi = 0.3`. With `y = 4 phi chi = Z - 1` and `b rho = 4 phi`:
 ///
 /// | quantity | Enskog |

@@ -85,7 +85,7 @@ struct Hard {
     temperature: Option<f64>,
 }
 
-/// Published values for a system in equilibrium, of so many particles by species, with diameters that have grown by a factor `scale`, at a mean
+/// Published values for a system in equilibrium, by the population of each species, with diameters that have grown by a factor `scale`, at a mean
 /// temperature `[energy]`, while a thermostat acts, whose Andersen collisions end the memory that transport comes from; none for a system about which nothing is known here: today that is all but equal elastic hard particles in a periodic box.
 #[must_use]
 pub fn of_system(

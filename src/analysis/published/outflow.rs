@@ -38,7 +38,7 @@ pub fn beverloo(number_density: f64, gravity: f64, outlet: Outlet, grain: f64) -
     4.0 / PI * DISCHARGE * number_density * area * (gravity * width).sqrt()
 }
 
-/// Rates of the flows of a scene that have an outlet, by the grains of all species that move, of so many particles by species.
+/// Published rates for the flows of a scene through an outlet, for the grains of all moving species, by the population of each species.
 pub fn of_flows(scene: &Scene, population: &[usize], gravity: f64) -> Vec<PublishedValue> {
     let grains: Vec<(&Species, f64)> = scene
         .species

@@ -31,7 +31,7 @@ pub struct MultiHistogram<'h> {
     pub counts: &'h [f64],
 }
 
-/// The density of states of the potential energy, `g(E)`, but for a factor: what the samples of all ensembles say of it together.
+/// The density of states of the potential energy, `g(E)`, up to a factor: what the samples of all ensembles say of it together.
 ///
 /// With `N_k` samples of the ensemble `k`, in which configurations of the energy `E` have the weight `exp(-u_k(E))`, that is `u_k(E) = E / T_k` at a temperature, and `H(E)` samples of all ensembles in
 /// the level `E`, `g(E) = H(E) / sum_k N_k exp(f_k - u_k(E))` with the free energies `exp(-f_k) = sum_E g(E) exp(-u_k(E))`.
@@ -58,7 +58,7 @@ pub struct DensityOfStates {
 /// Moments of the potential energy in the canonical ensemble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moments {
-    /// Logarithm of the configurational partition function, `ln sum_E g(E) exp(-E / T)`, but for a constant.
+    /// Logarithm of the configurational partition function, `ln sum_E g(E) exp(-E / T)`, up to a constant.
     pub log_partition: f64,
     /// `<U>` `[energy]`.
     pub mean: f64,

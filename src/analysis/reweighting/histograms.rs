@@ -116,7 +116,7 @@ pub(super) struct Counts {
 }
 
 impl EnergyHistograms {
-    /// Without samples, for those of which the levels are known, and for so many other quantities that are measured with the energies.
+    /// Empty histograms with known levels, for a number of other quantities that are measured with the energies.
     #[must_use]
     pub fn new(ensembles: Vec<Ensemble>, levels: EnergyLevels, others: usize) -> Self {
         let levels = levels.closed();
@@ -246,7 +246,7 @@ impl Counts {
         self.others.iter().map(|sums| sums.iter().zip(&self.levels).map(mean).collect()).collect()
     }
 
-    /// As histograms of some ensembles, of which each has as many samples.
+    /// As histograms of some ensembles with equal numbers of samples.
     pub fn solve(&self, ensembles: &[Ensemble], energies: &[f64], start: &[f64]) -> Option<DensityOfStates> {
         let samples = vec![self.rows; ensembles.len()];
         MultiHistogram { ensembles, samples: &samples, energies, counts: &self.levels }.solve(start)

@@ -52,7 +52,7 @@ impl DensityOfStates {
         Some(best)
     }
 
-    /// Temperatures up to the highest one, each as far from the one before as an acceptance allows. `None` if there are more than so many.
+    /// Temperatures up to the highest one, each as far from the previous one as an acceptance allows. `None` if there are too many.
     fn ladder(&self, lowest: f64, highest: f64, acceptance: f64, most: usize) -> Option<Vec<f64>> {
         let mut temperatures = vec![lowest];
         let mut last = lowest;

@@ -83,7 +83,7 @@ fn level(random: &mut Random, temperature: f64) -> f64 {
     ENERGIES[3]
 }
 
-/// Samples at all temperatures, each of which is the one before with a probability: with inefficiency `(1 + p) / (1 - p)`.
+/// Samples at all temperatures. Each repeats the previous one with probability `p`, which gives an inefficiency of `(1 + p) / (1 - p)`.
 fn sampled(seed: u64, count: usize, probability: f64) -> Vec<Vec<f64>> {
     let mut random = Random::new(seed, Purpose::Placement, 0);
     let mut row: Vec<f64> = TEMPERATURES.iter().map(|t| level(&mut random, *t)).collect();

@@ -47,7 +47,7 @@ impl CurveAverage {
         self.elements.iter_mut().zip(values).for_each(|(average, value)| average.add(value, 1.0));
     }
 
-    /// Curve of the same number of elements, of which each is the sum of two neighbours and the upper half is zero: a histogram whose bins are twice
+    /// Curve with the same number of elements. Each is the sum of two neighbours, and the upper half is zero: a histogram whose bins are twice
     /// as wide. All elements must have been added together.
     #[must_use]
     pub(crate) fn joined_in_pairs(&self) -> Self {
@@ -177,7 +177,7 @@ mod tests {
             curve.combination(&[(2, 1.0 / b), (0, -a / (b * b))]).unwrap().standard_error.unwrap() / exact
         };
         let mean = (10..50).map(of_seed).sum::<f64>() / 40.0;
-        // One is known to a quarter, with 32 to 64 bins and a window of two or three; forty to 4 %, of which three, and what the window adds.
+        // One is known to a quarter, with 32 to 64 bins and a window of two or three; forty to 4 %. Three of these, and the bias of the window.
         assert!((0.88..1.25).contains(&mean), "{mean}");
     }
 
@@ -191,7 +191,7 @@ mod tests {
                 fine.add_all(values.iter().copied());
                 coarse.add_all((0..length).map(|bin| at(2 * bin) + at(2 * bin + 1)));
             }
-            // Sums of whole numbers are exact but for the divisions of the bins.
+            // Sums of whole numbers are exact except for the divisions of the bins.
             assert_eq!(fine.joined_in_pairs().means(), coarse.means());
             let errors = fine.joined_in_pairs().standard_errors();
             for (error, expected) in errors.into_iter().zip(coarse.standard_errors()) {

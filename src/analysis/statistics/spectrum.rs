@@ -16,7 +16,7 @@ const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 /// frequencies weak, and one error in a few hundred is too small by several times.
 const LEAST_GAIN: f64 = 6.0;
 
-/// The fastest takes this many values; it is white noise but for a tenth.
+/// The fastest takes this many values; it is white noise to within a tenth.
 const FASTEST: f64 = 0.5;
 
 /// From one relaxation time to the next.
@@ -40,7 +40,7 @@ const DOUBTFUL: [f64; 2] = [0.5, 0.7];
 /// (measured: see `claimed_errors_are_honest_where_noise_hides_slow_motion`).
 const MOST_DOUBT: f64 = 3.0;
 
-/// Of the frequencies, so many are taken one by one, those above in groups of a part of their number: the models are smooth, and a group of them costs no
+/// The lowest frequencies are fitted one by one, higher ones in groups that grow with the frequency: the models are smooth, and a group costs no
 /// more than one.
 const ONE_BY_ONE: usize = 32;
 const IN_A_GROUP: usize = 16;

@@ -12,10 +12,10 @@ const LIMIT: (f64, f64) = (4.5, 10.0);
 /// Limit where the error comes from the residuals of the series, or of its second half, beside a straight line: less than it should be.
 const LIMIT_BESIDE_A_LINE: (f64, f64) = (6.0, 12.0);
 
-/// The second half has to be worth so many independent values to call a series stationary;
+/// Independent values that the second half needs before a series is called stationary;
 const FEWEST: f64 = 10.0;
 
-/// and what is left of the whole series, or of its last three quarters, beside a straight line so many to call it drifting.
+/// and that the residues of a straight line through the whole series, or its last three quarters, need before it is called drifting.
 const FEWEST_BESIDE_A_LINE: f64 = 5.0;
 
 /// Shorter series have no result.

@@ -25,7 +25,7 @@ fn the_error_of_a_correlated_series_is_that_of_theory() {
         let error = |seed| standard_error(&correlated(rho, n, seed)).unwrap();
         let mean = (100 * seed..100 * seed + count).map(error).sum::<f64>() / count as f64;
         let exact = (1.0 / 12.0_f64).sqrt() / ((1.0 - rho) * (n as f64).sqrt());
-        // One error is known to a sixth, forty to 2.6 %, of which three; with a bias of up to 12 % to the safe side, and one of what Student's distribution adds.
+        // One error is known to a sixth, forty to 2.6 %; three of these, a bias of up to 12 % to the safe side, and Student's factor.
         assert!((0.92..1.21).contains(&(mean / exact)), "rho {rho}: {mean} but {exact}");
     }
 }
@@ -40,7 +40,7 @@ fn what_cancels_between_neighbours_does_not_count() {
     };
     let mean = (3000..3000 + count).map(error).sum::<f64>() / count as f64;
     let exact = 0.4 * (1.0 / 12.0 / n as f64).sqrt();
-    // One error is known to a quarter, sixty to 3 %, of which three; with a bias of up to 15 % to the safe side.
+    // One error is known to a quarter, sixty to 3 %; three of these, and a bias of up to 15 % to the safe side.
     assert!((0.9..1.25).contains(&(mean / exact)), "{mean} but {exact}");
 }
 
@@ -70,7 +70,7 @@ fn differences_of_what_lasts_for_several_values_do_not_count() {
         let scatter = (means.map(|mean| mean * mean).sum::<f64>() / count as f64).sqrt();
         let errors = all.iter().map(|series| standard_error(series).unwrap());
         let claimed = (errors.map(|error| error * error).sum::<f64>() / count as f64).sqrt();
-        // 100 seeds tell the scatter to 7 %, of which three, and 0.8 to 1.25 is what errors are meant to be.
+        // 100 seeds tell the scatter to 7 %; three of these around the target of 0.8 to 1.25.
         assert!((0.63..1.5).contains(&(scatter / claimed)), "{what}: {}", scatter / claimed);
     }
 }
@@ -172,7 +172,7 @@ fn the_true_mean_lies_within_two_errors_as_often_as_it_should() {
 
 #[test]
 fn errors_of_short_series_are_not_too_small() {
-    // Two hundred rows, of which a dozen add nothing new: the mean over many series of the reported error, against the scatter of their means.
+    // Two hundred rows; a dozen of them add nothing new. Compares the mean reported error of many series with the scatter of their means.
     let (n, rho, count) = (200, 0.85, 300);
     let all: Vec<(f64, Option<f64>)> = (0..count)
         .map(|seed| {
@@ -255,7 +255,7 @@ fn too_little_is_none_and_never_nan() {
 
 #[test]
 fn what_has_happened_in_the_last_bin_only_has_no_error() {
-    // Bins of weight 2 by now, of which the last is open.
+    // Bins of weight 2 by now; the last one is open.
     let series = |last: f64| {
         let mut average = BlockAverage::new(1.0);
         (0..MOST_BINS).for_each(|_| average.add(2.0, 1.0));

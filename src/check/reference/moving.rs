@@ -72,7 +72,7 @@ impl Passage {
         self.motion.after(after).seen(&self.piece, self.now + after)
     }
 
-    /// The first event between two times from now; after so many looks at stretches of it, the time from which on none is excluded.
+    /// The first event between two times from now. If the search is cut short, the time up to which no event is possible.
     pub fn first_between(&self, from: f64, to: f64, most: u64) -> Option<f64> {
         // A time from now is rounded as the simulated time that it leads to.
         Search { passage: self, shortest: 4.0 * f64::EPSILON * (self.now.abs() + to.abs()), left: most }.first(from, to)

@@ -5,7 +5,7 @@ use super::rules::Side;
 use crate::Vector;
 use crate::model::{SceneSurface, SurfaceShape};
 
-/// One feature of a surface, of which a sphere's centre keeps a distance.
+/// One feature of a surface, from which the centre of a sphere keeps a distance.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Feature {
     /// Number of the surface among those of the scene.
@@ -122,7 +122,7 @@ fn face(corners: [Vector; 3]) -> Option<[Shape; 2]> {
     Some([normal, -normal].map(|normal| Shape::Plane { point: a, normal, corners: Some(corners) }))
 }
 
-/// The longest side of a triangle over its height: so many roundings its normal may be off.
+/// The longest side of a triangle over its height: the error of its normal in units of round-off.
 fn slenderness([a, b, c]: &[Vector; 3]) -> f64 {
     let longest = [b - a, c - b, a - c].iter().map(Vector::norm_squared).fold(0.0, f64::max);
     longest / (b - a).cross(&(c - a)).norm()
@@ -265,7 +265,7 @@ impl Feature {
 }
 
 impl Touch {
-    /// The curvature for a velocity, of which the part along a line does not curve `[1 / length]`.
+    /// The curvature for a velocity, without its part along a line `[1 / length]`.
     pub fn curvature_for(&self, velocity: &Vector) -> f64 {
         let tangential = velocity - self.normal * self.normal.dot(velocity);
         let across = self.along.map_or(tangential, |along| tangential - along * along.dot(&tangential));

@@ -19,7 +19,7 @@ const FEWEST: u32 = 50;
 /// Roundings of a velocity in all operations of an event, of either side, and in what the engine adds to make a reflection count.
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
-/// Times that are equal but for this part may be on either side of the contact time.
+/// Times that are equal to within this part may be on either side of the contact time.
 const TIE: f64 = 1e-9;
 
 #[derive(Debug, Clone)]

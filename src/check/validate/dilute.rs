@@ -20,7 +20,7 @@ const EXACT: Source = Source {
 };
 
 pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
-    // The shortest run of other points leaves 4 to 8 % of the coefficient here, of which 5 are too many for a verdict.
+    // The shortest run of other points leaves an uncertainty of 4 to 8 % of the coefficient here; 5 % is too much for a verdict.
     let events = effort.events() * if effort == Effort::Brief { 4 } else { 1 };
     let scene = one_species(seed, Potential::square_well(1.0, WELL_RATIO, DEPTH)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(NUMBER_DENSITY))

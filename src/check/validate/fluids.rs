@@ -93,7 +93,7 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
     Ok(compared)
 }
 
-/// Diffusion coefficient in a periodic cube of so many spheres, and how uncertain it is.
+/// Diffusion coefficient in a periodic cube with a number of spheres, and its uncertainty.
 ///
 /// The fit is one to cubes, too: Yeh and Hummer's term moves it from their size to this one, with Enskog's coefficients. They are within some
 /// per cent of the true ones at these densities, and less than the factor of two in the number of spheres of the fit: the cube
@@ -124,7 +124,7 @@ fn fluid(
     let z = compressibility(packing_fraction);
     let rate = 2.0 * dimensions * (z - 1.0) / std::f64::consts::PI.sqrt();
     let fewer = fewer_contacts(compressibility, packing_fraction, count).abs();
-    // Velocities of a fixed energy are Maxwellian but for a part 1 / (4 D N) of the speed of contacts.
+    // Velocities of a fixed energy are Maxwellian to within 1 / (4 D N) of the speed of contacts.
     let slower = 0.25 / (dimensions * count as f64);
     let source_of_rate = if source == MKLM { CONTACTS } else { source };
     vec![

@@ -77,7 +77,7 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePo
     }
 }
 
-/// Goes on for so many physical events, and shows each.
+/// Advances by a number of physical events, and shows each.
 pub(super) fn advance(
     simulation: &mut Simulation,
     events: u64,

@@ -45,7 +45,7 @@ enum Last {
 const SLIDING: f64 = 64.0;
 
 impl ContactMemory {
-    /// Of particles that have had no contact yet, or of which nothing is known before a time.
+    /// For particles without a contact yet, or without a known history before a time.
     pub fn new(contact_time: f64, particles: usize, unknown_before: Option<Elapsed>) -> Self {
         Self { contact_time, last: vec![unknown_before.map_or(Last::Never, Last::Before); particles] }
     }

@@ -4,7 +4,7 @@ use super::replay::RunEnd;
 use super::violation::Violation;
 use crate::engine::{Arrest, InvariantBroken};
 
-/// Margins of the proof: the largest deviations relative to their round-off bounds, of which 1 is the bound.
+/// Margins of the proof: the largest deviations relative to their round-off bounds; 1 is the limit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Margins {

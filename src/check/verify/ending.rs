@@ -20,7 +20,7 @@ enum Search {
     Never,
     /// Due at this time from now `[time]`.
     Due(f64),
-    /// Two that move past each other's images for ever, and have not met in those that were searched.
+    /// A pair that passes each other's images for ever and has not met in the searched ones.
     Open,
 }
 

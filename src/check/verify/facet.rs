@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// Rounding of coordinates in the comparison that leaves out what is too far away.
 const ROUNDING: f64 = MARGIN - 1.0;
-/// Beyond so many radii no gap is of rounding.
+/// Radii beyond which no gap is due to round-off.
 const NEAR: f64 = 1.001;
 
 /// A feature of a surface, or its image in a periodic box.
@@ -69,7 +69,7 @@ fn images(feature: Feature, space: &Space, periods: &Vector, radius: f64) -> Vec
 impl Facet {
     fn of(feature: Feature) -> Self {
         let (farthest, slenderness) = (feature.farthest(), feature.slenderness());
-        // Of so many that there are more than numbers, none is met.
+        // An index that no surface has stands for one that is too large.
         let surface = u32::try_from(feature.surface).unwrap_or(u32::MAX);
         Self { feature, surface, bounds: feature.bounds(), farthest, slenderness }
     }

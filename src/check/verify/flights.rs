@@ -8,7 +8,7 @@ use crate::engine::States;
 use crate::model::ParticleId;
 
 impl Verifier {
-    /// All particles but those that take part in the event go on in free flight, and none jumps.
+    /// All particles that take no part in the event continue in free flight, without jumps.
     pub(super) fn check_flights(&mut self, after: &States, takes_part: impl Fn(u32) -> bool) -> Result<(), Fault> {
         for (i, at) in (0_u32..).zip(0..self.before.positions.len()) {
             let jump = self.world.shortest(after.positions[at] - self.before.positions[at]).norm();

@@ -10,9 +10,9 @@ use crate::model::surface_motion::{Piece, Timeline};
 use crate::model::{MotionKind, SceneSurface};
 use std::f64::consts::TAU;
 
-/// Roundings of a simulated time, of which a motion may begin earlier or later.
+/// Tolerance of the start of a motion, in units of the round-off of the simulated time.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
-/// No window is longer than so many periods of an oscillation, in which a surface comes back, or of a rotation, with which all comes round.
+/// Most periods of an oscillation or a rotation in one window, because the surface returns after each.
 const MOST_OSCILLATIONS: f64 = 8.0;
 const MOST_TURNS: f64 = 0.25;
 /// So many windows of a motion are searched to show that nothing will ever happen.
@@ -199,12 +199,12 @@ fn longest(piece: &Piece) -> f64 {
     }
 }
 
-/// Whether so much time of a piece of a motion is searched for an event: of one whose gaps are no polynomials only so many periods.
+/// Whether a whole stretch of a motion is searched for an event. If the gaps are not polynomials, only a number of periods is.
 pub(super) fn is_searched(piece: &Piece, time: f64) -> bool {
     time <= MOST_SEARCHED * longest(piece)
 }
 
-/// How far a particle moves along each axis in some time at most, as a surface sees it, of which `seen` is now `[length]`.
+/// Largest displacement of a particle along each axis in some time, in the frame of a surface. `seen` is its present state in that frame `[length]`.
 fn path(piece: &Piece, motion: &Motion, seen: &Motion, time: f64) -> Vector {
     let Motion { position, velocity, acceleration, .. } = motion;
     let flown = reach(velocity, acceleration, time);

@@ -173,7 +173,7 @@ impl Encounter<'_> {
         }
     }
 
-    /// The outcome that the energies demand; where they are equal but for round-off, the one that was found.
+    /// The outcome that the energies demand; where they are equal within round-off, the one that was found.
     fn expected(&self, side: Side, seen: &Step, motion: &Motion, found: Outcome) -> (Outcome, bool) {
         let (crossing, barrier) = match side {
             Side::Positive => (Outcome::Capture, Outcome::Core),

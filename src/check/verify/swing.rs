@@ -8,7 +8,7 @@ use super::facet::approach_of;
 use crate::check::reference::{Motion, Passage};
 use std::sync::Arc;
 
-/// Lowest gaps are found to so many roundings of the coordinates that they are differences of.
+/// Tolerance of the lowest gap, in units of the round-off of the coordinates.
 const RESOLUTION: f64 = 8.0 * f64::EPSILON;
 /// Looks at one search for the next event. What has found none is gone on with from there as if one were due: a particle may lie on a surface for ever,
 /// where rounding alone says whether it comes closer.

@@ -19,7 +19,7 @@ pub(in crate::engine) struct Record {
     pub number: u32,
     /// The row of the species; none where there is only one.
     pub species: Option<u16>,
-    /// Periods travelled; none for those that it has, or for none of a new one.
+    /// Periods travelled; `None` keeps the present ones, or zero for a new particle.
     pub images: Option<[i32; 3]>,
     /// Time of its last contact in the TC model, since the epoch.
     pub last_contact: f64,
@@ -114,7 +114,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Puts particles in: with ids that none has, where they overlap with none. Pairs with particles that are not there are forgotten.
     ///
-    /// A copy with its place and prediction goes on with the same bits, if those that it is to meet are there.
+    /// A copy with its place and prediction continues with the same bits, if its partners are there.
     pub fn insert(&mut self, records: &[Record]) {
         let first = self.particles().end;
         for record in records {

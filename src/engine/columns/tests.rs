@@ -106,7 +106,7 @@ fn at_once() -> Scene {
     scene.build().unwrap()
 }
 
-/// Static spheres of low ids, each of which several particles reach at once from all sides, again and again: only the higher ids tell these contacts apart.
+/// Static spheres with low ids. Several particles reach each at once from all sides, again and again: only the higher ids distinguish these contacts.
 fn against_static_spheres() -> Scene {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let mut scene = SceneBuilder::new("static-spheres")

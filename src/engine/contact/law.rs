@@ -188,7 +188,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The relative velocity of the images of two particles that meet now, of which these are the velocities.
+    /// The relative velocity of the images of two particles that meet now, from their velocities.
     #[inline]
     fn relative_velocity(&self, [i, j]: [u32; 2], velocities: &[Vector; 2]) -> Vector {
         let velocity = velocities[0] - velocities[1];

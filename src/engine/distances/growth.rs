@@ -142,7 +142,7 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.grow(growth.rate, largest));
     }
 
-    /// Ends the growth: from now on the diameters are those that they have grown to.
+    /// Ends the growth. The diameters keep their present values.
     pub(crate) fn end_growth(&mut self) {
         let scale = with_engine!(&self.engine, engine => engine.scale());
         let snapshot = self.snapshot();

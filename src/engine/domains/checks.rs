@@ -5,7 +5,7 @@ use crate::engine::Until;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
 
-/// One of so many windows.
+/// One in this many windows is checked.
 const ONE_OF: u64 = 32;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
@@ -46,7 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     }
 }
 
-/// All that an engine has of a particle, but for what says nothing.
+/// All that an engine has of a particle, except for what says nothing.
 fn all_of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> String {
     let mut record = engine.record(particle);
     record.captured.iter_mut().for_each(|captured| captured.sort_by_key(|pair| pair.partner));

@@ -1,4 +1,4 @@
-//! A system that is cut into domains: a window of all of them, of which this process has some.
+//! A system that is cut into domains, and one window of it. Each process has some of the domains.
 
 use super::domain::Domain;
 use super::exchange::{Compared, Published, Transfer};

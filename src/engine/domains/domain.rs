@@ -53,7 +53,7 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     /// Particles that it owns, and those that another domain has, too.
     pub owned: Marks,
     pub shared: Marks,
-    /// By number in the whole, that here; [`NO_PARTICLE`](crate::engine::neighbours::cells::NO_PARTICLE) for those that are not here.
+    /// Local index by global index; [`NO_PARTICLE`](crate::engine::neighbours::cells::NO_PARTICLE) for particles elsewhere.
     pub here: Vec<u32>,
     /// Counts of events of others, which are not counted here.
     pub elsewhere: Box<Counts>,
@@ -76,7 +76,7 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub trouble: Option<f64>,
 }
 
-/// A domain that began with so many particles is cut anew when it has more than this.
+/// Largest number of particles, by the number at the start, before the domains are cut again.
 fn most(first: usize) -> usize {
     first + first / 8 + 64
 }
@@ -137,7 +137,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.log.enlarge();
     }
 
-    /// Adds a particle to those that are held.
+    /// Adds a particle.
     pub fn hold(&mut self, held: Held) {
         self.held.push(held);
         self.set_held(id(self.held.len() - 1), held);
@@ -194,7 +194,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         record
     }
 
-    /// Whether so many copies have come that it is worth it to leave out those that have gone away.
+    /// Whether enough copies have arrived that removing the stale ones pays.
     fn has_grown(&self) -> bool {
         self.held.len() > most(self.first)
     }

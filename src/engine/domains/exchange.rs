@@ -72,7 +72,7 @@ pub struct Compared {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
-    /// Reports on the steps of its copies, for the domains that own them, of so many.
+    /// Reports the steps of copies to each of the domains that own the particles.
     pub fn reports(&self, domains: usize) -> Vec<Report> {
         let new = |to: u8| Report { from: self.number, to, touched: Vec::new(), steps: Vec::new() };
         let mut reports: Vec<Report> = (0..).take(domains).map(new).collect();
@@ -92,7 +92,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         reports
     }
 
-    /// Compares what this domain owns with the copies of all others after a window, of which they report.
+    /// Compares the particles of this domain with the reports on their copies in other domains after a window.
     pub fn compare(&self, regions: &Regions, reports: &[Report]) -> Compared {
         let mut compared = Compared::default();
         for report in reports.iter().filter(|report| report.to == self.number) {
@@ -288,7 +288,7 @@ fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
     }
 }
 
-/// A hash of some numbers: each is mixed in by a multiplication of which all bits are kept.
+/// A hash of some numbers: each is mixed in by a multiplication that keeps all bits.
 #[inline(always)]
 pub fn hash<const N: usize>(start: u64, numbers: [u64; N]) -> u64 {
     const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -27,7 +27,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         };
         cut.gather(&self.team, record, |(particle, mut record)| {
             let of_id = |id: u32| whole.state.numbers.get(id as usize).copied();
-            // By the numbers in the whole already, but for absent partners.
+            // By the numbers in the whole already, except for absent partners.
             record.renumber(|number| number.checked_sub(FIRST_ABSENT).map_or(Some(number), of_id));
             whole.write_record(particle, &record);
         });

@@ -10,7 +10,7 @@ use crate::engine::state::Body;
 /// together, because it is written at each step and pushes other things out of the caches.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
-    /// The particle of which motion and prediction are next, or [`NO_PARTICLE`] where the next record is.
+    /// The particle whose motion and prediction follow, or [`NO_PARTICLE`] before the next record.
     order: Vec<u32>,
     bodies: Vec<Body>,
     predictions: Vec<Prediction>,

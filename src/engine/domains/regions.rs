@@ -56,9 +56,9 @@ struct Axis {
 struct Slabs {
     /// The domains whose regions the column is in.
     owners: Vec<u64>,
-    /// Domains of which an owned particle may be there.
+    /// Domains that may own a particle there.
     near: Vec<u64>,
-    /// Domains of which an owned particle may read one that is there.
+    /// Domains whose particles may read one there.
     readers: Vec<u64>,
     /// Domains that begin with a copy of one that is there.
     holders: Vec<u64>,
@@ -127,13 +127,13 @@ impl Regions {
         owner
     }
 
-    /// The domains of which an owned particle may be in a place.
+    /// The domains that may own a particle at a place.
     #[inline]
     pub fn near(&self, columns: Columns) -> u64 {
         self.common(columns, |slabs| &slabs.near)
     }
 
-    /// The domains of which an owned particle may read one that is in a place.
+    /// The domains whose particles may read one at a place.
     #[inline]
     pub fn readers(&self, columns: Columns) -> u64 {
         self.common(columns, |slabs| &slabs.readers)
@@ -184,7 +184,7 @@ impl Axis {
         Some(of)
     }
 
-    /// The axis in slabs, of which there are some numbers along all axes, with about as many particles each.
+    /// The slabs along an axis, with about equal numbers of particles.
     fn cut(&self, numbers: [usize; 3], halo: Halo) -> Self {
         let columns = self.load.len();
         let none = || vec![0; columns];
@@ -228,7 +228,7 @@ impl Axis {
 
 /// The number of columns of an axis, and how many of them a particle can be read across.
 ///
-/// Partners that are held together may be further apart than those that are searched for.
+/// Captured partners may be further apart than the range of the search.
 fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     axis: usize,
@@ -290,7 +290,7 @@ mod tests {
                 assert!(sets.iter().all(|set| set & 1 << owner != 0 && *set < 1 << domains), "{domains} {sets:?}");
                 assert_eq!((sets[0] & !sets[1], sets[1] & !sets[2]), (0, 0), "{domains} {sets:?}");
             }
-            // As many as there are, but for a plane of the lattice.
+            // As many as there are, except for a plane of the lattice.
             let is_fair = |count: &usize| count.abs_diff(32_000 / domains) <= 800;
             assert!(owned.iter().all(is_fair), "{owned:?}");
         }

@@ -24,7 +24,7 @@ pub struct Team {
 }
 
 impl Team {
-    /// So many domains for each process, 64 of which there may be, as far as there can be as many in all, on so many threads of this one.
+    /// A team with a number of domains for each process, as far as the limit of 64 domains in all allows, and a number of threads of this process.
     pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
         let share = domains.clamp(1, (Threads::MOST / processes).max(1));
@@ -64,7 +64,7 @@ impl Team {
         self.transport.is_some()
     }
 
-    /// The threads of this process that so many domains keep busy.
+    /// The number of threads of this process that a number of domains keeps busy.
     pub fn busy_threads(&self, domains: usize) -> u32 {
         let threads = self.pool.as_ref().map_or(1, |pool| pool.current_num_threads());
         trunc_to_u32(threads.min(domains).max(1) as f64)
@@ -95,7 +95,7 @@ impl Team {
         shared.iter().flat_map(|bytes| decode::<Vec<T>>(&**transport, bytes)).collect()
     }
 
-    /// Messages of all processes for domains of this one, of which `to` says the set, in the order of the domains that it is from.
+    /// Messages from all processes for the domains of this one, ordered by sender. `to` gives the set of recipients.
     pub fn deliver<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>, to: impl Fn(&T) -> u64) -> Vec<T> {
         let Some(transport) = &self.transport else { return mine };
         let of_rank = |rank: usize| {

@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 /// Events whose times are kept at the end of a window, to know whether time stands still.
 const LAST_EVENTS: usize = 32;
 
-/// A domain ends a window after so many steps: particles are faster than when its length was chosen, and all that it changes is kept.
+/// Most steps of a domain in a window. Particles may be faster than when the length of the window was chosen, and all changes are kept for a rollback.
 const LONGEST_WINDOW: u64 = 100_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {

@@ -60,7 +60,7 @@ pub struct EventCountsBySpecies {
     singles: BTreeMap<u32, [u64; 2]>,
 }
 
-/// With up to so many species, each pair of them has a place in a table; with more, only those that met do.
+/// Largest number of species for a dense table of pairs. With more species, only pairs that met have an entry.
 const MOST_LISTED: usize = 128;
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -81,7 +81,7 @@ fn place(a: usize, b: usize) -> usize {
 }
 
 impl EventCountsBySpecies {
-    /// No events yet, of so many species.
+    /// Empty counts for this number of species.
     #[must_use]
     pub fn new(species: usize) -> Self {
         let pairs = if species <= MOST_LISTED {

@@ -174,7 +174,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Periods that a particle has travelled, as a snapshot has them: with those of the displacement of the next image up, so many for each.
+    /// Periods that a particle has travelled, as a snapshot gives them: each period up adds the displacement of the next image up.
     pub(in crate::engine) fn image_numbers(&self, particle: u32, periods: i32) -> [i32; 3] {
         let mut image = self.state.images.of(particle);
         if self.images.slide() {
@@ -185,7 +185,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Counts images from an epoch that is later by `shift`.
     ///
-    /// An image one period up is displaced along x by that of the box, of which whole periods are dropped now: images along x take
+    /// An image one period up is displaced along x by that of the box. Whole periods of it are dropped now: images along x take
     /// them over, so that `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` goes on smoothly.
     pub(in crate::engine) fn shift_images(&mut self, shift: f64) {
         let Some(shear) = &mut self.images.sliding else { return };

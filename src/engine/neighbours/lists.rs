@@ -2,7 +2,7 @@
 //!
 //! Each moving particle has a centre, where it was when its list was built, and stays within its skin, a ball of radius
 //! `delta` around it; an event is due when it leaves. Two particles whose centres are further apart than their range and two
-//! such radii cannot meet, so a list holds the others whose centres are nearer. Every pair is in the lists of both, but for static
+//! such radii cannot meet, so a list holds the others whose centres are nearer. Every pair is in the lists of both, except for static
 //! particles, which keep none. (Alias: Verlet list.)
 
 use super::cells::NO_PARTICLE;
@@ -19,7 +19,7 @@ const WIDTH: u32 = 8;
 /// Bits of a length: more than there are particles.
 const LENGTH: u32 = 29;
 
-/// A list has so many blocks more than it fills at most.
+/// Most spare blocks of a list.
 const MOST_SPARE: u32 = (1 << (32 - LENGTH)) - 1;
 
 /// Where the list of a particle is, in blocks, how long it is, and how many blocks it has.
@@ -233,7 +233,7 @@ impl Lists {
         )]
         let length = new.len() as u32;
         let needed = length.div_ceil(WIDTH);
-        // Room that it once needed is given to those that need it now.
+        // Space that it no longer needs goes to other lists.
         if needed > blocks || room_for(needed) < blocks {
             (first, blocks) = self.move_to_room(particle, 0, needed);
         } else if length < span.length() {
@@ -244,7 +244,7 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, length);
     }
 
-    /// Moves so much of a list to where there is room for so many blocks, and says where that is and how many there are.
+    /// Moves the beginning of a list to a place with room for more blocks. Returns the place and the number of blocks there.
     fn move_to_room(&mut self, particle: u32, kept: u32, needed: u32) -> (u32, u32) {
         let span = self.spans[particle as usize];
         let blocks = span.blocks();

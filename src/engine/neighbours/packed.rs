@@ -68,7 +68,7 @@ struct Ball {
     centre: [f32; 3],
     /// Squared radius, large enough for all that single precision does.
     squared: f32,
-    /// Squared radius of those that are certainly within reach, whatever single precision does.
+    /// Squared radius within which a candidate is certainly in reach, in spite of single precision.
     certain: f32,
     periods: [f32; 3],
 }
@@ -210,7 +210,7 @@ impl Packed {
         });
     }
 
-    /// How much further than `reach` those that are found may be, from a centre; infinite if that may be any others in the cells around.
+    /// Largest distance beyond `reach` at which candidates may be found; infinite if all particles in the cells around are.
     ///
     /// Rounding moves each of the six coordinates and the three differences by half a unit in the last place at most, and a period
     /// likewise: less than 8 roundings of the largest of them along each axis, 14 in space.

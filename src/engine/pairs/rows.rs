@@ -41,7 +41,7 @@ impl Rows {
         self.rows[species.0 as usize]
     }
 
-    /// Whether each species has a row that there is.
+    /// Whether the row of each species exists.
     #[must_use]
     pub fn are_sound(&self) -> bool {
         self.rows.iter().all(|row| usize::from(*row) < self.species.len().max(1))

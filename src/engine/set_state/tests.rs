@@ -8,7 +8,7 @@ use crate::model::{Growth, GrowthTarget, Potential};
 use crate::scene::{Amount, Chain, Lattice, SceneBuilder};
 use proptest::prelude::*;
 
-/// Events that are compared: few enough that hardly any particle has more than two of them, each of which makes a rounding some ten times larger.
+/// Number of compared events: so few that hardly any particle has more than two. Each makes a rounding error about ten times larger.
 const COMPARED: u64 = 30;
 
 fn fluid(potential: Potential, restitution: f64) -> SceneBuilder {

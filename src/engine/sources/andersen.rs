@@ -58,7 +58,7 @@ impl Andersen {
         self.next += self.random.exponential() / self.rate;
     }
 
-    /// Draws the next one, of so many ids, and the time of that after it. There is one that moves, or there were no bath.
+    /// Draws the next collision and the time of the one after it. At least one particle moves, because a bath without one is never created.
     fn draw(&mut self, ids: usize, is_moving: impl Fn(usize) -> bool) -> Collision {
         let time = self.next;
         let id = loop {

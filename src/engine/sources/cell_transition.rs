@@ -93,7 +93,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         leaves.transition_time
     }
 
-    /// The first meeting with those that are half a period away, but for rounding, in the image on the other side.
+    /// The first meeting with those that are half a period away, within round-off, in the image on the other side.
     ///
     /// Either of the two may be the nearest image, and the one that is left out here is looked at with all others.
     fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {

@@ -26,7 +26,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The first contact with some others in the particle's list, filled up as lists are; so many are there.
+    /// The first contact with the candidates in a particle's list, which is padded to whole blocks. The last argument is the number of candidates.
     #[inline]
     fn predict_listed(
         &self,
@@ -84,7 +84,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.repredict(particle, time);
             return Ok(());
         }
-        // Its motion stays as it is, and so does its predicted contact, unless one of those that are new to it comes first.
+        // Its motion does not change, nor does its predicted contact, unless one with a new candidate comes first.
         let me = self.streamed(particle, time);
         let Neighbours::Lists(verlet) = &self.neighbours else {
             return Err(self.broken(particle, None, Invariant::VerletList));

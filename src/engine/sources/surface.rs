@@ -46,7 +46,7 @@ impl SurfaceRandom {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts contacts with surfaces: of those without a limited extent, but for those that `is_near` leaves out, and of features that come before
+    /// Predicts contacts with surfaces: of those without a limited extent, except for those that `is_near` leaves out, and of features that come before
     /// what is foreseen.
     #[inline]
     pub(in crate::engine) fn predict_surfaces(
@@ -88,7 +88,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Whether surfaces have images in a periodic box. A particle that comes round it meets others of them, and those that it met before are elsewhere.
+    /// Whether surfaces have images in a periodic box. A particle that crosses a periodic side meets other images.
     pub(in crate::engine) fn has_images_of_surfaces(&self) -> bool {
         !self.sources.surfaces.of_scene().is_empty()
     }

@@ -62,7 +62,7 @@ struct Passage<'a> {
     piece: &'a Piece,
 }
 
-/// A flight as a surface sees it after a time, and what it is not beyond in some time from then.
+/// A flight in the frame of a surface after a time, with bounds on it for some time from then.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     position: Vector,

@@ -223,7 +223,7 @@ impl Surfaces {
         self.all.is_empty()
     }
 
-    /// Whether some are met near to where they are only: those of a limited extent, and those that move.
+    /// Whether there are features that need a search: features of limited extent, and moving surfaces.
     #[inline]
     pub fn has_features(&self) -> bool {
         self.tree.is_some() || !self.moving.is_empty()
@@ -342,7 +342,7 @@ fn sort(
     });
 }
 
-/// The walls of a box, of which those with a temperature are thermal.
+/// The walls of a box. Those with a temperature are thermal.
 fn walls(space: &Space, temperatures: &[[Option<f64>; 2]; 3]) -> Vec<Placed> {
     let mut walls = Vec::new();
     for (axis, boundary) in (0_u8..).zip(&space.boundary) {

@@ -11,7 +11,7 @@ fn name_of(number: usize) -> String {
     format!("temperature-{number}")
 }
 
-/// Folders of tables of so many temperatures, where there are some, with `/` at their ends.
+/// Folders with the tables of each temperature, if there are any, each with `/` at its end.
 pub(super) fn folders(temperatures: usize) -> impl Iterator<Item = String> {
     let each = (1..=temperatures).map(|number| format!("{TABLES}/{}/", name_of(number)));
     std::iter::once(format!("{TABLES}/")).chain(each)

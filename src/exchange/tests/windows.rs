@@ -84,7 +84,7 @@ fn replicas_come_into_their_windows_and_stay() {
             let beyond = (distance - upper).max(lower - distance).max(0.0);
             assert_eq!(exchange.is_outside[place], beyond > 0.0);
             assert!(was_outside[place] || beyond == 0.0, "window {place}: {distance}");
-            // Nearer with every attempt, once it is held, but for a tenth of a window.
+            // Once it is held, it comes nearer with every attempt, to within a tenth of a window.
             if distance < 3.0 {
                 let most = farthest[place] + 0.1 * (upper - lower);
                 assert!(beyond <= most + 1e-12, "window {place}: {beyond} after {}", farthest[place]);

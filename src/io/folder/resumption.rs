@@ -111,7 +111,7 @@ impl Folder {
     }
 }
 
-/// Whether the files of a checkpoint are there, and are those that it was written with.
+/// Whether the files of a checkpoint exist and are unchanged.
 fn check_files(path: &Path, manifest: &Manifest) -> Result<(), OutputError> {
     if let Some(checksum) = manifest.scene {
         scene_copy::check(&path.join(SCENE), checksum)?;

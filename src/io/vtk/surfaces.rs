@@ -51,7 +51,7 @@ impl Surfaces {
         Ok(Self { all, list: None })
     }
 
-    /// Writes those that are there in a frame where they are then; one that rests has one file for all frames.
+    /// Writes the surfaces of a frame at their poses. A surface at rest has one file for all frames.
     pub fn write(&mut self, folder: &Path, index: u64, frame: &Frame) -> Result<(), FrameError> {
         if self.all.is_empty() {
             return Ok(());

@@ -24,7 +24,7 @@ pub(super) fn is_binary(content: &[u8]) -> bool {
     has_zeros(content) || !is_solid
 }
 
-/// Whether there are bytes of zero, of which no text and every binary file has some at its beginning.
+/// Whether the beginning has zero bytes. Every binary file has some there, and no text has any.
 fn has_zeros(content: &[u8]) -> bool {
     content.iter().take(PROBED).any(|byte| *byte == 0)
 }
@@ -34,7 +34,7 @@ fn announced(content: &[u8]) -> Option<u32> {
     content.get(HEADER - 4..).and_then(|rest| rest.first_chunk()).map(|bytes| u32::from_le_bytes(*bytes))
 }
 
-/// Length of a file of so many triangles `[bytes]`.
+/// Length of a file with a number of triangles `[bytes]`.
 fn length(triangles: u32) -> u64 {
     HEADER as u64 + TRIANGLE as u64 * u64::from(triangles)
 }

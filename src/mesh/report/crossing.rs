@@ -48,7 +48,7 @@ fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     !Bounds::around(&[p, q, q]).meets(&Bounds::around(two))
 }
 
-/// Corners of a triangle, those that it does not share first, or `None` if all of these are on the same side of the plane of the other
+/// Corners of a triangle, unshared ones first, or `None` if all unshared ones are on the same side of the plane of the other
 /// triangle.
 fn sides(triangle: &[Vector; 3], other: &[Vector; 3]) -> Option<[Corner; 3]> {
     let [a, b, c] = triangle.map(|corner| (corner, (!other.contains(&corner)).then(|| side(other, &corner))));
@@ -63,7 +63,7 @@ fn sides(triangle: &[Vector; 3], other: &[Vector; 3]) -> Option<[Corner; 3]> {
     })
 }
 
-/// Whether two triangles in a plane, of which one has two corners in common with the other, lie on the same side of their edge.
+/// Whether two triangles in a plane with a common edge lie on the same side of it.
 fn is_folded(triangle: [Vector; 3], other: &Vector) -> bool {
     let [apex, from, to] = &triangle;
     let turns =

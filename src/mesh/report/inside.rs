@@ -22,7 +22,7 @@ pub fn contains(mesh: &TriangleMesh, point: &Vector) -> bool {
         libm::atan2(a.dot(&b.cross(&c)), x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y)
     };
     let winding = mesh.all_corners().map(half_angle).sum::<f64>() / (2.0 * PI);
-    // Whole numbers but for rounding, and halves on the surface.
+    // Whole numbers within round-off, and halves on the surface.
     winding.abs() > 0.5
 }
 

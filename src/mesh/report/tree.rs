@@ -1,6 +1,6 @@
 //! Tree of boxes around triangles (a bounding volume hierarchy).
 //!
-//! Each triangle is in one leaf, so that the memory does not depend on shapes, as it does with a grid of cells, of which a long thin
+//! Each triangle is in one leaf, so that the memory does not depend on shapes. It does with a grid of cells, in which a long thin
 //! triangle is in many.
 
 use std::ops::Range;
@@ -79,7 +79,7 @@ impl Tree {
     }
 }
 
-/// Adds the node of some triangles, of which the first is at a place of the order, and all below it. Halving keeps the depth at the
+/// Adds the node of a range of triangles in the order, and all nodes below it. Halving keeps the depth at the
 /// logarithm.
 fn grow(nodes: &mut Vec<Node>, boxes: &[Bounds], order: &mut [u32], place: usize) {
     let of = |number: &u32| boxes.get(*number as usize).copied();

@@ -40,7 +40,7 @@ const FLUID: f64 = 0.8;
 /// The speed in a fluid.
 const FAST: f64 = 0.1;
 
-/// The compressibility factor of a jammed packing, of which `Z = D / (1 - phi / phi_J)` leaves 0.3 % to its limit.
+/// The compressibility factor at which a packing counts as jammed: by `Z = D / (1 - phi / phi_J)` it is within 0.3 % of its limit.
 const JAMMED: f64 = 1000.0;
 
 /// From this compressibility factor on the limit `phi_J` can be estimated, to within [`TOLERANCE`].

@@ -46,7 +46,7 @@ pub(crate) fn insert(
     positions
 }
 
-/// No room after so many of all.
+/// The error that only `placed` of `count` particles found room.
 pub(crate) fn no_room(placed: usize, count: usize) -> NoPlace {
     NoPlace::NoRoom { placed, count, attempts: ATTEMPTS }
 }

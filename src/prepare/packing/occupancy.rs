@@ -34,7 +34,7 @@ const FIRST: usize = 64;
 pub(crate) struct Occupancy<'a> {
     pub space: &'a Space,
     contacts: &'a Contacts,
-    /// The grid of each species, coarsest first; none for those that touch nothing.
+    /// The grid of each species, coarsest first; none for species without contacts.
     grid_of: Vec<Option<usize>>,
     grids: Vec<Grid<'a>>,
     taken: Vec<Taken>,
@@ -45,7 +45,7 @@ pub(crate) struct Occupancy<'a> {
 }
 
 /// Particles in contact may be closer than their core by the rounding of their coordinates: a few units in the last
-/// place of the coordinate, of which each separation has two per axis. It is that of the far side of the box, too: of two next to coordinate 0
+/// place of the coordinate, and each separation has two per axis. It is that of the far side of the box, too: of two next to coordinate 0
 /// one may have been wrapped since they met.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -158,7 +158,7 @@ impl<'a> Occupancy<'a> {
     }
 }
 
-/// The first particle whose core overlaps that of an earlier one, and that one, but for pairs with interactions of their own. The next image up
+/// The first particle whose core overlaps that of an earlier one, and that one, except for pairs with interactions of their own. The next image up
 /// of a sheared box is displaced along x by `displacement` `[length]`.
 pub(crate) fn first_overlap(
     particles: &[Particle],

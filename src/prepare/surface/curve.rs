@@ -18,7 +18,7 @@ pub(crate) fn plane_axes(space: &Space) -> Option<[usize; 2]> {
     }
 }
 
-/// A straight line from one end to the other, both of which are disks.
+/// A straight line of disks from one end to the other, both included.
 pub(super) fn line(ends: &[Vector; 2], spacing: f64) -> Layout {
     let along = ends[1] - ends[0];
     let steps = intervals(along.norm(), spacing);
@@ -41,7 +41,7 @@ pub(super) fn ring(centre: &Vector, radius: f64, [u, v]: [usize; 2], spacing: f6
     Layout { points: (0..count).map(point).collect(), hole, rims: Vec::new() }
 }
 
-/// The sides of a rectangle in a plane, but for the open ones. Sides that meet have a corner in common.
+/// The sides of a rectangle in a plane, except for the open ones. Sides that meet have a corner in common.
 pub(super) fn rectangle(lower: &Vector, upper: &Vector, open: &[BoxSide], axes: [usize; 2], spacing: f64) -> Layout {
     let size = axes.map(|axis| upper[axis] - lower[axis]);
     let steps = size.map(|edge| intervals(edge, spacing));

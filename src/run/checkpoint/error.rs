@@ -20,7 +20,7 @@ pub enum CheckpointError {
         /// Why.
         source: io::Error,
     },
-    /// Its bytes are not those that were written.
+    /// The bytes have changed since they were written.
     #[error("the checkpoint {} is damaged: {why}", path.display())]
     Damaged {
         /// The file.

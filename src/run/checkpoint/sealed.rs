@@ -73,7 +73,7 @@ impl Kind {
 /// Why sealed content is not read, though there is some.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Flaw {
-    /// Its bytes are not those that were written: how that is known.
+    /// The bytes have changed since they were written, with the evidence.
     Damaged(String),
     /// Another version of carom wrote it, or one that was built from other sources.
     OtherVersion {
@@ -133,7 +133,7 @@ pub(crate) fn write_sealed(out: impl Write, kind: Kind, content: &impl Serialize
     out.flush()
 }
 
-/// The first bytes of what is sealed, of which no bit has changed; all that stands behind them is read in pieces. Otherwise what is wrong with it.
+/// The first bytes of sealed content, if no bit has changed; the rest is read in pieces. Otherwise what is wrong with it.
 fn sound_head(input: &mut (impl Read + Seek), kind: Kind) -> io::Result<Result<[u8; HEAD], &'static str>> {
     let length = input.seek(SeekFrom::End(0))?;
     input.rewind()?;

@@ -10,7 +10,7 @@ use crate::run::Ending;
 use crate::run::stage::Stage;
 use crate::run::state::{Measurement, NEAR};
 
-/// A stage without a limit in time that has written so many rows or frames since its last event fills the disk.
+/// Rows or frames without an event after which a stage without a time limit would only fill the disk.
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
 impl Driver<'_> {

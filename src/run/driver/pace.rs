@@ -17,7 +17,7 @@ const SOME_GROWTH: f64 = 0.05;
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
-/// A pilot run is kept as the beginning of its stage where it has no larger part of the events than one of so many: then no row is due in it. Its intervals come from how
+/// A pilot run is kept as the beginning of its stage if it has at most one in this many of the events: then no row is due in it. Its intervals come from how
 /// long a thousandth of the events takes, and are a two-hundredth of the stage; a part of `1 / MOST_OF_STAGE` is still before the first of them.
 const MOST_OF_STAGE: u64 = 400;
 
@@ -101,7 +101,7 @@ impl Driver<'_> {
         }
     }
 
-    /// How long so many events will take, from the first thousandth of them, or of a limit in time; `None` if the caller wants no more.
+    /// The simulated time that a number of events will take, from the first thousandth of them or of the time limit. `None` if the caller stops.
     ///
     /// Where that takes too much work, as of a gas so thin that hardly anything happens, it is the time in which a particle crosses the box:
     /// intervals that are chosen from it grow with the run.
@@ -134,7 +134,7 @@ impl Driver<'_> {
         Pilot { events: events.div_ceil(1000).min(LONGEST), patience: self.work().saturating_add(MOST_WORK) }
     }
 
-    /// Whether the pilot run of a stage of so many events can be its beginning: no instrument has to know how long it will last.
+    /// Whether the pilot run of a stage can be its beginning: no instrument needs the duration in advance.
     fn may_be_kept(&self, events: u64) -> bool {
         let is_measured = self.state.stage.stage.is_measured();
         events >= MOST_OF_STAGE && !(is_measured && self.system.is_some())
@@ -242,7 +242,7 @@ impl Driver<'_> {
         Ok(Some(self.estimate(limit, events)))
     }
 
-    /// How long so many events will take, by those since the start of the stage.
+    /// The simulated time that a number of events will take, at the rate since the start of the stage.
     fn estimate(&self, limit: Option<f64>, events: u64) -> f64 {
         let start = self.state.stage;
         let done = (self.simulation.event_counts().physical() - start.events) as f64;

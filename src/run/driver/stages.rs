@@ -79,7 +79,7 @@ impl Driver<'_> {
         (self.started, self.state.earlier_seconds) = (None, 0.0);
     }
 
-    /// Scales velocities to the temperature of the thermostat, at a time that the simulation has come to, but for rounding.
+    /// Scales velocities to the temperature of the thermostat, at a time that the simulation has come to, within round-off.
     pub(super) fn rescale(&mut self, time: f64) {
         let Some(Thermostat::Rescaling { temperature, interval }) = self.settings().thermostat else { return };
         self.end_piece();

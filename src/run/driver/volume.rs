@@ -64,7 +64,7 @@ impl Driver<'_> {
         self.state.moves.as_ref().map_or(f64::INFINITY, |moves| moves.next)
     }
 
-    /// Proposes another volume, at a time that the simulation has come to, but for rounding, and takes it or leaves it.
+    /// Proposes another volume, at a time that the simulation has come to, within round-off, and takes it or leaves it.
     ///
     /// The equilibrium density of the volume `V`, the centres of the `N` molecules in units of the box, what is inside of them, and the momenta is proportional to
     /// `V^N exp(-(U + P V + K) / T)`. The proposal is uniform in `ln V`, in which the density has one more factor `V`, and it is as probable as its reverse.
@@ -113,7 +113,7 @@ impl Driver<'_> {
         }
     }
 
-    /// Gives instruments the box that there is now.
+    /// Gives instruments the present box.
     fn resize_system(&mut self) {
         if let Some(system) = self.system.as_mut().filter(|_| !self.is_pilot) {
             system.space = self.simulation.scene().space.clone();

@@ -15,7 +15,7 @@ fn wells(depth: f64, lambda: f64) -> String {
     format!("{SPECIES}[[interaction]]\nspecies = [\"A\", \"A\"]\n{well}{hard}")
 }
 
-/// A fluid with wells after so many events.
+/// A fluid with wells after a number of events.
 fn simulation(events: u64) -> Simulation {
     let scene = Scene::from_toml(format!("{RUN}{}{FILL}", wells(1.0, 1.5)), "first.toml").unwrap();
     let mut simulation = Simulation::without_plan(scene);

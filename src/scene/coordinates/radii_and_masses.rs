@@ -117,7 +117,7 @@ impl RadiiAndMasses {
     }
 }
 
-/// Whether a number of a file is that of the scene but for the rounding with which it was written: to single precision, or to the last of its digits
+/// Whether a number of a file is that of the scene except for the rounding with which it was written: to single precision, or to the last of its digits
 /// if these are three or more.
 fn is_same(written: f64, number: f64) -> bool {
     let off = (written - number).abs();

@@ -195,7 +195,7 @@ fn a_frame_of_a_sheared_box_starts_where_its_images_are() {
     assert!(frame.displacement.abs() > 0.5, "{}", frame.displacement);
     let scene = started(&frame, &format!("{BALLS}[space]\nshear_rate = 0.7\n")).unwrap();
     assert_eq!(scene.displacement, frame.displacement);
-    // Both go on alike: the same contacts, but for rounding that a few of them enlarge.
+    // Both go on alike: the same contacts, except for rounding that a few of them enlarge.
     let mut again = Simulation::without_plan(scene);
     assert!((again.snapshot().displacement - frame.displacement).abs() < 1e-12);
     simulation.advance(Until::time(3.3)).unwrap();

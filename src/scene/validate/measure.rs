@@ -90,7 +90,7 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
     Ok(())
 }
 
-/// Openings of which there is a law: in three dimensions, for all grains together.
+/// Openings with a published law: in three dimensions, for all grains together.
 fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let key = at.key("outlet");
     if space.dimensions() != 3 {
@@ -200,7 +200,7 @@ fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError
 /// An instrument that is asked for: its key, its numbers that have to be positive by their keys, and its number of bins.
 type Asked = (&'static str, Vec<(&'static str, Option<f64>)>, Option<u64>);
 
-/// The instruments that are asked for, but for profiles and flows.
+/// The instruments that are asked for, except for profiles and flows.
 pub(super) fn asked(plan: &MeasurementPlan) -> impl Iterator<Item = Asked> {
     let instruments = [
         plan.pressure_tensor.as_ref().map(|it| ("pressure_tensor", vec![("interval", it.interval)], None)),

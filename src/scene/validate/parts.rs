@@ -99,7 +99,7 @@ fn check_particles(particles: &mut [Particle], species: &[Species], space: &Spac
     Ok(())
 }
 
-/// Bonds of two different particles, lower id first, of which one can move; each once.
+/// Bonds of two different particles, lower id first, each once. At least one of the two can move.
 fn check_bonds(
     bonds: &[(Bond, ConfigPath)],
     particles: &[Particle],

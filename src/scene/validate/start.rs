@@ -105,7 +105,7 @@ pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// No two particles are inside of each other's core, but for bonded pairs, which have a core of their own.
+/// No two particles are inside of each other's core, except for bonded pairs, which have a core of their own.
 pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, displacement, .. } = start;
     let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();

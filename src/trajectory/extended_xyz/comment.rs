@@ -178,7 +178,7 @@ impl<'a> Value<'a> {
             .filter(|word| !word.is_empty())
     }
 
-    /// The words, each read, if they are so many.
+    /// Parses each word, if the number of words is the expected one.
     fn as_many<T>(
         &self,
         count: usize,
@@ -252,7 +252,7 @@ impl<'a> Value<'a> {
         bonds.ok_or_else(|| self.expected("pairs of ids such as `0-1 1-2`"))
     }
 
-    /// The names of a table, and an index into it for each of so many bonds.
+    /// The names in a table, and an index into it for each bond.
     fn kinds_of_bonds(&self, kinds: Option<Value>, bonds: usize) -> Result<(Vec<String>, Vec<u32>), ReadError> {
         let names: Vec<String> = self.value.split_whitespace().map(str::to_owned).collect();
         if bonds == 0 {

@@ -54,7 +54,7 @@ impl<R: BufRead> FrameReader<R> {
         Self::behind(input, 0)
     }
 
-    /// Reads from the beginning of a frame behind so many lines.
+    /// Reads from the beginning of a frame that follows a number of lines.
     pub(crate) fn behind(input: R, lines: usize) -> Self {
         Self {
             input,
@@ -106,7 +106,7 @@ impl<R: BufRead> FrameReader<R> {
     /// Passes over the next frame without reading its numbers; false where nothing but blank lines is left.
     ///
     /// # Errors
-    /// As for frames that are read, but for what their lines say.
+    /// As for other frames, except for what their lines say.
     pub fn skip_frame(&mut self) -> Result<bool, ReadError> {
         let Some(count) = self.next_count()? else { return Ok(false) };
         let first = self.line;
@@ -127,7 +127,7 @@ impl<R: BufRead> FrameReader<R> {
     /// cut off is seen as when it is read.
     ///
     /// # Errors
-    /// As for frames that are read, but for what the lines of particles say.
+    /// As for other frames, except for what the lines of particles say.
     pub(crate) fn next_preamble(&mut self) -> Result<Option<Preamble>, ReadError> {
         let Some((count, comment)) = self.begin_frame()? else { return Ok(None) };
         let first = self.frame_line;

@@ -40,7 +40,7 @@ fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
             Some(last) => (0..27)
                 .map(|k| {
                     let (from, to) = (before.particles[k].position, frame.particles[k].position);
-                    // All that is so many boxes up has moved by that since.
+                    // Everything that many boxes up has moved by this since.
                     let boxes_up = ((last[k].y - from.y) / frame.size.y).round();
                     let slid = boxes_up * shear_rate.unwrap_or(0.0) * frame.size.y * (frame.time - before.time);
                     last[k] + frame.nearest_image(to - from) + Vector::new(slid, 0.0, 0.0)

@@ -22,7 +22,7 @@ fn exact(mean: f64) -> String {
 /// Whole numbers below this, `2^53`, have all their digits.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// The mean of an observable over an interval with so many events: as [`estimate`], but what does not change at all is conserved, unless there was
+/// The mean of an observable over an interval, as in [`estimate`]. A value that never changes is conserved, unless there was
 /// no event that could have changed it, and a wall that nothing has given or taken was not touched.
 #[must_use]
 pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity>, events: u64) -> String {

@@ -201,7 +201,7 @@ fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
     }
 }
 
-/// Surfaces of a scene in its order, also those of which nothing is in sight.
+/// Surfaces of a scene in its order, including invisible ones.
 fn surfaces(scene: &Scene) -> Surfaces {
     let skins = scene.surfaces().iter().zip(shown(scene)).enumerate().map(|(number, (surface, (_, mesh)))| Skin {
         number: Some(number),

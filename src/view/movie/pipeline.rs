@@ -141,7 +141,7 @@ mod tests {
     /// A place, the colour of the image before, and that of its own.
     type Compressed = (usize, Option<u8>, u8);
 
-    /// Pieces that a crew hands on of 40 places, some of which take longer, up to the first that fails.
+    /// The pieces that a crew delivers from 40 places up to the first failure; some take longer.
     fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Compressed>, Result<(), ViewError>) {
         let (is_stopped, begun, taken) = (AtomicBool::new(false), AtomicUsize::new(0), AtomicUsize::new(0));
         let pipeline = Pipeline {

@@ -96,7 +96,7 @@ impl Lights {
     }
 }
 
-/// Light on a ground, of which translucent spheres take a part.
+/// Light on a ground. Translucent spheres absorb a part of it.
 #[derive(Debug)]
 pub(super) struct GroundLights {
     sun: Shadows,

@@ -10,7 +10,7 @@ use super::raster::{Layer, Rays, SAMPLES};
 use crate::base::numbers::{single, trunc_to_usize};
 use crate::view::Surfaces;
 
-/// Sheets that a sample sees at most, the nearest ones: at the default opacity less than a thousandth of the light comes through so many.
+/// Most sheets that a sample sees, the nearest ones: at the default opacity they let less than a thousandth of the light through.
 const MOST_SHEETS: usize = 16;
 
 /// A triangle, by its corners, with the rows and the columns of samples around it: the first, and the one behind the last.

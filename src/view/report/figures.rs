@@ -201,7 +201,7 @@ fn courses(results: &Results<'_>) -> Vec<String> {
     figures
 }
 
-/// Whether a time series is one number but for rounding, which is nothing to look at.
+/// Whether a time series is one number within round-off, which is nothing to look at.
 fn is_constant(trace: &Trace) -> bool {
     let extent = extent(trace.points().into_iter().flatten().map(|[_, y]| y));
     extent.is_none_or(|[least, most]| most - least <= SAME * least.abs().max(most.abs()))

@@ -80,7 +80,7 @@ fn ticks_of_upright(svg: &mut String, y: &Axis, right: f64) {
     }
 }
 
-/// The axes of the strip of deviations, in standard errors, with labels at zero and at so many of them.
+/// The axes of the strip of deviations, in standard errors, with labels at zero and at both limits.
 fn frame_of_strip(svg: &mut String, x: &Axis, y: &Axis, right: f64, labelled: f64) {
     let [top, bottom] = STRIP;
     for (place, is_labelled) in x.marks() {

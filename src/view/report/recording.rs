@@ -141,7 +141,7 @@ pub(super) struct FrameHead {
 }
 
 impl Recording {
-    /// Adds surfaces; the camera shows those that are not much larger than the rest.
+    /// Adds surfaces. The camera frames them unless they are much larger than the rest.
     pub fn add_surfaces(&mut self, surfaces: &Surfaces) {
         let Some(SurfaceData { head, bytes }) = SurfaceData::of(surfaces) else { return };
         for frame in &mut self.head.frames {

@@ -160,7 +160,7 @@ fn lines<'a>(rows: &'a [Row<'a>], has_published: bool) -> impl Iterator<Item = S
     rows.iter().enumerate().map(move |(index, row)| line(row, if index == 0 { rows.len() } else { 0 }, has_published))
 }
 
-/// A line, whose method stands for so many lines; for none it is that of a line above.
+/// A line of the table. Its cell of the method spans a number of lines; zero continues the cell above.
 fn line(row: &Row, span: usize, has_published: bool) -> String {
     let brackets = brackets(&row.unit);
     let method = escape(&symbols(row.method));

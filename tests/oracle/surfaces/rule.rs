@@ -139,7 +139,7 @@ pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> 
 }
 
 impl Exact {
-    /// Whether no extent is negative, but for one that is known to be zero.
+    /// Whether no extent is negative, except for one that is known to be zero.
     fn is_on(&self, place: &Place<'_>, zero: Option<usize>) -> bool {
         let mut extents = self.extents.iter().enumerate();
         extents.all(|(k, extent)| zero == Some(k) || place.sign(extent) >= 0)

@@ -193,7 +193,7 @@ fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>>
 /// From 4 to the last place of 1.
 const BISECTIONS: usize = 55;
 
-/// Corrections, each of which leaves one part in 10^16: a value at `t` can be that much smaller than its own rounding.
+/// Number of corrections. Each leaves one part in 10^16: a value at `t` can be that much smaller than its own rounding.
 const CORRECTIONS: usize = 4;
 
 /// A part of a box so small that it may be left out of its size: a few roundings of the parts of other boxes.

@@ -133,7 +133,7 @@ fn a_run_goes_on_at_the_volume_that_a_stage_has_left() {
     assert!(finished.volume_moves.is_none() && finished.observable("volume").is_none());
     let volume = finished.simulation.volume();
     assert!(volume < 0.8 * scene.space().volume());
-    // N T / V of the volume that there is now, with the contacts.
+    // N T / V at the present volume, with the contacts.
     let (pressure, _) = observable(&finished, "pressure");
     let (factor, _) = observable(&finished, "compressibility_factor");
     let (temperature, _) = observable(&finished, "temperature");

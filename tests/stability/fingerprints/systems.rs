@@ -48,7 +48,7 @@ count = 70
 temperature = 1.3
 "#;
 
-/// Chains that hang from a static sphere above a mesh, and a pair of which the interaction of its own does not hold it together.
+/// Chains that hang from a static sphere above a mesh, and a bonded pair whose interaction does not hold it together.
 const BONDED: &str = r#"
 space.size = [6.3, 6.4, 9.0]
 run.until_events = 4000

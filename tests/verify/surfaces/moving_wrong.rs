@@ -13,7 +13,7 @@ use crate::Recording;
 /// Events between which one is tampered with.
 const EVENTS: usize = 120;
 const RESTITUTION: f64 = 0.9;
-/// Kinds of surfaces of which contacts are changed: planes, a ball, a pipe, a box, and obstacles in a ball.
+/// Kinds of surfaces whose contacts are changed: planes, a ball, a pipe, a box, and obstacles in a ball.
 const OF_KINDS: [usize; 5] = [0, 1, 2, 3, 4];
 
 /// Speed at which a particle came to the surface.

@@ -23,7 +23,7 @@ fn answer(of: impl FnOnce(&mut Page) -> Result<serde_json::Value, serde_json::Va
     })
 }
 
-/// Room for a request of so many bytes.
+/// Room for a request of a number of bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn room(length: usize) -> *mut u8 {
     PAGE.with_borrow_mut(|page| {
@@ -32,7 +32,7 @@ pub extern "C" fn room(length: usize) -> *mut u8 {
     })
 }
 
-/// Gives scenes a file: the room has its name, of so many bytes, and then its content.
+/// Gives scenes a file: the room holds its name, with a number of bytes, and then its content.
 #[unsafe(no_mangle)]
 pub extern "C" fn bring(name_length: usize) {
     PAGE.with_borrow_mut(|page| page.bring(name_length));

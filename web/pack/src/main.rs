@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn packed(module: &[u8], sources: u64) -> Result<Vec<u8>, Box<dyn Error>> {
-    // WebAssembly is bytes without an alignment, many of which say what the next one is.
+    // WebAssembly is a stream of unaligned bytes, and many bytes predict the next one.
     let options =
         LzmaOptions { lc: 4, lp: 0, pb: 0, nice_len: LzmaOptions::NICE_LEN_MAX, ..LzmaOptions::with_preset(9) };
     let mut out = format!("carom engine {sources:016x}\n").into_bytes();

@@ -14,7 +14,7 @@ const NAMES: [&str; 2] = ["mean_square_radius_of_gyration", "mean_square_end_to_
 /// Quantities of the extent of bonded particles, with their unit: mean squares of the radius of gyration and, of linear chains, of the end-to-end distance.
 pub const CHAIN_SIZES: [(&str, &str); 2] = [(NAMES[0], "length^2"), (NAMES[1], "length^2")];
 
-/// Bonded particles of a scene, of which the extent is measured now and then: the mean over all components, unwrapped along their bonds.
+/// Extent of the bonded particles of a scene, measured at intervals: the mean over all components, unwrapped along their bonds.
 #[derive(Debug, Clone)]
 pub(crate) struct ChainSizes {
     system: SystemDescription,

@@ -182,7 +182,7 @@ impl Followed {
     }
 }
 
-/// By id, the cell of the box that a particle is in; of those that are connected by bonds, that of the first one.
+/// By id, the coarse cell of the box that a particle is in. Bonded particles share the cell of the first one.
 fn cells(sample: &Sample<'_>, system: &SystemDescription) -> Vec<u32> {
     let space = &system.space;
     let along = CELLS[space.dimensions().min(3)];

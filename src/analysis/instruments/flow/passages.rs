@@ -109,7 +109,7 @@ impl Passages {
         self.now
     }
 
-    /// The count at times that are even but for the last one.
+    /// The count at times that are even except for the last one.
     pub fn rows(&self) -> Vec<Row> {
         let mut rows = self.rows.clone();
         if rows.last() != Some(&self.now) {

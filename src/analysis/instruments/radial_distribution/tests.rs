@@ -185,7 +185,7 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
             size: Vector::new(6.0, 5.5, if is_flat { 0.0 } else { 4.4 }),
             boundary,
         };
-        // 6 x 5 x 4 cells, the second vector of which is oblique.
+        // 6 x 5 x 4 cells, whose second vector is oblique.
         let site = |[i, j, k]: [i32; 3]| {
             let [i, j, k] = [i, j, k].map(f64::from);
             Vector::new(i + displacement * j / 5.0, 1.1 * j, 1.1 * k)
@@ -246,7 +246,7 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     let number = &measured.numbers[0];
     let (mean, error) = (number.mean.unwrap(), number.standard_error.unwrap());
     assert_eq!(number.name, "contact_value_A_A");
-    // (1 - phi / 2) / (1 - phi)^3, of which 500 particles have 0.4 % more; the virial has their own: Z - 1 = 4 phi g.
+    // (1 - phi / 2) / (1 - phi)^3; 500 particles have 0.4 % more. The virial gives their own value: Z - 1 = 4 phi g.
     let exact = (1.0 - 0.15) / 0.7_f64.powi(3);
     assert!(error < 0.025 && (mean - exact).abs() < 4.0 * error, "{mean} +- {error}, {exact}");
     let temperature = simulation.energy().kinetic / (1.5 * 499.0);

@@ -7,7 +7,7 @@ use crate::analysis::published::maxwell_speed_below;
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text::digits;
 
-/// A curve is drawn at least up to so many thermal speeds.
+/// Thermal speeds up to which a curve is drawn at least.
 const DRAWN: f64 = 4.0;
 
 impl Speeds {

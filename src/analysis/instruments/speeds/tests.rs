@@ -20,7 +20,7 @@ fn space(dimensions: usize) -> Space {
     space
 }
 
-/// A mixture with so many of each mass, as points that do not meet or as spheres of diameter 1, at a temperature or with a speed.
+/// A mixture with a number of particles of each mass, as points that never meet or as spheres of diameter 1, at a temperature or with a speed.
 fn mixture(space: Space, counts: &[u64], is_hard: bool, drawn: impl Fn(SceneBuilder) -> SceneBuilder) -> SceneBuilder {
     let names: Vec<String> = (0..counts.len()).map(|k| format!("S{k}")).collect();
     let mut scene = SceneBuilder::new("mixture").space(space).seed(3);

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// The largest number of shells.
 pub(super) const MOST_SHELLS: f64 = 60.0;
 
-/// The largest multiple of the smallest wave number: so many powers are tabulated.
+/// The largest multiple of the smallest wave number, which is the number of tabulated powers.
 const MOST_MULTIPLES: f64 = 4096.0;
 
 /// Directions that are tried in each shell, at three radii.

@@ -92,7 +92,7 @@ fn filled(
 
 #[test]
 fn the_pressure_in_a_sphere_is_that_of_the_virial() {
-    // `sum r . J` over contacts with the cavity is `- R F` exactly; the virial theorem makes it `2 E + W`, but for the two ends of the run.
+    // `sum r . J` over contacts with the cavity is `- R F` exactly; the virial theorem makes it `2 E + W`, except for the two ends of the run.
     let middle = Vector::repeat(10.0);
     for interacts in [false, true] {
         let sphere = SurfaceShape::Sphere { centre: middle, radius: 4.0, is_inside: true };

@@ -1,4 +1,4 @@
-//! Particles that are taken out and put in, against an engine that starts with those that are there.
+//! Particles that are removed and inserted, compared with an engine that starts with the resulting particles.
 
 use super::*;
 use crate::engine::Until;

@@ -74,7 +74,7 @@ fn a_box_of_triangles_is_a_box_of_walls() {
     }
 }
 
-/// A floor of `2 n^2` triangles around the middle, of which two look the same way.
+/// A floor of `2 n^2` triangles around the middle, in pairs with the same normal.
 fn floor(n: u32, size: f64) -> TriangleMesh {
     let at = |k: u32| 10.0 + size * (f64::from(k) / f64::from(n) - 0.5);
     let vertices = (0..=n).flat_map(|y| (0..=n).map(move |x| Vector::new(at(x), at(y), 0.3)));

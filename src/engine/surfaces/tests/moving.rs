@@ -40,7 +40,7 @@ fn ball(gravity: f64, height: f64, speed: f64, floor: SurfaceDraft) -> Scene {
 
 #[test]
 fn a_surface_that_moves_later_is_waited_for() {
-    // Long after so many transitions without an event that a proof of the end is tried.
+    // So long that the search tries to prove that no event follows.
     let floor = floor(1.0).motion(moving((1e6, 1e6 + 20.0), along_z(0.1, 0.0)));
     let mut simulation = Simulation::without_plan(ball(0.0, 1.0, 0.0, floor));
     assert_eq!(simulation.advance(Until::events(1)), Ok(crate::engine::Reason::Events));

@@ -94,7 +94,7 @@ fn a_surface_periods_away_is_met_as_its_image_in_the_box() {
         let far = super::meshes::contacts(scene(by), 6);
         assert_eq!(near.len(), far.len());
         assert!(near.len() >= 4, "{}", near.len());
-        // Sums with so many periods are rounded, and each event multiplies that by paths over radii.
+        // Adding many periods rounds, and each event multiplies the error by the ratio of path and radius.
         let mut bound = 1e-12;
         for (one, other) in near.iter().zip(&far) {
             assert_eq!((one.particle, number(one)), (other.particle, number(other)));

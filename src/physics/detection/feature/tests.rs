@@ -98,7 +98,7 @@ fn a_foot_that_comes_onto_a_face_within_its_thickness_is_an_event_there() {
 
 #[test]
 fn a_foot_that_comes_in_at_a_corner_is_on_the_face() {
-    // Two extents rise at the same time but for rounding: at the time of either, the other one may be negative still.
+    // Two extents rise at the same time within round-off: at the time of either, the other one may be negative still.
     let mut random = ChaCha8Rng::seed_from_u64(7);
     for case in 0..20_000 {
         let at = 1.0 + uniform(&mut random);

@@ -45,7 +45,7 @@ impl Recorder for Kept {
 }
 
 impl Kept {
-    /// Goes on with a run, up to so many questions whether to go on.
+    /// Continues a run until the callback has been called a number of times.
     fn go_on(&mut self, run: Run, mut questions: u32) {
         let mut watch = |_: &crate::run::Progress| {
             questions = questions.saturating_sub(1);

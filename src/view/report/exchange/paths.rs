@@ -5,7 +5,7 @@ use crate::exchange::ExchangeSummary;
 use crate::view::report::figures::curves_figure;
 use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot};
 
-/// Rows of which replica paths are drawn at most, and from how many of all that are chosen: those of some round trips.
+/// Most rows of replica paths that are drawn, and the number of rows that they are chosen from: enough for some round trips.
 const MOST_ROWS: u64 = 120;
 const ROUND_TRIPS: u64 = 4;
 

@@ -6,7 +6,7 @@ use super::curve::{Curves, Line, LineStyle, Point};
 use super::mark::{arrow, mark};
 use super::{Axis, LEFT, STRIP, frame_of_strip, px};
 
-/// The strip ends between so many standard errors; points beyond are arrows at its edge.
+/// Least and largest half-height of the strip in standard errors. Points beyond it are arrows at its edge.
 const ENDS: [f64; 2] = [3.0, 8.0];
 
 /// `(measured - published) / sigma` at each measured point with a standard error `sigma`, where the published curve has a value: at the place itself, or

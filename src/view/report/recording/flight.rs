@@ -13,7 +13,7 @@ use crate::trajectory::Frame;
 /// contact that changes less cannot be seen.
 const ROUNDING: f64 = 1e-9;
 
-/// The farthest flight of which the two ends give the way: nearly half a period, in these parts of one.
+/// The longest flight whose ends determine its direction: nearly half a period, in these parts of one.
 const FARTHEST: f64 = 240.0;
 const PERIOD: f64 = 500.0;
 

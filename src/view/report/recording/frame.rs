@@ -50,7 +50,7 @@ impl Encoded {
         Self { head, bytes }
     }
 
-    /// Adds the flights of so many particles until the next frame; none where there is no such frame.
+    /// Adds the flights of all particles until the next frame, if there is one.
     pub fn with_flights(mut self, flights: Option<&Flights>, moving: usize) -> (FrameHead, Vec<u8>) {
         let end = self.bytes.len() + moving.div_ceil(8);
         if let Some(flights) = flights {

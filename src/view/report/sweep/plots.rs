@@ -165,7 +165,7 @@ fn figures(results: &Results, along: &Along, series: &[Series<'_>], but: Option<
     (figures, constants)
 }
 
-/// The mean that a quantity has at all points, but for rounding.
+/// The mean that a quantity has at all points, within round-off.
 fn constant(results: &Results, at: usize) -> Option<f64> {
     let means = || results.means().filter_map(|(_, means)| means.values[at].map(|value| value.mean));
     let [least, most] = extent(means())?;
@@ -228,7 +228,7 @@ fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String,
     all
 }
 
-/// Whether two curves are the same but for rounding, as that of the edge of the box in a density.
+/// Whether two curves are the same within round-off, as that of the edge of the box in a density.
 fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
     let is_near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
     one.len() == other.len()
