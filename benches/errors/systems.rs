@@ -319,9 +319,6 @@ arrangement = "fcc"
 count = 108
 packing_fraction = 0.28
 temperature = 1.0
-[measure]
-free_paths = true
-pressure_tensor = true
 "#;
 
 /// A chain of 16 beads at temperatures around the maximum of its heat capacity.

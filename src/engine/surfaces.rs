@@ -2,8 +2,8 @@
 //!
 //! A surface is a shape ([`Surface`]) with a law of contact ([`Law`]), or many of them: the faces, edges and corners of a mesh ([`features`]). Prediction
 //! asks a shape for the next contact of a particle, execution for the normal there; the audit, the proof that nothing happens any more and
-//! the checks of a start ask it for gaps. Nothing else knows which shapes there are: a new one is a file beside [`wall`] and [`plane`], and a variant of
-//! [`Shape`]. [`set`] holds those of a scene; those of a limited extent are found by a [`tree`] of boxes around them.
+//! the checks of a start ask it for gaps. A new shape is a file beside [`wall`] and [`plane`], and a variant of [`Shape`]. [`set`] holds the surfaces
+//! of a scene. A [`tree`] of boxes finds those of limited extent.
 
 pub(crate) mod face;
 pub(crate) mod features;
