@@ -43,7 +43,7 @@ impl Tally {
         self.add_numbers(&finished.measured, "measured");
     }
 
-    /// Adds what an exchange has measured, by temperature, and its curves between the temperatures.
+    /// Adds what an exchange has measured, by temperature, and the maximum of its heat capacity.
     pub fn add_exchange(&mut self, results: &ExchangeResults, curves: &ThermalCurves) {
         for at in &results.temperatures {
             let place = format!("T = {}", at.place());
@@ -53,12 +53,6 @@ impl Tally {
         for pair in &results.neighbours {
             let name = format!("acceptance, T = {} and {}", pair.temperatures[0], pair.temperatures[1]);
             pair.acceptance.iter().for_each(|estimate| self.add_estimate(name.clone(), estimate));
-        }
-        for point in &curves.points {
-            let place = format!("T = {:.4}, reweighted", point.temperature);
-            let [energy, heat_capacity] = [&point.potential_energy_per_particle, &point.heat_capacity_per_particle];
-            self.add_estimate(format!("potential_energy_per_particle, {place}"), energy);
-            self.add_estimate(format!("heat_capacity_per_particle, {place}"), heat_capacity);
         }
         if let Some(peak) = &curves.peak {
             self.add_estimate("heat_capacity_per_particle, maximum".to_owned(), &peak.heat_capacity_per_particle);

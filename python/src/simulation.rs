@@ -251,7 +251,7 @@ impl Simulation {
         })
     }
 
-    /// Advances up to `count` events of the kinds whose bits are set; these as bytes, and why it ended: `None` if there are as many as that.
+    /// Advances until `count` events of the kinds in the bit mask have happened. Returns these events as bytes, and the reason for an earlier end.
     fn events<'py>(
         &self,
         py: Python<'py>,

@@ -55,7 +55,7 @@ fn tables(rows: &[Vec<String>], keys: usize, width: usize) -> Vec<String> {
     for column in keys..count {
         let more = GAP.len() + widest(column);
         match blocks.last_mut() {
-            // The first gap is one shorter.
+            // The margin on the left is one column narrower than a gap.
             Some((block, taken)) if *taken + more - 1 <= width => {
                 block.push(column);
                 *taken += more;

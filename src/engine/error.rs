@@ -90,7 +90,7 @@ pub struct Arrest {
     pub partner: Option<ParticleId>,
     /// Number of the surface among those of the scene, or none for a wall or a pair.
     pub surface: Option<u32>,
-    /// Number of the first surface of the scene that is moving then: it may leave the particles no room.
+    /// Number of the first surface that moves at this time. It may leave the particles no room.
     pub moving: Option<u32>,
     /// Whether any contact of the scene loses energy.
     pub has_losses: bool,

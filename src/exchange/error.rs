@@ -12,7 +12,7 @@ use crate::run::checkpoint::CheckpointError;
 
 use super::multicanonical::Torn;
 
-/// Why the equilibration of an exchange has not prepared what is to be measured.
+/// Why the equilibration of an exchange has not prepared the measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Unprepared {
     /// No weights follow from its energies.

@@ -93,7 +93,7 @@ fn flat(density: &DensityOfStates, temperatures: &[f64]) -> EnergyWeights {
     let ends = ends(temperatures);
     let [lowest, highest] = ends.map(|temperature| density.at(temperature).mean);
     let levels: Vec<(f64, f64)> = density.levels().filter(|(_, logarithm)| logarithm.is_finite()).collect();
-    // One level beyond the means on either side, if there is one.
+    // Include one more level on either side of the means, if there is one.
     let from = levels.partition_point(|level| level.0 <= lowest).saturating_sub(1);
     let to = (levels.partition_point(|level| level.0 < highest) + 1).clamp(from + 1, levels.len());
     EnergyWeights::new(levels[from..to].to_vec(), ends)

@@ -65,7 +65,7 @@ pub struct SizeEstimate {
     pub events: Option<f64>,
     /// All files together `[bytes]`, within a factor of two.
     pub bytes: f64,
-    /// Whether `bytes` counts all files; else it is the least that there can be.
+    /// Whether `bytes` counts all files. If not, it is a lower bound.
     pub is_complete: bool,
     /// Memory `[bytes]`, within a factor of two.
     pub memory: f64,

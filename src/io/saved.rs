@@ -115,7 +115,7 @@ pub fn save_simulation(
 /// [`SavedError`] if there is none, if another version wrote it, or if a single bit of it has changed.
 pub fn load_simulation<T: DeserializeOwned>(path: &Path) -> Result<(Simulation, T), SavedError> {
     let unreadable = |source| SavedError::Read { path: path.to_owned(), source };
-    // A pipe would be waited for.
+    // Opening a pipe would block.
     if path.exists() && !path.is_file() {
         return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "not a plain file")));
     }

@@ -21,7 +21,7 @@ use crate::model::triangle_mesh::TriangleMesh;
 /// Edges with the same fault.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EdgeFault {
-    /// How many there are.
+    /// Their number.
     pub count: usize,
     /// Ends of the first one `[length]`.
     pub first: Option<[Vector; 2]>,
@@ -30,7 +30,7 @@ pub struct EdgeFault {
 /// Triangles with the same fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TriangleFault {
-    /// How many there are.
+    /// Their number.
     pub count: usize,
     /// Number of the first one, from 0.
     pub first: Option<usize>,
@@ -39,7 +39,7 @@ pub struct TriangleFault {
 /// Pairs of triangles with the same fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PairFault {
-    /// How many there are.
+    /// Their number.
     pub count: usize,
     /// Numbers of the first two, from 0, the smaller one first.
     pub first: Option<[usize; 2]>,

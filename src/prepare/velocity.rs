@@ -261,7 +261,7 @@ mod tests {
                 assert!(momentum.norm() < 4.0 * f64::EPSILON * 1.3 * largest, "{numbers:?}: {momentum}");
             }
         }
-        // What cannot be zero: the last of an odd number on a line, and a species of one.
+        // The momentum cannot be zero for an odd number of particles on a line, or for a single particle.
         let momentum =
             |numbers, boundary| equal(numbers, boundary, 1).iter().map(|(m, v)| v * *m).sum::<Vector>().norm();
         assert!((momentum([5, 0, 0], [flat, periodic, flat]) / (0.7 * 1.3) - 1.0).abs() < 1e-14);

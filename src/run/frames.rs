@@ -76,7 +76,7 @@ impl FrameLimit {
         self.most.map_or(AIM, |most| most.clamp(1, AIM))
     }
 
-    /// Why there are fewer than of a smaller system, if there are.
+    /// Why there are fewer frames than for a smaller system, if so.
     pub fn reason(self) -> Option<&'static str> {
         self.reason_of(self.between() < 2 * AIM)
     }

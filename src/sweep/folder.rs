@@ -253,7 +253,7 @@ impl SweepFolder {
         refuse_others(&self.path, &format!("{FAILURES}/{}.txt", point.folder()))?;
         let Some(message) = message else {
             remove(&path)?;
-            // Fails where there are others.
+            // Fails while other failures are in the folder.
             let _ = fs::remove_dir(self.path.join(FAILURES));
             return Ok(());
         };

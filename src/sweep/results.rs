@@ -29,7 +29,7 @@ const FIRST: [&str; 10] = [
 const LAST: [&str; 7] =
     ["temperature", "pressure_xx", "pressure_yy", "pressure_zz", "pressure_xy", "pressure_xz", "pressure_yz"];
 
-/// The place of a quantity; of runs that are annealed the temperature is what all else belongs to.
+/// The rank of a quantity in tables. In runs with stages, the temperature comes first.
 fn rank(name: &str, has_stages: bool) -> usize {
     if has_stages && name == "temperature" {
         return 0;

@@ -247,7 +247,7 @@ fn refuse_existing(path: &Path, existing: Existing) -> Result<(), ViewError> {
     }
 }
 
-/// All that the images of a movie are made from.
+/// The input of the images of a movie.
 struct Reel<'a> {
     trajectory: &'a Path,
     path: &'a Path,
@@ -292,7 +292,7 @@ impl Reel<'_> {
         track.finish(&mut || ask(count)).map_err(|error| self.failed(error))
     }
 
-    /// How many images are drawn at a time: one for each core, if there is memory for them.
+    /// Number of images that are drawn at once: one for each core, if the memory allows.
     fn at_once(&self) -> usize {
         let style = &self.movie.style;
         let pixels = u64::from(style.width) * u64::from(style.height);

@@ -125,7 +125,7 @@ pub const SCENARIOS: [Scenario; 12] = [
         touches: &["old.png"],
         kept: |before, after, what| {
             whole(before, after, "old.png", b"\x89PNG", what);
-            // The last chunk of a whole one.
+            // The last chunk of a complete PNG.
             assert!(after["old.png"].ends_with(b"IEND\xaeB`\x82"), "{what}: half a picture");
         },
         go_on: |place, folder, what| succeed(place, folder, "render one --size 64x48 --out old.png --force", what),

@@ -1,4 +1,4 @@
-//! Files of an exchange that are not what they were: they are noticed, and what is said helps.
+//! Damaged files of an exchange are detected, with a helpful message.
 
 use super::exchange::CHAIN;
 use super::place::{Place, code, contents, errors, line};

@@ -10,7 +10,7 @@ use std::time::Duration;
 use super::exchange::CHAIN;
 use super::place::{FLUID, Place, code, errors, killed, run};
 
-/// Of a process that is long gone.
+/// A draft from a process that no longer exists.
 const LEFT: &str = ".carom-4711-0.partial";
 
 fn drafts(folder: &Path) -> Vec<String> {

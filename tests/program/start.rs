@@ -77,7 +77,7 @@ fn started(place: &Place, name: &str, text: &str) {
     fs::write(place.path().join(format!("{name}.toml")), text).unwrap();
 }
 
-/// The last frame of a run, with all bits.
+/// The text of the last frame of a run.
 fn last_frame(place: &Place, folder: &str) -> String {
     let text = place.read(&format!("{folder}/trajectory.xyz"));
     let count = text.lines().next().unwrap();

@@ -266,7 +266,7 @@ fn measured_stages_have_rows_of_their_own() {
     let stage = "[[stage]]\nname = \"cold\"\nmeasure = true\nuntil_events = 3000\n\
         thermostat = { kind = \"rescaling\", temperature = 0.25, interval = 0.125 }\n[measure]\npressure_tensor = true\n";
     let place = Place::with(&format!("{FLUID}{stage}"));
-    // What has not been run has no stages yet.
+    // Points that have not run have no stages yet.
     assert_eq!(code(&place.carom(&sweep(&["--out", "s", "--array", "1/2"]))), 0);
     let runs = rows(&place.read("s/sweep.csv"));
     let states: Vec<[&str; 2]> = runs.iter().map(|row| ["state", "stage"].map(|name| row[name].as_str())).collect();

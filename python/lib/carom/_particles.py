@@ -30,7 +30,7 @@ _KEYS = ("species", "positions", "velocities", "bonds", "bond")
 #: Largest part of an edge by which a box may be askew: single precision leaves as much.
 _SKEW = 1e-6
 
-#: Above so many names, an array of them is sorted in place of one search for each.
+#: Above this number of names, sorting the array is faster than a search for each name.
 _FEW_NAMES = 64
 
 #: Given particles as they are pickled: their word in messages, the frame, the interaction of its bonds, and what is known of it.

@@ -171,7 +171,7 @@ impl Instrument for Diffusion {
     }
 
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        // What was asked for has come, also where times are so late that they are rounded by more than is allowed for.
+        // The requested sample is due, even at times so late that their round-off exceeds the tolerance.
         let is_due = sample.time >= self.next_sample();
         let now = self.lags.passed(sample.time).max(if is_due { self.next } else { 0 });
         if now > self.next {

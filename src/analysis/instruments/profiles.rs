@@ -215,7 +215,7 @@ impl Profile {
         let shared = conserved * mass / system.moving_mass();
         let degrees = dimensions * (number - 1.0 / samples) - shared * (1.0 - 1.0 / samples);
         let temperature = mean(5).and_then(|square| {
-            // What is left of the difference of two equal numbers means nothing.
+            // The difference of two equal numbers is round-off.
             let fluctuation = (square - mass * common.norm_squared()).max(0.0);
             let temperature = fluctuation / degrees;
             // T = (A - P^2 / M) / f, by its derivatives, as if f were in proportion to N.

@@ -264,7 +264,7 @@ impl Normalisation {
     /// Each value was divided by a number of its own.
     #[must_use]
     pub fn by_each(mut self, name: &str, unit: &str, mut values: Vec<f64>) -> Self {
-        // A file has no number for what is not finite.
+        // Files have no number for a value that is not finite.
         values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
         self.divisors.push(Divisor { name: name.to_owned(), unit: unit.to_owned(), values });
         self

@@ -35,7 +35,7 @@ impl fmt::Display for Answer {
 /// slowest of what a few hundred particles do together takes some more.
 const FEWEST_EVENTS: f64 = 10.0;
 
-/// Events of each particle, in the mean, before anything can be said to drift.
+/// Mean number of events per particle below which no drift is reported.
 const FEWEST_TO_DRIFT: f64 = 1.0;
 
 /// Further conditions of equilibrium of a measurement.

@@ -75,7 +75,7 @@ pub(super) struct Density {
 struct Part {
     /// Its mean spectral density in each group of frequencies, for a weight of one.
     density: Vec<f64>,
-    /// That at frequency zero.
+    /// Spectral density at frequency zero, for a weight of one.
     at_zero: f64,
     weight: f64,
 }

@@ -15,7 +15,7 @@ pub(super) struct Arrival {
     pub closing: (f64, f64),
 }
 
-/// One way in which it may leave.
+/// One possible outcome at a barrier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Leaving {
     /// Normal speed away from the barrier, and how uncertain it is `[length / time]`.
@@ -57,7 +57,7 @@ impl ContactMemory {
         }
     }
 
-    /// Whether any of some particles had its previous contact less than `t_c` ago; `None` if rounding hides that.
+    /// Whether any of the particles had its previous contact less than `t_c` ago; `None` if round-off leaves that open.
     fn is_recent(&self, particles: &[u32], now: &Elapsed) -> Option<bool> {
         let is_of_this = |&particle: &u32| match self.last[particle as usize] {
             Last::Never => Some(false),

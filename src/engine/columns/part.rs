@@ -8,7 +8,7 @@ use crate::engine::sources::Sources;
 use crate::engine::state::State;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// An engine for some of the particles, in an order, with an empty queue that is still that of all: without ids, and sources that act on all.
+    /// An engine for some of the particles in a given order, without ids and global event sources. The queue is empty and keeps its settings.
     pub(in crate::engine) fn part(&self, order: &Order) -> Self {
         let (state, sources) = (&self.state, &self.sources);
         Self {

@@ -149,7 +149,7 @@ impl Surface for Round {
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
         let [lower, upper] = grid.bounds(cell);
         if self.is_inside {
-            // The farthest corner decides; along the line nothing does.
+            // Only the farthest corner matters; the extent along the line is unlimited.
             return true;
         }
         let reach = (self.radius + radius) * (1.0 + 1e-6) + 1e-6 * self.centre.amax();

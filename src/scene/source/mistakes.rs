@@ -16,7 +16,7 @@ const MOST: usize = 10;
 impl Source {
     /// The mistakes of a file that was refused, as one error with the others behind it.
     ///
-    /// Each key or value in question is removed, and the rest is read again. A key that is missing where one was removed is no other mistake.
+    /// Each key or value in question is removed, and the rest is read again. A table or an array that is incomplete because of that is no further mistake.
     pub(super) fn mistakes(&self, first: &toml::de::Error) -> SceneError {
         let mut errors = vec![(first.span().unwrap_or(0..0), self.refused(first))];
         if let Ok(mut tree) = self.tree() {
@@ -27,7 +27,9 @@ impl Source {
                 damaged.push(parent);
                 let Err(next) = SceneFile::deserialize(Deserializer::from(tree.clone())) else { break };
                 let range = next.span().unwrap_or(0..0);
-                let follows = next.message().starts_with("missing field") && damaged.contains(&range);
+                let is_incomplete =
+                    |message: &str| message.starts_with("missing field") || message.starts_with("invalid length");
+                let follows = is_incomplete(next.message()) && damaged.contains(&range);
                 if !follows {
                     errors.push((range, self.refused(&next)));
                 }
@@ -120,7 +122,8 @@ mod tests {
                 .len(),
             1
         );
-        // What else is wrong with the entry of a list follows from what was removed.
+        // The entry of a list, or the list, is incomplete without the wrong value.
+        assert_eq!(mistakes("[[bond]]\nparticles = [0, -1]\ninteraction = \"a\"\n", &[]).len(), 1);
         assert_eq!(mistakes("[[measure.flow]]\nname = 3\naxis = \"x\"\nat = 1.0\n", &[]).len(), 1);
     }
 

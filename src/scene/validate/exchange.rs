@@ -14,7 +14,7 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::validate::measure::asked;
 
 impl SceneParts {
-    /// The plan of an exchange, and what it leaves no room for.
+    /// Checks the plan of an exchange, and rejects what does not go with it.
     pub(super) fn check_exchange(&self) -> Result<(), SceneError> {
         let Some(plan) = &self.exchange else { return Ok(()) };
         match plan.ensemble {

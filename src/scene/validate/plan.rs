@@ -20,7 +20,7 @@ fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Res
     gravity.map_or(Ok(()), |gravity| on_flat_axes(&gravity, &Vector::zeros(), space, &at.key("gravity")))
 }
 
-/// A time of the run keeps this part of its digits beside the time at the start.
+/// Largest relative round-off of a time of the run that is added to the start time.
 const ROUNDED: f64 = 1e-3;
 
 /// Whether the times of a run have digits beside the time at its start: those that are given to a thousandth, and whether the fastest particle moves by less than a diameter in the
@@ -89,7 +89,7 @@ impl SceneParts {
         Ok(())
     }
 
-    /// Whether a stage that is measured has an end, a name of its own, which is that of a folder, and nothing that grows.
+    /// Checks that a measured stage has an end, a unique name, which becomes a folder, and no growth.
     fn check_measured_stage(&self, index: usize) -> Result<(), SceneError> {
         let stage = &self.run.stages[index];
         let at = ConfigPath::entry("stage", index);

@@ -187,7 +187,7 @@ class RadialDistribution {
         if (row < 0 || row >= cells[1]) {
           continue;
         }
-        // Cells of a row lie one after the other; those beyond an end are at the other one.
+        // Cells of a row are adjacent in memory; the row is periodic.
         const first = cells[0] * (row + cells[1] * layer);
         distances += this.count(place, starts[first + Math.max(low, 0)], starts[first + Math.min(high, last) + 1]);
         if (periodic[0] && low < 0) {

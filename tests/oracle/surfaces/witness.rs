@@ -33,7 +33,7 @@ pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     found.or_else(|| pair_of_witnesses(question, answer?))
 }
 
-/// Two of them: one for which nothing comes before the answer, one for which something happens there. Each evaluation
+/// Two witnesses: one that nothing happens before the answer, one that something happens there. Each evaluation
 /// has an error of its own, and a line that is grazed twice may be missed the first time and met the second.
 fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     let tried = || PARTS.into_iter().flat_map(|part| directions(question, part, UNIFORM));

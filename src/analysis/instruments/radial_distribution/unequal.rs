@@ -33,7 +33,7 @@ impl Rooms {
                     |face: Face, diameter: f64| if matches!(face, Face::Wall { .. }) { 0.5 * diameter } else { 0.0 };
                 Some(Axis::Bounded(diameters.map(|d| {
                     let ends = [margin(lower, d), space.size[k] - margin(upper, d)];
-                    // What does not fit has the whole edge: there is none of it.
+                    // A particle that does not fit gets the whole edge, which has no effect, because there is none.
                     if ends[1] > ends[0] { ends } else { [0.0, space.size[k]] }
                 })))
             }

@@ -60,8 +60,8 @@ impl Speeds {
         curve.series(&name, "time / length", &densities).normalised(normalisation)
     }
 
-    /// For each species of a class, its share and the variance of a component of its velocities in equilibrium: `T / m`, less what a conserved
-    /// momentum leaves out, with the temperature of the last window. Empty where nothing moves.
+    /// For each species of a class, its share and the variance of a velocity component in equilibrium: `T / m` with the temperature of the last
+    /// window, reduced for a conserved momentum. Empty if nothing moves.
     fn parts(&self, class: &Class, system: &SystemDescription) -> Vec<(f64, f64)> {
         let temperature = self.windows.last().and_then(|window| window.temperature.mean()).unwrap_or(0.0);
         if !(temperature > 0.0 && temperature.is_finite()) {

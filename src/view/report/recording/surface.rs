@@ -21,7 +21,7 @@ pub(in crate::view) struct SurfaceHead {
     pub vertices: usize,
     /// Numbers of triangles, edges and vertices of each, in their order.
     pub parts: Vec<[usize; 3]>,
-    /// Lower corner and edges of the box around all.
+    /// Lower corner and edges of the box around all surfaces.
     pub lower: [f64; 3],
     pub size: [f64; 3],
 }
