@@ -17,9 +17,9 @@ pub struct Overlap {
     pub particle: ParticleId,
     /// Its partner, or none for a wall.
     pub partner: Option<ParticleId>,
-    /// How far beyond the discontinuity, relative to the discontinuity's distance.
+    /// Depth beyond the discontinuity, relative to its distance.
     pub depth: f64,
-    /// How much of that round-off explains.
+    /// Depth that round-off explains.
     pub round_off: f64,
 }
 
@@ -35,7 +35,7 @@ impl Overlap {
 /// explains it.
 pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 
-/// How many roundings, each of at most one unit in the last place of its scale, a position at an event carries.
+/// Number of roundings in a position at an event, each of at most one unit in the last place of its scale.
 ///
 /// Half a unit is what one operation can be off. A coordinate at a time is a product and a sum, of a difference of times, made once for the
 /// prediction and once for the event; in between it may be wrapped, or brought into a new epoch, which is one more sum each; the separation
@@ -59,18 +59,18 @@ pub(super) fn unit_of_surface(radius: f64) -> f64 {
 /// A pair at a discontinuity, as round-off sees it.
 pub(super) struct Meeting {
     pub pair: [u32; 2],
-    /// Of the images that meet `[length / time]`.
+    /// Relative velocity of the images that meet `[length / time]`.
     pub velocity: Vector,
-    /// How long ago the state of each was last written `[time]`.
+    /// Time since the state of each was last written `[time]`.
     pub flown: [f64; 2],
-    /// Of the discontinuity `[length]`.
+    /// Distance of the discontinuity `[length]`.
     pub distance: f64,
     /// How fast the discontinuity moves outwards `[length / time]`.
     pub opening_speed: f64,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// How far rounding can put two particles beyond a discontinuity of theirs.
+    /// Depth beyond a discontinuity that round-off can cause.
     ///
     /// The event comes at the time that was predicted for it, from coordinates as they were then. Their distance at the event is wrong by
     ///
@@ -141,7 +141,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if flown >= self.clock.now { flown + self.clock.last_reached } else { self.clock.now }
     }
 
-    /// How long ago the state of a particle was last written.
+    /// Time since the state of a particle was last written.
     fn flown(&self, particle: u32) -> f64 {
         self.clock.now - self.state.bodies[particle as usize].time
     }

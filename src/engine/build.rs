@@ -225,7 +225,7 @@ mod tests {
                 for _ in 0..3 {
                     let one = again.events(Until::time(1e3)).next().unwrap().unwrap();
                     let other = reference.step_before(1e3).unwrap();
-                    // Of two particles either may come first.
+                    // Either of two particles may come first.
                     let (i, j) = (one.particle, one.partner().unwrap());
                     assert_eq!((i.min(j), Some(i.max(j))), (other.particle, other.partner));
                     assert_eq!(one.energy_step, other.energy_step, "captured or released alike");

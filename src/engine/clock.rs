@@ -20,7 +20,7 @@ pub(super) struct Clock {
     pub now: f64,
     /// Number of epochs that have ended.
     pub epochs: u64,
-    /// How long the epoch before this one was, or half as long as the one before that, if this is more: predictions are up to three epochs old.
+    /// Length of the previous epoch, or half the length of the one before it, if that is more: predictions are up to three epochs old.
     pub last_reached: f64,
     pub standstill: StandstillWatch,
 }

@@ -34,15 +34,15 @@ impl EngineError {
 pub enum Standstill {
     /// Events go on, but time does not: a contact at rest, or infinitely many contacts in a finite time.
     Time {
-        /// How many events there were at that time.
+        /// Number of events at that time.
         events: u64,
     },
     /// A storm of events: within the contact time of the TC model there were far more of them than any number of grains in contact has. Spheres that
     /// rest in contact bounce by next to nothing, and the model makes all of these contacts elastic.
     Storm {
-        /// How many events there were.
+        /// Number of events.
         events: u64,
-        /// How far the time came meanwhile `[time]`.
+        /// Time that passed meanwhile `[time]`.
         advance: f64,
     },
     /// An inelastic collapse that carries its speed along: contacts leave ever less relative speed, until there is none
@@ -108,7 +108,7 @@ fn nameless(number: u32) -> String {
 }
 
 impl Arrest {
-    /// What it says, with the names of surfaces.
+    /// The message, with the names of surfaces.
     #[must_use]
     pub fn told(&self, scene: &Scene) -> String {
         [self.surface, self.moving].into_iter().flatten().fold(self.to_string(), |text, number| {
@@ -121,7 +121,7 @@ impl Arrest {
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match (self.has_contact_time, self.standstill) {
-            // What loses energy without a contact time collapses anywhere.
+            // Without a contact time, dissipative contacts collapse anywhere.
             (has_contact_time, Standstill::Time { .. } | Standstill::Speed { .. })
                 if self.moving.is_some() && (has_contact_time || !self.has_losses) =>
             {

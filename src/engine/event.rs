@@ -179,7 +179,7 @@ impl EventCounts {
         self.core + self.capture + self.release + self.bounce + self.wall
     }
 
-    /// How often a particle that moves took part in a Core event: two particles in each, but one where the partner is static.
+    /// Participations of moving particles in Core events: two in each event, or one if the partner is static.
     #[must_use]
     pub fn core_contacts(&self) -> u64 {
         2 * self.core - self.core_static

@@ -90,7 +90,7 @@ impl ImagePolicy {
         self.sliding.as_ref().map_or(f64::INFINITY, LeesEdwards::next_refresh)
     }
 
-    /// How far images have slid in a time since whole periods were dropped, at most `[length]`.
+    /// Largest displacement of sliding images in a time since whole periods were dropped `[length]`.
     pub fn farthest_slid(&self, time: f64, periods: &Vector) -> f64 {
         self.sliding.map_or(0.0, |shear| periods[FLOW] + shear.speed.abs() * time)
     }
@@ -132,7 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn way(&self, particle: u32, time: f64) -> Way {
         let has_one_image = self.images.further.is_empty();
-        // What accelerates relative to others, or grows, is looked at in all images at once.
+        // Pairs with a relative acceleration, or that grow, are tested in all images at once.
         if !(has_one_image || !(FALLING && TABLE) && self.distances.are_constant()) {
             return Way::OneByOne;
         }
@@ -162,7 +162,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.images.slide() { self.is_off_sliding_sides(particle) } else { self.images.further.is_empty() }
     }
 
-    /// How many images to either side of the nearest one a pair with an interaction of its own can meet in before either is predicted anew.
+    /// Number of images on either side of the nearest one in which a bonded pair can meet before either particle is predicted again.
     ///
     /// Until then each travels one cell at most, so that with three cells or more a separation that was half a period at most stays
     /// below seven sixths of one, and its range is half of one at most. While the images along x slide they go a quarter further.

@@ -234,7 +234,7 @@ impl Search {
     }
 }
 
-/// How far lists should reach at a number density.
+/// Best reach of neighbour lists at a number density.
 fn reach_of_lists(space: &Space, range: f64, density: f64) -> f64 {
     let dimensions = space.dimensions();
     let volume = LISTED[dimensions - 1] / density;

@@ -100,7 +100,7 @@ impl<const FALLING: bool> Work for HalfAPeriodAway<'_, FALLING> {
 /// A sheared box, as particles next to the sides that slide see it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sliding {
-    /// How far the next image up is displaced along the flow now, less whole periods `[length]`.
+    /// Present displacement of the next image up along the flow, without whole periods `[length]`.
     pub displacement: f64,
     /// How fast it slides `[length / time]`.
     pub speed: f64,

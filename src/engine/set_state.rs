@@ -28,7 +28,7 @@ pub enum SetStateError {
     Count {
         /// The number of particles.
         expected: usize,
-        /// How many there are.
+        /// Number of particles.
         found: usize,
     },
     /// A component is not finite, or so large that its powers are not.

@@ -83,7 +83,7 @@ impl Simulation {
     /// Calls `visit` for every particle as it is now, in the order of their ids: a snapshot that takes no memory.
     ///
     /// # Errors
-    /// That of `visit`, which ends it.
+    /// The error of `visit`, which ends the iteration.
     pub fn for_each_now<E>(&self, visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
         with_engine!(&self.engine, engine => engine.for_each_now(visit))
     }

@@ -42,10 +42,10 @@ pub(super) struct State {
     pub numbers: Vec<u32>,
     /// The row of each particle's species; empty if there is only one.
     pub species: Vec<u16>,
-    /// How many periods each particle has travelled along the axes.
+    /// Number of periods that each particle has travelled along each axis.
     pub images: Travelled,
     pub space: Space,
-    /// Of the box, infinite along axes that are not periodic.
+    /// Periods of the box, infinite along axes that are not periodic.
     pub periods: Vector,
 }
 

@@ -13,7 +13,7 @@ pub struct Elapsed {
     pub epoch: f64,
     /// From the epoch `[time]`.
     pub since_epoch: f64,
-    /// How many epochs have ended: what nothing has happened to for two of them has its state rounded once more in each.
+    /// Number of epochs so far. The state of a particle without an event for two epochs is rounded once more in each.
     pub epochs: u64,
 }
 

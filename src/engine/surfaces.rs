@@ -97,7 +97,7 @@ pub(crate) trait Surface {
         acceleration
     }
 
-    /// How far the foot of a position is beyond the ends of the surface; zero or negative on it `[length]`.
+    /// Distance of the foot of a position beyond the ends of the surface; zero or negative on it `[length]`.
     fn beyond(&self, _position: &Vector) -> f64 {
         0.0
     }

@@ -37,7 +37,7 @@ pub(crate) struct Scaled {
 }
 
 impl Scaling {
-    /// Of a simulation as it is.
+    /// For the present state of a simulation.
     pub fn of(simulation: &Simulation) -> Self {
         let scene = &simulation.scene;
         let mut species = Vec::new();

@@ -12,9 +12,9 @@ pub enum PotentialError {
     /// The two lists do not fit together.
     #[error("{radii} radii need {} energies (one more than radii), but there are {energies}", radii + 1)]
     Count {
-        /// How many radii there are.
+        /// Number of radii.
         radii: usize,
-        /// How many energies there are.
+        /// Number of energies.
         energies: usize,
     },
     /// A radius is not a positive length.

@@ -10,7 +10,7 @@ pub struct ExchangePlan {
     pub temperatures: Vec<f64>,
     /// Between two attempts to swap `[time]`.
     pub interval: f64,
-    /// How often each particle gets a velocity from the heat bath of its replica, in the mean `[1 / time]`.
+    /// Mean rate of collisions of each particle with the heat bath of its replica `[1 / time]`.
     pub rate: f64,
     /// How replicas sample the energies between those of the temperatures.
     pub ensemble: ExchangeEnsemble,
@@ -46,7 +46,7 @@ impl ExchangePlan {
         }
     }
 
-    /// How many intervals a duration `[time]` has, where it is a whole number of them within round-off.
+    /// Number of intervals in a duration `[time]`, if it is a whole number within round-off.
     #[must_use]
     pub fn attempts(&self, duration: f64) -> Option<u64> {
         let (count, whole) = (duration / self.interval, (duration / self.interval).round());
@@ -61,7 +61,7 @@ pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
     [first.min(last), first.max(last)]
 }
 
-/// Of a number of intervals: what rounding makes of decimal fractions.
+/// Relative round-off of a number of intervals, because of decimal fractions.
 const ROUNDING: f64 = 1e-9;
 
 /// More than any computer does, and few enough that each has a stream of random numbers for each of its replicas.

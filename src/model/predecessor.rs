@@ -14,7 +14,7 @@ use super::{InputFile, InteractionId, ParticleId};
 pub struct Predecessor {
     /// Its checkpoint, with the checksum that the checkpoint ends with.
     pub checkpoint: InputFile,
-    /// How many streams of random numbers its thermostats, and those of its own predecessors, may have used: others are used from here on.
+    /// Number of random streams that its thermostats, and those of its own predecessors, may have used. Later streams are unused.
     pub(crate) streams: usize,
     /// `None` where a simulation has begun from it.
     #[serde(skip)]
@@ -28,7 +28,7 @@ pub(crate) struct LastState {
     pub images: Vec<[i32; 3]>,
     /// The pairs that were not in state 0, ascending.
     pub captured: Vec<([ParticleId; 2], u16)>,
-    /// Of each interaction of the scene, whether its pairs had the same discontinuities, so that they keep their states.
+    /// For each interaction of the scene, whether its pairs had the same discontinuities. If so, they keep their states.
     pub is_kept: Vec<bool>,
     /// Differences from that run, in words.
     pub differences: Vec<&'static str>,

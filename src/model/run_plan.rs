@@ -69,7 +69,7 @@ impl RunPlan {
         self.stages.iter().take(stage).map(StagePlan::streams).sum()
     }
 
-    /// How many streams of random numbers the stages, the last equilibration and the last measurement have.
+    /// Number of random streams of the stages, the last equilibration and the last measurement.
     pub(crate) fn streams(&self) -> usize {
         self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
     }
@@ -130,7 +130,7 @@ pub struct StagePlan {
 }
 
 impl StagePlan {
-    /// How long it takes, if that is known before the run `[time]`.
+    /// Duration, if it is known before the run `[time]`.
     #[must_use]
     pub fn duration(&self) -> Option<f64> {
         let of = |limit: &Limit| limit.time.filter(|_| limit.events.is_none());
@@ -149,7 +149,7 @@ impl StagePlan {
 /// Equilibration of a measured stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Equilibration {
-    /// How long it is at most.
+    /// Limit of its duration.
     pub limit: Limit,
     /// Whether it ends when no observable drifts.
     pub until_stationary: bool,

@@ -99,7 +99,7 @@ impl Space {
         self.boundary[axis].restitutions().map(|wall| wall.is_some())
     }
 
-    /// Of values for the lower and the upper side of each axis, those of sides that are walls.
+    /// Selects the values of walls from values for the lower and the upper side of each axis.
     pub(crate) fn of_walls<T: Copy>(&self, values: [[Option<T>; 2]; 3]) -> [[Option<T>; 2]; 3] {
         std::array::from_fn(|axis| {
             let is_wall = self.walled_sides(axis);

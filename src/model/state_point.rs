@@ -52,7 +52,7 @@ impl StatePoint {
             .and(sum(walls.chain(temperatures)))
     }
 
-    /// Of a scene with its particles at the start.
+    /// The state point of a scene with its particles at the start.
     pub fn at_start(scene: &Scene) -> Self {
         let mut population = vec![0; scene.species.len()];
         scene.particles.iter().for_each(|particle| population[particle.species.0 as usize] += 1);

@@ -272,7 +272,7 @@ impl Timeline {
         for SurfaceMotion { from, until, kind } in motions.iter().copied() {
             let before = timeline.later.last_mut().unwrap_or(&mut timeline.first);
             before.until = from;
-            // What oscillates or turns never rests.
+            // Oscillations and rotations never end.
             let kind = Some(kind).filter(|kind| kind.frequency() != Some(0.0));
             let moving = Piece { from, until, start: before.at(from).pose, kind };
             timeline.later.push(moving);

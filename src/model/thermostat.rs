@@ -15,7 +15,7 @@ pub enum Thermostat {
     Andersen {
         /// Temperature `[energy]`.
         temperature: f64,
-        /// How often each particle gets one, in the mean `[1 / time]`.
+        /// Mean rate of collisions of each particle with the bath `[1 / time]`.
         rate: f64,
         /// The components that are drawn anew.
         axes: [bool; 3],

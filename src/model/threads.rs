@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Domains of fewer particles than this on average have been no faster than one engine for all, or hardly so.
 pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
 
-/// How many threads a system is spread over. All results have the same bits for any number.
+/// Number of threads for one system. The results have the same bits for any number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Threads {
     /// So many, from 1 to 64.

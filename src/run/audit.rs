@@ -54,7 +54,7 @@ impl Limits {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Initial {
-    /// How many there were, deeper than round-off.
+    /// Number of overlaps deeper than round-off.
     pub overlaps: usize,
     /// When the last of them had gone, after the start `[time]`; `None` where some are left, or there were none.
     pub resolved_after: Option<f64>,
@@ -78,7 +78,7 @@ pub struct Audit {
     pub event_counts: EventCounts,
     /// The deepest overlap at the end.
     pub deepest_final: Option<Overlap>,
-    /// How many pairs overlap at the end, deeper than round-off.
+    /// Number of pairs that overlap at the end by more than round-off.
     pub final_overlaps: usize,
     /// The overlaps at the start.
     pub initial: Initial,
@@ -214,7 +214,7 @@ impl Ledger {
     fn momentum_drift(&self, momentum: &Vector, simulation: &Simulation) -> Option<f64> {
         self.initial_momentum.map(|initial| {
             let drift = relative((momentum - initial).norm(), self.largest_momenta.max(sum_of_momenta(simulation)));
-            // Of two where one is no number, that one.
+            // NaN wins.
             if drift >= self.earlier_drift || drift.is_nan() { drift } else { self.earlier_drift }
         })
     }

@@ -35,7 +35,7 @@ use crate::engine::{EngineError, Simulation, Until};
 use crate::model::Limit;
 use crate::run::RunState;
 
-/// Of a time: as much is what rounding makes of it.
+/// Relative round-off of a time.
 const NEAR: f64 = 1e-9;
 
 /// Checkpoint of a run: all that it needs to go on with the same bits.
@@ -43,7 +43,7 @@ const NEAR: f64 = 1e-9;
 pub struct Checkpoint {
     /// The simulation as it was.
     pub simulation: Simulation,
-    /// How far the run had come.
+    /// Progress of the run.
     pub state: RunState,
     /// Its files.
     pub manifest: Manifest,

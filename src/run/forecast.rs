@@ -140,7 +140,7 @@ pub(super) fn rate(scene: &Scene) -> Option<f64> {
     (rate.is_finite() && rate > 0.0).then_some(rate)
 }
 
-/// How long a growth that ends at a size lasts at most `[time]`.
+/// Longest duration of a growth that ends at a given size `[time]`.
 fn duration_of(scene: &Scene, growth: &Growth) -> f64 {
     match growth.until {
         GrowthTarget::PackingFraction(target) => {
@@ -223,7 +223,7 @@ fn section(scene: &Scene) -> f64 {
     of_pairs.sum()
 }
 
-/// How much more often particles collide than in a dilute gas: the radial distribution function at contact of a fluid of hard particles, up to the
+/// Collision rate relative to a dilute gas: the radial distribution function at contact of a fluid of hard particles, up to the
 /// densest that is one.
 fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     const DENSEST: [f64; 3] = [0.95, 0.8, 0.6];

@@ -28,13 +28,13 @@ pub(crate) struct FrameLimit {
 }
 
 impl FrameLimit {
-    /// That of a scene at its start.
+    /// The limit for a scene at its start.
     pub fn of(scene: &Scene) -> Self {
         let measured = Stage::all(&scene.run).filter(|stage| stage.is_measured()).count() as f64;
         Self::with(scene, frame_bytes(scene), measured)
     }
 
-    /// That of each temperature of a replica exchange.
+    /// The limit for each temperature of a replica exchange.
     pub fn of_replicas(scene: &Scene, temperatures: usize) -> Self {
         Self::with(scene, frame_bytes(scene) * temperatures as f64, 1.0)
     }
@@ -55,12 +55,12 @@ impl FrameLimit {
         stage == Stage::Measurement || self.most.is_none_or(|most| most >= 1)
     }
 
-    /// How many there may be between the first and the last; as many as one likes if there is no limit.
+    /// Largest number of frames between the first and the last.
     pub fn between(self) -> u32 {
         self.most.map_or(u32::MAX, |most| most.saturating_sub(2))
     }
 
-    /// How many of them are aimed at.
+    /// Intended number of frames.
     pub fn aim(self) -> u32 {
         AIM.min(self.between()).max(1)
     }
@@ -71,7 +71,7 @@ impl FrameLimit {
         f64::from(self.between().saturating_add(ends).min(2 * AIM))
     }
 
-    /// How many a temperature of a replica exchange has: none of its beginning, and one of its end.
+    /// Number of frames for a temperature of a replica exchange: none at its start, one at its end.
     pub fn of_exchange(self) -> u32 {
         self.most.map_or(AIM, |most| most.clamp(1, AIM))
     }

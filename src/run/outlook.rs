@@ -82,7 +82,7 @@ fn loses_energy(scene: &Scene) -> bool {
         || scene.space.boundary.iter().any(is_soft_side)
 }
 
-/// How long a run lasts `[time]`; `None` where that is not given, or something else than the scene itself acts on a stage.
+/// Duration of a run `[time]`; `None` if it is not given, or if a thermostat or growth acts in a stage.
 fn duration(scene: &Scene) -> Option<f64> {
     let plan = &scene.run;
     let of_stage = |Settings { limit, thermostat, growth, .. }: Settings| match limit {
@@ -123,7 +123,7 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
     let [quarter, half] = [by(0.25 * passed)?, by(0.5 * passed)?];
     let [earlier, later] = [(half - quarter) / (0.25 * passed), (events - half) / (0.5 * passed)];
     let is_steady = half - quarter >= FEWEST && later < STEADY * earlier && earlier < STEADY * later;
-    // What falls without loss soon has the energy that it will have.
+    // A falling system without dissipation soon reaches its final energy.
     let is_far = passed >= FAR * duration || why == NoRate::Falls;
     (is_steady && is_far).then(|| (events + later * (duration - passed)) / duration)
 }

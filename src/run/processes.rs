@@ -69,7 +69,7 @@ mod tests {
     use std::convert::Infallible;
     use std::ops::ControlFlow;
 
-    /// All that a run hands out; it wants a checkpoint now and then.
+    /// Records everything that a run hands out, and asks for a checkpoint now and then.
     #[derive(Debug, Default, PartialEq)]
     struct All {
         rows: Vec<String>,
@@ -132,7 +132,7 @@ mod tests {
             .unwrap()
     }
 
-    /// All that the first of some processes hands out, which ends after being asked so often whether to go on, and how all of them end.
+    /// The records of the first process, which stops after a number of callbacks, and the endings of all processes.
     fn run_in(processes: usize, asked: usize) -> (All, Vec<(Ending, Snapshot)>) {
         let mut results = in_processes(processes, |transport| {
             let (mut all, mut left) = (All::default(), asked);

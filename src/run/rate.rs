@@ -122,7 +122,7 @@ mod tests {
             let truth = measured(small);
             let what = format!("{packing_fraction}: {tried} {theory} {truth}");
             assert!((tried / truth - 1.0).abs() < 0.35 && (theory / truth - 1.0).abs() < most, "{what}");
-            // Of many particles nothing is tried.
+            // Large systems have no trial.
             let large = fluid(potential.clone(), 4_000, packing_fraction);
             assert!((expected_rate(&large).unwrap() / (8.0 * truth) - 1.0).abs() < most, "{what}");
         }

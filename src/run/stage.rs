@@ -60,7 +60,7 @@ impl Stage {
         Self::all(plan).filter(|stage| stage.settings(plan).has_end())
     }
 
-    /// All that are planned, in their order.
+    /// All planned stages, in order.
     pub(crate) fn all(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
         std::iter::successors(Some(Self::first(plan)), |stage| stage.next(plan))
     }

@@ -119,7 +119,7 @@ pub struct RunState {
     pub(super) quiet_rows: u64,
     pub(super) last_row: Option<f64>,
     pub(super) last_frame: Option<f64>,
-    /// How many frames there may be.
+    /// Largest number of frames.
     pub(super) frames: FrameLimit,
     /// When rows are written in a stage before the measurement.
     pub(super) rows: Option<SamplingTimes>,

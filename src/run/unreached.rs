@@ -16,7 +16,7 @@ pub enum Unreached {
         time: f64,
         /// Name of the stage that is shorter; none for all that is measured.
         stage: Option<String>,
-        /// How long that is `[time]`.
+        /// Duration `[time]`.
         duration: f64,
     },
     /// Too few volume moves to find how large they should be.

@@ -49,7 +49,7 @@ struct Passing {
     distance: f64,
     /// Relative to the distance, by the time that it was passed.
     depth: Box<dyn Fn(f64) -> f64>,
-    /// How long it becomes deeper.
+    /// Duration for which it becomes deeper.
     deepens_for: f64,
     speed: f64,
     /// All of the lengths that were rounded.

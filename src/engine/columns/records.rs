@@ -51,7 +51,7 @@ impl Record {
 }
 
 impl Record {
-    /// Of what nothing but motion and prediction is to be written.
+    /// The record of a step that changed only motion and prediction.
     pub fn of_motion(number: u32, body: Body, prediction: Prediction) -> Self {
         let record = Self::new(body.name, body.position, body.velocity, body.time);
         Self { number, body, prediction: Some(prediction), ..record }

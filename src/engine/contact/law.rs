@@ -59,7 +59,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let arrival = Arrival { speed: arriving, tangential: tangential.sqrt(), closing };
         let leaving = self.tc_model(moving, restitution, arrival, time);
-        // What the model leaves as it is, or makes elastic, goes without the rounding of a square root.
+        // Unchanged and elastic contacts avoid the round-off of a square root.
         if leaving.speed == arriving {
             response = respond(side, seen.energy_step, approach, 1.0);
         } else if leaving.speed != restitution * arriving {
@@ -84,7 +84,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
         let leaving = self.tc_model(&[i], restitution, Arrival { speed: arriving, tangential, closing }, time);
-        // What the model leaves as it is, or makes elastic: a particle that recedes within round-off keeps its speed.
+        // Unchanged and elastic contacts: a particle that recedes within round-off keeps its speed.
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
     }
 

@@ -46,7 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     }
 }
 
-/// All that an engine has of a particle, except for what says nothing.
+/// The state of a particle in an engine, without fields that have no meaning at present.
 fn all_of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> String {
     let mut record = engine.record(particle);
     record.captured.iter_mut().for_each(|captured| captured.sort_by_key(|pair| pair.partner));

@@ -18,7 +18,7 @@ use crate::engine::sources::andersen::Collision;
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 pub struct Held {
-    /// Of one that is owned, all domains that have it, this one included; none of a copy.
+    /// For an owned particle, all domains that have it, including this one; empty for a copy.
     pub known_to: u64,
     /// Its number in the whole.
     pub whole: u32,
@@ -57,7 +57,7 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub here: Vec<u32>,
     /// Counts of events of others, which are not counted here.
     pub elsewhere: Box<Counts>,
-    /// How many particles it began with.
+    /// Number of particles at the start.
     first: usize,
     /// Particles as they were, to undo this window.
     pub log: Log,

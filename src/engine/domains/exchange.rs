@@ -19,7 +19,7 @@ pub struct Step {
     pub is_void: bool,
     /// Since the epoch.
     pub time: f64,
-    /// Of the step and of the motion that it leaves.
+    /// Hash of the step and of the motion after it.
     pub hash: u64,
     /// Domains that can read the particle where it was before or is afterwards.
     pub readers: u64,
@@ -107,7 +107,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     /// Compares the steps of what this domain owns with those of the copies that another has.
     fn compare_with(&self, report: &Report, compared: &mut Compared) {
         let bit = 1 << report.from;
-        // Of each, its numbers here and in the whole.
+        // The local and the global number of each particle.
         let mut differing = Vec::new();
         let mut are_touched = Marks::default();
         for &(whole, digest) in &report.touched {

@@ -18,7 +18,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Of a step that changes nothing else.
+    /// Adds a step that changes only motion and prediction.
     #[inline]
     pub fn push_motion(&mut self, particle: u32, body: Body, prediction: Prediction) {
         self.order.push(particle);

@@ -17,9 +17,9 @@ const SAMPLE: usize = 20_000;
 /// Widths of the layers around a region, in ranges of the neighbour search.
 #[derive(Debug, Clone, Copy)]
 pub struct Halo {
-    /// How far owned particles may leave their region.
+    /// Largest distance of owned particles from their region.
     pub slack: f64,
-    /// How far copies reach beyond what owned particles can read.
+    /// Width of the margin of copies beyond what owned particles can read.
     pub margin: f64,
 }
 

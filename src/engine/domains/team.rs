@@ -86,7 +86,7 @@ impl Team {
         }
     }
 
-    /// All that the processes have, in the order of their domains.
+    /// Gathers the data of all processes, in the order of their domains.
     pub fn all<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>) -> Vec<T> {
         let Some(transport) = &self.transport else { return mine };
         let message = encode(&**transport, &mine);

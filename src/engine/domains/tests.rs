@@ -279,7 +279,7 @@ fn windows_that_are_wrong_are_undone() {
     assert!(work.iter().map(|work| work.uncovered).sum::<u64>() > 5, "{work:?}");
 }
 
-/// All that an engine has of a particle, with ids for numbers, in an order that says nothing, and its next contact.
+/// The state of a particle in an engine, with ids in place of numbers, sorted, and its next contact.
 fn all_of<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     particle: u32,
@@ -305,7 +305,7 @@ fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE
     names
 }
 
-/// How often each system is compared: `CAROM_BARRIERS=10000 cargo test --release --lib barrier` is a campaign.
+/// Number of comparisons for each system: `CAROM_BARRIERS=10000 cargo test --release --lib barrier` is a campaign.
 fn rounds() -> usize {
     std::env::var("CAROM_BARRIERS").map_or(24, |rounds| rounds.parse().unwrap())
 }

@@ -54,9 +54,9 @@ impl CountedKind {
 /// Bounces off the far end of a bond, an infinite barrier, are counted as [`CountedKind::Bond`] here; [`EventCounts`] count them among the bounces.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct EventCountsBySpecies {
-    /// Of each pair of species, the lower one first.
+    /// Counts of each pair of species, the lower one first.
     pairs: Pairs,
-    /// Of each species.
+    /// Counts of each species.
     singles: BTreeMap<u32, [u64; 2]>,
 }
 

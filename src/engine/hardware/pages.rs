@@ -11,7 +11,7 @@ pub fn enlarge<T>(array: &Vec<T>) {
         let start = array.as_ptr() as usize;
         let first = start.next_multiple_of(PAGE);
         let last = |elements: usize| (start + elements * size_of::<T>()) / PAGE * PAGE;
-        // What is filled now, at once.
+        // The filled part is moved to large pages at once.
         for (last, advice) in [(last(array.capacity()), libc::MADV_HUGEPAGE), (last(array.len()), libc::MADV_COLLAPSE)]
         {
             if first < last {

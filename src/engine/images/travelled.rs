@@ -13,7 +13,7 @@ pub(in crate::engine) enum Travelled {
 }
 
 impl Travelled {
-    /// Of particles that have not travelled yet.
+    /// Image numbers of particles that have not crossed a side yet.
     pub fn new(particles: usize) -> Self {
         Self::Near(vec![[0; 3]; particles])
     }

@@ -13,7 +13,7 @@ pub struct Candidates {
 #[derive(Debug)]
 pub struct Heads<'a> {
     particles: &'a mut [u32; 32],
-    /// How many there are.
+    /// Number of candidates.
     pub length: usize,
 }
 

@@ -15,7 +15,7 @@ const CELLS_PER_POINT: f64 = 2.0;
 pub(crate) struct CellList {
     grid: Grid,
     periods: Vector,
-    /// Of the next image up along y, along x.
+    /// Displacement along x of the next image up along y.
     displacement: f64,
     range: f64,
     /// Where the points of each cell begin, and the end.

@@ -27,7 +27,7 @@ impl Simulation {
     /// Replaces the potential energy `U` of all pairs by `T w(U)`, or ends that with `None`. In a heat bath of the temperature `T` `[energy]`, configurations have the weights `exp(-w(U))` then. Contacts
     /// are where they were: a step of the energy costs another amount. Energies are reported as before, and what the replacement gives to particles is counted as supplied.
     ///
-    /// Of a scene without weight, in which energies only change in steps.
+    /// The scene must have no gravity, so that energies only change in steps.
     pub(crate) fn set_energy_weights(&mut self, weights: Option<(&EnergyWeights, f64)>) {
         let energy = self.energy().potential;
         let bias = weights.map(|(weights, temperature)| Bias { weights: weights.clone(), temperature, energy });

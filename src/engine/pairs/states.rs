@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub struct PairState {
     /// The other particle.
     pub partner: u32,
-    /// How many radii the pair has been captured through.
+    /// Number of radii that the pair has been captured through.
     pub state: u16,
     /// Which interaction holds for the pair.
     pub interaction: u16,

@@ -20,7 +20,7 @@ use std::ops::ControlFlow;
 pub(in crate::engine) struct Andersen {
     random: Random,
     bath: Bath,
-    /// Of all particles together `[1 / time]`.
+    /// Rate of all particles together `[1 / time]`.
     rate: f64,
     /// Time of the next one, since the epoch.
     next: f64,
@@ -79,7 +79,7 @@ pub(in crate::engine) struct Collision {
     /// Since the epoch.
     pub time: f64,
     pub id: usize,
-    /// Of the bath `[energy]`.
+    /// Temperature of the bath `[energy]`.
     temperature: f64,
     /// By axis, a normal number; none where the velocity stays what it is.
     normal: [Option<f64>; 3],
@@ -90,7 +90,7 @@ pub(in crate::engine) struct Collision {
 pub(crate) struct Bath {
     /// Temperature `[energy]`.
     pub temperature: f64,
-    /// Of each particle `[1 / time]`.
+    /// Collision rate of each particle `[1 / time]`.
     pub rate: f64,
     /// Components that are drawn anew.
     pub axes: [bool; 3],

@@ -13,7 +13,7 @@ use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::plane;
 use crate::physics::overlap::Side;
 
-/// Of half a period, what rounding can leave of the distance of two particles on the outer faces of their cells, and much more.
+/// Tolerance of half a period, far above the round-off in the distance of two particles on the outer faces of their cells.
 const TIED: f64 = 1e-6;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {

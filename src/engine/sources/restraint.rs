@@ -94,7 +94,7 @@ impl Restraint {
 impl Simulation {
     /// Holds the distance of two particles, or of the centres of mass of two groups, in a window `[length]`, at whose ends it is reflected; `[0, infinity]` holds nothing.
     ///
-    /// Of groups of particles that move, and accelerate alike. In a periodic box the upper end is below half a period, and the members of a group are bonded together.
+    /// All particles of the groups must move, with equal accelerations. In a periodic box the upper end must be below half a period, and bonds must hold each group together.
     pub(crate) fn restrain_distance(&mut self, between: &[Vec<ParticleId>; 2], window: [f64; 2]) {
         let holds = |bond: &&Bond| self.scene.interactions[bond.interaction.0 as usize].potential.is_bond();
         let groups = between.each_ref().map(|group| {

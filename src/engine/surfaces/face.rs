@@ -102,7 +102,7 @@ impl Surface for Face {
         }
     }
 
-    /// Of either side: squares of heights, or heights for points.
+    /// Values on either side: squared heights, or heights for points.
     fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
         let (height, rate) = (self.height(position), self.normal.dot(velocity));
         ((height - radius) * (height + radius), 2.0 * height * rate)

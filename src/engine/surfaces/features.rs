@@ -183,7 +183,7 @@ fn face((triangle, corners): (&[u32; 3], [Vector; 3])) -> Option<Face> {
     let u = along(longest).try_normalize(0.0)?;
     let third = corners[(longest + 2) % 3] - corners[longest];
     let across = third - u * u.dot(&third);
-    // What is below rounding is none.
+    // A height below round-off counts as zero.
     let rounding = 4.0 * f64::EPSILON * (along(longest).norm() + third.norm());
     let across = if across.norm() > rounding { across.try_normalize(0.0)? } else { return None };
     let w = (across - u * u.dot(&across)).normalize();

@@ -20,7 +20,7 @@ const MOST_STEPS: u32 = 1_000;
 /// Intervals of one search, before it is gone on with later.
 const MOST_INTERVALS: u32 = 200;
 
-/// Of a period, the longest time for which bounds of distances and rates are taken.
+/// Longest time for which bounds of distances and rates are taken, as a part of a period.
 const SHARE: f64 = 0.125;
 
 thread_local! {

@@ -125,7 +125,7 @@ impl Surface for Round {
     }
 
     fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
-        // What is inside meets it, unless it rests.
+        // A particle inside meets it, unless it rests.
         let rests = *flight.velocity == Vector::zeros() && *flight.acceleration == Vector::zeros();
         if self.is_inside || rests {
             return rests;
@@ -163,7 +163,7 @@ impl Surface for Round {
         (sign * gap, sign * 2.0 * apart.dot(&self.across(velocity)))
     }
 
-    /// Of `|r|^2`: `2 v^2 + 2 r . a`.
+    /// Second derivative of `|r|^2`: `2 v^2 + 2 r . a`.
     fn second_rate_bound(&self, position: &Vector, within: f64, speed: f64, acceleration: f64) -> f64 {
         2.0 * (speed * speed + (self.apart(position).norm() + within) * acceleration)
     }

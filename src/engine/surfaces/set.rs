@@ -63,7 +63,7 @@ struct Origin {
 pub(crate) struct Surfaces {
     origin: Arc<Origin>,
     all: Arc<Vec<Placed>>,
-    /// How many have no limited extent.
+    /// Number of surfaces of unlimited extent.
     unlimited: usize,
     /// By surface of the scene and row of the species, whether the two meet; empty for a surface that all meet.
     meets: Vec<Vec<bool>>,

@@ -27,7 +27,7 @@ impl Welder {
         self.mesh.triangles.push(numbers);
     }
 
-    /// How many triangles there are.
+    /// Number of triangles.
     pub fn len(&self) -> usize {
         self.mesh.triangles.len()
     }

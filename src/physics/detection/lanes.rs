@@ -25,7 +25,7 @@ enum Instructions {
 }
 
 impl Simd {
-    /// All that the processor can do, the most at once last. Results do not depend on the choice.
+    /// All instruction sets of the processor, the widest last. Results do not depend on the choice.
     #[must_use]
     pub fn all() -> Vec<Self> {
         #[cfg_attr(not(target_arch = "x86_64"), expect(unused_mut, reason = "nothing else is known there"))]

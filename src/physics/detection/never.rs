@@ -16,7 +16,7 @@ const BISECTED: f64 = 64.0 * f64::EPSILON;
 /// Pieces of a flight that are looked at before there is no answer.
 const MOST_PIECES: u32 = 200;
 
-/// How far from a state the exact one may be.
+/// Largest deviation of a state from the exact one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doubt {
     /// `[length]`
@@ -26,7 +26,7 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    /// That of a difference between numbers whose magnitudes add up to these.
+    /// Bound for a difference of numbers whose magnitudes add up to these.
     #[must_use]
     pub fn of(lengths: f64, speeds: f64) -> Self {
         Self { position: ROUNDING * lengths, velocity: ROUNDING * speeds }

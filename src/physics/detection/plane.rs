@@ -39,7 +39,7 @@ pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: 
         if acceleration > 0.0 { -velocity / acceleration } else { f64::INFINITY }
     });
     let falls_from = if velocity > 0.0 { -velocity / acceleration } else { 0.0 };
-    // What comes from farther than the distance is on the upper side for a while, which floats may not resolve.
+    // A particle from beyond the distance is on the upper side for a while, which floats may not resolve.
     let until = if from > falls_from { until.max(from.next_up()) } else { until };
     Some(Stretch { from, until })
 }

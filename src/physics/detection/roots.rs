@@ -5,7 +5,7 @@
 pub struct SignChanges {
     /// Where the cubic changes its sign, ascending and positive; the first `count` are meant.
     pub at: [f64; 3],
-    /// How many there are.
+    /// Number of sign changes.
     pub count: usize,
     /// Whether the cubic is negative just after zero.
     pub starts_negative: bool,

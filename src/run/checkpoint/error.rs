@@ -44,7 +44,7 @@ pub enum CheckpointError {
     File {
         /// The file.
         path: PathBuf,
-        /// How long it is; 0 if it is missing.
+        /// Present length; 0 if it is missing.
         found: u64,
         /// How long it was.
         expected: u64,
@@ -79,7 +79,7 @@ pub enum CheckpointError {
         path: String,
         /// The checksum of what it holds.
         found: String,
-        /// That of what was read.
+        /// The checksum that was found.
         expected: String,
     },
     /// The run is asked for an end that it is beyond.
@@ -87,7 +87,7 @@ pub enum CheckpointError {
     Passed {
         /// Simulated time `[time]`.
         time: f64,
-        /// How far the measurement has come.
+        /// Progress of the measurement.
         measured: String,
         /// The end that was asked for.
         asked: String,

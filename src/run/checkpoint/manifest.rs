@@ -13,7 +13,7 @@ use super::{Checked, CheckpointError};
 pub struct ManifestEntry {
     /// Its name in the folder of the run.
     pub name: String,
-    /// How long it was `[bytes]`; what was written later does not belong to the checkpoint.
+    /// Length at the checkpoint `[bytes]`. Later bytes do not belong to it.
     pub length: u64,
     /// Bytes at its start that the end of the run replaces, and that are not checked.
     pub head: u64,

@@ -32,7 +32,7 @@ const TAIL: usize = 12;
 /// Kind of what is sealed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// All that a run or an exchange needs to go on.
+    /// Everything that a run or an exchange needs to continue.
     Checkpoint,
     /// A simulation alone.
     Simulation,

@@ -49,7 +49,7 @@ impl Driver<'_> {
             // Nothing is denser than full.
             GrowthTarget::CompressibilityFactor(_) => (scene.packing_fraction(), 1.0),
         };
-        // What is too little to begin with was refused with the scene, within round-off.
+        // A target below the present size was rejected with the scene; only round-off is left.
         let largest = libm::pow(target / filled, 1.0 / dimensions as f64).max(1.0) * BEYOND;
         self.simulation.grow(growth, largest);
         match growth.until {

@@ -38,7 +38,7 @@ pub(super) struct Pace {
 
 /// Expected duration of a stage, of a pilot run if need be.
 pub(super) struct Found {
-    /// How long the events will take `[time]`.
+    /// Duration of the events `[time]`.
     duration: f64,
     /// How the stage ended meanwhile, if it did.
     ending: Option<Ending>,
@@ -89,7 +89,7 @@ impl Driver<'_> {
         Ok(Some((SamplingTimes::expecting(start, duration, ROWS, 0.0), ending)))
     }
 
-    /// How long a stage with a limit will last; `None` if the caller wants no more.
+    /// Duration of a stage with a limit; `None` if the caller stops.
     fn expected(&mut self, limit: Limit) -> Result<Option<Found>, Failed> {
         match limit {
             Limit { time: Some(duration), events: None } => Ok(Some(Found { duration, ending: None })),
@@ -252,7 +252,7 @@ impl Driver<'_> {
         (self.simulation.time() - start.time) * (events as f64 / done)
     }
 
-    /// How long a stage is taken to last whose rate of events is not known.
+    /// Assumed duration of a stage with an unknown event rate.
     pub(super) fn without_rate(&self, limit: Option<f64>) -> f64 {
         let crossing = self.state.crossing;
         limit.unwrap_or(if crossing.is_finite() { crossing } else { 1.0 })

@@ -21,7 +21,7 @@ impl Driver<'_> {
         let stage = self.state.stage.stage;
         let Settings { mut limit, thermostat, barostat, growth, gravity, stream, .. } = self.settings();
         let scene = self.simulation.scene();
-        // Of a stage that is not measured, the temperature is that of the components which the last measurement has.
+        // In a preparation, the temperature is that of the components that the last measurement uses.
         let counted = if matches!(stage, Stage::Preparation(_)) { scene.run.thermostat } else { thermostat };
         self.state.observer.set_thermostat(scene, counted.as_ref());
         let grown = self.simulation.grown();
@@ -67,7 +67,7 @@ impl Driver<'_> {
     pub(super) fn leave(&mut self, next: Stage) {
         self.state.ledger.note(&self.simulation, &self.simulation.energy());
         if self.growth().is_some() {
-            // What growth has heated since the last scaling.
+            // Remove the heat of the growth since the last scaling.
             self.rescale(self.simulation.time());
             self.simulation.end_growth();
             self.state.ledger.start_again(&self.simulation);

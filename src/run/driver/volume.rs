@@ -12,7 +12,7 @@ use crate::model::{Barostat, Thermostat, VolumeMoves};
 /// Part of the moves that are to be accepted where the amplitude is found.
 const ACCEPTANCE: f64 = 0.4;
 
-/// How far the logarithm of the amplitude goes with each move while it is found: it comes to a fifth in forty moves that are all left, and scatters by a tenth in the end.
+/// Step of the logarithm of the amplitude with each move of the search: forty rejected moves reduce it to a fifth, and it scatters by a tenth in the end.
 const STEP: f64 = 0.1;
 
 /// In fewer moves, no amplitude is found.
@@ -47,7 +47,7 @@ impl Driver<'_> {
     pub(super) fn begin_moves(&mut self, barostat: Option<Barostat>, seed: u64, stream: usize) {
         self.state.moves = barostat.map(|barostat| {
             let particles: usize = self.simulation.population().iter().sum();
-            // That of an ideal gas, whose logarithm of the volume has the standard deviation `1 / sqrt(N + 1)`.
+            // The amplitude of an ideal gas, whose logarithm of the volume has the standard deviation `1 / sqrt(N + 1)`.
             let guess = (1.0 / (particles as f64 + 1.0)).sqrt();
             let seed = StatePoint::new(seed).with(&[barostat.pressure, barostat.interval]);
             let amplitude = barostat.amplitude.or(self.state.amplitude).unwrap_or(guess);

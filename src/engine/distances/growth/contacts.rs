@@ -56,7 +56,7 @@ impl Work for GrowingContacts<'_> {
             let is_overtaken = b.if_less(zero, never, v2.sub(F::all(SLACK).mul(speed).mul(speed)));
             let is_grazing = discriminant.mul(discriminant).sub(F::all(SLACK * SLACK).mul(squares).mul(squares));
             let is_unsure = is_touching.at_most(0.0) | is_overtaken.at_most(0.0) | is_grazing.at_most(0.0);
-            // Of species that do not meet, the squared distance is negative, and nothing made of its root is a number or at most anything.
+            // Species that do not meet have a negative squared distance. Its root is NaN, and no comparison with NaN holds.
             unsure |= is_unsure << (at * F::COUNT);
             let dt = zero.if_less(is_touching, dt, never);
             dt.write(due);

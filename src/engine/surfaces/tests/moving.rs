@@ -169,7 +169,7 @@ fn a_late_floor_is_where_its_time_says_as_far_as_that_has_digits() {
 fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
     let (gravity, rate) = (9.81, 31.0);
     let amplitude = gamma * gravity / (rate * rate);
-    // Of the orbit, `cos(phase) = pi (1 - e) / (gamma (1 + e))`; it starts at a bounce there, a little off.
+    // The orbit has `cos(phase) = pi (1 - e) / (gamma (1 + e))`. The ball starts near a bounce there.
     let phase = libm::acos(PI * (1.0 - restitution) / (gamma * (1.0 + restitution)));
     let leaving = PI * gravity / rate;
     let floor = floor(restitution).motion(moving(ALWAYS, oscillation(amplitude, rate, phase / TAU)));

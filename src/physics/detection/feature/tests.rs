@@ -153,7 +153,7 @@ fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize,
         let vn = normal.dot(&ball.velocity);
         assert!(vn < 1e-7, "{impact}: it comes, {vn}");
         ball.velocity -= normal * ((1.0 + restitution) * vn.min(0.0));
-        // What is lost comes back in any direction away from the surface.
+        // The lost speed comes back in any direction away from the surface.
         if ball.velocity.norm() < 0.3 {
             let push = vector(random, 1.0);
             ball.velocity += if push.dot(&normal) > 0.0 { push } else { -push };
