@@ -126,7 +126,7 @@ struct Piece {
     volume: Option<VolumePiece>,
     /// `[energy time]`
     integrals: [f64; 2],
-    /// Of `sum m v^2 / V` along each axis between walls, from the time 0 of the simulation on `[energy time / length^D]`.
+    /// Integral of `sum m v^2 / V` along each axis between walls, from the time 0 of the simulation on `[energy time / length^D]`.
     confined: [f64; 3],
 }
 

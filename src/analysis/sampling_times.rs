@@ -13,7 +13,7 @@ pub struct SamplingTimes {
     index: f64,
     /// Number of times since the interval was last doubled, and how many are aimed at; none if it is kept.
     chosen: Option<[u32; 2]>,
-    /// How many there may still be.
+    /// Number of samples that are still allowed.
     left: u32,
 }
 

@@ -325,7 +325,7 @@ fn spread(series: &[f64]) -> Option<Spread> {
     Some(Spread { variance, density: Some(spectrum::density_at_zero(&deviations, variance)?) })
 }
 
-/// How much wider the middle 68.27 % of Student's distribution are than those of a Gaussian, by the degrees of freedom: the expansion in their inverse, to the second order (M. Abramowitz and
+/// Width of the middle 68.27 % of Student's distribution relative to a Gaussian, by the degrees of freedom: the expansion in their inverse, to second order (M. Abramowitz and
 /// I. A. Stegun, 26.7.5), 0.1 % off at seven of them.
 pub(crate) fn student(freedom: f64) -> f64 {
     1.0 + 0.5 / freedom + 0.25 / (freedom * freedom)

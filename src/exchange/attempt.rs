@@ -44,7 +44,7 @@ impl Exchange {
     /// Swaps neighbouring temperatures or windows, and takes note of the averages.
     fn swap_neighbours(&mut self) {
         let mut changed = vec![false; self.places.len()];
-        // Of two places there is one pair.
+        // Two places have one pair only.
         let first = if self.places.len() == 2 { 0 } else { usize::from(self.attempts.is_multiple_of(2)) };
         for lower in (first..self.places.len() - 1).step_by(2) {
             // Drawn in any case, so that no decision moves the numbers of later ones.

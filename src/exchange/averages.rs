@@ -21,7 +21,7 @@ pub(super) struct AtTemperature {
     energy: BlockAverage,
     square: BlockAverage,
     first: Option<f64>,
-    /// Of what is measured beside the energies.
+    /// Averages of other measured values.
     others: Vec<BlockAverage>,
 }
 
@@ -79,7 +79,7 @@ pub(super) struct Averages {
     pub temperatures: Vec<AtTemperature>,
     /// None for windows, where the distance is measured instead.
     populations: Option<Populations>,
-    /// Of each two neighbours, 1 for a swap and 0 for an attempt without one.
+    /// For each pair of neighbours, 1 for a swap and 0 for a rejected attempt.
     swaps: Vec<BlockAverage>,
     /// Attempts and swaps of each two neighbours.
     counts: Vec<[u64; 2]>,
@@ -131,7 +131,7 @@ impl Averages {
         temperatures.iter().zip(&self.temperatures).enumerate().map(result).collect()
     }
 
-    /// How often neighbours were swapped.
+    /// Swaps of each pair of neighbours.
     pub fn neighbours(&self, temperatures: &[f64]) -> Vec<NeighbouringTemperatures> {
         let swaps = self.swaps.iter().zip(&self.counts);
         let neighbours =

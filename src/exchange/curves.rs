@@ -64,7 +64,7 @@ pub struct ThermalCurves {
     pub is_torn: bool,
     /// The density of states of all levels that were visited, by ascending energy.
     pub density_of_states: Vec<LevelDensity>,
-    /// Of a multicanonical exchange the populations of the levels at each of its temperatures, in the order of the scene; of another one they are measured at each temperature, and these are none.
+    /// For a multicanonical exchange, the populations of the levels at each temperature, in the order of the scene; empty for other exchanges, which measure them.
     pub populations: Vec<Vec<Population>>,
 }
 
@@ -133,7 +133,7 @@ struct System<'n> {
     particles: f64,
     dimensions: f64,
     highest: f64,
-    /// Of what is measured with the energies.
+    /// Names of other values that are measured with the energies.
     names: &'n [&'static str],
 }
 
@@ -181,7 +181,7 @@ impl System<'_> {
 }
 
 impl ThermalCurves {
-    /// Of the energies of an exchange, which are visited twice.
+    /// From the energies of an exchange, which are visited twice.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64], &[f64])) -> Result<(), E>,
@@ -201,7 +201,7 @@ impl ThermalCurves {
     }
 
     fn made(histograms: &EnergyHistograms, exchange: &Exchange, system: &System<'_>) -> Self {
-        // Of hard bodies nothing depends on the temperature.
+        // Nothing depends on the temperature of hard bodies.
         if histograms.levels() < 2 {
             return Self::default();
         }

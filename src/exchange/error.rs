@@ -110,7 +110,7 @@ pub enum ExchangeFolderError {
     Passed {
         /// The folder.
         path: PathBuf,
-        /// How far its measurement has come `[time]`.
+        /// Progress of its measurement `[time]`.
         measured: f64,
         /// Time that was asked for `[time]`.
         asked: f64,

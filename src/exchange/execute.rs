@@ -43,7 +43,7 @@ pub trait ExchangeRecorder {
         false
     }
 
-    /// All that is needed to go on from here to the same bits, between two attempts or on the way to one; also at the end.
+    /// Everything needed to continue from here with the same bits, between two attempts or on the way to one; also at the end.
     ///
     /// # Errors
     /// If it cannot be kept.
@@ -67,7 +67,7 @@ struct Task {
 struct Done {
     number: usize,
     replica: Box<Replica>,
-    /// Of a thread that has panicked, its panic.
+    /// The panic of the thread, if it has panicked.
     result: thread::Result<Result<bool, EngineError>>,
 }
 

@@ -39,7 +39,7 @@ impl MeanForcePoint {
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MeanForce {
-    /// Of all bins that were visited, by ascending distance; none where some windows share too few samples with the others.
+    /// Points of all visited bins, by ascending distance; empty if some windows share too few samples with the others.
     pub points: Vec<MeanForcePoint>,
     /// Whether some windows share too few samples with the others.
     pub is_torn: bool,
@@ -79,7 +79,7 @@ impl Distances {
 }
 
 impl MeanForce {
-    /// Of the distances in all windows of an exchange, which are visited twice.
+    /// From the distances in all windows of an exchange, which are visited twice.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
@@ -115,7 +115,7 @@ fn points(
     temperature: f64,
     dimensions: f64,
 ) -> Vec<MeanForcePoint> {
-    // Of the bins as they are, so that a density that is constant in space has a constant potential, however wide they are.
+    // The exact volume of each bin, so that a constant density has a constant potential for bins of any width.
     let volume = |pair: &[f64]| (libm::pow(pair[1], dimensions) - libm::pow(pair[0], dimensions)) / dimensions;
     let is_last = |pair: &[f64]| last[0] <= pair[0] && pair[1] <= last[1];
     let of_bins = |size: &dyn Fn(&[f64]) -> f64| -> Vec<Estimate> {

@@ -36,7 +36,7 @@ pub(super) struct Populations {
     levels: Vec<Level>,
     /// Width of the bins; `None` for exact levels.
     width: Option<f64>,
-    /// Of two energies of one level, the largest difference.
+    /// Largest difference of two energies of one level.
     tolerance: f64,
     /// Averages of a level that has not been seen yet.
     empty: BlockAverage,
@@ -91,7 +91,7 @@ impl Populations {
     /// Sees to it that an energy has a level.
     fn make_room(&mut self, energy: f64) {
         let Err(place) = self.find(energy) else { return };
-        // Of zero there is one only.
+        // Zero has one bit pattern only.
         let at = self.width.map_or(energy, |width| (energy / width).floor()) + 0.0;
         self.levels.insert(place, Level { at, occupied: vec![self.empty.clone(); self.temperatures] });
         match self.width {

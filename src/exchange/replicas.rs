@@ -63,7 +63,7 @@ pub struct Exchange {
     pub(super) places: Vec<usize>,
     /// Its potential energy at the last attempt.
     pub(super) energies: Vec<f64>,
-    /// Of windows the distance of each then `[length]`.
+    /// For windows, the distance in each at that time `[length]`.
     pub(super) distances: Vec<f64>,
     /// Whether each is still on its way into its window.
     pub(super) is_outside: Vec<bool>,
@@ -76,7 +76,7 @@ pub struct Exchange {
     pub(super) averages: Averages,
     pub(super) instruments: InstrumentsAtTemperatures,
     pub(super) walk: Walk,
-    /// Of an exchange in a multicanonical ensemble.
+    /// State of a multicanonical exchange.
     pub(super) multicanonical: Option<Multicanonical>,
 }
 
@@ -98,7 +98,7 @@ pub struct ExchangeRow<'e> {
 pub const DISTANCE: (&str, &str) = ("distance", "length");
 
 impl ExchangeRow<'_> {
-    /// Of an exchange between windows the distance in each `[length]`.
+    /// For windows, the distance in each `[length]`.
     pub(super) fn distances(&self) -> impl Iterator<Item = f64> {
         let each = self.measured.len() / self.potential.len().max(1);
         self.measured.iter().copied().step_by(each.max(1))

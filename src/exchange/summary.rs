@@ -37,7 +37,7 @@ pub struct ExchangeSummary {
     pub dimensions: usize,
     /// Between two attempts to swap `[time]`.
     pub interval: f64,
-    /// Of the heat baths, for each particle `[1 / time]`.
+    /// Rate of the heat baths, for each particle `[1 / time]`.
     pub rate: f64,
     /// The windows of the distance, of an exchange between them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -63,7 +63,7 @@ pub struct ExchangeSummary {
 }
 
 impl ExchangeSummary {
-    /// Of an exchange as far as it has come.
+    /// Summary of the present state of an exchange.
     #[must_use]
     pub fn of(exchange: &Exchange) -> Self {
         let (scene, simulation, results) = (exchange.scene(), exchange.example(), exchange.results());

@@ -38,7 +38,7 @@ pub(super) fn line(row: &ExchangeRow<'_>) -> String {
     line + "\n"
 }
 
-/// How many temperatures a table has, by its heads.
+/// Number of temperatures in a table, from its header.
 pub(super) fn temperatures(heads: &str) -> usize {
     heads.split(',').filter(|head| head.starts_with("replica_")).count()
 }

@@ -155,7 +155,7 @@ fn what_is_interrupted_goes_on_to_the_same_bits() {
         for jobs in [1, 2] {
             let (paused, keeper) = ran(Exchange::new(scene.clone()).unwrap(), jobs, every);
             assert!(keeper.lines == told.lines && postcard::to_allocvec(&paused).unwrap() == end);
-            // How often several threads come to one depends on the clock.
+            // The number of calls depends on the clock if there are several threads.
             let fewest = if jobs == 1 { 3 } else { 1 };
             assert!(keeper.kept.len() >= fewest, "{} checkpoints", keeper.kept.len());
             for (bytes, lines) in keeper.kept.iter().rev().take(3) {
@@ -315,7 +315,7 @@ fn one_falling_particle_has_the_barometric_energy() {
         let expected = 1.5 + 1.0 - x * x * x.exp() / x.exp_m1().powi(2);
         let deviation = (heat_capacity.mean - expected) / heat_capacity.standard_error.unwrap();
         assert!(deviation.abs() < 3.0, "{}: {heat_capacity:?}, expected {expected}", at.temperature);
-        // Of a continuous energy there are bins.
+        // A continuous energy has bins.
         assert!(at.populations.iter().all(|it| it.width > 0.0));
         let all: f64 = at.populations.iter().map(|it| it.population.mean).sum();
         assert!((all - 1.0).abs() < 1e-9);

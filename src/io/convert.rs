@@ -180,7 +180,7 @@ pub fn convert_watched(
     let mut reader =
         FrameReader::new(text.map_err(|error| read_error(ReadError::Open { path: source.into(), source: error }))?);
     let mut reading = Reading { index: 0, is_truncated: false };
-    // What cannot be read is reported before anything is written.
+    // Unreadable input is reported before anything is written.
     while reading.index < options.first {
         if reading.next(&mut reader).map_err(read_error)?.is_none() {
             return Err(reading.ended_early(source, options.first));
@@ -226,7 +226,7 @@ fn is_listed(source: &Path, format: Format, target: &Path) -> bool {
     source.file_name() == Some(TRAJECTORY.as_ref()) && expected.file_name() == target.file_name() && is_beside
 }
 
-/// How far the source was read.
+/// Progress of reading the source.
 struct Reading {
     /// Number of frames read.
     index: u64,

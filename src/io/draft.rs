@@ -26,7 +26,7 @@ impl UnnamedFile {
     /// # Errors
     /// Those of the system.
     pub fn beside(path: &Path) -> io::Result<(Self, File)> {
-        // What a link leads to is replaced, not the link.
+        // The target of a link is replaced, not the link.
         let target = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
         remove_abandoned(folder_of(&target));
         let (temporary, file) = TemporaryFile::beside(&target)?;
@@ -85,7 +85,7 @@ impl Drop for TemporaryFile {
 
 /// Removes the drafts in a folder that no process has locked any more. Where the system has no locks, they stay.
 pub(crate) fn remove_abandoned(folder: &Path) {
-    // Of a folder that cannot be read, the command that is under way says so.
+    // If the folder cannot be read, the command itself reports it.
     for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_draft(&entry.file_name())) {
         let path = entry.path();
         let Ok(file) = plain::open(OpenOptions::new().write(true), &path) else { continue };

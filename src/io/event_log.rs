@@ -107,7 +107,7 @@ impl EventLog {
         Ok(())
     }
 
-    /// How long all columns are together `[bytes]`.
+    /// Length of all columns together `[bytes]`.
     pub fn length(&self) -> u64 {
         let gathered = self.gathered.iter().map(|entries| entries.len() as u64);
         self.columns.iter().map(PartialFile::length).chain(gathered).sum()

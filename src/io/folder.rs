@@ -58,7 +58,7 @@ pub(super) const PAGE: &str = "report.html";
 pub(crate) const SMALL_PAGE: &str = "run.html";
 pub(super) const PICTURE: &str = "picture.png";
 
-/// How often a table that is being written can be looked at.
+/// Time between two flushes of a table, so that it can be viewed while it is written.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 
 /// The folder of a run: a recorder that writes rows, frames, checkpoints and results.
@@ -138,7 +138,7 @@ impl Folder {
         replacement::recover(target, &mut owned)?;
         let path = spot(target, existing)?;
         let names = names_of(scene);
-        // What would be in the way at the end is reported now, before anything else is made.
+        // Obstacles to the final files are reported now, before anything else is created.
         owned.allow(&names)?;
         let mut outer = None;
         if path != target {

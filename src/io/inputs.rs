@@ -15,7 +15,7 @@ use crate::scene::NamedInput;
 /// # Errors
 /// [`OutputError::Input`] with the first of them.
 pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Item = P>) -> Result<(), OutputError> {
-    // What is not there replaces nothing.
+    // A missing file replaces nothing.
     let Ok(place) = fs::canonicalize(target) else { return Ok(()) };
     for input in inputs {
         let input: PathBuf = input.as_ref().to_owned();

@@ -38,7 +38,7 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
         (FolderState::Unfinished, Existing::Keep) => Err(OutputError::Unfinished(path.to_owned())),
         (_, Existing::Replace) => {
             let inner = replacement::within(path);
-            // What the list of the run does not name is not its own.
+            // Files that the list of the run does not name do not belong to it.
             let is_known = owned::replacement_of(path) != Replacement::None;
             if !is_known && (inner.is_symlink() || !matches!(state_of(&inner), Ok(FolderState::Nothing))) {
                 return Err(OutputError::NotReplacement(inner));

@@ -26,7 +26,7 @@ const HEADER: &str = "carom lists here what it wrote in this folder; nothing els
 /// Begins a line that says how far a run has come that is to replace this one.
 const REPLACEMENT: &str = "replacement ";
 
-/// How far a run has come that is to replace the one in a folder.
+/// Progress of a run that is to replace the one in a folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Replacement {
     /// There is none.
@@ -67,7 +67,7 @@ pub(super) fn is_run(folder: &Path) -> bool {
     has_list || Checkpoint::is_one(&checkpoints::newest(folder))
 }
 
-/// How far a run has come that is to replace the one in a folder, by the list of that one.
+/// Progress of a run that is to replace the one in a folder, from the list of files of the old one.
 pub(super) fn replacement_of(folder: &Path) -> Replacement {
     read(folder).map(|list| list.replacement).unwrap_or_default()
 }

@@ -96,7 +96,7 @@ impl PartialFile {
             .map_err(OutputError::write(&self.partial))
     }
 
-    /// How long it is, with what is not yet written `[bytes]`.
+    /// Length of the file, with buffered bytes `[bytes]`.
     pub fn length(&self) -> u64 {
         self.file.get_ref().length() + self.file.buffer().len() as u64
     }

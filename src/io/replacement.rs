@@ -61,7 +61,7 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     let stale: Vec<String> = old.names().difference(new.names()).cloned().collect();
     old.remove(&stale)?;
     for name in &names {
-        // Of a replaced run that had not ended.
+        // Files of a replaced run that had not ended.
         old.remove_partial(name)?;
     }
     sync_folder(run);

@@ -359,7 +359,7 @@ fn events(measurement: &MeasurementPeriod) -> Events {
     }
 }
 
-/// Of runs before there was growth.
+/// Default for runs of versions without growth.
 fn not_grown() -> f64 {
     1.0
 }

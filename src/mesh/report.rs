@@ -89,11 +89,11 @@ pub struct MeshReport {
     pub gap: Option<Thinnest>,
 }
 
-/// How many self-intersections are counted: a mesh with more is no surface, and to find all of them takes the square of the number of
+/// Largest number of self-intersections that are counted: a mesh with more is no surface, and to find all of them takes the square of the number of
 /// triangles.
 pub const MOST_INTERSECTIONS: usize = 1_000_000;
 
-/// How many pairs of triangles with overlapping boxes are looked at for self-intersections, and how many triangles are tried against
+/// Largest number of pairs of triangles with overlapping boxes that are tested for self-intersections, and of triangles that are tested against
 /// rays. A mesh of a million triangles needs a tenth; tens of thousands of needles that are not along an axis, all of whose boxes
 /// overlap, may need more.
 pub const MOST_PAIRS: usize = 100_000_000;

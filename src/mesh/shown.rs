@@ -200,7 +200,7 @@ impl Region {
             if is_periodic(k) { trunc_to_i32(first.ceil())..=trunc_to_i32(last.floor()) } else { 0..=0 }
         });
         let is_whole = shifts.iter().all(|shifts| *shifts == (0..=0));
-        // What is longer than two periods is left as it is.
+        // Shapes longer than two periods are not cut.
         if is_whole || shifts.iter().any(|shifts| shifts.end() - shifts.start() > 2) {
             return mesh;
         }

@@ -75,7 +75,7 @@ impl FillRegion {
             Self::Cone { base, axis, radii, length } => {
                 let axis = axis.normalize();
                 [0, 1, 2].map(|k| {
-                    // How far a disk of radius 1 across the axis reaches.
+                    // Extent of a disk of radius 1 across the axis.
                     let reach = (1.0 - axis[k] * axis[k]).max(0.0).sqrt();
                     let places = [base[k], base[k] + length * axis[k]];
                     let low = (places[0] - radii[0] * reach).min(places[1] - radii[1] * reach);
@@ -104,7 +104,7 @@ impl FillRegion {
         }
     }
 
-    /// How far from the axis of a cone the centre of a particle can be that touches its surface `[length]`.
+    /// Distance from the axis of a cone of the centre of a particle that touches its surface `[length]`.
     fn room_at(&self, along: f64, particle: f64) -> f64 {
         let Self::Cone { radii: [a, b], length, .. } = self else { return 0.0 };
         a + (b - a) * along / length - particle * libm::hypot(1.0, (b - a) / length)

@@ -10,7 +10,7 @@ use crate::engine::CellList;
 use crate::engine::surfaces::{Law, Surface, Surfaces};
 use crate::model::{ParticleId, Scene, SpeciesId};
 
-/// What a particle rests on.
+/// The support of a particle at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Ground {
     /// A wall of the box: its axis, and whether it is the upper one.
@@ -26,7 +26,7 @@ pub(crate) enum Ground {
 pub(crate) struct Resting {
     /// The particle.
     pub particle: ParticleId,
-    /// What it rests on.
+    /// Its support.
     pub ground: Ground,
     /// Time until it is in contact again `[time]`.
     pub bounce: f64,

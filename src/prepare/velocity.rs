@@ -52,7 +52,7 @@ pub(crate) struct Drawn {
 /// Gives groups of particles their velocities: those of their temperature, the one that they share, and that of what streams in a sheared
 /// box.
 ///
-/// All that have the same temperature and velocity are one cloud, so that it does not matter in how many groups they are given.
+/// Particles with the same temperature and velocity form one cloud, whatever the number of groups.
 pub(crate) fn set_velocities(groups: &[Drawn], scene: &mut Scene) {
     let (conserved, dimensions) = (scene.conserved_axes(), scene.space.dimensions());
     let Scene { particles, species, space, seed, shear_rate, .. } = scene;
@@ -134,7 +134,7 @@ fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
     let across = loop {
         let second = random.direction(space);
         let across = second - first * first.dot(&second);
-        // Of nearly parallel directions only rounding would be left.
+        // Nearly parallel directions would leave only round-off.
         if across.norm_squared() > 0.01 {
             break across.normalize();
         }
@@ -145,7 +145,7 @@ fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
 
 /// Removes the total momentum along the axes on which it is conserved, and scales velocities to exactly the temperature, `T = 2 K / f`.
 ///
-/// Of the `D N` components of `N` particles that move, each conserved component of the momentum takes one away, and nothing else does:
+/// `N` moving particles have `D N` degrees of freedom, less one for each conserved component of the momentum, and nothing else:
 /// `f = D N - c`, as in the temperature that is measured. A single particle keeps its own, `T = 2 K / D`.
 fn settle(particles: &mut [Particle], members: &[Range<usize>], species: &[Species], cloud: &Cloud) {
     let moving = || members.iter().cloned().flatten();

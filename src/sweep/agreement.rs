@@ -3,7 +3,7 @@
 use super::results::{Results, StageMeans};
 use crate::analysis::published::PublishedValue;
 
-/// Of fewer means the deviations say nothing.
+/// Fewest means whose deviations are meaningful.
 const FEWEST: usize = 2;
 
 /// Quantity that tells a crystal from a fluid of the same density.
@@ -17,7 +17,7 @@ pub struct Agreement {
     pub label: String,
     /// `chi^2 = sum ((x - x_0) / error)^2` with what is expected of systems of the size of the runs, [`PublishedValue::at_size`].
     pub chi_square: f64,
-    /// That with the values as they are published; `None` where they are the same.
+    /// The same with the uncorrected published values; `None` if these are equal.
     pub without_size: Option<f64>,
     /// Number of the means in it, and of its degrees of freedom: nothing is fitted.
     pub freedom: usize,
@@ -32,7 +32,7 @@ pub struct Agreement {
 type Pair<'p> = (f64, f64, &'p PublishedValue, bool);
 
 impl Agreement {
-    /// What is left out, in words: `, without 2 points that are crystals`; empty for nothing.
+    /// Omitted points, in words: `, without 2 points that are crystals`; empty if there are none.
     #[must_use]
     pub fn left_out(&self) -> String {
         let phase = if self.is_of_crystal { "fluid" } else { "crystal" };

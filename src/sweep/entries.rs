@@ -44,7 +44,7 @@ impl Sweep {
         self.numbers().into_iter().filter(|entry| !entry.place.is_empty()).collect()
     }
 
-    /// All that state points can be plotted against: keys with numbers, and entries of others, by key.
+    /// Everything that state points can be plotted against: keys with numbers, and numeric entries of lists and tables, by key.
     pub(crate) fn numbers(&self) -> Vec<Entry> {
         let names = self.state_point_names();
         let keys = self.points().first().into_iter().flat_map(Point::state_point).map(|(key, _)| key);

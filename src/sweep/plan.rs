@@ -262,7 +262,7 @@ impl Sweep {
         let is_driven = scene.run().has_andersen() || scene.has_thermal_walls() || scene.exchange().is_some();
         let is_repetition = |other: &&Point| *other != point && other.state_point().eq(point.state_point());
         let Some(other) = self.points.iter().find(is_repetition).filter(|_| !is_driven) else { return Ok(()) };
-        // What is wrong with that one is told when it is run.
+        // Errors of that point are reported when it runs.
         let Ok(again) = self.scene_at(other) else { return Ok(()) };
         if again.particles() == scene.particles() {
             return Err(SweepError::SameRuns { first: point.folder.clone(), second: other.folder.clone() });

@@ -112,7 +112,7 @@ pub struct Frame {
     pub bonds: Vec<[ParticleId; 2]>,
     /// The names of the interactions that hold them.
     pub bond_names: Vec<String>,
-    /// Of each bond, an index into these; empty where a file does not say.
+    /// Index into these of each bond; empty if a file does not give it.
     pub bond_kinds: Vec<u32>,
     /// Periods travelled by each particle along each axis, in their order; empty where a file does not say. With these
     /// [`Frame::unwrapped`] undoes the wrapping.

@@ -36,7 +36,7 @@ pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -
     }
 }
 
-/// How many samples to aim at.
+/// Intended number of samples.
 fn aim(setup: &Setup<'_>, work: f64) -> f64 {
     let (system, sample) = (setup.system, &setup.sample);
     let count = system.moving.len().max(1) as f64;

@@ -45,7 +45,7 @@ pub(super) struct Diffusion {
     origins: Vec<Origin>,
     /// The tick of the next sample.
     next: u64,
-    /// Of how many origins one is kept.
+    /// One in this many origins is kept.
     long_stride: u64,
     linear: CurveAverage,
     logarithmic: CurveAverage,

@@ -63,7 +63,7 @@ struct Fluid<'s> {
     is_hydrodynamic: bool,
     /// Whether the viscosity was asked for.
     has_viscosity: bool,
-    /// That which was measured, if it is known well enough `[mass / (length^(D - 2) time)]`.
+    /// The measured viscosity, if it is known well enough `[mass / (length^(D - 2) time)]`.
     viscosity: Option<Estimate>,
     /// First and last time of the straight part `[time]`.
     span: [f64; 2],

@@ -229,7 +229,7 @@ mod tests {
         let measured = report(&instrument, &system);
         let (time, error) = estimate(&measured, "mean_free_time");
         let rate = 2.0 * (simulation.event_counts().core - core) as f64 / (256.0 * 100.0);
-        // Of each particle's 80 flights the one at both ends is missing, which is longer than others: 1/80 of the difference.
+        // Each particle has 80 flights. The one across both ends is missing, and is longer than the others: 1/80 of the difference.
         assert!((time * rate - 1.0).abs() < 4.0 * error * rate + 1.0 / 80.0, "{time} {error} {rate}");
         let fluid = HardSphereFluid::reduced(0.05);
         assert!((time * fluid.collision_rate() - 1.0).abs() < 4.0 * error / time + 1.0 / 80.0);

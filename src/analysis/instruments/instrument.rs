@@ -29,7 +29,7 @@ pub struct Setup<'a> {
     pub system: &'a SystemDescription,
     /// The particles at the start of the measurement. [`Instrument::sample`] is not called for them: take them here if they count.
     pub sample: Sample<'a>,
-    /// How long the measurement will last, as far as is known; positive and finite `[time]`.
+    /// Expected duration of the measurement; positive and finite `[time]`.
     pub duration: f64,
 }
 

@@ -21,7 +21,7 @@ pub(super) fn trace(tensor: &Tensor) -> f64 {
 struct Transfer {
     /// `r_ij`, the shortest; zero for a wall `[length]`.
     apart: Vector,
-    /// How many times smaller than the box the volume is that the centres of each can reach.
+    /// Ratio of the box to the volume that the centres of each particle can reach.
     crowding: [f64; 2],
     /// `r_ij` as a flow through the volume that the centres of each can reach: `c r_ij`, or between two species along an axis with walls
     /// `c_i x_i - c_j x_j`, with `x` from the middle of the box and the crowding `c` of each `[length]`.
@@ -30,7 +30,7 @@ struct Transfer {
     momentum: Vector,
     /// Kinetic energy that the particle gained `[energy]`.
     energy: f64,
-    /// Of each that moves: mass, velocity before, velocity after.
+    /// Mass, velocity before and velocity after of each moving particle.
     movers: [Option<(f64, Vector, Vector)>; 2],
 }
 

@@ -32,7 +32,7 @@ pub(super) struct PressureTensor {
     blocks: SamplingTimes,
     flow: MomentumFlow,
     block_start: f64,
-    /// How often a particle that moves took part in an event, in this block and in all, in the order of [`RATES`].
+    /// Participations of moving particles in events, in this block and in all, in the order of [`RATES`].
     counts: [u64; 5],
     totals: [u64; 5],
     tensor: Vec<BlockAverage>,

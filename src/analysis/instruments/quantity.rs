@@ -80,7 +80,7 @@ impl Number {
     /// A number of an estimate; without one, there were insufficient data.
     #[must_use]
     pub fn estimated(name: &str, title: &str, unit: &str, estimate: Option<Estimate>, method: &str) -> Self {
-        // What is not finite is not known.
+        // A value that is not finite is unknown.
         let estimate = estimate.filter(|estimate| estimate.mean.is_finite());
         Self {
             name: name.to_owned(),
@@ -249,7 +249,7 @@ pub struct Divisor {
 }
 
 impl Normalisation {
-    /// Of a sum that was not divided yet.
+    /// The normalisation of a sum that has not been divided yet.
     #[must_use]
     pub fn of(sum: &str) -> Self {
         Self { sum: sum.to_owned(), divisors: Vec::new() }

@@ -118,7 +118,7 @@ impl RadialDistribution {
         50.0 * count + 5.0 * count * near.min(count)
     }
 
-    /// How far apart pairs are looked for.
+    /// Cutoff of the distance of pairs.
     fn range(&self) -> f64 {
         self.pairs.iter().filter_map(|pair| pair.shell).map(|shell| shell.end).fold(self.cutoff, f64::max)
     }

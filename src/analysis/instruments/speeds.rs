@@ -180,7 +180,7 @@ impl Speeds {
         let all = speeds.len().max(1) as f64;
         let mut numbers = vec![0_u64; self.bins];
         for speed in speeds {
-            // What is at rest is in the first bin, however wide that will be.
+            // Particles at rest are in the first bin, whatever its width becomes.
             let bin = if *speed == 0.0 { 0 } else { trunc_to_usize(speed / width) };
             if let Some(number) = numbers.get_mut(bin) {
                 *number += 1;

@@ -33,7 +33,7 @@ pub(super) struct SurfaceForces {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct OnSurface {
     number: u32,
-    /// Of this block: what was given along the three axes and along the normal, and how often.
+    /// Impulse in this block along the three axes and along the normal, and the number of contacts.
     sums: [f64; 5],
     averages: Vec<BlockAverage>,
     /// By bin of the profile, the normal force.

@@ -188,7 +188,7 @@ impl SystemDescription {
         if walled.is_empty() { self.axes().collect() } else { walled }
     }
 
-    /// How many times smaller the volume is that the centres of particles like this one can reach than the box.
+    /// Ratio of the box to the volume that the centres of particles like this one can reach.
     pub(super) fn crowding_of(&self, id: u32) -> f64 {
         self.crowding[self.species[id as usize] as usize]
     }

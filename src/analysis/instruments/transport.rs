@@ -46,7 +46,7 @@ struct Moments {
     shear: [f64; 3],
     /// The trace by axis.
     bulk: f64,
-    /// Of energy.
+    /// The moment of the energy by axis.
     heat: [f64; 3],
 }
 

@@ -37,7 +37,7 @@ impl Regions {
         self.regions.is_empty()
     }
 
-    /// How many of some points are in each.
+    /// Number of points in each region.
     pub fn count<'p>(&self, points: impl Iterator<Item = &'p Vector> + Clone) -> Vec<usize> {
         let search = |region: &CountRegion| match &region.space {
             CountSpace::Box(_) => None,

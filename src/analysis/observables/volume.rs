@@ -60,7 +60,7 @@ pub(super) struct VolumePiece {
     volume: f64,
     /// Virial since the start of the simulation `[energy]`.
     virial: f64,
-    /// Of `V`, `1 / V`, `V^2` and the pressure, over the time.
+    /// Time integrals of `V`, `1 / V`, `V^2` and the pressure.
     integrals: [f64; 4],
 }
 

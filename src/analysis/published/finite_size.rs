@@ -16,7 +16,7 @@ fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
     packing_fraction * second / (2.0 * first)
 }
 
-/// How much `Z - 1 = W / (D N T t)` and the number of pairs in contact are smaller, relative to those of an infinite fluid; 0 where there is no density.
+/// Relative reduction of `Z - 1 = W / (D N T t)` and of the number of pairs in contact with respect to an infinite fluid; 0 without a density.
 pub(crate) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     let fewer =
         curvature(compressibility, packing_fraction) / (count as f64 * (compressibility(packing_fraction) - 1.0));

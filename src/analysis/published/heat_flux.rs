@@ -39,7 +39,7 @@ impl GasBetweenPlates {
     pub fn heat_flux(&self) -> f64 {
         let [lower, upper] = self.temperatures;
         let mut pressure = self.particles_per_area / self.distance * 0.5 * (lower + upper);
-        // Of the gas at the plates, and the flux that goes with them.
+        // Temperatures of the gas at the plates, and the corresponding flux.
         let (mut at, mut flux) = ([lower, upper], 0.0);
         // Each step makes what is left of the way shorter by half or more, down to rounding.
         for _ in 0..100 {
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn far_apart_it_is_fouriers_law_and_near_it_is_what_the_jumps_leave() {
-        // Of a dilute gas: lambda = lambda_0 sqrt(T) integrates to 2/3 lambda_0 T^(3/2).
+        // For a dilute gas, lambda = lambda_0 sqrt(T) integrates to 2/3 lambda_0 T^(3/2).
         let lambda = HardSphereFluid { temperature: 1.0, ..HardSphereFluid::reduced(1e-9) }.thermal_conductivity();
         let far = plates(1e-6, 1e9, [2.0, 1.0]).heat_flux();
         let fourier = 2.0 / 3.0 * lambda * (2.0_f64.powf(1.5) - 1.0) / 1e9;

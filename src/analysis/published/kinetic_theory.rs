@@ -16,7 +16,7 @@ pub fn contact_value(packing_fraction: f64) -> f64 {
     if packing_fraction > 0.0 { (hard_spheres(packing_fraction) - 1.0) / (4.0 * packing_fraction) } else { 1.0 }
 }
 
-/// That of hard disks, `chi = (Z - 1) / (2 eta)`.
+/// Contact value of hard disks, `chi = (Z - 1) / (2 eta)`.
 #[must_use]
 pub fn contact_value_of_disks(packing_fraction: f64) -> f64 {
     if packing_fraction > 0.0 { (hard_disks(packing_fraction) - 1.0) / (2.0 * packing_fraction) } else { 1.0 }

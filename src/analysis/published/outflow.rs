@@ -76,7 +76,7 @@ mod tests {
         assert!((round - 76.617_207_912_919).abs() < 1e-11, "{round}");
         let square = beverloo(1.1, 9.81, Outlet::Rectangular([5.0, 5.0]), 0.5);
         assert!((square / round - 4.0 / PI).abs() < 1e-14);
-        // Of a long slot the width is twice the shorter edge.
+        // The hydraulic width of a long slot is twice its shorter edge.
         let slot = beverloo(1.0, 1.0, Outlet::Rectangular([1e9, 2.0]), 0.5);
         assert!((slot / (1e9 * 1.3) - 4.0 / PI * 0.58 * 2.6_f64.sqrt()).abs() < 1e-6);
         for outlet in [Outlet::Round(0.6), Outlet::Rectangular([0.6, 9.0])] {

@@ -18,7 +18,7 @@ const LEAST_SHARED: f64 = 1.0;
 
 /// Histograms of the potential energy of several ensembles, mostly canonical ones at several temperatures, together.
 ///
-/// Of the samples of all ensembles only the sum of their histograms matters: it is a sufficient statistic of the density of states.
+/// Only the sum of the histograms of all ensembles matters: it is a sufficient statistic of the density of states.
 #[derive(Debug, Clone, Copy)]
 pub struct MultiHistogram<'h> {
     /// The ensembles.

@@ -116,7 +116,7 @@ fn histograms_are_mbar_over_all_samples() {
 
 #[test]
 fn many_energies_become_bins_of_which_the_moments_are_known() {
-    // Of six harmonic coordinates, so that <U> = 3 T and the variance is 3 T^2.
+    // Six harmonic coordinates: <U> = 3 T, and the variance is 3 T^2.
     let mut random = Random::new(2, Purpose::Placement, 0);
     let mut harmonic = |t: &f64| t * (0..3).map(|_| random.exponential()).sum::<f64>();
     let rows: Vec<Vec<f64>> = (0..20_000).map(|_| TEMPERATURES.iter().map(&mut harmonic).collect()).collect();
@@ -182,7 +182,7 @@ fn temperatures_without_overlap_and_short_series_have_no_curves_or_no_errors() {
     );
     let few = Reweighting::new(&histograms(&TEMPERATURES, &sampled(1, 7, 0.0)), 1).unwrap();
     assert_eq!(few.estimates(|density| vec![density.at(0.6).mean])[0].standard_error, None);
-    // Of energies that are all the same, everything is known.
+    // If all energies are equal, everything is known.
     let same = Reweighting::new(&histograms(&[0.5, 1.0], &vec![vec![-2.0, -2.0]; 50]), 1).unwrap();
     let found = same.estimates(|density| vec![density.at(0.7).mean, density.at(0.7).variance]);
     assert!(found.iter().all(|it| it.standard_error == Some(0.0)), "{found:?}");

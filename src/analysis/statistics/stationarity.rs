@@ -59,7 +59,7 @@ pub fn stationarity(series: &[f64]) -> Stationarity {
     let (first, second) = (&series[..n / 4], &series[n / 2..]);
     let drift = mean(second) - mean(first);
     let scale = series.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    // What rounding leaves of a constant does not drift.
+    // The round-off of a constant does not drift.
     if series.iter().all(|x| (x - series[0]).abs() <= ROUNDING * scale) {
         return Stationarity::Constant;
     }
@@ -92,7 +92,7 @@ fn mean(values: &[f64]) -> f64 {
 struct Noise {
     /// Its spectral density at frequency zero.
     density: f64,
-    /// How many independent values it is worth.
+    /// Number of independent values with the same information.
     independent: f64,
 }
 

@@ -307,7 +307,7 @@ fn the_mean_of_the_rate_of_something_bounded_has_but_its_ends_in_it() {
         // The scatter is known to 5 %.
         assert!(given.len() > 180 && (0.85..1.15).contains(&ratio), "{rho}: {ratio}, {}", given.len());
     }
-    // What grows as a walk does has no ends that stay. One in six looks bounded for so long, which is why this is for what a conservation law bounds: 8 of 50 with a standard deviation of 2.6.
+    // A random walk has no bounded ends. One in six looks bounded for this long, so this estimate is only for quantities that a conservation law bounds: 8 of 50 with a standard deviation of 2.6.
     let walks = (0..50).filter(|seed| error_of_ends(&correlated(0.0, 400, 60_000 + seed)).is_some()).count();
     assert!(walks <= 16, "{walks}");
 }

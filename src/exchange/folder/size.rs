@@ -11,7 +11,7 @@ impl ExchangeFolder {
     /// Expected size of the files of the exchange of a scene, except for checkpoints `[bytes]`.
     #[must_use]
     pub fn expected_bytes(scene: &Scene) -> f64 {
-        // Of a number in a table, with its comma.
+        // Bytes of a number in a table, with its comma.
         const NUMBER: f64 = 12.0;
         let Some(plan) = scene.exchange() else { return 0.0 };
         let (temperatures, time) = (plan.replicas() as f64, scene.run().limit.time.unwrap_or(0.0));
@@ -21,7 +21,7 @@ impl ExchangeFolder {
         rows * NUMBER * (1.0 + (2.0 + measured) * temperatures) + of_frames
     }
 
-    /// How many frames the exchange of a scene will write, those of all temperatures together.
+    /// Number of frames that the exchange of a scene will write, at all temperatures together.
     #[must_use]
     pub fn expected_frames(scene: &Scene) -> f64 {
         let Some(plan) = scene.exchange() else { return 0.0 };

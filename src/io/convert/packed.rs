@@ -9,7 +9,7 @@ use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 
 use super::target::{Draft, finish};
 
-/// How much text is a frame of Zstandard `[bytes]`.
+/// Text in one Zstandard frame `[bytes]`.
 const FRAME: usize = 1 << 20;
 
 /// Kind of compression, by the ending of a name.

@@ -31,7 +31,7 @@ impl Target {
         if let Some(source) = source.filter(|source| [path, &partial].into_iter().any(|path| is_same(path, source))) {
             return Err(ConvertError::Source(source.to_owned()));
         }
-        // What is unfinished may belong to a run or a conversion that is still going on.
+        // An unfinished file may belong to a run or a conversion in progress.
         for path in [path, &partial] {
             if fs::symlink_metadata(path).is_ok() && !replace {
                 return Err(ConvertError::Exists(path.to_owned()));

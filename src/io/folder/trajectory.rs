@@ -23,7 +23,7 @@ pub(super) struct Trajectory {
     desk: Arc<Mutex<Desk>>,
     /// Writes the frame that is due.
     writer: Option<JoinHandle<()>>,
-    /// How long the file was before that frame `[bytes]`.
+    /// Length of the file before that frame `[bytes]`.
     before: u64,
 }
 
@@ -105,7 +105,7 @@ impl Trajectory {
         if is_lost { Err(lost(&self.path)) } else { Ok(desk) }
     }
 
-    /// How long it is, without the frame that is being written `[bytes]`.
+    /// Length of the file without the frame in progress `[bytes]`.
     pub fn length(&self) -> u64 {
         self.desk.try_lock().map_or(self.before, |desk| desk.file.length())
     }

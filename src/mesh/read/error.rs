@@ -129,7 +129,7 @@ pub enum MeshFileProblem {
         line: usize,
         /// The number of corners.
         corners: usize,
-        /// What is wrong with it.
+        /// The problem.
         problem: PolygonProblem,
     },
     /// A face refers to a vertex that is not in the file.
@@ -141,7 +141,7 @@ pub enum MeshFileProblem {
         line: usize,
         /// The number of the vertex.
         found: i64,
-        /// How many vertices there are to refer to.
+        /// Number of vertices that a face here can refer to.
         vertices: usize,
     },
 }

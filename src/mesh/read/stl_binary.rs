@@ -11,7 +11,7 @@ const HEADER: usize = 84;
 /// Length of a triangle `[bytes]`: normal, corners, attributes.
 const TRIANGLE: usize = 50;
 
-/// How much of a file is looked through for bytes that no text has `[bytes]`.
+/// Length of the beginning of a file that is searched for bytes that no text has `[bytes]`.
 const PROBED: usize = 1024;
 
 /// Whether a file is binary STL, or nothing else that is known.

@@ -56,7 +56,7 @@ impl<'a> Inside<'a> {
         self.winding_number(point) != 0
     }
 
-    /// How many times the mesh goes around a point: 1 inside, 0 outside, -1 inside a mesh with normals inwards, 2 inside two parts.
+    /// Winding number of the mesh around a point: 1 inside, 0 outside, -1 inside a mesh with normals inwards, 2 inside two parts.
     #[must_use]
     pub fn winding_number(&self, point: &Vector) -> i32 {
         let above = self.tree.entered(|bounds| {

@@ -29,7 +29,7 @@ const SLACK: f64 = 1e-9;
 struct Ray<'a> {
     origin: Vector,
     direction: Vector,
-    /// How many triangles this one and others may still be tried against.
+    /// Tests of triangles that are still allowed.
     left: &'a Cell<usize>,
 }
 

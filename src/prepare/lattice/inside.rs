@@ -13,7 +13,7 @@ const STEP: f64 = 1.02;
 /// More sites than this for each one that the volume of the region asks for are not made: by then some are inside of any region that has room.
 const MOST_SITES: f64 = 20.0;
 
-/// How many sites a lattice over the box around a region has if `count` are inside, by the volumes of both.
+/// Number of sites of a lattice over the box around a region if `count` are inside, from the volumes of both.
 pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> f64 {
     count as f64 * FillRegion::Box(region.bounds(space)).volume(space) / region.volume(space)
 }
@@ -90,7 +90,7 @@ mod tests {
             assert!(count == 1 || least_distance(&sites, &cube) >= 1.0 - 1e-12, "{region:?}");
             assert!(count == 1 || matches!(fill(Some(2.0)), Err(NoPlace::TooTight { .. })), "{region:?}");
         }
-        // What fills half of the sphere leaves no holes: neighbours are 0.86 of the mean spacing apart, or farther.
+        // A lattice in half of the sphere has no holes: neighbours are at least 0.86 of the mean spacing apart.
         let sphere = FillRegion::Sphere { centre: Vector::repeat(10.0), radius: 5.0 };
         let sites =
             sites_inside(Lattice::FaceCentredCubic, &cube, &sphere, Sites { count: 350, diameter: 1.0, contact: None });

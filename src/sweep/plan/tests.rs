@@ -32,7 +32,7 @@ fn names_are_short_where_that_tells_them_apart() {
     assert_eq!(names(&["run.thermostat.temperature=1,2"]), ["thermostat_temperature"]);
     assert_eq!(names(&["fill.0.temperature=1,2", "seed=1,2"]), ["fill_0_temperature", "seed"]);
     assert_eq!(names(&["run.barostat.pressure=1,2", "run.barostat.interval=1,2"]), ["barostat_pressure", "interval"]);
-    // What a barostat changes is measured beside it.
+    // The quantities that a barostat changes are also measured.
     let fractions = ["fill.0.packing_fraction=0.1,0.2", "run.barostat.interval=1,2"];
     assert_eq!(names(&fractions), ["fill_0_packing_fraction", "interval"]);
     assert_eq!(names(&fractions[..1]), ["packing_fraction"]);

@@ -55,7 +55,7 @@ pub(super) struct Comment {
     /// Lower corner and edges; `None` without `Lattice`.
     pub region: Option<(Vector, Vector)>,
     pub periodic: [bool; 3],
-    /// Of the next image up along y, along x, less whole periods.
+    /// Displacement along x of the next image up along y, without whole periods.
     pub displacement: f64,
     pub species: Vec<FrameSpecies>,
     pub bonds: Vec<[ParticleId; 2]>,
@@ -311,7 +311,7 @@ impl<'a> Value<'a> {
             scalars,
         };
         let used = [Some(columns.position), columns.species, velocity, columns.radius, columns.id, columns.image];
-        // Of both, velocities are taken, and say the same as momenta.
+        // If there are both, velocities are taken. They say the same as momenta.
         let used = [&used[..], &[momentum, columns.mass]].concat();
         let is_used = |at: usize| used.contains(&Some(at)) || columns.may_be_species.contains(&at);
         let unused = groups.iter().filter(|(_, range)| !is_used(range.start));

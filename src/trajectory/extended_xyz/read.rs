@@ -41,7 +41,7 @@ pub struct FrameReader<R> {
     text: Vec<u8>,
     /// Where the frame read last begins.
     frame_line: usize,
-    /// Of the frame read last.
+    /// Columns of the last frame.
     columns: Columns,
     has_box: bool,
     is_finished: bool,
@@ -226,7 +226,7 @@ impl<R: BufRead> FrameReader<R> {
             });
             match read {
                 Ok(()) => {}
-                // What was cut in the middle of a line is not malformed.
+                // A file that was cut in the middle of a line is not malformed.
                 Err(_) if self.text.last() != Some(&b'\n') => return Err(truncated(index)),
                 Err(error) => return Err(error),
             }

@@ -171,7 +171,7 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
     if !frame.bond_kinds.is_empty() {
         write_list(text, " bond_table", &frame.bond_names)?;
     }
-    // Of one name there is nothing to tell.
+    // A single name needs no column.
     if !frame.bond_kinds.is_empty() && frame.bond_names.len() > 1 {
         write_list(text, " bond_kind", &frame.bond_kinds)?;
     }

@@ -22,12 +22,12 @@ pub(crate) struct ChainSizes {
 }
 
 impl ChainSizes {
-    /// Of a scene; there are no components in one without bonds.
+    /// The components of a scene; none without bonds.
     pub fn of(scene: &Scene) -> Self {
         Self::with(SystemDescription::of(scene))
     }
 
-    /// Of a simulation, which may have let go of the start of its scene.
+    /// The components of a simulation, whose scene may have dropped its initial particles.
     pub fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
         Self::with(SystemDescription::of_simulation(simulation, applicable))
     }

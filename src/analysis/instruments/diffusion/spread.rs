@@ -141,7 +141,7 @@ mod tests {
         let (stride, origins) = (4, 6);
         let spread = Spread { coefficients, stride, sums: Vec::new(), origins, axes: Vec::new() };
         for kind in 0..2 {
-            // Of squares of Gaussian displacements the covariance is twice the square of that of the displacements, the overlap.
+            // The covariance of squared Gaussian displacements is twice the squared covariance of the displacements, the overlap.
             let covariance = |shift: usize| -> f64 {
                 let of = |k: usize, l: usize| {
                     let overlap = (k.min(shift + l) as f64 - shift as f64).max(0.0);

@@ -31,13 +31,13 @@ const CELLS: [f64; 4] = [1.0, 27.0, 5.0, 3.0];
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tracers {
     ids: Vec<u32>,
-    /// Of each, an index into `species`.
+    /// Index into `species` of each tracer.
     kinds: Vec<u32>,
     /// Of each, the cell that it began in, or the first particle that it is connected to by bonds.
     cells: Vec<u32>,
     /// The species that they belong to.
     pub species: Vec<u32>,
-    /// How many there are of each species, and what their squares are multiplied with.
+    /// Number of tracers of each species, and the factor of their squares.
     counts: Vec<u64>,
     scales: Vec<f64>,
     drift: Vector,

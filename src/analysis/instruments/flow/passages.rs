@@ -13,7 +13,7 @@ pub(super) struct Row {
     pub time: f64,
     /// Number and mass that passed.
     pub passed: [f64; 2],
-    /// How far everything has gone along the axis, number and mass, in periods; 0 between walls.
+    /// Net displacement of all particles along the axis, by number and by mass, in periods; 0 between walls.
     pub gone: [f64; 2],
 }
 
@@ -25,7 +25,7 @@ pub(super) const MASS: usize = 1;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Passages {
     rows: Vec<Row>,
-    /// Of how many samples one is a row, and how many have gone since the last one.
+    /// Samples per row, and samples since the last row.
     stride: u64,
     skipped: u64,
     /// The last sample.

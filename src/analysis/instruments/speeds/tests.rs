@@ -199,7 +199,7 @@ fn bins_grow_with_the_fastest_and_a_given_end_counts_what_is_beyond() {
     let every = plan::Speeds { interval: Some(1.0), ..plan(2, 50) };
     let grown = show(&every);
     assert!((integral(&grown, 0) - 1.0).abs() < 1e-14 && (integral(&grown, 1) - 1.0).abs() < 1e-14);
-    // Of the five frames of the second window, the fast ones are in bins of their own.
+    // The second window has five frames, and the fast ones have bins of their own.
     let at = |speed: f64| grown.series[1].values[trunc_to_usize(speed / width(&grown))].unwrap() * width(&grown);
     assert!((at(1.0) - 0.95).abs() < 1e-12 && at(100.0) > 0.008 && width(&grown) * 50.0 > 100.0);
     let ended = show(&plan::Speeds { largest: Some(2.0), ..every });

@@ -151,7 +151,7 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
             measure(&mut simulation, &system, &mut forces, 30.0);
             let measured = report(&forces, &system);
             let mean = |key: &str| estimate(&measured, &format!("force_cavity_{key}")).0;
-            // Of a ring and of a pipe, V / S is half of the radius that centres can reach.
+            // For a ring and for a pipe, V / S is half of the radius that centres can reach.
             rates.push(mean("rate") * 2.0 * 1.85 / speed);
             pressures.push(mean("normal") * 1.5 * 1.85 / (0.7 * square));
         }

@@ -35,7 +35,7 @@ fn values_are_those_of_the_units_of_the_scene() {
     let phi = 2.0 * std::f64::consts::PI / 6.0 * 8.0 / 1000.0;
     assert_eq!(value(&spheres, "compressibility_factor"), hard_spheres(phi));
     assert!((value(&spheres, "pressure") - hard_spheres(phi) * 2.0 / 1000.0 * temperature).abs() < 1e-15);
-    // Of a thin gas: sqrt(16 pi T / m) rho sigma^2.
+    // Collision rate of a dilute gas: sqrt(16 pi T / m) rho sigma^2.
     let thin = (16.0 * std::f64::consts::PI * temperature / 3.0).sqrt() * 2.0 / 1000.0 * 4.0;
     assert!((value(&spheres, "collision_rate") / thin - 1.0).abs() < 0.03);
     let disks = of_system(&scene(2, hard(), 1.0), None, &[0, 2], 1.5, Some(temperature));
@@ -76,7 +76,7 @@ fn a_system_of_this_size_has_less_in_first_order() {
     };
     let [small, large] = [slower(10.0, 64), slower(20.0, 512)];
     assert!(small > 0.0 && (small / large - 2.0).abs() < 1e-12, "{small} {large}");
-    // Of 20 spheres of diameter 2 in an edge of 10 the mean free path is 2.5, longer than L / 2 pi.
+    // The mean free path of 20 spheres of diameter 2 in a box of edge 10 is 2.5, longer than L / 2 pi.
     let dilute = scene(3, hard(), 1.0);
     assert_eq!(of(&dilute, None, 20, "diffusion_coefficient").finite_size, 0.0);
     let mut long = scene(3, hard(), 1.0);

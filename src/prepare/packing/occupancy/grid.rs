@@ -121,7 +121,7 @@ impl<'a> Grid<'a> {
             return self.find_far(taken, position, range, found);
         }
         let cell = self.cell(position);
-        // How far the position is from the lower side of its cell, as a part of the edge.
+        // Distance of the position from the lower side of its cell, as a part of the edge.
         let within = self.within(position);
         // A little more than the longest contact, for the rounding of the place within a cell.
         let longest_squared = range * range * (1.0 + 1e-6);
