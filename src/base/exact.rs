@@ -102,7 +102,7 @@ impl ExactSum {
         let first = last.saturating_sub(2);
         let leading =
             sum.digits[first..=last].iter().rev().fold(0, |number, digit| (number << BITS) | i128::from(*digit));
-        // What is below decides only whether it is a tie.
+        // Lower bits only decide whether it is a tie.
         let is_more = sum.digits[..first].iter().any(|digit| *digit != 0);
         let rounded = (leading | i128::from(is_more)) as f64;
         #[expect(clippy::cast_possible_wrap, clippy::cast_possible_truncation, reason = "at most 68 digits")]

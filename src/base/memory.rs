@@ -17,7 +17,7 @@ mod system {
     use std::fs;
     use std::path::Path;
 
-    /// All that bounds the memory, where it is known.
+    /// All known limits of the memory.
     pub fn limits() -> [Option<u64>; 3] {
         [physical(), control_group(), process()]
     }

@@ -89,7 +89,7 @@ const REPORT: &str = "all but the lines about engine and speed";
 const OTHER_SCENE: &str = "the scene is not that of the run";
 const FREE_TEXT: &str = "a text for people that is not the program's";
 
-/// What the checkpoint in the folder says of the run.
+/// State of the run according to the checkpoint in the folder.
 #[derive(Debug, Default)]
 struct Known {
     planned: Option<Limit>,
@@ -99,7 +99,7 @@ struct Known {
 
 /// Simulates the run in a folder again, in a temporary folder, and compares what it writes with the files that are there. `report` is the text of `report.txt`.
 ///
-/// Of a run that was interrupted, or ended by an instrument of its user, the replay ends at the time where it did.
+/// If the run was interrupted, or ended by a user's instrument, the replay ends at the same time.
 ///
 /// # Errors
 /// [`CompareError`] if there is nothing to compare, or no room for it.
@@ -112,7 +112,7 @@ pub fn compare(
     let mut comparison = Comparison::default();
     let known = checkpoints(run, &names, &mut comparison);
     if comparison.is_different(Folder::SCENE) {
-        // What follows would be another run.
+        // The rest would be another run.
         let others = names.into_iter().filter(|name| !comparison.is_listed(name)).map(|name| (name, OTHER_SCENE));
         let others: Vec<_> = others.collect();
         comparison.not_compared.extend(others);

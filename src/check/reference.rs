@@ -95,7 +95,7 @@ pub struct Reference {
     time: f64,
     positions: Vec<Vector>,
     velocities: Vec<Vector>,
-    /// Of all surfaces but the walls.
+    /// Features of all surfaces except the walls.
     features: Vec<Feature>,
     /// By surface of the scene, how it moves.
     timelines: Vec<Option<Timeline>>,

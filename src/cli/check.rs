@@ -74,7 +74,7 @@ fn per_second(scene: &Scene) -> Option<f64> {
     receiver.recv_timeout(PATIENCE).ok().flatten()
 }
 
-/// How long events are tried, and how long an answer is waited for.
+/// Duration of the trial, and longest wait for an answer.
 const TRY: Duration = Duration::from_millis(200);
 const PATIENCE: Duration = Duration::from_secs(2);
 

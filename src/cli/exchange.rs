@@ -164,7 +164,7 @@ impl ExchangeCommand {
         if self.force {
             return Ok(());
         }
-        // What an exchange that goes on has written already is on the disk.
+        // The files of a resumed exchange already use some of the disk.
         let size = |file: fs::DirEntry| file.metadata().map_or(0, |metadata| metadata.len());
         let there: u64 = fs::read_dir(path).map_or(0, |files| files.flatten().map(size).sum());
         let bytes = (ExchangeFolder::expected_bytes(scene) - there as f64).max(0.0);

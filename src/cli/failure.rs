@@ -45,7 +45,7 @@ impl Failure {
     }
 
     fn new(message: impl Into<String>, help: Option<&str>, code: u8) -> Self {
-        // What the user typed, and what files say, is part of them.
+        // They contain user input and text from files.
         let message = printable(&message.into()).into_owned();
         Self { report: Report::new(Problem { message, help: help.map(str::to_owned) }), code }
     }
@@ -120,7 +120,7 @@ impl From<ExchangeFolderError> for Failure {
                 let message = format!("another process is at the exchange in {}", path.display());
                 Self::bad_input(message, Some("wait for it, or choose another folder with --out"))
             }
-            // What can be done about a checkpoint is not what it is of a run.
+            // The cure of a damaged checkpoint differs from that of a run.
             error @ ExchangeFolderError::Output(OutputError::Checkpoint(_)) => {
                 Self::bad_input(with_causes(&error), error.cure())
             }

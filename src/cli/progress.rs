@@ -35,7 +35,7 @@ pub struct Display {
     stage: Option<Begun>,
     /// Events per second.
     events: Rate,
-    /// Of what is to be done, the part per second.
+    /// Rate of the completed part.
     done: Rate,
 }
 
@@ -47,7 +47,7 @@ struct Begun {
     fraction: f64,
 }
 
-/// How far something is.
+/// Progress of a task.
 pub struct State {
     stage: &'static str,
     time: f64,

@@ -249,7 +249,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         let stage = results.has_stages().then(|| means.stage.clone());
         let values = shown.iter().map(|at| match means.values[*at] {
             None => String::new(),
-            // What each run conserves may differ from run to run.
+            // A quantity that each run conserves may differ from run to run.
             Some(it) => match it.error.filter(|error| *error > 0.0).or(it.scatter) {
                 Some(error) if error > 0.0 => {
                     describe::estimate(&Estimate { mean: it.mean, standard_error: Some(error) })
@@ -268,7 +268,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     lines.join("\n") + "\n"
 }
 
-/// How far a quantity is from what is published about it, a line for each result.
+/// Deviation of a quantity from published values, a line for each result.
 fn agreements(results: &Results, at: usize) -> Vec<String> {
     let name = results.quantities[at].name.replace('_', " ");
     let line = |it: &Agreement| {

@@ -103,9 +103,9 @@ fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
 /// Progress of a proof, or of the second simulation for the comparison of files.
 #[derive(Debug)]
 pub enum VerifyStep<'a> {
-    /// Of the proof.
+    /// Progress of the proof.
     Proof(&'a VerifyProgress),
-    /// Of the replay.
+    /// Progress of the replay.
     Files(&'a Progress),
 }
 

@@ -113,7 +113,7 @@ impl SceneBuilder {
         gravity(gravity: Vector) => gravity;
         /// Shears the box: `v_x = rate (y - y_middle)` streams, and images above and below slide along x `[1 / time]`.
         shear(rate: f64) => parts.shear_rate;
-        /// How far the next image up of a sheared box is displaced along x at the start `[length]`.
+        /// Displacement along x of the next image up of a sheared box at the start `[length]`.
         displacement(displacement: f64) => parts.displacement;
         /// Switches the TC model on `[time]`.
         contact_time(time: f64) => parts.contact_time;
@@ -121,7 +121,7 @@ impl SceneBuilder {
         live(live: LivePlan) => parts.live;
         /// When the run's audit fails.
         audit(audit: AuditPlan) => parts.audit;
-        /// How long to run.
+        /// The plan of the run.
         run(run: RunPlan) => parts.run;
         /// Output plan.
         output(output: OutputPlan) => parts.output;

@@ -175,7 +175,7 @@ impl SceneBuilder {
         scene.particles = particles;
         scene.inputs.insert(0, last.checkpoint.clone());
         let differences = differences(&scene, run);
-        // What this program has in memory, it can write.
+        // Serialising a state in memory cannot fail.
         let simulation = if differences.is_empty() { postcard::to_allocvec(&last.simulation).ok() } else { None };
         let captured = last.simulation.captured_pairs();
         let state = Some(Arc::new(LastState { images, captured, is_kept, differences, simulation }));
@@ -297,7 +297,7 @@ fn are_alike(a: &Potential, b: &Potential) -> bool {
     a.radii() == b.radii() && a.is_bond() == b.is_bond() && are_finite(a) == are_finite(b)
 }
 
-/// Of each interaction, whether all pairs that it is for had the same discontinuities in the run.
+/// For each interaction, whether all of its pairs had the same discontinuities in the run.
 fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds: &[Bond]) -> Vec<bool> {
     let in_run: HashMap<&str, usize> = run.species.iter().enumerate().map(|(k, it)| (it.name.as_str(), k)).collect();
     let mut is_kept = vec![true; interactions.len()];

@@ -193,7 +193,7 @@ impl SceneErrorKind {
     }
 }
 
-/// What a key of other programs asks for that Carom does not have, and what there is instead.
+/// Explains keys for features that other programs have and Carom has not, with the alternative.
 fn not_there(key: &str) -> Option<&'static str> {
     Some(match key {
         "inlet" | "inlets" | "outlet" | "outlets" | "insertion" | "recirculate" => {
@@ -337,7 +337,7 @@ impl SceneError {
 
     /// Error with the text that contains it.
     pub(crate) fn in_source(mut self, name: &str, text: Arc<String>, span: std::ops::Range<usize>) -> Self {
-        // Of the same length, so that the span stays where it is.
+        // The length is the same, so that the span stays valid.
         let text = match printable(&text) {
             Cow::Borrowed(_) => text,
             Cow::Owned(safe) => Arc::new(safe),

@@ -156,7 +156,7 @@ impl<'a> Interactions<'a> {
         (id.0 as usize) < self.list.len()
     }
 
-    /// How many have been made so far.
+    /// Number of interactions so far.
     pub(crate) fn len(&self) -> usize {
         self.list.len()
     }

@@ -53,7 +53,7 @@ fn check(is_good: bool, name: &str, expected: String, at: &ConfigPath) -> Result
     if is_good {
         return Ok(());
     }
-    // What is too long, or cannot be shown, is not shown as it is.
+    // A name that is too long, or has control characters, is not shown as it is.
     let mut shown: String = name.chars().take(40).flat_map(char::escape_debug).collect();
     if name.chars().nth(40).is_some() {
         shown += "...";

@@ -56,7 +56,7 @@ impl SurfaceDraft {
         self
     }
 
-    /// Of one more species that meets it, where not all do.
+    /// Adds a species that meets the surface, if not all do.
     #[must_use]
     pub fn only(mut self, species: &str) -> Self {
         self.species.push(species.to_owned());

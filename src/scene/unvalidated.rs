@@ -238,7 +238,7 @@ impl SpeciesDraft {
         Self { acceleration: Some(acceleration), ..self }
     }
 
-    /// Of particles that never move.
+    /// Makes all particles of the species static.
     #[must_use]
     pub fn fixed(self) -> Self {
         Self { is_static: true, ..self }
@@ -285,13 +285,13 @@ impl InteractionDraft {
         Self { name: None, species: None, model: model.into(), diameter: None, restitution: 1.0 }
     }
 
-    /// Of each two particles of two species, or of one.
+    /// Applies the interaction to pairs of two species, or of one.
     #[must_use]
     pub fn between(self, first: &str, second: &str) -> Self {
         Self { species: Some([first.to_owned(), second.to_owned()]), ..self }
     }
 
-    /// Of bonds that have this name.
+    /// Gives the interaction a name, for bonds.
     #[must_use]
     pub fn named(self, name: &str) -> Self {
         Self { name: Some(name.to_owned()), ..self }
@@ -347,7 +347,7 @@ pub(crate) struct UnvalidatedBond {
 pub(crate) struct UnvalidatedStart {
     /// The folder of the run.
     pub from: PathBuf,
-    /// That of its checkpoint.
+    /// Checksum of its checkpoint.
     pub checksum: Option<String>,
     pub has_seed: bool,
     pub has_space: bool,

@@ -197,7 +197,7 @@ fn vector(v: &Vector) -> String {
     format!("({}, {}, {})", digits(v.x), digits(v.y), digits(v.z))
 }
 
-/// How long something lasts.
+/// A duration in words.
 #[must_use]
 pub fn limit(limit: &Limit) -> String {
     match (limit.time, limit.events) {
@@ -208,7 +208,7 @@ pub fn limit(limit: &Limit) -> String {
     }
 }
 
-/// How long a run equilibrates.
+/// The length of an equilibration in words.
 #[must_use]
 pub fn equilibration(run: &RunPlan) -> String {
     equilibrates(&run.last_equilibration())

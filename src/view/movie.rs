@@ -136,7 +136,7 @@ pub struct WrittenMovie {
     pub is_truncated: bool,
 }
 
-/// How far a movie is.
+/// Progress of a movie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovieProgress {
     /// Whether images are drawn; before that, the trajectory is gone through for its frames, and of a GIF some images are drawn for its colours.
@@ -145,7 +145,7 @@ pub struct MovieProgress {
     pub frames: u64,
     /// Simulated time of the last of them `[time]`.
     pub time: f64,
-    /// Of the work of this stage, 0 to 1.
+    /// Completed part of this stage, 0 to 1.
     pub fraction: f64,
 }
 

@@ -19,9 +19,9 @@ pub enum Difference {
     Line {
         /// Its number, from 1.
         number: u64,
-        /// What it says, near the difference; `None` where the file has ended.
+        /// Its text near the difference; `None` past its end.
         found: Option<String>,
-        /// What the replay says there; `None` where its file has ended.
+        /// The text of the replay there; `None` past its end.
         expected: Option<String>,
     },
     /// A byte differs.
@@ -30,7 +30,7 @@ pub enum Difference {
         offset: u64,
         /// The byte; `None` where the file has ended.
         found: Option<u8>,
-        /// That of the replay; `None` where its file has ended.
+        /// The byte of the replay; `None` past its end.
         expected: Option<u8>,
     },
 }
@@ -109,7 +109,7 @@ fn free_lines(name: &str, ends_itself: bool) -> IsFree {
         Folder::REPORT => {
             let mut is_free = false;
             Box::new(move |line| {
-                // What follows a name belongs to it.
+                // Arrays that follow a name belong to it.
                 if !line.starts_with(b" ") {
                     is_free = FREE_LINES.iter().any(|free| line.starts_with(free.as_bytes()))
                         || (ends_itself && line.starts_with(b"ended "));

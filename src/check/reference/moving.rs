@@ -141,7 +141,7 @@ impl Search<'_> {
 }
 
 impl Across {
-    /// How far the motion is from contact at least in some time before and after it, with bounds of its speed and its acceleration.
+    /// Smallest distance of the motion from contact within some time before and after it, with bounds on its speed and acceleration.
     pub fn lowest_gap_within(&self, time: f64, speed: f64, acceleration: f64) -> f64 {
         let (gap, opening) = gap_and_opening(self);
         let length = self.position.norm();
@@ -161,7 +161,7 @@ impl Across {
     }
 }
 
-/// How far the motion is from contact, and how fast that opens, for round features times the distance from their middle.
+/// Distance of the motion from contact, and its rate, both multiplied by the distance from the middle for round features.
 fn gap_and_opening(across: &Across) -> (f64, f64) {
     let Across { position, velocity, .. } = across;
     match across.barrier {

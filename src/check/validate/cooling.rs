@@ -38,7 +38,7 @@ pub(super) fn compare(restitution: f64, _: Effort, seed: u64, watch: Watch<'_>) 
     ])
 }
 
-/// How much the logarithm of a gas's temperature falls in each contact per particle.
+/// Decrease of the logarithm of a gas's temperature for each contact per particle.
 fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super::StatePointError> {
     let scene = one_species(seed, Potential::hard_sphere(1.0)?, restitution)
         .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::PackingFraction(0.10))

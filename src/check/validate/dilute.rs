@@ -47,7 +47,7 @@ fn coefficient(z: Option<Estimate>, temperature: f64, count: f64) -> Comparison 
     let step = 1e-3 * temperature;
     let curvature = (second(temperature + step) + second(temperature - step) - 2.0 * expected) / (step * step);
     let fluctuation = curvature.abs() * temperature * temperature / freedom;
-    // What follows the third coefficient, as if the series were geometric from the second on.
+    // The terms after the third one, as if the series were geometric from the second on.
     let rest = third * third / expected.abs();
     Comparison::statistical(QUANTITIES[0], measured, expected, EXACT).allow(fluctuation + rest, FINITE_AND_REST)
 }
@@ -67,7 +67,7 @@ mod tests {
             let second = second_virial_of_square_well(WELL_RATIO, depth, 2.0);
             let third = third_virial_of_square_well(WELL_RATIO, depth, 2.0);
             let mean = 1.0 + (second * density + third * density * density) * (1.0 - 1.0 / 1000.0);
-            // What three million contacts leave.
+            // The uncertainty after three million contacts.
             Some(Estimate { mean, standard_error: Some(4e-5) })
         };
         assert_eq!(coefficient(z(1.0), 2.0, 1000.0).verdict(), Verdict::Pass);

@@ -14,7 +14,7 @@ pub(super) const COUNT: u64 = 256;
 const NUMBER_DENSITY: f64 = 0.75;
 const TEMPERATURE: f64 = 1.0;
 const CUTOFF: f64 = 2.5;
-/// Of the wider and of the narrower steps.
+/// Number of steps of the coarser and of the finer potential.
 const STEPS: [usize; 2] = [24, 48];
 /// Simulated times in which the lattice melts and the heat bath fills it, and that are measured.
 const TIMES: [f64; 2] = [20.0, 200.0];

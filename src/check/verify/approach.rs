@@ -42,7 +42,7 @@ pub(super) struct Approach {
 }
 
 impl Approach {
-    /// Of two particles in their nearest images, from a time within the window on.
+    /// The approach of two particles in their nearest images, from a time within the window on.
     pub fn of_pair(world: &World, states: &States, [i, j]: [u32; 2], since: f64, boundary: Boundary) -> Self {
         let of = |values: &[Vector]| values[i as usize] - values[j as usize];
         let position = world.nearest(states, i, j);
@@ -76,14 +76,14 @@ impl Approach {
         self.foot.is_none_or(|foot| foot.within(0.0) >= 0.0)
     }
 
-    /// How far it is from the discontinuity at a time in the window, on the valid side; negative in an invalid state `[length]`.
+    /// Distance from the discontinuity at a time in the window, on the valid side; negative in an invalid state `[length]`.
     ///
     /// From the positions and not from the overlap function, which loses the digits of a small gap to its large terms.
     pub fn gap(&self, time: f64) -> f64 {
         self.streamed(time).gap_now()
     }
 
-    /// How far it is from the discontinuity at its start `[length]`.
+    /// Distance from the discontinuity at the start `[length]`.
     pub fn gap_now(&self) -> f64 {
         match self.boundary {
             Boundary::Sphere { distance, side } => side.sign() * (self.position.norm() - distance),

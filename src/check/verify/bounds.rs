@@ -43,16 +43,16 @@ pub(super) struct Flight {
 }
 
 impl Flight {
-    /// Of a wall.
+    /// The flight of a wall, which never moves.
     pub const NONE: Self = Self { length: 0.0, speed: 0.0, falling: 0.0, duration: 0.0, turning: 0.0 };
 
-    /// Of a feature with coordinates up to this one, and what is rounded where its surface moves.
+    /// The flight of a feature, from its largest coordinate and the motion of its surface.
     pub fn of_surface(farthest: f64, sway: &Sway) -> Self {
         let Sway { length, speed, falling, turning, .. } = *sway;
         Self { length: farthest + length, speed, falling, duration: f64::INFINITY, turning }
     }
 
-    /// Of a particle, from its state, the time of its last event and that of the start of the window.
+    /// The flight of a particle, from its state, the time of its last event and the start of the window.
     pub fn new(world: &World, states: &States, i: u32, last_event: &Elapsed, window: &Elapsed) -> Self {
         let duration = states.elapsed.after(last_event).max(0.0);
         let (position, velocity): (&Vector, &Vector) = (&states.positions[i as usize], &states.velocities[i as usize]);
@@ -64,7 +64,7 @@ impl Flight {
         let times = duration + since_epoch.max(states.elapsed.after(window));
         // A coordinate is rounded once more at every wrap, however far it has been extrapolated then.
         let wraps = if world.shortest_period.is_finite() { speed * duration / world.shortest_period } else { 0.0 };
-        // All that the engine says to have brought forward from one epoch into the next is rounded there.
+        // The engine rounds states once when it moves them from one epoch to the next.
         let epochs = states.elapsed.epochs.saturating_sub(last_event.epochs) as f64;
         // Behind a side its coordinate may be as long as the period, whatever it was before.
         let largest = position.amax() + speed * times + world.periods.amax();
@@ -96,13 +96,13 @@ impl Flight {
 /// Round-off bounds at a contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
-    /// Of a distance `[length]`.
+    /// Bound for a distance `[length]`.
     pub distance: f64,
-    /// Of a change of velocity `[length / time]`.
+    /// Bound for a change of velocity `[length / time]`.
     pub velocity: f64,
-    /// Of the normal velocity, whose direction follows the rounded positions `[length / time]`.
+    /// Bound for the normal velocity, whose direction follows the rounded positions `[length / time]`.
     pub normal_velocity: f64,
-    /// Of the direction of the normal `[1]`.
+    /// Bound for the direction of the normal `[1]`.
     pub direction: f64,
 }
 

@@ -83,7 +83,7 @@ pub struct Counts {
     pub in_invalid_state: u64,
     /// Windows of simulated time that have passed: searches of all pairs.
     pub windows: u64,
-    /// How often Algorithm 1 was asked.
+    /// Number of calls of Algorithm 1.
     pub asked: u64,
 }
 
@@ -118,7 +118,7 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Of nothing yet.
+    /// The certificate before any event.
     pub(super) fn blank(first_event: u64, start: f64) -> Self {
         Self { first_event, start, ..Self::default() }
     }

@@ -140,7 +140,7 @@ impl Facet {
                 return true;
             }
         }
-        // What has ends is within a sphere.
+        // A feature with ends fits in a sphere.
         let [start, end] = self.bounds;
         let distance = 0.5 * (end - start).norm() + radius;
         let boundary = Boundary::Sphere { distance, side: Side::Positive };

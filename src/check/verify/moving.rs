@@ -17,7 +17,7 @@ const MOST_OSCILLATIONS: f64 = 8.0;
 const MOST_TURNS: f64 = 0.25;
 /// So many windows of a motion are searched to show that nothing will ever happen.
 const MOST_SEARCHED: f64 = 1e3;
-/// Of a period: to a rounding of so much the times of contacts are found.
+/// Accuracy of the times of contacts, relative to a period.
 const RESOLVED: f64 = 0.125;
 
 /// The motions of the surfaces of a scene.
@@ -62,7 +62,7 @@ pub(super) struct Sway {
     pub length: f64,
     /// Its speed where the particle is `[length / time]`.
     pub speed: f64,
-    /// How much faster it becomes in the time that is rounded `[length / time]`.
+    /// Change of its speed within the round-off of the time `[length / time]`.
     pub falling: f64,
     /// The angle by which it turns in that time `[1]`.
     pub turning: f64,
@@ -71,7 +71,7 @@ pub(super) struct Sway {
 }
 
 impl Motions {
-    /// Of states whose time begins at a simulated time.
+    /// Motions for states whose time starts at a simulated time.
     pub fn of(surfaces: &[SceneSurface], start_time: f64) -> Self {
         let timeline = |surface: &SceneSurface| surface.moves().then(|| Timeline::of(&surface.motions));
         let all: Vec<Option<Timeline>> = surfaces.iter().map(timeline).collect();
@@ -161,7 +161,7 @@ impl Motions {
         if moment.pose.is_turned {
             length += position.amax();
         }
-        // Of all surfaces: its speed, its acceleration, how fast that changes in direction or size, and how fast it turns.
+        // Bounds over all surfaces: speed, acceleration, rate of change of the acceleration, and angular velocity.
         let (speed, push, rate, turning, resolved) = match piece.kind {
             None => (0.0, 0.0, 0.0, 0.0, 0.0),
             Some(MotionKind::Translation { velocity, acceleration }) => {

@@ -230,7 +230,7 @@ impl Verifier {
         self.proof.counts.windows += 1;
         self.pace.learn(&self.window, &self.world);
         let length = self.pace.length(&self.world, &self.before, elapsed.after(&end));
-        // What is overdue is found again.
+        // Overdue contacts are found again.
         self.overdue.clear();
         self.window = Window::open(&self.world, &self.pairs, &self.before, length)?;
         if end.since_epoch + self.window.length <= end.since_epoch {
@@ -261,7 +261,7 @@ impl Verifier {
             }
             let contact = due.claim.contact;
             let bound = self.bounds(&contact, &due.approach, &self.flights(&contact)).distance;
-            // What round-off explains is no depth to start from, or many steps could lead down.
+            // A depth within round-off is not carried over, or it could grow over many steps.
             let from = due.approach.gap(due.time);
             let from = if from.abs() <= bound { 0.0 } else { from };
             let deeper = from - due.approach.lowest(due.time, time);

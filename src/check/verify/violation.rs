@@ -119,7 +119,7 @@ pub enum Fault {
     WrongNumbers {
         /// The contact.
         contact: Contact,
-        /// Of what.
+        /// The quantity.
         quantity: Quantity,
         /// By how much.
         by: f64,
@@ -163,7 +163,7 @@ pub enum Fault {
     WithoutDigits {
         /// The contact.
         contact: Contact,
-        /// How far `[length]`.
+        /// Distance `[length]`.
         by: f64,
         /// The distance of the discontinuity `[length]`.
         distance: f64,

@@ -29,7 +29,7 @@ pub(super) struct Due {
     pub time: f64,
     pub claim: Claim,
     pub approach: Approach,
-    /// How often the flights of the two had changed when this was asked.
+    /// Number of flights of each of the two when this was computed.
     versions: [u32; 2],
 }
 
@@ -59,11 +59,11 @@ impl Ord for Due {
 pub(super) struct Window {
     /// When it starts.
     pub origin: Elapsed,
-    /// How long it is `[time]`.
+    /// Length of the window `[time]`.
     pub length: f64,
     /// Events that it has seen.
     pub events: u64,
-    /// How often Algorithm 1 was asked.
+    /// Number of calls of Algorithm 1.
     pub asked: u64,
     due: BinaryHeap<Due>,
     versions: Vec<u32>,
@@ -74,7 +74,7 @@ struct Scan<'a> {
     world: &'a World,
     pairs: &'a Pairs,
     states: &'a States,
-    /// How far each particle moves in the time that is left of the window `[length]`.
+    /// Largest displacement of each particle in the rest of the window `[length]`.
     reaches: Vec<f64>,
 }
 
@@ -249,7 +249,7 @@ pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall,
     }
 }
 
-/// How far a flight leads in some time, at most `[length]`.
+/// Largest displacement of a flight in some time `[length]`.
 pub(super) fn reach(velocity: &Vector, acceleration: &Vector, time: f64) -> f64 {
     (velocity.norm() + 0.5 * acceleration.norm() * time) * time
 }

@@ -28,7 +28,7 @@ pub struct Display {
 
 struct State {
     over: usize,
-    /// How far the runs are that are under way, by place.
+    /// Progress of the active runs, by place.
     running: BTreeMap<usize, f64>,
     shown: Instant,
 }

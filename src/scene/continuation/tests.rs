@@ -85,7 +85,7 @@ fn images_end_where_an_axis_is_no_longer_periodic() {
         assert!(minimum_image(i - j, &periods).norm() < 1.5 * (1.0 + 1e-12), "{pair:?}");
     }
     assert!(opened.captured_pairs().len() < before.captured_pairs().len());
-    // What has flown out of an open side comes in at the other one when that is periodic again.
+    // A particle that left through an open side enters at the other one when the axis is periodic again.
     let mut flown = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
     flown.advance(Until::time(before.time() + 5.0)).unwrap();
     let space = before.scene().space();
@@ -134,7 +134,7 @@ fn the_name_of_a_distribution_is_that_of_all_of_its_classes() {
     assert!(scene.interactions().iter().all(|interaction| interaction.restitution == 0.5));
     let radii = |scene: &Scene| scene.interactions().iter().map(|it| it.potential.radii().to_vec()).collect::<Vec<_>>();
     assert_eq!(radii(&scene), radii(before.scene()));
-    // What is no family of classes is unknown as before.
+    // A name that is not a family of classes is unknown, as before.
     let unknown = hard(0.5).replace("\"grain\", \"grain\"", "\"grain\", \"sand\"");
     let error = next(&unknown, &before).unwrap_err().to_string();
     assert!(error.contains("sand"), "{error}");

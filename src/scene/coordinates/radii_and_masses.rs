@@ -99,7 +99,7 @@ impl RadiiAndMasses {
             }
         }
         for (in_file, draft) in self.species.iter().filter_map(|it| Some((it, named(&it.name)?))) {
-            // What is static in one of them only was made so on purpose.
+            // A species that is static in only one of them was made so on purpose.
             if let (Some(mass), Some(of_scene)) = (in_file.mass.filter(|mass| mass.is_finite()), draft.mass)
                 && !is_same(mass, of_scene)
             {

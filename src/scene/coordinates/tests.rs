@@ -243,7 +243,7 @@ fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
         found.contains("line 2: the species `bead` has a mass of 2, but 1 in the scene: set its mass to 2"),
         "{found}"
     );
-    // What is frozen on purpose, and what says nothing of radii or masses.
+    // Particles that are frozen on purpose, and files without radii or masses.
     let mut frozen = chains();
     (frozen.species[0].mass, frozen.species[0].is_static) = (Some(f64::INFINITY), true);
     started(&frozen, &format!("{BEADS}{file}")).unwrap();

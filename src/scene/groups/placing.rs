@@ -36,7 +36,7 @@ pub(crate) struct Placing<'a> {
     pub space: &'a Space,
     pub contacts: &'a Contacts,
     pub surfaces: &'a Surfaces,
-    /// Of the static surfaces, by group.
+    /// Static surfaces, by group.
     pub layouts: Vec<(usize, Layout)>,
 }
 

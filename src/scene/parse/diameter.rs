@@ -44,7 +44,7 @@ pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Res
         _ => lognormal(given("mean")?, given("deviation")?, classes),
     };
     let share = 1.0 / classes as f64;
-    // What is too wide for the numbers of a computer is too wide for a simulation.
+    // A distribution that overflows is too wide for a simulation.
     diameters.into_iter().map(|diameter| Ok(Class { diameter: positive(diameter, at.clone())?, share })).collect()
 }
 

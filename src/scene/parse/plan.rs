@@ -17,7 +17,7 @@ use crate::scene::file::{
 };
 use crate::scene::validate::plan::SO_MANY_THREADS;
 
-/// How long to run, and what to do first.
+/// The plan of a run: its stages and limits.
 pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<RunPlan, SceneError> {
     let Some(run) = run else {
         return Err(missing(&ConfigPath::root(), "run", "a scene needs [run] with until_time or until_events"));

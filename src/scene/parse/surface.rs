@@ -36,7 +36,7 @@ pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
 /// The words for the side on which particles are, and whether it is inside.
 pub(crate) const SIDES: [(&str, bool); 2] = [("outside", false), ("inside", true)];
 
-/// Of the largest radius.
+/// Part of the largest radius.
 const TOLERANCE: f64 = 1e-3;
 
 /// A surface, and the file that its mesh is from.

@@ -138,7 +138,7 @@ fn check_box(
     }
 }
 
-/// That particles can be in every cell of a profile.
+/// Checks that particles can reach every cell of a profile.
 fn check_cells(profile: &Profile, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let lower = profile.lower.map_or(space.lower, Into::into);
     let upper: crate::Vector = profile.upper.map_or(space.upper(), Into::into);
@@ -180,7 +180,7 @@ fn check_speeds(plan: &MeasurementPlan, species: &[Species], at: &ConfigPath) ->
     Ok(())
 }
 
-/// That there are no more times of a correlation than there can be.
+/// Checks the number of times of a correlation.
 fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError> {
     let spans = [
         ("diffusion", plan.diffusion.as_ref().map(|it| (it.interval, it.span)), MOST_DIFFUSION_STEPS),

@@ -23,7 +23,7 @@ pub(crate) struct Configuration<'a> {
     pub groups: Groups,
     pub interactions: Interactions<'a>,
     pub space: Space,
-    /// Of the next image up along y, along x; 0 unless the box is sheared `[length]`.
+    /// Displacement along x of the next image up along y; 0 unless the box is sheared `[length]`.
     pub displacement: f64,
     pub surfaces: Surfaces,
 }

@@ -56,7 +56,7 @@ fn with_error(mean: f64, error: f64) -> String {
         let places = (exponent(&format!("{mean:.1e}")) + decimals).clamp(0, 17) as usize;
         format!("{mean:.places$e} +- {rounded}")
     };
-    // What rounds to zero has no sign.
+    // A value that rounds to zero has no sign.
     match text.strip_prefix('-') {
         Some(positive) if positive.split(" +- ").next().and_then(|mean| mean.parse().ok()) == Some(0.0) => {
             positive.to_owned()

@@ -18,7 +18,7 @@ pub struct Engine<'a> {
 }
 
 impl<'a> Engine<'a> {
-    /// Of a file that `web/build` has made; nothing if it has not.
+    /// The engine in a file from `web/build`; `None` for any other file.
     #[must_use]
     pub fn of(file: &'a [u8]) -> Option<Self> {
         let (sources, packed) = file.strip_prefix(MAGIC)?.split_at_checked(DIGITS)?;

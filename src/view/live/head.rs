@@ -22,7 +22,7 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Of a simulation at its start.
+    /// The description of a simulation at its start.
     #[must_use]
     pub fn of(simulation: &Simulation) -> Self {
         let surfaces = surfaces(simulation.scene());

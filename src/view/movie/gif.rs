@@ -44,7 +44,7 @@ impl Codec for GifCodec<'_> {
     }
 }
 
-/// How long an image is shown, in hundredths of a second: whole numbers that come out even on the whole.
+/// Duration of an image in hundredths of a second: whole numbers with the right mean.
 fn delay(place: usize, per_second: u32) -> u16 {
     let end = |images: usize| (images as f64 * 100.0 / f64::from(per_second)).round();
     trunc_to_u16(end(place + 1) - end(place))

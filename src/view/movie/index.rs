@@ -12,7 +12,7 @@ use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
 use crate::view::render::{ColourBy, Extent, Framing, Shot, SpeedScale, Style, corners, fitted, reach, refuse_numbers};
 use crate::view::{Surfaces, ViewError};
 
-/// How many frames are looked at for how far particles reach.
+/// Number of frames that are examined for the extent of the particles.
 const PROBES: usize = 8;
 
 /// Which frames of a trajectory are in a movie.
@@ -61,7 +61,7 @@ pub(super) struct Index {
     region: Option<(Vector, Vector)>,
     /// By how much particles may stick out of it `[length]`.
     margin: f64,
-    /// How far particles reach in some of the frames: lower and upper corner `[length]`.
+    /// Extent of the particles in some of the frames: lower and upper corner `[length]`.
     reach: Option<[Vector; 2]>,
     scale: SpeedScale,
 }
@@ -98,7 +98,7 @@ impl Index {
             match found {
                 Ok(true) => count += 1,
                 Ok(false) => break,
-                // What comes before is complete.
+                // Everything before it is complete.
                 Err(ViewError::Trajectory { source: ReadError::Truncated { .. }, .. }) if count > 0 => {
                     survey.is_truncated = true;
                     break;

@@ -15,7 +15,7 @@ use std::time::Duration;
 use crate::view::ViewError;
 use crate::view::render::Image;
 
-/// How often is asked whether to go on, at least.
+/// Longest time between two calls of the progress callback.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Draws the image of a place.

@@ -22,7 +22,7 @@ const PIECE: usize = 1 << 14;
 /// Between two looks at whether it has done something.
 const TICK: Duration = Duration::from_millis(20);
 
-/// How long what it has printed is waited for after its end: a program that it has left behind may keep the pipe.
+/// Time limit for reading its output after its end: a child process that it left behind may hold the pipe.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
 /// A program at work; dropped, it is ended.

@@ -165,7 +165,7 @@ fn every_frame_is_seen_in_its_turn_as_if_it_were_drawn_alone() {
     for (first, image) in (0..).zip(&apng) {
         assert!(alone(first) == image.pixels, "image {first}");
     }
-    // Of 256 colours each is a few steps of a component from the nearest.
+    // Each of 256 colours is a few steps of a component from the nearest one.
     let gif = place.seen("film.gif", &still());
     assert_eq!(gif.len(), 7);
     for (image, exact) in gif.iter().zip(&apng) {

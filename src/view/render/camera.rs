@@ -156,7 +156,7 @@ impl Camera {
     fn fit(&mut self, spheres: &[(Point, f32)], footer: f32) -> [f32; 4] {
         let (width, height) = (self.width as f32, self.height as f32);
         let rim = self.rim();
-        // What may be filled, in pixels, and the window coordinates at its border.
+        // The usable area in pixels, and the window coordinates at its border.
         let room = [(width - 2.0 * rim).max(1.0), (height - footer - 2.0 * rim).max(1.0)];
         let border = room.map(|pixels| HALF_VIEW * pixels / width.min(height));
         let mut distance = 0.0_f32;
@@ -321,7 +321,7 @@ fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
         [flat] => {
             let up = up - axis(flat) * up[flat];
             let up = if up.norm() > 0.1 { up.normalize() } else { axis(if flat == 2 { 1 } else { 2 }) };
-            // Of the two sides, the one from which the first of the other axes points right.
+            // The side from which the first of the other axes points right.
             let right = up.cross(&axis(flat));
             let is_mirrored = right.iter().find(|x| x.abs() > 0.1).is_some_and(|&x| x < 0.0);
             (rows(if is_mirrored { -right } else { right }, up), false)

@@ -6,7 +6,7 @@ use crate::Vector;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// How much of the box along an axis has to be filled for the image to leave out the rest.
+/// Part of the box along an axis that must be filled before the image leaves out the rest.
 const FILLED: f64 = 0.34;
 
 /// Spheres and corners that have to be in the image.
@@ -76,7 +76,7 @@ pub(in crate::view) fn fitted(
         if high - low < FILLED * size[axis] {
             continue;
         }
-        // What lies on the floor is seen with it, and a box that is drawn with its sides; above, it may be open.
+        // A heap is shown with its floor, and a drawn box with its sides; above, it may be open.
         if down > 0.0 || down == 0.0 && !style.has_box {
             first[axis] = low;
         }

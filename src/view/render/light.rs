@@ -17,7 +17,7 @@ const ZENITH_WIDTH: f32 = 0.75;
 /// Half the width of the soft edge of a shadow at most, relative to the radius of what throws it.
 const WIDEST_EDGE: f32 = 1.3;
 
-/// How far a sphere dims the sky: to points at this distance from its centre, relative to its radius; and where that begins to fade out.
+/// Largest distance from its centre at which a sphere dims the sky, relative to its radius; and the distance at which this begins to fade.
 const REACH: f32 = 3.2;
 const FADE: f32 = 2.0;
 
@@ -25,7 +25,7 @@ const FADE: f32 = 2.0;
 const LEVEL: f32 = 0.68;
 const SLOPE: f32 = 0.32;
 
-/// How much of the light of the sky what stands above takes.
+/// Part of the sky's light that objects above a point take.
 const ZENITH_SHARE: f32 = 0.5;
 
 /// Below this, no light is left.
@@ -48,7 +48,7 @@ pub(super) struct SurfacePoint {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Received {
     pub sky: f32,
-    /// Of the sky, what is not hidden: 1 in the open.
+    /// Visible part of the sky: 1 in the open.
     pub openness: f32,
     pub sun: f32,
 }
@@ -112,7 +112,7 @@ impl GroundLights {
         }
     }
 
-    /// Of the light of the sun and of the sky, what reaches a point.
+    /// Parts of the sun's and of the sky's light that reach a point.
     pub fn at(&self, point: &Point) -> [f32; 2] {
         [self.sun.passing(point, NOTHING), self.zenith.passing(point, NOTHING)]
     }
@@ -166,7 +166,7 @@ impl Shadows {
         Self { axes, centre, width, narrowest, discs, lists }
     }
 
-    /// How much of the light reaches a point of a body, 0 to 1.
+    /// Part of the light that reaches a point of a body, 0 to 1.
     fn passing(&self, point: &Point, own: u32) -> f32 {
         let arm = point - self.centre;
         let [x, y, height] = self.axes.map(|axis| arm.dot(&axis));
@@ -217,7 +217,7 @@ impl Near {
         Self { centre, balls: balls.iter().map(|ball| (ball.centre, ball.radius)).collect(), lists }
     }
 
-    /// Of the sky above a surface, what is not hidden.
+    /// Visible part of the sky above a surface.
     fn openness(&self, point: &Point, normal: &Point, own: u32, up: &Point) -> f32 {
         let arm = point - self.centre;
         let mut left = 1.0_f32;

@@ -71,7 +71,7 @@ impl<const D: usize> Lists<D> {
         }
     }
 
-    /// How many entries a grid has, counted no further than some bound.
+    /// Number of entries in a grid, counted up to a bound.
     fn entries(bodies: &[(u32, Reach<D>)], size: usize, bound: usize) -> usize {
         let mut sum = 0_usize;
         for (_, reach) in bodies {

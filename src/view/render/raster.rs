@@ -185,7 +185,7 @@ impl Rays {
     }
 }
 
-/// How far along the rays of a row, from the column `left` on, they enter a sphere, or NaN. Measured from the point nearest to the centre, where
+/// Distances along the rays of a row, from the column `left` on, at which they enter a sphere, or NaN. Measured from the point nearest to the centre, where
 /// nothing cancels; without a branch, for several rays at once.
 fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [f32]) {
     let Rays { columns, rows, shift, slope } = rays;
@@ -200,7 +200,7 @@ fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [
     }
 }
 
-/// How far along a ray it enters the round side of a cylinder, or NaN; the flat ends are inside of spheres.
+/// Distance along a ray at which it enters the round side of a cylinder, or NaN; the flat ends are inside of spheres.
 fn rod_depth(rod: &Rod, (origin, direction): (Point, Point)) -> f32 {
     let axis = rod.end - rod.start;
     let length = axis.norm();

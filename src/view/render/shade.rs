@@ -32,7 +32,7 @@ const LAST_SIDE: f32 = 2.2;
 /// Gain of opacity at the rim of a translucent sphere.
 const RIM: f32 = 0.35;
 
-/// How much of the far end of the scene is lost in the background.
+/// Part of the light from the far end of the scene that fades into the background.
 const HAZE: f32 = 0.2;
 
 /// Samples of a pixel from its middle outwards: the first that sees a body stands for it.
@@ -72,13 +72,13 @@ struct Film<'a> {
     opacity: f32,
 }
 
-/// How much denser a translucent surface is than where it is seen straight on: at the rim most, as glass is.
+/// Density of a translucent surface relative to a frontal view: largest at the rim, as in glass.
 fn density(normal: &Point, view: &Point) -> f32 {
     let rim = 1.0 - normal.dot(view).clamp(0.0, 1.0);
     RIM * rim * rim * rim
 }
 
-/// How much a translucent surface covers.
+/// Coverage of a translucent surface.
 fn covered(opacity: f32, density: f32) -> f32 {
     (opacity + (1.0 - opacity) * density).min(1.0)
 }

@@ -150,7 +150,7 @@ impl Plane {
     fn depth(&self, x: f64, y: f64) -> Option<f32> {
         let is_within = |edge: &[f64; 3]| {
             let side = value(edge, x, y);
-            // Of two triangles at an edge, only one has the rays through it.
+            // Rays through an edge belong to one of its two triangles only.
             side > 0.0 || side == 0.0 && (edge[0] > 0.0 || edge[0] == 0.0 && edge[1] > 0.0)
         };
         if !self.edges.iter().all(is_within) {
@@ -180,7 +180,7 @@ impl Plane {
 
 /// The sheets that the samples of some rows see, for each sample from the farthest to the nearest.
 pub(super) struct Fragments {
-    /// Of each sample, where its fragments begin; at the end, how many there are.
+    /// Offset of the fragments of each sample; the last entry is their number.
     starts: Vec<usize>,
     all: Vec<Fragment>,
 }

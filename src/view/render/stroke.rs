@@ -93,7 +93,7 @@ impl Edge {
         self.stroke.cover(width, rows.clone(), |column, row, part, opacity| {
             let depth = match is_perspective {
                 _ if self.is_behind => f32::INFINITY,
-                // What is even in space is even in 1/z in the image.
+                // Quantities that are linear in space are linear in 1/z in the image.
                 true => ((1.0 - part) / near + part / far).recip(),
                 false => near + part * (far - near),
             };

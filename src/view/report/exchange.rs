@@ -279,7 +279,7 @@ fn dot(x: f64, it: Estimate) -> Option<Dot> {
 
 fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_logarithmic: bool) -> Option<String> {
     let means = || summary.results.temperatures.iter().map(|at| measured(at, name));
-    // What is the same at all temperatures, as the energy of hard spheres, is in the table.
+    // A value that is equal at all temperatures, such as the energy of hard spheres, is only in the table.
     let mut all = means().flatten().map(|it| it.mean);
     let first = all.next()?;
     if all.all(|mean| mean == first) {

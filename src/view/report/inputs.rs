@@ -27,7 +27,7 @@ pub(super) struct Inputs {
     pub scene: Option<Scene>,
     pub thermo: Vec<Trace>,
     pub measured: Measured,
-    /// Of the measured stages, in the order of the summary.
+    /// Results of the measured stages, in the order of the summary.
     pub stages: Vec<StageInputs>,
     pub recording: Option<Recording>,
     /// Notes on files that are missing or damaged.
@@ -58,7 +58,7 @@ pub(super) struct Results<'a> {
 }
 
 impl Inputs {
-    /// Of the last measurement.
+    /// Results of the last measurement.
     pub fn last(&self) -> Results<'_> {
         let summary = &self.summary;
         Results {
@@ -74,7 +74,7 @@ impl Inputs {
         }
     }
 
-    /// Of the measured stages before it.
+    /// Results of the measured stages before it.
     pub fn of_stages(&self) -> impl Iterator<Item = Results<'_>> {
         self.summary.stages.iter().zip(&self.stages).map(|(summary, stage)| Results {
             stage: Some(&summary.name),
@@ -109,7 +109,7 @@ pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     let stages = summary.stages.iter().map(|stage| {
         let measured = measurements.stages.iter_mut().find(|measured| measured.name == stage.name);
         StageInputs {
-            // What is wrong with the file was noted above.
+            // The error of the file was noted above.
             thermo: thermo
                 .as_ref()
                 .and_then(|_| self::thermo(run, &stage.name, units, &mut Vec::new()))

@@ -82,9 +82,9 @@ pub(super) struct Head {
     pub periodic: [bool; 3],
     /// By species, accelerations that act between frames `[length / time^2]`.
     pub falls: Vec<Vec<[f64; 3]>>,
-    /// How much faster along x the image of a particle one period further up along y is `[length / time]`.
+    /// Difference of the velocity along x between a particle and its image one period up along y `[length / time]`.
     pub slide: f64,
-    /// How many frames the file has.
+    /// Number of frames in the file.
     pub frames_in_file: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surfaces: Option<SurfaceHead>,
@@ -127,7 +127,7 @@ pub(super) struct FrameHead {
     pub field: [[f64; 3]; 2],
     /// The least and the largest value of each channel.
     pub ranges: Vec<[f64; 2]>,
-    /// How many particles are beyond the field.
+    /// Number of particles beyond the field.
     pub beyond: usize,
     /// Which of the accelerations acts until the next frame.
     pub fall: usize,

@@ -49,7 +49,7 @@ struct Row<'a> {
     standard_error: Option<f64>,
     /// Published values of the quantity.
     published: Vec<&'a PublishedValue>,
-    /// Of observables, in words: with the verdict on whether they change.
+    /// Observables in words, with the verdict on whether they drift.
     words: Option<String>,
     method: &'a str,
 }
@@ -79,7 +79,7 @@ pub(super) fn section(results: &Results<'_>) -> String {
 fn sources(results: &Results<'_>) -> String {
     let mut known: Vec<(&str, &str)> = Vec::new();
     for value in results.published {
-        // What follows from an equation has its source.
+        // Values from an equation name its source.
         if known.iter().all(|(_, source)| *source != value.source) {
             known.push((&value.label, &value.source));
         }

@@ -120,7 +120,7 @@ fn runs(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> String {
                 Standing::Missing => "not begun".to_owned(),
                 Standing::Failed(why) => format!("<span class=\"verdict failed\">failed</span> {}", escape(why)),
             };
-            // What has no page is a folder all the same.
+            // A run without a page still has a folder.
             let page = if run_page_in(&folder.of(point)).is_file() { SMALL_PAGE } else { "" };
             let folder = escape(point.folder());
             let keys = heads.iter().skip(1).zip(point.settings());

@@ -246,7 +246,7 @@ fn the_page_tells_whether_the_run_was_in_equilibrium() {
     assert!(html.contains("✓ Sound."), "the audit is another question");
     let html = with(serde_json::json!({ "verdict": "yes", "reasons": [] }));
     assert!(html.contains("✓ equilibrated") && html.contains("Equilibrated: yes."));
-    // Of runs before there was a verdict.
+    // Runs from before there was a verdict.
     summary.as_object_mut().unwrap().remove("equilibrated");
     fs::write(&path, summary.to_string()).unwrap();
     assert!(page(run.path()).unwrap().html.contains("Equilibrated: unknown"));
@@ -263,7 +263,7 @@ fn energies_that_are_plotted_add_up() {
     let mut rows = 0;
     for line in lines.filter(|line| line.ends_with(",measurement")) {
         let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap_or(0.0)).collect();
-        // Of hard spheres without dissipation, to the rounding of a thousand terms.
+        // Hard spheres without dissipation conserve it, to the round-off of a thousand terms.
         assert!((cells[kinetic] - cells[supplied] - cells[sum]).abs() < 1e-10, "{line}");
         assert!(cells[supplied] != 0.0);
         rows += 1;
@@ -306,7 +306,7 @@ fn plots_are_well_formed_and_finite() {
     keep_measured(run.path());
     let html = page(run.path()).unwrap().html;
     let plots = plots(&html);
-    // Of six curves one has no data and one three variables; a map of nothing is none. Energies, four columns, the region.
+    // One of six curves has no data, and one has three variables; an empty map is not drawn. Energies, four columns, the region.
     assert_eq!(plots.len(), 4 + 5);
     for plot in plots {
         let svg = format!("<svg{plot}");

@@ -39,7 +39,7 @@ impl Skin {
         let normals: Vec<Option<Vector>> = mesh.all_corners().map(|corners| normal(&corners)).collect();
         let around = corners_around(mesh, &normals);
         let mut skin = Self { bounds: mesh.bounds(), edges: sharp_edges(mesh, &normals), ..Self::default() };
-        // Of each vertex, the ones with different normals that it has become.
+        // For each vertex, its copies with different normals.
         let mut copies: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];
         for (triangle, own) in mesh.triangles.iter().zip(&normals) {
             let Some(own) = own else { continue };

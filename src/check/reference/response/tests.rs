@@ -69,7 +69,7 @@ fn the_tc_model_makes_frequent_contacts_elastic_and_leaves_speed_for_a_contact_t
     assert_eq!(model.contact(&[0], 6.0, &Arrival { tangential: 0.0, ..slides }), (0.0, 1.0));
 }
 
-/// How far two square roots are apart whose squares differ by `square`, if one of them is `root`.
+/// Distance of two square roots whose squares differ by `square`, if one of them is `root`.
 fn of_root(square: f64, root: f64) -> f64 {
     if root * root > square { square / root.abs() } else { square.sqrt() }
 }
@@ -138,7 +138,7 @@ fn outcomes_are_those_of_the_engine() {
     println!("{counts:?}");
     assert_eq!(counts.len(), 6, "Core, Capture, Release, and Bounces in and out: {counts:?}");
     assert!(counts.values().all(|&count| count >= FEWEST), "{counts:?}");
-    // What is a tie or nearly so is one in many: half of the steps that are no step, without a motion.
+    // Ties and near ties are rare: half of the vanishing steps, without motion.
     assert!(counts.values().sum::<u32>() > CASES * 9 / 10, "{counts:?}");
 }
 

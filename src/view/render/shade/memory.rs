@@ -2,7 +2,7 @@
 
 use super::super::colour::Colour;
 
-/// How many things a pixel remembers; more of them are coloured for each sample.
+/// Number of objects that a pixel remembers; others are coloured again for each sample.
 const MOST: usize = 12;
 
 /// Body that a sample sees.

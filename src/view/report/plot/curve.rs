@@ -91,7 +91,7 @@ impl Curves {
         let foot = if has_strip { STRIP[1] } else { BOTTOM };
         let mut svg = open(&self.label, foot);
         frame(&mut svg, [x, y], [&self.titles[0], &self.titles[1]], right, foot);
-        // What is outside of the field is cut off by an inner image.
+        // An inner image clips everything outside of the field.
         let (width, height) = (right - LEFT, BOTTOM - TOP);
         let view = format!("{LEFT} {TOP} {width} {height}");
         let _ = write!(svg, "<svg x=\"{LEFT}\" y=\"{TOP}\" width=\"{width}\" height=\"{height}\" viewBox=\"{view}\">");
@@ -320,7 +320,7 @@ mod tests {
         let even: Vec<(f64, f64, f64)> = (1..2000).map(|k| (f64::from(k), 1.0 + f64::from(k) / 100.0, 0.0)).collect();
         assert_eq!(is_logarithmic(&even), [false, false]);
         assert_eq!(is_logarithmic(&[(1.0, 0.0, 0.0), (2.0, 1.0, 0.0), (3.0, 1e4, 0.0)]), [false, false]);
-        // What is zero to within its error is no power of ten.
+        // A value that is zero within its error has no logarithm.
         assert_eq!(is_logarithmic(&[(1.0, 1e-4, 0.1), (2.0, 1.0, 0.1), (3.0, 2.0, 0.1)]), [false, false]);
     }
 

@@ -8,7 +8,7 @@ use super::curve::{Curves, LineStyle, Point};
 /// Numbers of a plot.
 #[derive(Debug, Serialize)]
 struct Values<'c> {
-    /// Of a map, the third is that of the colours.
+    /// For a map, the third one is that of the colours.
     axes: Vec<Scale>,
     lines: Vec<Column<'c>>,
 }

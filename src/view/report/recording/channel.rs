@@ -19,7 +19,7 @@ enum Quantity {
     Speed,
     /// Coordinate along an axis, and its sign.
     Height(usize, f64),
-    /// How many others are within the range of a finite step.
+    /// Number of neighbours within the range of a finite step.
     Captured(WellNeighbours),
     /// A scalar of the trajectory, by its name.
     Given(String),
@@ -100,7 +100,7 @@ impl Channels {
     /// Names of the scalars, and the scales of their colours.
     pub fn heads(self) -> Vec<ChannelHead> {
         let finished = |(_, head, highest): (Quantity, ChannelHead, f64)| {
-            // Of no particle nothing is known.
+            // Without particles, nothing is known.
             let low = if head.low.is_finite() { head.low } else { 0.0 };
             let high = if head.high > low { head.high } else { low + 1.0 };
             ChannelHead { low, high, is_exceeded: highest > high, ..head }

@@ -54,7 +54,7 @@ impl Flights {
         self
     }
 
-    /// How many particles flew freely.
+    /// Number of particles in free flight.
     pub fn count(&self) -> usize {
         self.ways.iter().filter(|way| **way > 0).count()
     }
@@ -72,7 +72,7 @@ impl Flights {
 pub(super) struct FlightFinder {
     /// Accelerations by species: those of the scene, then those of its stages.
     pub falls: Vec<Vec<Vector>>,
-    /// How much faster along x the image of a particle one period further up along y is.
+    /// Difference of the velocity along x between a particle and its image one period up along y.
     pub slide: f64,
     last: Option<Moment>,
 }
@@ -98,7 +98,7 @@ impl FlightFinder {
         let last = self.last.replace(now)?;
         let now = self.last.as_ref()?;
         let all = (0..self.falls.len()).map(|fall| self.flights(frame, [&last, now], fall));
-        // Of several accelerations it is that which acted with which most fly.
+        // If there are several accelerations, the one that most particles fly with.
         all.reduce(|best, other| if other.count() > best.count() { other } else { best })
     }
 

@@ -11,7 +11,7 @@ use crate::trajectory::Frame;
 const STEPS: f64 = 65_534.0;
 const BEYOND: u16 = u16::MAX;
 
-/// How far the field reaches beyond the box, in edges of the box.
+/// Margin of the field around the box, in edges of the box.
 const REACH: f64 = 3.0;
 
 /// The bytes of a frame and what they mean.

@@ -90,7 +90,7 @@ fn against_temperature(known: &Known, stages: &[(f64, &Results<'_>)], is_logarit
         .collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
     let [low, high] = extent(points.iter().map(|point| point.y))?;
-    // What is the same in all stages is in the table.
+    // A value that is equal in all stages is only in the table.
     if points.len() < 2 || high - low <= SAME * low.abs().max(high.abs()) {
         return None;
     }

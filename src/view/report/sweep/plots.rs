@@ -238,7 +238,7 @@ fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
         })
 }
 
-/// How far all runs are from what is published, in words: at their size and, where that matters, at that of the source.
+/// Deviation of all runs from the published values, in words: at their own size and, if that matters, at the size of the source.
 fn agreement(results: &Results, at: usize, label: &str) -> Option<String> {
     let agreement: Agreement = results.agreements(at).into_iter().find(|it| it.label == label)?;
     let Agreement { chi_square, without_size, freedom, .. } = agreement;
