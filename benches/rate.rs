@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 /// Events per particle before those that are timed: what melts a lattice.
 const BEFORE: f64 = 30.0;
 
-/// How long events are timed.
+/// Duration of a timing.
 const TIMED: Duration = Duration::from_secs(4);
 
 /// Crystals start from their own lattice, fluids from one that they do not form.

@@ -55,7 +55,7 @@ fn dependencies() -> Vec<Crate> {
         let words = arguments.split(' ').chain(more.iter().copied());
         Command::new(&cargo).args(words).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
     };
-    // What only the Python package needs may not be here yet.
+    // Crates that only the Python package needs may not have been downloaded yet.
     let offline = ask(&["--offline"]);
     let output = if offline.status.success() { offline } else { ask(&[]) };
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -1,4 +1,4 @@
-//! How often the audit of a valid run fails, over scenes at random whose coordinates have few digits left.
+//! Failure rate of the audit of valid runs, over random scenes whose coordinates have few digits left.
 //!
 //! ```text
 //! cargo bench --bench audits -- 1000        judges 1000 scenes, from seed 1 on
@@ -15,7 +15,7 @@ use std::process::ExitCode;
 
 use judge::{Verdict, judge};
 
-/// Of one kind of scene.
+/// Results for one kind of scene.
 #[derive(Debug, Default)]
 struct Tally {
     scenes: usize,

@@ -22,7 +22,7 @@ struct Claim {
     error: Option<f64>,
 }
 
-/// Of one observable.
+/// Verdict on one observable.
 #[derive(Debug, Clone, Copy)]
 struct Verdict {
     runs: usize,
@@ -98,7 +98,7 @@ impl Tally {
 /// `None` of what does not change, and of what no run has.
 fn verdict(runs: &[Claim]) -> Option<Verdict> {
     let means: Vec<f64> = runs.iter().filter_map(|run| run.mean).collect();
-    // What is conserved has the error of rounding.
+    // Conserved quantities have the error of round-off.
     let claimed: Vec<(f64, f64)> = runs
         .iter()
         .filter_map(|run| Some((run.mean?, run.error?)))

@@ -36,7 +36,7 @@ struct Plan {
     duration: f64,
     /// Simulated first, not measured.
     relaxation: f64,
-    /// How far a list of neighbours reaches beyond the cut-off.
+    /// Skin of a neighbour list beyond the cut-off.
     skin: f64,
     /// Processor time after which a stepped run ends early `[s]`.
     most_seconds: f64,

@@ -52,7 +52,7 @@ impl Writer {
             let mut series = self.series.lock().unwrap_or_else(PoisonError::into_inner);
             let open = series.as_mut().ok_or_else(|| self.closed())?;
             open.write(&frame.0.frame).map_err(|failed| {
-                // What a format has begun to write it cannot take back.
+                // A format cannot take back what it has written.
                 *series = None;
                 error::convert(&failed)
             })

@@ -19,7 +19,7 @@ use crate::model::{InteractionId, Scene};
 use crate::physics::detection::lanes::Simd;
 use crate::physics::motion::RelativeState;
 
-/// So many times have a median that is near enough to that of more.
+/// Size of the sample whose median time is close enough to that of all.
 const MANY: usize = 32_768;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {

@@ -53,7 +53,7 @@ const LEAST_SERIAL: u64 = 50_000;
 const MOST_SHORT: u32 = 8;
 const FEWEST_STEPS: u64 = 8;
 
-/// So many windows that were undone of late are a sign of a halo that is too thin, and how much wider it becomes.
+/// Recent rollbacks that show that the halo is too thin, and its growth then.
 const MOST_UNDONE: f64 = 4.0;
 const WIDER: Halo = Halo { slack: 0.1, margin: 0.3 };
 

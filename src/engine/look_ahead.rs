@@ -10,7 +10,7 @@ use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 
-/// So many entries ahead, the particle and its partner are prefetched; where their neighbours are; and the neighbours.
+/// Entries of lead for the prefetch of a particle and its partner, of the places of their neighbours, and of the neighbours.
 pub(super) const SELF: usize = 7;
 const WHERE: usize = 4;
 const NEIGHBOURS: usize = 2;

@@ -256,7 +256,7 @@ impl EventQueue {
 
     /// An empty queue of the same epoch for some of all particles, that ends with the epoch's horizon only.
     pub fn of_part(&self, now: f64, some: usize, all: usize) -> Self {
-        // As many entries in a bucket as there are in those of all.
+        // As many entries in a bucket as in the queue of all particles.
         let fewer = (all / some.max(1)).max(1).next_power_of_two();
         let buckets = (self.buckets.count() / fewer).max(TICKS);
         let mut queue = Self { target: u64::MAX / CROWDED, ..Self::with_buckets(buckets, 1, self.span()) };

@@ -33,7 +33,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use surface::SurfaceRandom;
 
-/// So many particles are predicted anew in the time of one step of the event loop.
+/// Predictions of particles that cost as much as one step of the event loop.
 const PER_STEP: u64 = 16;
 
 /// The data of the sources that a scene has.

@@ -30,7 +30,7 @@ impl Component {
         components(group.len(), &inner).into_iter().find(|all| all.ids.len() == group.len())
     }
 
-    /// So many particles, each seen from the first one.
+    /// A component of `count` particles, each connected to the first one.
     pub fn side_by_side(count: usize) -> Self {
         Self { ids: (0..id(count)).collect(), parents: vec![0; count], is_linear: count < 3 }
     }

@@ -98,7 +98,7 @@ mod tests {
     use crate::scene::SceneBuilder;
     use crate::{Vector, model::Limit};
 
-    /// So many particles in one place.
+    /// A number of particles in one place.
     fn scene(count: usize) -> Scene {
         let scene = SceneBuilder::new("many")
             .species("A", 1.0, 1.0)

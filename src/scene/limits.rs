@@ -13,13 +13,13 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 /// most, for hard spheres at a packing fraction of 0.5 (250), with instruments, before which a copy looks ahead (530), and from a random start (560).
 const BYTES_PER_PARTICLE: u64 = 600;
 
-/// So many particles a scene has at most: they, up to eight cells for each of them, and blocks with eight places for each have numbers of 32 bits.
+/// Largest number of particles: up to eight cells and eight places in blocks for each must fit in 32 bits.
 const MOST_PARTICLES: u64 = 500_000_000;
 
 /// Memory that two species take in the tables that the event loop looks pairs up in, both ways `[bytes]`.
 const BYTES_PER_PAIR: u64 = 64;
 
-/// So many species have particles at most: they are numbered with 16 bits.
+/// Largest number of species with particles: their numbers have 16 bits.
 const MOST_ROWS: u64 = 1 << 16;
 
 /// Rejects numbers of particles that exceed the memory of the machine or the range of the engine's ids, before anything is allocated.

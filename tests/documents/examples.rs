@@ -25,7 +25,7 @@ fn every_block_of_rust_is_part_of_an_example() {
     let mut count = 0;
     for page in pages() {
         for block in page.blocks().iter().filter(|block| block.info == "rust") {
-            // What is left out stands as a comment.
+            // Omitted code is marked by a comment.
             let code = lines(&block.text);
             let pieces: Vec<Vec<&str>> = code.split(|line| *line == "// ...").map(<[&str]>::to_vec).collect();
             let is_there = programs.iter().any(|program| has_pieces(&lines(program), &pieces));

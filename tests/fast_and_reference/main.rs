@@ -152,7 +152,7 @@ impl Recipe {
             builder = builder.particle("S", at(1.0 + 2.0 * k as f64, 1.0, 1.0), Vector::zeros());
         }
         for k in 0..self.bonds {
-            // Of no symmetry, by which pairs would meet at the same time.
+            // Without symmetry, which would make pairs meet at the same time.
             let (x, part) = (1.0 + 2.0 * k as f64, 0.07 * (k * k) as f64);
             let first = u32::try_from(self.statics + 2 * k).unwrap();
             builder = builder
@@ -241,7 +241,7 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
             (ours.normal_impulse().abs() - theirs.impulse.abs()).abs() < 1e3 * TOLERANCE,
             "{ours:?} {theirs:?}"
         );
-        // Of a surface it is its work, which has the rounding of velocities.
+        // For a surface it is the work, with the round-off of velocities.
         let rounding = if ours.kind == EventKind::Surface { 1e2 * TOLERANCE } else { 1e-12 };
         prop_assert!((ours.energy_step - theirs.energy_step).abs() < rounding, "{ours:?} {theirs:?}");
     }

@@ -1,4 +1,4 @@
-//! How often `f` is evaluated to close a bracket, by several methods, and what closed forms miss.
+//! Evaluations of `f` to close a bracket, by several methods, and the misses of closed forms.
 
 use crate::compare::Comparison;
 use crate::detection::{Algorithm, quartic};

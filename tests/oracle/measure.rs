@@ -1,4 +1,4 @@
-//! How far a time is from an exact root, and how far rounding may have moved that root.
+//! Distance of a time from an exact root, and the shift of that root by round-off.
 
 use super::crossing::Crossing;
 use super::dyadic::{Dyadic, scaled};
@@ -9,7 +9,7 @@ use super::polynomial::Polynomial;
 pub struct Distance {
     /// Exact time less the one measured.
     pub error: f64,
-    /// How far the root moves if `f` does by what rounding may add to it, to the farther side.
+    /// Larger of the two shifts of the root when round-off moves `f` up or down.
     pub condition: f64,
 }
 
@@ -74,7 +74,7 @@ impl Local {
         self.coefficients.iter().rev().fold(0.0, |sum, c| sum * offset + c)
     }
 
-    /// How far from `from` in a direction `holds` first becomes true, to one part in a thousand.
+    /// Distance from `from` in a direction at which `holds` first becomes true, to one part in a thousand.
     fn first(&self, from: f64, direction: f64, holds: impl Fn(f64) -> bool) -> f64 {
         let holds_at = |step: f64| holds(self.value(from + direction * step));
         let mut upper = 1e-3;

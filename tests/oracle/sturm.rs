@@ -1,4 +1,4 @@
-//! How many distinct roots lie between two numbers: Sturm's theorem in exact integers.
+//! Number of distinct roots between two numbers: Sturm's theorem in exact integers.
 
 use super::dyadic::{Dyadic, sign};
 use super::polynomial::{Polynomial, count_variations};

@@ -25,7 +25,7 @@ pub struct Tally {
     pub evaluations: Evaluations,
 }
 
-/// How many wrong answers are kept.
+/// Largest number of wrong answers that are kept.
 const SHOWN: usize = 5;
 
 impl Tally {

@@ -59,7 +59,7 @@ fn closest(scene: &Scene) -> f64 {
 /// Nothing overlaps, the density is the one asked for, and everything is in the box.
 fn assert_valid(scene: &Scene, fraction: f64) {
     assert!(closest(scene) >= 1.0, "{}", closest(scene));
-    // Of sums of a thousand terms.
+    // Round-off of sums of a thousand terms.
     assert!((scene.packing_fraction() / fraction - 1.0).abs() < 1e-12, "{}", scene.packing_fraction());
     let (lower, upper) = (scene.space().lower, scene.space().upper());
     for particle in scene.particles() {

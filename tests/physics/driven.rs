@@ -253,7 +253,7 @@ fn means_of_a_rescaled_gas_do_not_depend_on_how_often_it_is_looked_at() {
     let (seldom, often) = (measured(1.0), measured(0.0173));
     assert!(often[0] < 0.9, "it cools by a good part between two scalings: {often:?}");
     for (a, b) in seldom.into_iter().zip(often) {
-        // What each contact dissipates is counted at its time: sums of some 3000 parts that are rounded in another order.
+        // The energy that each contact dissipates is counted at its time: sums of some 3000 terms in another order.
         assert!((a / b - 1.0).abs() < 1e-11, "{seldom:?} {often:?}");
     }
 }
@@ -269,7 +269,7 @@ fn samples_see_a_rescaled_gas_at_all_times_between_two_scalings() {
         .interaction("A", "A", hard(), 0.8)
         .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.15))
         .temperature(1.0)
-        // Of 200 samples by default, each would come just after a scaling.
+        // Each of the 200 default samples would come just after a scaling.
         .run(RunPlan { limit: Limit::time(200.0), thermostat: Some(scaling), ..RunPlan::default() })
         .measure(MeasurementPlan { profiles: vec![profile], speeds: Some(speeds), ..MeasurementPlan::default() });
     let finished = finish(scene.build().unwrap());

@@ -22,7 +22,7 @@ fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
             Some((format!("measured {}", number.name), estimate))
         });
         for (name, estimate) in observables.chain(measured) {
-            // What the dynamics conserve has an error of rounding.
+            // Conserved quantities have an error of round-off.
             let error = estimate.standard_error.filter(|error| *error > 1e-12 * estimate.mean.abs());
             estimates.entry(name).or_default().extend(error.map(|error| (estimate.mean, error)));
         }

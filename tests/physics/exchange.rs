@@ -67,7 +67,7 @@ pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f6
         let entropy = log_ratio + (mean / t - top_mean / highest) / particles;
         let expected = [mean / particles, heat_capacity(t), entropy, -log_ratio];
         for ((name, measured), expected) in point.quantities().into_iter().zip(expected) {
-            // Of what is zero by definition.
+            // A value that is zero by definition.
             if t == highest && expected == 0.0 {
                 assert_eq!(measured.mean, 0.0, "{name}");
                 continue;
@@ -139,7 +139,7 @@ fn two_particles_in_a_well_have_their_exact_populations() {
         ];
         assert!(deviations.iter().all(|it| it.abs() < 3.0), "{temperature}: {deviations:?}");
     }
-    // Of two independent replicas: both bound, both unbound, or the one at the lower temperature bound and the other not.
+    // The states of two independent replicas: both bound, both unbound, or only the one at the lower temperature bound.
     for (pair, neighbours) in TEMPERATURES.windows(2).zip(&results.neighbours) {
         let [cold, hot] = [bound(pair[0]), bound(pair[1])];
         let expected = 1.0 - cold * (1.0 - hot) * (1.0 - (-DEPTH * (1.0 / pair[0] - 1.0 / pair[1])).exp());

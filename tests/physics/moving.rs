@@ -46,7 +46,7 @@ fn gravity_of_each_stage_acts_in_turn() {
     assert!((snapshot.positions[0] - expected).norm() < 1e-13 * expected.norm(), "{}", snapshot.positions[0]);
     assert!((snapshot.velocities[0] - speed).norm() < 1e-14 * speed.norm());
     assert_eq!(finished.audit.faults(), []);
-    // What the turns of gravity supply is the potential energy that is there afterwards.
+    // The turns of gravity supply the potential energy at the end.
     assert!(finished.simulation.event_counts().supplied.total() != 0.0);
 }
 

@@ -23,7 +23,7 @@ fn fluid(potential: &Potential, count: u64, density: f64, temperature: f64) -> S
     Simulation::without_plan(scene)
 }
 
-/// How often pairs met one radius of a potential in one block.
+/// Number of events at one radius of a potential in one block.
 #[derive(Debug, Clone, Copy, Default)]
 struct Counts {
     inwards: f64,

@@ -40,7 +40,7 @@ fn what_belongs_to_an_exchange_is_told_in_its_words() {
         assert_eq!(code(&place.carom(&["exchange", "pair", "-q"])), 0);
         assert!(contents(&folder) == whole, "{name}");
     }
-    // What is said of a damaged checkpoint helps.
+    // The message about a damaged checkpoint is helpful.
     std::fs::write(folder.join("exchange.checkpoint"), "carom checkpoint").unwrap();
     refused(&["exchange", "pair", "--until-time", "300"], &["is damaged", "exchange.checkpoint and summary.json"]);
     for name in ["exchange.checkpoint", "summary.json"] {

@@ -94,7 +94,7 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
     let summary = place.summary(folder);
     assert_eq!((&summary["seed"], &summary["attempts"], &summary["duration"]), (&3.into(), &600.into(), &900.0.into()));
     assert_eq!(summary["faults"].as_array().unwrap().len(), 0);
-    // What the tables have is what the summary says.
+    // The tables agree with the summary.
     let rows = place.read(&format!("{folder}/exchange.csv"));
     let mut lines = rows.lines();
     let heads = "time,replica_1,potential_1,replica_2,potential_2,replica_3,potential_3,mean_square_radius_of_gyration_1,mean_square_end_to_end_distance_1,\
@@ -298,7 +298,7 @@ fn an_exchange_starts_from_the_end_of_a_run() {
         assert!((number("temperature") / temperature - 1.0).abs() < 0.15, "{observables}");
         assert!((number("compressibility_factor") / 3.97 - 1.0).abs() < 0.1, "{observables}");
     }
-    // What it began with may go; what it has found stays.
+    // Its input may be deleted; its results stay.
     let before = words(&place.carom(&["exchange", "runs/next-exchange"]));
     std::fs::remove_dir_all(place.path().join("runs/scene")).unwrap();
     let output = place.carom(&["exchange", "runs/next-exchange"]);

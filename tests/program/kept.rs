@@ -186,7 +186,7 @@ fn a_run_asks_before_it_fills_the_disk() {
     assert!(!place.path().join("runs").exists());
     let text = words(&place.carom(&[&["check"], &interval[..]].concat()));
     assert!(text.contains("it asks for --force"), "{text}");
-    // Of two limits the first one counts.
+    // The earlier of two limits counts.
     let place = Place::with(FLUID);
     let both = [&interval[..], &["--set", "run.until_time=1e10"]].concat();
     let output = place.carom(&[&["run"], &both[..]].concat());

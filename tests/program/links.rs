@@ -146,7 +146,7 @@ fn no_exchange_writes_through_a_link() {
         ["exchange", "scene.toml", "-q", "--out", "pair", "--until-time", "30", "--set", "run.equilibration_time=3"];
     each(CHAIN, &begin, &names, |place, name| {
         let path = place.path().join("pair").join(name);
-        // What it leads to says the same, so that nothing but the link is wrong.
+        // The target has the same content, so that only the link is wrong.
         let target = place.path().join("target");
         fs::write(&target, fs::read(&path).unwrap_or_default()).unwrap();
         replaced(&path, |path| symlink(&target, path).unwrap());

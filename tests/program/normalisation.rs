@@ -57,7 +57,7 @@ fn what_curves_were_divided_by_takes_them_back_to_whole_counts() {
     {
         let counts: Vec<f64> = undone(series(name)).into_iter().flatten().collect();
         for count in &counts {
-            // Of some ten thousand samples, each rounded.
+            // Round-off of some ten thousand samples.
             assert!((count - count.round()).abs() < 1e-9 * count.max(1.0), "{name}: {count}");
         }
         assert!(counts.iter().sum::<f64>() > least, "{name}");

@@ -43,7 +43,7 @@ fn the_program_refuses_them_before_anything_is_changed() {
         assert!(line(&output).contains("the run began with the instrument `probe`"), "{}", line(&output));
         assert!(line(&output).contains("go on with the program that began the run"), "{}", line(&output));
         assert!(contents(&path) == before, "{stage:?}");
-        // That still can.
+        // The other one still can.
         let (mut files, checkpoint) = when_free(|| Folder::resume(&path, None));
         let run = Run::resume(checkpoint).instrument("probe", |_| Probe);
         let finished = run.execute(&mut files, &mut |_: &Progress| ControlFlow::Continue(())).unwrap();

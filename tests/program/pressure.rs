@@ -41,7 +41,7 @@ fn each_row_and_frame_has_the_box_of_its_time() {
     assert!(moves["accepted"].as_u64().unwrap() > 20 && moves["amplitude"].as_f64().unwrap() < 0.05, "{moves}");
     let last = rows.last().unwrap()[1];
     assert!((summary["system"]["volume"].as_f64().unwrap() / last - 1.0).abs() < 1e-12);
-    // What is published is of a density that is not that of the mean.
+    // The published value is for another density than the mean one.
     assert_eq!(summary["published"].as_array().unwrap().len(), 0);
     let mean = summary["observables"]["volume"]["mean"].as_f64().unwrap();
     let measured: Vec<f64> = rows.iter().filter(|[time, _]| *time >= 5.0).map(|[_, volume]| *volume).collect();

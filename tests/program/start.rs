@@ -114,7 +114,7 @@ fn runs_one_after_the_other_have_the_bits_of_one_longer_run() {
         let place = Place::with(&format!("{scene}{particles}{}", run_until("2.25")));
         run(&place, &["scene.toml", "--out", "runs/whole"]);
         run(&place, &["scene.toml", "--until-time", "0.75", "--out", "runs/1"]);
-        // All that is not a start: said again, left out, or given on the command line.
+        // Everything else than the start: repeated, omitted, or given on the command line.
         started(&place, "again", &format!("start.from = \"runs/1\"\n{scene}{}", run_until("0.75")));
         started(&place, "short", &run_until("0.75"));
         run(&place, &["again.toml", "--out", "runs/2"]);

@@ -81,7 +81,7 @@ fn every_combination_is_a_run_and_a_row() {
         assert!(page.contains(&format!("href=\"{link}\"")), "{link}");
         assert!(place.read(&format!("runs/scene-sweep/{link}")).contains("Can it be trusted?"));
     }
-    // What is there is not made again.
+    // Complete runs are not repeated.
     let first = place.path().join("runs/scene-sweep").join(&runs[0]["folder"]).join("run.html");
     let changed = || fs::metadata(&first).unwrap().modified().unwrap();
     let before = changed();

@@ -33,7 +33,7 @@ fn an_entry_of_a_list_or_a_table_is_what_is_plotted_against() {
         let temperatures = column(&place.read(table), "thermostat_temperature");
         let temperatures: Vec<f64> = temperatures.iter().map(|cell| cell.parse().unwrap()).collect();
         assert_eq!(temperatures, [1.0, 2.0], "{table}");
-        // What is the same at all points has no column.
+        // A value that is equal at all points has no column.
         assert!(column(&place.read(table), "thermostat_rate").is_empty());
     }
     for folder in column(&place.read("s/sweep.csv"), "folder") {

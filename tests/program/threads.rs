@@ -11,7 +11,7 @@ fn fluid() -> Place {
     Place::with(&FLUID.replace("count = 108", "count = 500"))
 }
 
-/// All that a run has measured.
+/// The results of a run.
 fn measured(place: &Place, folder: &str) -> String {
     let mut summary = place.summary(folder);
     summary.as_object_mut().unwrap().remove("speed");

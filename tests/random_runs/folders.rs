@@ -159,7 +159,7 @@ impl Place {
         self.0.path().join("out")
     }
 
-    /// All that is outside: names, and contents of files.
+    /// Names and contents of all files outside.
     fn others(&self) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
         let mut found = BTreeMap::new();
         let mut folders = vec![self.0.path().to_owned()];
@@ -185,7 +185,7 @@ impl Place {
         let path = self.out().join(name);
         let parent = path.parent().unwrap_or(&path).to_owned();
         if parent.is_symlink() {
-            // What is prepared there would be outside.
+            // A draft there would be outside.
             return (name, Change::Nothing);
         }
         let content = if path.is_symlink() { None } else { fs::read(&path).ok() };

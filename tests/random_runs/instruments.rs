@@ -116,7 +116,7 @@ fn measurements(text: &mut String, choices: &mut Choices<'_>, middle: f64) {
     let has_bins = ["radial_distribution", "free_paths", "speeds", "chains", "bond_order"];
     *text += "[measure]\n";
     for name in names {
-        // What a scene cannot have is refused by name; now and then it is asked for all the same.
+        // Invalid combinations are rejected by name; a few are generated on purpose.
         let is_possible = match name {
             "pressure_tensor" => !text.contains("= \"open\""),
             "structure_factor" => text.contains("= \"periodic\""),
@@ -173,7 +173,7 @@ pub fn judge(bytes: &[u8], is_kept: bool) -> End {
     let _ = (description::text(&made), description::warnings(&made), burdens(&made));
     let estimate = SizeEstimate::of(&made, foreseen_rate(&made).ok()).bytes;
     assert!(estimate >= 0.0, "an estimate of {estimate} bytes");
-    // What takes minutes to be sampled as often as it is asked for is no fault.
+    // Taking minutes because of many requested samples is not a fault.
     if estimate > 1e7 {
         return End::Refused("large".to_owned());
     }

@@ -46,7 +46,7 @@ fn who(event: &Event, number: &impl Fn(ParticleId) -> u32) -> (u32, Option<u32>)
     }
 }
 
-/// How many events agree, up to two that are too close to each other for rounding to order them.
+/// Number of events that agree, up to two that are so close that round-off decides their order.
 fn agreeing(seed: u64, ours: &Scene, theirs: &Scene, number: impl Fn(ParticleId) -> u32, is_mirror: bool) -> usize {
     let (ours, theirs) = (events(ours, FEW), events(theirs, FEW));
     for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {

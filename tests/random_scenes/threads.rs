@@ -31,7 +31,7 @@ const STEPS: u64 = 20_000;
 struct Count {
     refused: usize,
     given_up: usize,
-    /// Of all stretches of all scenes, those on several threads, and the windows, differences and serial stretches of these.
+    /// Over all stretches of all scenes: those on several threads, and their windows, differences and serial stretches.
     compared: usize,
     spread: usize,
     windows: u64,
@@ -249,7 +249,7 @@ fn large(seed: u64) -> String {
             "[[interaction]]\nspecies = [\"S{a}\", \"S{b}\"]\npotential = {potential}\nrestitution = {restitution}\n"
         );
     }
-    // Of chains and of both species.
+    // Particles of chains and of both species.
     let [links, first, second] = match dice.below(5) {
         0 => [0.0; 3],
         1 => [0.0, 0.0, 1.1],

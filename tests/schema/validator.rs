@@ -111,7 +111,7 @@ fn is_of(name: &str, value: &Value) -> bool {
 
 /// Whether a text is one of the patterns of the schema: classes of characters, each with the numbers of times that it may occur.
 fn fits(pattern: &str, text: &str) -> bool {
-    // What is not ASCII may be a letter.
+    // Characters beyond ASCII may be letters.
     let letters = |c: char| c.is_ascii_alphanumeric() || !c.is_ascii();
     let marks = |c: char| letters(c) || "_.+()-".contains(c);
     let ascii = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);

@@ -43,7 +43,7 @@ fn farthest(a: &[Vector], b: &[Vector]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-/// How far grains of a heap at rest may get, in units of `g t_c^2`.
+/// Largest displacement of the grains of a heap at rest, in units of `g t_c^2`.
 ///
 /// A contact opens by `g t^2 / 8` in a flight of length `t`, and by as many times that as there are layers above it. Four layers
 /// of such contacts make 2; what sits in a wedge of others moves further, in 15 heaps up to 140.

@@ -218,7 +218,7 @@ fn overlaps_that_weight_holds_down_arrest_without_the_tc_model() {
     let mut simulation = Simulation::without_plan(random_start(&recipe, 7));
     let arrest = simulation.advance(Until::time(30.0)).unwrap_err().arrest().unwrap();
     println!("{} events, {arrest}", simulation.event_counts().physical());
-    // As many events in no time as simultaneous ones of a lattice are allowed for.
+    // The allowance for simultaneous events of a lattice.
     assert!(simulation.event_counts().physical() < 1_000_000);
     // The static ones are the last tenth.
     assert!(arrest.particle.0.max(arrest.partner.unwrap().0) >= 450, "{arrest}");

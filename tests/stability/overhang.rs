@@ -18,7 +18,7 @@ fn over_a_row(overhang: f64) -> Scene {
         .interaction("ball", "row", Potential::hard_sphere(0.75).unwrap(), 1.0)
         .space(space)
         .particle("ball", Vector::new(5.0, 5.0, 5.0), Vector::new(1.0, 0.0, 0.0));
-    // So many that there are cells.
+    // Enough particles for cells.
     let length = 10.0 + 2.0 * overhang;
     for k in 0..64 {
         scene = scene.particle("row", Vector::new(f64::from(k) / 63.0 * length - overhang, 5.0, 2.0), Vector::zeros());

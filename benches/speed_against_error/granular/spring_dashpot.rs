@@ -142,7 +142,7 @@ fn decay(stiffness: f64, mass: f64, restitution: f64) -> f64 {
     (stiffness / mass).sqrt() * logarithm / std::f64::consts::PI.hypot(logarithm)
 }
 
-/// How long a contact of two grains lasts.
+/// Duration of a contact of two grains.
 pub fn contact_duration(stiffness: f64, restitution: f64) -> f64 {
     let eta = decay(stiffness, 0.5, restitution);
     std::f64::consts::PI / (2.0 * stiffness - eta * eta).sqrt()

@@ -242,7 +242,7 @@ impl Feature {
         }
     }
 
-    /// So many roundings its normal may be off `[1]`.
+    /// Error of its normal in units of round-off `[1]`.
     pub fn slenderness(&self) -> f64 {
         match self.shape {
             Shape::Plane { corners: Some(corners), .. } => slenderness(&corners),

@@ -11,7 +11,7 @@ use super::window::{MARGIN, reach_along, wall_approach};
 use crate::Vector;
 use crate::model::ParticleId;
 
-/// So many images of all pairs together are searched before that is given up.
+/// Largest number of images of all pairs together that are searched.
 const MOST_IMAGES: f64 = 1e6;
 
 /// Result of a search to infinite time.
@@ -177,7 +177,7 @@ impl Verifier {
             // The same again after one period.
             return (self.world.periods[axis] / flight.velocity[axis].abs() * MARGIN, Search::Never);
         }
-        // As far as a tenth of the images that are left allows, in a cube of them.
+        // The reach of a cube with a tenth of the remaining images.
         let along = libm::cbrt(0.1 * most_images);
         let time = |&k: &usize| 0.5 * along * self.world.periods[k] / flight.velocity[k].abs().max(f64::MIN_POSITIVE);
         (round.iter().map(time).fold(f64::INFINITY, f64::min), Search::Open)

@@ -7,7 +7,7 @@ use crate::check::reference::{Extents, Polynomial};
 pub(super) struct Foot {
     /// Distances from the ends, negative beyond them, as polynomials.
     pub extents: Extents,
-    /// So many roundings the direction of the feature may be off.
+    /// Error of the direction of the feature in units of round-off.
     pub slenderness: f64,
 }
 

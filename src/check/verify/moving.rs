@@ -15,7 +15,7 @@ const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 /// Most periods of an oscillation or a rotation in one window, because the surface returns after each.
 const MOST_OSCILLATIONS: f64 = 8.0;
 const MOST_TURNS: f64 = 0.25;
-/// So many windows of a motion are searched to show that nothing will ever happen.
+/// Largest number of windows of a motion that are searched to show that nothing will ever happen.
 const MOST_SEARCHED: f64 = 1e3;
 /// Accuracy of the times of contacts, relative to a period.
 const RESOLVED: f64 = 0.125;

@@ -18,7 +18,7 @@ const MOST_LOOKS: u64 = 1 << 17;
 #[derive(Debug)]
 pub(super) struct Swing {
     passage: Passage,
-    /// So many roundings the direction of the feature may be off.
+    /// Error of the direction of the feature in units of round-off.
     slenderness: f64,
     /// Time in the window at which the motion of the passage holds `[time]`.
     since: f64,

@@ -11,7 +11,7 @@ const COLUMNS_PER_REACH: f64 = 8.0;
 /// No more columns than these, however long the box is.
 const MOST_COLUMNS: f64 = 65_536.0;
 
-/// So many particles are looked at to choose how the box is cut.
+/// Number of particles that are sampled to choose the cuts of the box.
 const SAMPLE: usize = 20_000;
 
 /// Widths of the layers around a region, in ranges of the neighbour search.
@@ -290,7 +290,7 @@ mod tests {
                 assert!(sets.iter().all(|set| set & 1 << owner != 0 && *set < 1 << domains), "{domains} {sets:?}");
                 assert_eq!((sets[0] & !sets[1], sets[1] & !sets[2]), (0, 0), "{domains} {sets:?}");
             }
-            // As many as there are, except for a plane of the lattice.
+            // Equal shares, to within a plane of the lattice.
             let is_fair = |count: &usize| count.abs_diff(32_000 / domains) <= 800;
             assert!(owned.iter().all(is_fair), "{owned:?}");
         }

@@ -32,7 +32,7 @@ pub(super) struct Buckets {
 }
 
 impl Buckets {
-    /// So many empty buckets.
+    /// A number of empty buckets.
     pub fn new(count: usize) -> Self {
         // Enough for an entry of each particle and a chunk in each bucket.
         let chunks = Vec::with_capacity(2 * count);

@@ -37,7 +37,7 @@ impl Placed {
 /// No surface that moves.
 const AT_REST: u32 = u32::MAX;
 
-/// So many triangles a scene has at most: with their edges and corners they have numbers of 32 bits, also their images in a periodic box.
+/// Largest number of triangles: with their edges, corners and periodic images they must fit in 32 bits.
 pub(crate) const MOST_FEATURES: usize = 1 << 26;
 
 /// Walls have the numbers below this one.

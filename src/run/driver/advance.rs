@@ -13,7 +13,7 @@ use crate::run::state::Aim;
 /// Physical events between two checks whether the simulation still has events.
 const CHUNK: u64 = 10_000;
 
-/// As many for each particle in several domains, if that is more.
+/// The same for each particle in several domains, if that is more.
 const IN_DOMAINS: u64 = 64;
 
 /// Times that a typical particle takes to cross the box, in which nothing has happened and no particle has changed its cell: where the end is not

@@ -15,7 +15,7 @@ const EVENTS_PER_SAMPLE: u64 = 2;
 /// Samples before the first test for drift: each particle has had some four hundred events, which melt most lattices.
 const FEWEST_SAMPLES: u32 = 100;
 
-/// So many times that, without a limit in the scene, it gives up: what still drifts then, such as a gas that cools, does not end, nor what cannot be tested, such
+/// Tests after which an equilibration without a limit gives up: a system that still drifts, such as a cooling gas, never ends, nor does one that cannot be tested, such
 /// as a single particle between walls.
 const PATIENCE: u32 = 1000;
 

@@ -23,7 +23,7 @@ pub(in crate::run) struct StormWatch {
     since: f64,
     /// Physical events, since the start of the simulation, at which the time is looked at.
     next: u64,
-    /// So many are a storm within this time.
+    /// Number of events that make a storm within this time.
     most: u64,
     within: f64,
 }

@@ -12,7 +12,7 @@ use crate::trajectory::frame::FrameSpecies;
 /// Relative rounding error of single precision, ten times over: many programs write such numbers.
 const SINGLE: f64 = 1e-6;
 
-/// So many digits are not all that the number has, but what it was rounded to.
+/// Fewest digits of a number that count as a rounded value.
 const ROUNDED: usize = 3;
 
 /// The radii and masses of a file, each once.

@@ -222,7 +222,7 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
     Ok(())
 }
 
-/// So many periods a surface may be away from the box or reach beyond it: each image is there.
+/// Largest distance or extent of a surface beyond the box in periods, because each image is stored.
 const MOST_PERIODS: f64 = 30.0;
 
 /// Refuses shapes with images without number along a periodic axis.

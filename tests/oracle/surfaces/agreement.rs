@@ -13,7 +13,7 @@ const PER_FAMILY: usize = 250;
 /// 10^6 states.
 const PER_FAMILY_OF_LONG_RUN: usize = 50_000;
 
-/// How many wrong answers are shown, and after how many no more are looked for: each takes a second to be sure of.
+/// Number of wrong answers that are shown, and after which the search stops: confirming each takes a second.
 const SHOWN: usize = 3;
 const ENOUGH: usize = 10;
 

@@ -34,10 +34,10 @@ impl Place<'_> {
     }
 }
 
-/// So often a bracket is halved before a common root is looked for: it hardly ever is there, and costs more.
+/// Halvings of a bracket before a search for a common root, which is rare and costs more.
 const HALVINGS: usize = 40;
 
-/// So often Budan's theorem is tried. At a turning point of the polynomial it never says that there is no root.
+/// Tries of Budan's theorem. At a turning point of the polynomial it never excludes a root.
 const CHEAP: usize = 4;
 
 /// The sign at a crossing, whose bracket is narrowed until the polynomial has no root in it, or a root in common.

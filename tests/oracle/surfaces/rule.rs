@@ -78,7 +78,7 @@ impl Overlap {
                 add(ROOT, f);
                 add(Kind::TurningPoint, &f.derivative());
             }
-            // Of a distance that rounding has made negative nothing is within.
+            // Nothing is within a distance that round-off has made negative.
             Self::Height(_, distance) if distance.sign() <= 0 => {}
             Self::Height(height, distance) => {
                 let [above, below] = Self::gaps(height, distance);
@@ -114,7 +114,7 @@ pub fn next_event(exact: &Exact) -> Verdict {
     if exact.overlap.asks_at(&Place::Now) && exact.is_on(&Place::Now, None) {
         return Verdict::Now;
     }
-    // Of two at the same time the first of the list, in which beginnings come first.
+    // Of two at the same time, the first in the list, which has beginnings first.
     let first = possible_events(exact).reduce(|a, b| if order(&a.1, &b.1).is_gt() { b } else { a });
     first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
 }

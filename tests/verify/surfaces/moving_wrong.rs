@@ -164,7 +164,7 @@ fn fault_of(kind: usize, right: &[SurfaceMotion], wrong: &[SurfaceMotion]) -> Fa
     let scene = |motions| moving(grains(2, 18), around(kind), motions, 1.0);
     let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 600) };
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
-    // Of particles that are gone nothing comes after their last event.
+    // Particles that have left have no later events.
     recording.fault_for(&mut verifier).map_or_else(|| verifier.witness_end().unwrap_err(), |(_, fault)| fault)
 }
 
@@ -264,7 +264,7 @@ fn an_end_is_one_where_no_surface_will_come() {
     ));
     assert!(is_early(ball(0.2, &[by(0.0, f64::INFINITY, 0.3, 0.0)]), 17.5));
     assert_eq!(end_of(&ball(0.3, &[by(0.0, f64::INFINITY, 0.2, 0.0)])), Ok(()));
-    // What shakes for some time is searched; what never stops is not shown.
+    // A motion of finite duration is searched; an endless one is not proven.
     assert_eq!(end_of(&ball(0.0, &[shakes(20.0)])), Ok(()));
     assert!(matches!(end_of(&ball(0.0, &[shakes(f64::INFINITY)])), Err(Fault::EndNotShown { .. })));
     assert!(matches!(end_of(&ball(0.0, &[shakes(1e9)])), Err(Fault::EndNotShown { .. })));

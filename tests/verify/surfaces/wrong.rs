@@ -151,7 +151,7 @@ fn fault_of(right: Vec<SurfaceShape>, wrong: Vec<SurfaceShape>) -> Fault {
     let scene = |shapes| with(grains(2, 18), shapes, 1.0);
     let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 1500) };
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
-    // Of particles that are gone nothing comes after their last event.
+    // Particles that have left have no later events.
     recording.fault_for(&mut verifier).map_or_else(|| verifier.witness_end().unwrap_err(), |(_, fault)| fault)
 }
 

@@ -111,7 +111,7 @@ pub extern "C" fn message() -> *const u8 {
     PAGE.with_borrow(|page| page.message.as_ptr())
 }
 
-/// How many bytes it has.
+/// Its length in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn message_length() -> usize {
     PAGE.with_borrow(|page| page.message.len())

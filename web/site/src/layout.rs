@@ -20,7 +20,7 @@ pub struct Page<'a> {
     pub title: &'a str,
     /// One sentence for lists of pages.
     pub about: &'a str,
-    /// What stands beside the text on wide windows, in HTML; may be empty.
+    /// Content beside the text on wide windows, in HTML; may be empty.
     pub aside: String,
     /// The text, in HTML.
     pub body: String,

@@ -39,7 +39,7 @@ struct Frames<'a> {
     address: &'a str,
     style: &'a str,
     has_navigation: bool,
-    /// What stands below, in HTML.
+    /// Content below, in HTML.
     below: String,
 }
 

@@ -16,13 +16,13 @@ pub struct ScenePage {
     /// Name of its file without the ending.
     pub name: String,
     pub title: String,
-    /// What it teaches, in HTML.
+    /// Its lesson, in HTML.
     pub about: String,
     /// Its first sentence, as plain text.
     pub lead: String,
     pub text: String,
     pub scene: Scene,
-    /// What the page runs.
+    /// The scene that the page runs.
     pub live: Source,
     /// Whether the page has a picture of it.
     pub has_picture: bool,

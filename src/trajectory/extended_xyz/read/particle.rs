@@ -65,7 +65,7 @@ impl SpeciesTable {
     }
 }
 
-/// So many words of a line are kept; more columns than any file has are counted, and looked for again.
+/// Number of words of a line that are kept; later ones are searched again, and no usual file has as many columns.
 const KEPT: usize = 64;
 
 /// The words of a line, as many as `Properties` announces.
