@@ -12,7 +12,8 @@ use crate::markdown::{Targets, Text, read};
 use crate::scene::ScenePage;
 
 /// Documents in the order in which one reads them; others follow.
-const ORDER: [&str; 13] = [
+const ORDER: [&str; 15] = [
+    "tutorial",
     "scene",
     "measuring",
     "driving",
@@ -26,6 +27,7 @@ const ORDER: [&str; 13] = [
     "architecture",
     "extending",
     "live",
+    "glossary",
 ];
 
 /// All documents, by their path in the repository.
