@@ -263,10 +263,10 @@ impl Simulation {
     }
 
     /// Goes on as [`Self::advance_with`] does, with an observer if one is given, but pauses with `None` after a number of steps: an event, a cell transition, a
-    /// prediction anew, whatever takes about as long; at least one is done.
+    /// prediction again, whatever takes about as long; at least one is done.
     ///
     /// Between two events there can be any number of other steps, so this is for a caller that looks up in between. Where it pauses
-    /// changes nothing of what happens.
+    /// changes no event.
     ///
     /// # Errors
     /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.

@@ -2,7 +2,7 @@
 //! meshes and dissipation.
 //!
 //! Between events every particle flies freely, so nothing is integrated: the time of the next event is solved for, the
-//! event is executed, and what it changed is predicted anew. The algorithms are those of M. N. Bannerman and S. Strobl,
+//! event is executed, and what it changed is predicted again. The algorithms are those of M. N. Bannerman and S. Strobl,
 //! *Stable Event-Driven Particle Dynamics: Spherically Symmetric Potentials*, which stay stable where rounding puts particles
 //! on the wrong side of a discontinuity.
 //!

@@ -1,6 +1,6 @@
 //! Every dependency has a licence that goes with those of Carom, and `THIRD-PARTY.md` names all that the program and the Python package are built from.
 //!
-//! After a change of `Cargo.lock`: `cargo test --test licences -- --ignored` writes that file anew.
+//! After a change of `Cargo.lock`: `cargo test --test licences -- --ignored` writes that file again.
 
 #![cfg(target_os = "linux")]
 

@@ -8,7 +8,7 @@ use carom::scene::{Amount, Lattice, SceneBuilder};
 pub struct System {
     pub name: &'static str,
     pub start: fn() -> Simulation,
-    /// Whether it stays as it is: a heap, a pendulum or a gas that cools is started anew for each measurement.
+    /// Whether it stays as it is: a heap, a pendulum or a gas that cools is started again for each measurement.
     pub is_steady: bool,
 }
 

@@ -21,7 +21,7 @@ impl Sheet {
         Self { name: name.to_owned(), provenance: machine::provenance(), columns, rows: Vec::new() }
     }
 
-    /// Appends a row, shows it, and writes the file anew, so that a run can be stopped at any time.
+    /// Appends a row, shows it, and writes the file again, so that a run can be stopped at any time.
     pub fn push(&mut self, row: Vec<String>) -> Outcome {
         println!("{}: {}", self.name, row.join(", "));
         self.rows.push(row);

@@ -169,7 +169,7 @@ impl Simulation {
         Ok((Self(Mutex::new(state)), scene))
     }
 
-    /// Draws all velocities anew.
+    /// Draws all velocities again.
     fn thermalize(&self, py: Python<'_>, temperature: f64, seed: u64) -> PyResult<()> {
         let mut state = self.state()?;
         let engine = &mut state.engine;

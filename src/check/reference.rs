@@ -2,7 +2,7 @@
 //!
 //! All pairs are predicted by Algorithm 1, on whatever overlap function they have. There are no cells, no delayed states
 //! and no discarded predictions: after each event every particle is moved to its time, and every prediction of the two
-//! particles is made anew. The cost grows with the square of the number of particles; use it for some hundreds.
+//! particles is made again. The cost grows with the square of the number of particles; use it for some hundreds.
 //!
 //! ```
 //! use carom::{Vector, check::reference::Reference, model::Potential, model::space::{Boundary, Space}, scene::SceneBuilder};
@@ -265,7 +265,7 @@ impl Reference {
         (velocity, self.species(i).acceleration - self.species(j).acceleration)
     }
 
-    /// Predicts everything about a particle anew.
+    /// Predicts everything about a particle again.
     fn predict(&mut self, i: u32) {
         for j in (0..id(self.positions.len())).filter(|&j| j != i) {
             self.predict_pair(i.min(j), i.max(j));

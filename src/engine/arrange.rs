@@ -14,7 +14,7 @@ use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::neighbours::{Neighbours, Search};
 
-/// The order in memory is made anew after this many transitions per particle.
+/// The order in memory is made again after this many transitions per particle.
 const WANDERED: u64 = 64;
 
 /// With more particles than these, prefetching pays: bodies and cells take some megabytes. Lists take as much of fewer particles, and an event

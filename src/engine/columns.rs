@@ -257,7 +257,7 @@ impl Column for Neighbours {
         self.push(&record.body.position, record.place);
     }
 
-    /// Lists stay what they are: they follow when all particles are where they belong.
+    /// Lists do not change: they follow when all particles are in their places.
     fn set(&mut self, particle: u32, record: &Record) {
         if let Some(place) = record.place {
             self.relocate(particle, place);
@@ -364,7 +364,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         record
     }
 
-    /// Writes all that a record has of a particle; lists stay what they are.
+    /// Writes the complete record of a particle. Lists do not change.
     #[inline]
     pub(super) fn write_record(&mut self, particle: u32, record: &Record) {
         self.for_each_column(Set(particle, record));

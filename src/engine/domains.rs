@@ -162,7 +162,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 Next::Serial(steps) => {
                     self.work.serial += 1;
                     self.join(whole);
-                    // A stretch of some steps costs much less than to cut the system anew, however few are asked for.
+                    // A stretch of some steps costs much less than to cut the system again, however few are asked for.
                     if let Some(reason) = whole.advance_for(steps.min(left.max(LEAST_SERIAL)), until, observe)? {
                         return Ok(Some(reason));
                     }

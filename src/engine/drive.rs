@@ -184,7 +184,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let _ = self.apply(&change, &mut None);
     }
 
-    /// Predicts everything anew, after all velocities have changed.
+    /// Predicts everything again, after all velocities have changed.
     pub(super) fn start_anew(&mut self) {
         for body in &mut self.state.bodies {
             body.events = body.events.wrapping_add(1);

@@ -41,7 +41,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs as [`Self::advance`] does, but pauses with `None` after a number of steps, be they events, cell transitions, predictions anew or whatever
+    /// Runs as [`Self::advance`] does, but pauses with `None` after a number of steps, be they events, cell transitions, new predictions or whatever
     /// else takes as long. Where it pauses changes nothing.
     ///
     /// The observer is no type parameter: the loop is compiled once for each engine, in the library, and not for each closure of each caller.
@@ -110,7 +110,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Executes the contact of a particle that is due now, shows it, and predicts anew what it has changed.
+    /// Executes the contact of a particle that is due now, shows it, and predicts again what it has changed.
     #[inline]
     fn execute_contact(
         &mut self,
@@ -165,7 +165,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts a particle anew.
+    /// Predicts a particle again.
     #[inline]
     pub(super) fn predict_anew(&mut self, particle: u32, time: f64) {
         let mut scratch = self.take_scratch();
@@ -173,7 +173,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.scratch = Some(scratch);
     }
 
-    /// Predicts a particle anew, and puts its prediction into the queue.
+    /// Predicts a particle again, and puts its prediction into the queue.
     #[inline]
     pub(super) fn repredict(&mut self, particle: u32, time: f64) {
         self.predict_anew(particle, time);

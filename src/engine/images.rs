@@ -85,7 +85,7 @@ impl ImagePolicy {
         }
     }
 
-    /// When particles next to sides that slide are predicted anew, since the epoch; infinite where none slide.
+    /// When particles next to sides that slide are predicted again, since the epoch; infinite where none slide.
     pub fn next_refresh(&self) -> f64 {
         self.sliding.as_ref().map_or(f64::INFINITY, LeesEdwards::next_refresh)
     }
@@ -155,7 +155,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 && self.is_off_sliding_sides(particle))
     }
 
-    /// Whether the contact of a particle stays what it is when the particle goes into another cell: only the particles that are new to it are
+    /// Whether the predicted contact of a particle stays valid when it enters another cell: only its new neighbours are
     /// looked at then. In a small box the images that it may meet are others from then on, and next to sides that slide its neighbours are.
     #[inline]
     pub(super) fn keeps_contact(&self, particle: u32) -> bool {

@@ -76,7 +76,7 @@ impl Neighbours {
         }
     }
 
-    /// Has a particle looked for at another place. Lists stay what they are.
+    /// Moves a particle in the neighbour search. Lists do not change.
     pub fn relocate(&mut self, particle: u32, place: Place) {
         match (self, place) {
             (Self::Cells(cells), Place::Cell(cell)) => cells.relocate(particle, cell),

@@ -18,7 +18,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// The first meeting with such a partner, in whichever image, before the particle goes into another cell or leaves its skin: then it
-    /// is predicted anew.
+    /// is predicted again.
     pub(super) fn predict_own_interactions(&self, me: &Streamed, prediction: &mut Prediction) {
         let most = self.most_images();
         let around = |axis: usize| -most[axis]..=most[axis];

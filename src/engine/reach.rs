@@ -208,7 +208,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// The first contact with any of some uncaptured others of a particle next to the sides of a sheared box that slide, before it leaves its cell
-    /// at the time `leaves` and is predicted anew.
+    /// at the time `leaves` and is predicted again.
     pub(super) fn predict_next_to_sliding_sides(
         &self,
         me: &Streamed,
@@ -228,7 +228,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// The first contact with any of some uncaptured others in another image than the nearest, before the particle leaves its cell at the time
-    /// `leaves` and is predicted anew.
+    /// `leaves` and is predicted again.
     pub(super) fn predict_further_images(
         &self,
         me: &Streamed,

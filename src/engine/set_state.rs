@@ -13,7 +13,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PairStates {
-    /// They stay what they are; positions that do not agree with them are refused as overlaps.
+    /// They do not change. Positions that contradict them are rejected as overlaps.
     Keep,
     /// They follow from the distances, as at the start of a scene.
     FromDistances,
@@ -65,7 +65,7 @@ pub enum SetStateError {
 }
 
 impl Simulation {
-    /// Gives all particles new velocities, in the order of their ids, and predicts everything anew.
+    /// Gives all particles new velocities, in the order of their ids, and predicts everything again.
     ///
     /// The kinetic energy that they gain is counted in [`EventCounts::supplied`](super::event::EventCounts::supplied), so that the energy balance holds.
     ///
@@ -79,7 +79,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Puts all particles elsewhere, in the order of their ids, and predicts everything anew.
+    /// Puts all particles elsewhere, in the order of their ids, and predicts everything again.
     ///
     /// Positions beyond the sides of periodic axes are wrapped, which counts in the images. The potential energy that the particles gain is
     /// counted in [`EventCounts::supplied`](super::event::EventCounts::supplied), so that the energy balance holds.

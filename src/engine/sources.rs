@@ -1,10 +1,10 @@
 //! Event sources: one file for each kind of event.
 //!
-//! A source owns its data, says when it is next due, executes what is due, and says what has to be predicted anew. There are two kinds:
+//! A source owns its data, says when it is next due, executes what is due, and says what has to be predicted again. There are two kinds:
 //!
 //! - contacts and transitions of one particle, whose earliest one is its prediction: [`pair`], [`surface`], [`cell_transition`] and
 //!   [`list_rebuild`]. Prediction asks them for times, the event loop has [`Engine::execute`] or [`Engine::execute_transition`] do what is due,
-//!   and the particles of a contact are predicted anew;
+//!   and the particles of a contact are predicted again;
 //! - global events, which no prediction of a particle holds: [`andersen`], the refresh of images that slide ([`super::images`]) stages of distances that change
 //!   ([`super::distances`]), and reflections of a distance that is held in a window ([`restraint`]). The earliest one is due at
 //!   [`Sources::next_global`], which is infinite where a scene has none of them, so that they cost nothing there.
@@ -41,7 +41,7 @@ const PER_STEP: u64 = 16;
 pub(super) struct Sources {
     /// Surfaces that particles meet.
     pub surfaces: Surfaces,
-    /// The walls as the pressure sees them; none where there are none.
+    /// The walls as the pressure sees them; `None` without walls.
     pub confinement: Option<Confinement>,
     /// Random numbers of the surfaces, if some are thermal.
     pub surface_random: Option<SurfaceRandom>,
@@ -124,7 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Executes the predicted contact of a particle, and says whether the observer goes on; none if its partner has had an event since,
-    /// so that it has to be predicted anew.
+    /// so that it has to be predicted again.
     #[inline]
     pub(super) fn execute(
         &mut self,

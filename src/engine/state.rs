@@ -25,7 +25,7 @@ pub(super) struct Body {
 }
 
 impl Body {
-    /// Position, velocity and time; the last number is none.
+    /// Position, velocity and time; the last number is padding.
     #[inline(always)]
     pub fn numbers(&self) -> &[f64; 8] {
         const { assert!(size_of::<Self>() == size_of::<[f64; 8]>()) };

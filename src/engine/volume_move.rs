@@ -126,7 +126,7 @@ impl Simulation {
         (!overlap).then_some(energy)
     }
 
-    /// Takes the state that a volume move has proposed. Velocities, times and counts stay what they are, and the energy that it takes counts as supplied.
+    /// Accepts the proposed state of a volume move. Velocities, times and counts do not change, and its energy counts as supplied.
     pub(crate) fn take_scaled(&mut self, scaled: Scaled) {
         let Scaled { space, positions, .. } = scaled;
         self.scene.space = space;

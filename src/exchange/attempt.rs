@@ -6,7 +6,7 @@ use super::replica::bath;
 use super::replicas::{Exchange, in_order};
 
 impl Exchange {
-    /// Takes the energies, and swaps neighbours where the rule says so, when all replicas have come to the time of the attempt.
+    /// Samples the energies and swaps neighbours by the Metropolis rule, when all replicas have reached the time of the attempt.
     pub(super) fn attempt(&mut self) -> Result<(), Unprepared> {
         let was_measured = self.attempts >= self.equilibration;
         self.attempts += 1;

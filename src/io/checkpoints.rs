@@ -58,7 +58,7 @@ pub(crate) struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// For what begins anew.
+    /// For what begins again.
     pub fn begin(last: PathBuf) -> Self {
         Self { is_first: true, ..Self::go_on(last) }
     }

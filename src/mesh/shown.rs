@@ -38,7 +38,7 @@ const THIN: f64 = 1.5e-3;
 /// Rounding of coordinates, relative to the diagonal of the region and its distance from the origin: a plane in a side of the box is in the box.
 const ROUNDING: f64 = 1e-9;
 
-/// Triangles of each surface of a scene, with its name; without triangles where nothing of it is in sight.
+/// Triangles of each surface of a scene, with its name; without triangles if it is out of sight.
 pub fn shown(scene: &Scene) -> impl Iterator<Item = (&str, Cow<'_, TriangleMesh>)> {
     let region = Region::of(scene);
     scene.surfaces().iter().map(move |surface| (surface.name.as_str(), region.triangles(surface)))
@@ -193,7 +193,7 @@ impl Region {
     fn within_periods<'s>(&self, mesh: Cow<'s, TriangleMesh>) -> Cow<'s, TriangleMesh> {
         let (size, bounds, rounding) = (self.upper - self.lower, mesh.bounds(), self.rounding());
         let is_periodic = |k: usize| self.boundary[k] == Boundary::Periodic;
-        // Periods by which images are moved; one that only touches the box is none.
+        // Shifts of the images in periods. An image that only touches the box does not count.
         let shifts = [0, 1, 2].map(|k| {
             let first = (self.lower[k] + rounding - bounds[1][k]) / size[k];
             let last = (self.upper[k] - rounding - bounds[0][k]) / size[k];

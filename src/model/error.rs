@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Error of a potential: why a list of radii and energies is none.
+/// Error of a potential: why a list of radii and energies is invalid.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PotentialError {

@@ -25,7 +25,7 @@ impl Molecules {
         Self { count: masses.len() - joined, components, masses }
     }
 
-    /// A bond of the scene that closes a ring around its periodic box, if there is one: lengths of bonds cannot stay what they are in another volume then.
+    /// A bond of the scene that closes a ring around its periodic box, if there is one. Bonds would then have other lengths in another volume.
     pub fn bond_around_the_box(&self, scene: &Scene) -> Option<Bond> {
         let positions: Vec<Vector> = scene.particles.iter().map(|particle| particle.position).collect();
         let periods = scene.space.periods();

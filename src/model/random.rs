@@ -21,7 +21,7 @@ pub(crate) enum Purpose {
     Surface,
     /// Samples that are drawn again for errors.
     Bootstrap,
-    /// Velocities that are drawn anew on the way.
+    /// Velocities that are drawn again on the way.
     Thermalizing,
     /// Volume moves of a barostat.
     Volume,

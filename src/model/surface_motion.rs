@@ -203,7 +203,7 @@ impl Piece {
             spin: Vector::zeros(),
             origin: Vector::zeros(),
         };
-        // At rest the time since the beginning of all time is none.
+        // At rest, the time since minus infinity is meaningless.
         let Some(kind) = &self.kind else { return still };
         let t = time - self.from;
         match *kind {

@@ -17,7 +17,7 @@ pub enum Thermostat {
         temperature: f64,
         /// Mean rate of collisions of each particle with the bath `[1 / time]`.
         rate: f64,
-        /// The components that are drawn anew.
+        /// The components that are drawn again.
         axes: [bool; 3],
     },
     /// All velocities are scaled to the temperature at even times.
@@ -29,7 +29,7 @@ pub enum Thermostat {
     },
 }
 
-/// Why a thermostat is none, or has nothing to act on.
+/// Why a thermostat is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ThermostatError {
@@ -41,7 +41,7 @@ pub enum ThermostatError {
         /// Its value.
         value: f64,
     },
-    /// A heat bath draws no component anew.
+    /// A heat bath acts along no axis.
     #[error("the heat bath has no axes, expected at least one")]
     NoAxis,
     /// A heat bath has axes along which nothing moves only.

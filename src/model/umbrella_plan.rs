@@ -23,7 +23,7 @@ pub(crate) const USUAL_BINS: usize = 100;
 /// Most bins.
 pub(crate) const MOST_BINS: usize = 2000;
 
-/// Most particles of a group: the centre of mass is found anew whenever one of them changes its velocity.
+/// Most particles of a group: the centre of mass is found again whenever one of them changes its velocity.
 pub(crate) const MOST_MEMBERS: usize = 1000;
 
 impl UmbrellaPlan {

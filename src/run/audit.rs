@@ -199,7 +199,7 @@ impl Ledger {
         }
     }
 
-    /// Begins the books of the momentum anew after a growth, from which the simulation starts again: what it has heated, and a scaling has cooled,
+    /// Begins the books of the momentum again after a growth, from which the simulation starts again: what it has heated, and a scaling has cooled,
     /// says nothing about later roundings.
     pub fn start_again(&mut self, simulation: &Simulation) {
         if self.initial_momentum.is_some() {

@@ -76,7 +76,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
             burdens.extend(pace.burden(cause, pace.moving / barostat.interval, duration));
         }
         if let Some(rate) = scene.shear_rate {
-            // Images are looked at anew whenever they have slid by a quarter of the box.
+            // Images are looked at again whenever they have slid by a quarter of the box.
             let slides = 4.0 * rate.abs() * scene.space.size.y / scene.space.size.x;
             let cause = format!("images slide by the box some {:.0e} times", 0.25 * slides * duration);
             burdens.extend(pace.burden(cause, slides * pace.at_sides, duration));

@@ -12,7 +12,7 @@ pub(super) const MOST: usize = 3_000;
 const EACH: u64 = 10;
 const LEAST: u64 = 1_000;
 
-/// Steps of the engine that are tried at most: events, cell transitions, predictions anew.
+/// Steps of the engine that are tried at most: events, cell transitions, new predictions.
 const STEPS: u64 = 500_000;
 
 /// Steps of searches for contacts with surfaces that oscillate or turn, of one try at most: a second or two. One step of the engine can take very many of them.

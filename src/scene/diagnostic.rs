@@ -27,7 +27,7 @@ pub enum SceneErrorKind {
     /// The file is not text.
     #[error("is not UTF-8 text: byte {offset} cannot be read as a character")]
     NotText { offset: usize },
-    /// The file says nothing.
+    /// The file is empty.
     #[error("the scene is empty")]
     Empty,
     /// Not TOML, or a value of the wrong type.
@@ -51,7 +51,7 @@ pub enum SceneErrorKind {
     /// A name given twice.
     #[error("the name `{name}` is already taken by {first}")]
     Duplicate { name: String, first: ConfigPath },
-    /// Two species that can meet, and nothing says what happens then.
+    /// Two species can meet and have no interaction.
     #[error("species `{first}` and `{second}` can meet, but no [[interaction]] says what happens then")]
     NoInteraction { first: String, second: String },
     /// Not a potential.

@@ -21,7 +21,7 @@ pub struct GivenParticles {
     pub name: String,
     /// The particles, with the bonds and the box.
     pub frame: Frame,
-    /// Whether the box of the frame is that of a scene that says nothing of its size.
+    /// Whether a scene without a size takes the box of the frame.
     pub has_box: bool,
     /// Whether the radii of the frame are known: they have to be those of the species then.
     pub has_radii: bool,

@@ -26,7 +26,7 @@ impl Scene {
     /// lost.
     ///
     /// # Errors
-    /// As [`Scene::from_file_with`], if the file is no longer what it was.
+    /// The errors of [`Scene::from_file_with`], if the file has changed.
     pub fn record(&self, path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<String, SceneError> {
         let path = path.as_ref();
         self.record_of(read_text(path)?, path, overrides)

@@ -48,7 +48,7 @@ fn expected(axis: usize, space: &Space) -> String {
     format!("{} from {} to {} as the box", AXES[axis], space.lower[axis], space.upper()[axis])
 }
 
-/// Refuses shapes without extent, numbers that are none, and shapes on a line.
+/// Rejects shapes without extent, NaN and infinite numbers, and shapes on a line.
 fn check_shape(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     if space.dimensions() < 2 {
         return refuse(at.key("shape"), "a shape in one dimension", "`box`: a line has stretches only");

@@ -56,7 +56,7 @@ fn plain(schema: &mut Schema) {
 
 /// A property as it is where it is given.
 fn given(property: &mut Map<String, Value>) {
-    // Without tables of a kind there are none.
+    // A list without tables is empty.
     let has_tables = property.get("items").is_some_and(|items| items["type"] == "object");
     if property.get("default").is_some_and(|default| default.is_null() || has_tables) {
         property.remove("default");

@@ -17,7 +17,7 @@ impl BoxSide {
 }
 
 impl Surface {
-    /// Refuses surfaces without extent, numbers that are none, and shapes of a plane in other dimensions.
+    /// Rejects surfaces without extent, NaN and infinite numbers, and planar shapes in other dimensions.
     pub(crate) fn check(&self, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
         match self {
             Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. } => self.check_in_plane(space, at)?,

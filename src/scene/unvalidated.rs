@@ -174,7 +174,7 @@ pub enum Model {
         steps: usize,
         core_energy: f64,
     },
-    /// Complete by itself.
+    /// Complete without other keys.
     Exact(Potential),
 }
 

@@ -38,7 +38,7 @@ impl Entry {
 }
 
 impl Sweep {
-    /// The entries of lists and tables that vary; numbers themselves are none.
+    /// The entries of lists and tables that vary; plain numbers have no entries.
     #[must_use]
     pub fn entries(&self) -> Vec<Entry> {
         self.numbers().into_iter().filter(|entry| !entry.place.is_empty()).collect()

@@ -68,7 +68,7 @@ pub enum SweepError {
         /// Why.
         source: Box<toml::de::Error>,
     },
-    /// The scene of a sweep is no longer what it was when the sweep began.
+    /// The scene of a sweep has changed since the sweep began.
     #[error("{} is not the scene that the sweep in {} began with", scene.display(), folder.display())]
     Changed {
         /// The scene.
@@ -76,7 +76,7 @@ pub enum SweepError {
         /// The folder, or the file, of the sweep.
         folder: PathBuf,
     },
-    /// A file that the runs start from is no longer what it was when the sweep began.
+    /// A file that the runs start from has changed since the sweep began.
     #[error(
         "{path} is not the file that it was when the sweep in {} began: its checksum is {found}, expected {expected}",
         folder.display()

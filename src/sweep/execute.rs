@@ -53,7 +53,7 @@ impl Share {
     }
 }
 
-/// How a sweep is run; nothing of it changes a result.
+/// Options of the execution of a sweep. None changes a result.
 #[derive(Clone, Copy)]
 pub struct Orders<'o> {
     /// Runs at the same time.

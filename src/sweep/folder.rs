@@ -1,4 +1,4 @@
-//! The folder of a sweep: `sweep.toml`, which says what is in it, a folder for each point, and the tables.
+//! The folder of a sweep: its description `sweep.toml`, a folder for each point, and the tables.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -212,7 +212,7 @@ impl SweepFolder {
         &self.path
     }
 
-    /// The file that says what is in the folder of a sweep.
+    /// The file that describes the folder of a sweep.
     fn record(&self) -> PathBuf {
         self.path.join(SWEEP)
     }

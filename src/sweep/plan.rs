@@ -258,7 +258,7 @@ impl Sweep {
 
     /// Whether another seed makes another run of a point.
     fn check_seeds(&self, point: &Point, scene: &Scene) -> Result<(), SweepError> {
-        // Nor of replicas, which a sweep refuses for what they are.
+        // Nor replicas, which a sweep rejects.
         let is_driven = scene.run().has_andersen() || scene.has_thermal_walls() || scene.exchange().is_some();
         let is_repetition = |other: &&Point| *other != point && other.state_point().eq(point.state_point());
         let Some(other) = self.points.iter().find(is_repetition).filter(|_| !is_driven) else { return Ok(()) };

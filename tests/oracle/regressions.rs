@@ -122,7 +122,7 @@ fn the_reference_finds_roots_among_values_of_1e150() {
 
 #[test]
 fn the_reference_keeps_the_sign_that_it_had_before_a_turning_point() {
-    // At the turning point f is zero to rounding; read there anew, its sign sent the search to the wrong end.
+    // At the turning point f is zero to rounding; read there again, its sign sent the search to the wrong end.
     let r = [44250737.39427264, -63070544.57782876, -175729120.62115726];
     let v = [-2.474881449500859, 4.097577369464359, 10.424111698348904];
     let a = [3.2026923444437286e-8, -1.009063392089401e-7, -1.849349310097299e-7];

@@ -188,7 +188,7 @@ fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
     // Behind the header.
     flip("events/time.npy", 128);
     refused("time.npy are not those of the checkpoint");
-    // The header is written anew at the end, and what is behind the checkpoint is cut off.
+    // The header is written again at the end, and what is behind the checkpoint is cut off.
     flip("events/time.npy", 100);
     let last = good["thermo.csv.partial"].len() - 1;
     flip("thermo.csv.partial", last);

@@ -3,7 +3,7 @@
 use crate::neighbours::{List, Periods};
 use carom::Vector;
 
-/// Beyond contact `[sigma]`; a list is built anew when a grain has moved by half of it.
+/// Beyond contact `[sigma]`; a list is built again when a grain has moved by half of it.
 const SKIN: f64 = 0.3;
 
 /// Where the grains are; diameter and mass are 1.

@@ -2,7 +2,7 @@
 //!
 //! At its start all pairs are searched once. What is too far apart to meet within the window is left out; the rest is asked
 //! when its next event is due. An event changes the flight of two particles: what was due for them is void, and their pairs with
-//! all others are searched anew.
+//! all others are searched again.
 
 use super::approach::{Approach, Boundary};
 use super::contact::{Claim, Contact};

@@ -120,7 +120,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     }
 }
 
-/// Lets the next contact come late, and says what becomes of it, or why nothing can be judged.
+/// Delays the next contact. Returns the consequence, or why it cannot be judged.
 fn pass_over<const FALLING: bool, const TABLE: bool>(
     engine: &mut Engine<FALLING, TABLE>,
     dice: &mut Dice,

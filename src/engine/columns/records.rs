@@ -94,7 +94,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         records
     }
 
-    /// Takes particles out. Those that were to meet one of them are predicted anew.
+    /// Takes particles out. Those that were to meet one of them are predicted again.
     pub fn remove(&mut self, particles: &[u32]) {
         let count = self.state.bodies.len();
         let mut stays = vec![true; count];

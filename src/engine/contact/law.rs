@@ -51,7 +51,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
         let closing = -side.sign() * (acceleration + tangential * pair.stretch / length);
         let arriving = (-side.sign() * vn).max(0.0);
-        // A static particle has no contact of its own, as a wall has none: it would make the contacts of all its partners elastic.
+        // A static particle, like a wall, has no previous contact: it would make the contacts of all its partners elastic.
         let moving: &[u32] = match (self.is_static(i), self.is_static(j)) {
             (true, _) => &[j],
             (_, true) => &[i],

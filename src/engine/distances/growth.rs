@@ -109,7 +109,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// Sorts the spheres anew, when they have come to the size that cells or lists reach for.
+    /// Sorts the spheres again, when they have come to the size that cells or lists reach for.
     pub(in crate::engine) fn begin_distance_stage(&mut self) -> Result<Repredict, InvariantBroken> {
         let Some(growing) = &mut self.distances.growing else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
@@ -128,7 +128,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.fill_lists();
     }
 
-    /// The longest distance at which a pair meets before the spheres are sorted anew.
+    /// The longest distance at which a pair meets before the spheres are sorted again.
     fn longest_meeting(&self) -> f64 {
         self.distances.reach_factor() * self.ranges.between.iter().copied().fold(0.0, f64::max)
     }

@@ -187,7 +187,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         to_publish
     }
 
-    /// All about a particle, by the numbers in the whole; absent partners are what they are.
+    /// The complete record of a particle, with global numbers.
     pub fn record_for_whole(&self, particle: u32) -> Record {
         let mut record = self.engine.record(particle);
         record.renumber(|number| self.held.get(number as usize).map(|held| held.whole));
@@ -199,7 +199,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.held.len() > most(self.first)
     }
 
-    /// Outcome of this window; its counts begin anew then.
+    /// Outcome of this window; its counts begin again then.
     pub fn outcome(&mut self, difference: Option<f64>) -> Outcome {
         let none = Box::new(self.engine.no_counts());
         Outcome {

@@ -29,7 +29,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Next::Done
     }
 
-    /// Has the one engine end the epoch, and cuts it anew.
+    /// Has the one engine end the epoch, and cuts it again.
     fn move_epoch_of_whole(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         self.settle(whole);
         self.settle_lists(whole);

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub struct Step {
     /// By its number here, or in the whole in what other domains are told.
     pub particle: u32,
-    /// Whether it has only predicted the particle anew: nobody can have read this.
+    /// Whether it has only predicted the particle again: nobody can have read this.
     pub is_void: bool,
     /// Since the epoch.
     pub time: f64,

@@ -49,7 +49,7 @@ pub struct Outcome {
     /// Counts of what it owns.
     pub counts: Box<Counts>,
     pub tally: Tally,
-    /// Whether it has become so large that it is worth it to cut anew.
+    /// Whether it has become so large that it is worth it to cut again.
     pub has_grown: bool,
 }
 

@@ -218,7 +218,7 @@ fn a_cold_start_that_a_bath_warms_has_the_bits_of_one_engine() {
     compare_cold::<false, true>(&cold[1]);
 }
 
-/// At rest for a time, which is none, within the first epoch or many of them, and then in a heat bath.
+/// A system at rest for no time, for part of an epoch or for many epochs, and then in a heat bath.
 fn compare_cold<const FALLING: bool, const TABLE: bool>(scene: &Scene) {
     let bath = Bath { temperature: 1.0, rate: 1.0, axes: [true; 3] };
     for rest in [0.0, 0.3, 50.0, 5e4] {

@@ -48,7 +48,7 @@ pub struct DomainWork {
     pub differences: u64,
     /// Windows that ended because a particle came too far.
     pub uncovered: u64,
-    /// Times that the domains were cut anew.
+    /// Times that the domains were cut again.
     pub cuts: u64,
     /// Stretches that one engine did for all.
     pub serial: u64,

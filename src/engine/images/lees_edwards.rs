@@ -20,7 +20,7 @@ use crate::model::Scene;
 use crate::model::space::{displacement_within_period, minimum_image_along};
 use crate::physics::motion::RelativeState;
 
-/// Images that have slid by this part of the box since pairs were last predicted are predicted anew: those looked at, the nearest and
+/// Images that have slid by this part of the box since pairs were last predicted are predicted again: those looked at, the nearest and
 /// the two beside it, are the ones that can be met until then.
 const SLIDE: f64 = 0.25;
 
@@ -35,7 +35,7 @@ pub(in crate::engine) struct LeesEdwards {
     displacement: f64,
     /// Coordinate where nothing streams `[length]`.
     middle: f64,
-    /// When pairs across the side are predicted anew, since the epoch.
+    /// When pairs across the side are predicted again, since the epoch.
     next_refresh: f64,
     /// Between two of those `[time]`.
     between_refreshes: f64,
@@ -51,7 +51,7 @@ impl LeesEdwards {
         Some(Self { rate, speed, displacement, middle, next_refresh: between_refreshes, between_refreshes })
     }
 
-    /// When pairs across the sides that slide are predicted anew, since the epoch.
+    /// When pairs across the sides that slide are predicted again, since the epoch.
     pub fn next_refresh(&self) -> f64 {
         self.next_refresh
     }
@@ -107,7 +107,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Whether a particle in a sheared box has no neighbours across the sides that slide, and each of them in one image only: then they are
-    /// what they are in a box at rest.
+    /// the same as in a box at rest.
     #[inline]
     pub(in crate::engine) fn is_off_sliding_sides(&self, particle: u32) -> bool {
         let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return false };

@@ -35,7 +35,7 @@ impl Candidates {
         self.length = 0;
     }
 
-    /// Begins anew with the first particles of up to 27 cells.
+    /// Begins again with the first particles of up to 27 cells.
     #[inline(always)]
     #[cfg_attr(not(test), expect(clippy::unreachable, reason = "it has grown where it was too short"))]
     pub fn heads(&mut self) -> Heads<'_> {

@@ -65,7 +65,7 @@ pub struct Lists {
     entries: Vec<u32>,
     /// Blocks no longer in use, by their number.
     free: Vec<Vec<u32>>,
-    /// Scratch: a list before it is made anew.
+    /// Scratch: a list before it is made again.
     old: Vec<u32>,
     /// The particles that have come into the list that was last renewed, and their number.
     newcomers: Vec<u32>,

@@ -120,7 +120,7 @@ impl VerletLists {
         self.lists.push_empty();
     }
 
-    /// Moves the centre of a particle; lists stay what they are.
+    /// Moves the centre of a particle. Lists do not change.
     pub fn relocate(&mut self, particle: u32, centre: Vector) {
         let before = std::mem::replace(&mut self.centres[particle as usize], centre);
         if before != centre {

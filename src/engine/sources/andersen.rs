@@ -81,7 +81,7 @@ pub(in crate::engine) struct Collision {
     pub id: usize,
     /// Temperature of the bath `[energy]`.
     temperature: f64,
-    /// By axis, a normal number; none where the velocity stays what it is.
+    /// A normal number by axis; `None` along axes without a new velocity.
     normal: [Option<f64>; 3],
 }
 
@@ -92,7 +92,7 @@ pub(crate) struct Bath {
     pub temperature: f64,
     /// Collision rate of each particle `[1 / time]`.
     pub rate: f64,
-    /// Components that are drawn anew.
+    /// Components that are drawn again.
     pub axes: [bool; 3],
 }
 

@@ -157,7 +157,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// Predicts the next reflection anew, if the velocity of a member of a group has changed.
+    /// Predicts the next reflection again, if the velocity of a member of a group has changed.
     pub(in crate::engine) fn watch_restraint(&mut self, change: &Change) {
         let Some(restraint) = &self.sources.restraint else { return };
         let partner = match change.other {

@@ -181,7 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let after = at.outwards(shape.with_normal_speed(&at.position, &scaled, speed));
         let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
-        // The work of a surface at rest is none, that of one that moves is what is gained and lost.
+        // A surface at rest does no work; a moving one does the work that particles gain and lose.
         let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
         Change { supplied, dissipated, ..change }
     }

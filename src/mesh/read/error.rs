@@ -39,7 +39,7 @@ impl fmt::Display for Place {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshFileProblem {
-    /// The extension is none of a format that is read.
+    /// The extension belongs to no supported format.
     #[error(
         "`{extension}` is no format of meshes that is read: expected `stl` or `obj`; export the mesh as one of them"
     )]

@@ -73,7 +73,7 @@ impl Welder {
         found(after).map(|place| start + place).or_else(|| found(before)).unwrap_or(0)
     }
 
-    /// Makes the table larger by a fifth, without a copy of it: it is filled anew from the vertices.
+    /// Makes the table larger by a fifth, without a copy of it: it is filled again from the vertices.
     fn enlarge(&mut self) {
         let size = (self.table.len() + self.table.len() / 5).max(16);
         self.table = Vec::new();

@@ -214,7 +214,7 @@ impl Compression<'_> {
     }
 }
 
-/// Parts of a scene of hard spheres of mass 1: the species `used`, which are numbered anew, and their interactions; two without a contact pass
+/// Parts of a scene of hard spheres of mass 1: the species `used`, which are numbered again, and their interactions; two without a contact pass
 /// through each other.
 fn hard_spheres(used: &[SpeciesId], contacts: &Contacts) -> Result<SceneParts, NoPlace> {
     let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);

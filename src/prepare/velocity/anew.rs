@@ -1,4 +1,4 @@
-//! Velocities that are drawn anew, or scaled, on the way.
+//! Velocities that are drawn again, or scaled, on the way.
 
 use std::convert::Infallible;
 

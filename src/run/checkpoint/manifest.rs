@@ -44,7 +44,7 @@ impl ManifestEntry {
 /// The manifest of a checkpoint: the output files of the run at that time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// CRC-32 of the text of the scene except for its limit, which may be given anew; `None` if the text is not kept.
+    /// CRC-32 of the text of the scene except for its limit, which may be given again; `None` if the text is not kept.
     pub scene: Option<u32>,
     /// Files that grow during the run.
     pub files: Vec<ManifestEntry>,

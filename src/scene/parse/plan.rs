@@ -52,7 +52,7 @@ fn parse_threads(file: ThreadsFile, at: ConfigPath) -> Result<Threads, SceneErro
     }
 }
 
-/// The word that lets an equilibration end by itself.
+/// The word for an equilibration that ends when the system is stationary.
 pub(crate) const AUTOMATIC: [&str; 1] = ["auto"];
 
 fn parse_equilibration(word: Option<&str>, limit: Limit, at: &ConfigPath) -> Result<Equilibration, SceneError> {

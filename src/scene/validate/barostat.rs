@@ -157,7 +157,7 @@ fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
     }
 }
 
-/// Refuses what is measured by places or volumes that have to stay what they are.
+/// Rejects instruments that need a constant box.
 fn check_output(scene: &Scene) -> Result<(), SceneError> {
     let root = ConfigPath::root();
     if !scene.output.regions.is_empty() {

@@ -125,7 +125,7 @@ fn check_law(law: SurfaceLaw, at: &ConfigPath) -> Result<(), SceneError> {
     }
 }
 
-/// Refuses numbers that are none, and shapes without extent.
+/// Rejects NaN and infinite numbers, and shapes without extent.
 fn check_shape(shape: &SurfaceShape, at: &ConfigPath) -> Result<(), SceneError> {
     match shape {
         SurfaceShape::Plane { point, normal } => {

@@ -89,7 +89,7 @@ impl Comment {
         if displacement != 0.0 && !(is_sliding(0) && is_sliding(1)) {
             return Err(value_of("Lattice").map_or(ReadError::NoFrame, |value| value.expected(LATTICE)));
         }
-        // A time with a unit, or of another form, says nothing here.
+        // A time with a unit, or in another form, is ignored.
         let time = value_of("Time").map_or(Some(0.0), |value| finite(value.value));
         let mut species: Vec<FrameSpecies> = Vec::new();
         if let Some(value) = value_of("species_table") {

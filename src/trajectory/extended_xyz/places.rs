@@ -54,7 +54,7 @@ pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
             continue;
         }
         let Ok(count) = text.trim().parse::<u32>() else {
-            // The reader says what is wrong.
+            // The reader reports the error.
             return frame_at(path, at).map(|_| places);
         };
         // The lines of the particles, and the comment.

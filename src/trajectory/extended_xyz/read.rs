@@ -118,7 +118,7 @@ impl<R: BufRead> FrameReader<R> {
         Ok(true)
     }
 
-    /// Where the frame is that comes next: how many lines have been read, and what they are read from.
+    /// Position of the next frame: the number of lines read so far, and the source.
     pub(crate) fn place(&mut self) -> (usize, &mut R) {
         (self.line, &mut self.input)
     }

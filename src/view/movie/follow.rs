@@ -34,7 +34,7 @@ impl Follow {
         }
     }
 
-    /// Brings it into the middle of the box along periodic axes, where particles are wrapped anew; along the others, the place on which the camera is to look.
+    /// Brings it into the middle of the box along periodic axes, where particles are wrapped again; along the others, the place on which the camera is to look.
     ///
     /// # Errors
     /// [`ViewError::NoParticle`] if the frame has no such particle.
