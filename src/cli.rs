@@ -217,7 +217,7 @@ pub fn main(arguments: &[OsString], join: Join) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
-            // Also help and version, which are no mistakes; a closed pipe is none either.
+            // Help and version come here, too. Neither they nor a closed pipe are errors.
             if has_controls {
                 warn(&error.render().to_string());
             } else {

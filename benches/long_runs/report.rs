@@ -56,7 +56,7 @@ fn table(series: &[(&str, Vec<Row>)]) -> Result<String, std::fmt::Error> {
     Ok(text)
 }
 
-/// Value at which numbers are drawn that round to nothing.
+/// Value at which zero is drawn on a logarithmic axis.
 const FLOOR: f64 = 1e-18;
 
 /// Told apart also by people who see red and green alike.

@@ -336,7 +336,7 @@ impl Simulation {
         dictionary(py, energies)
     }
 
-    /// Kinetic temperature; `None` where there is none.
+    /// Kinetic temperature; `None` if it is undefined.
     #[getter]
     fn temperature(&self, py: Python<'_>) -> PyResult<Option<f64>> {
         let state = self.state()?;

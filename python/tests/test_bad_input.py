@@ -283,7 +283,7 @@ def test_a_signal_ends_a_call_and_nothing_is_lost(fluid: dict) -> None:
     other = carom.Simulation(fluid)
     other.advance(events=count)
     assert (other.positions == simulation.copy().positions).all() or other.time <= simulation.time
-    # Of a batch that was cut off nothing is lost.
+    # An interrupted batch loses no events.
     simulation = carom.Simulation(fluid)
     interrupted_after(0.2, lambda: next(iter(simulation.events(events=10**12, batch=10**9))))
     with pytest.raises(ValueError, match="go on with events"):

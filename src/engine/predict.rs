@@ -101,7 +101,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The first contact with any of some uncaptured others; `wraps` if the nearest image of one may be another one than itself.
+    /// The first contact with any of the uncaptured candidates. `wraps` says whether the nearest image of one may be a periodic copy.
     #[inline(always)]
     pub(super) fn predict_nearest(
         &self,

@@ -157,8 +157,8 @@ impl Batch<'_> {
         self.width.run(HalfAPeriodAway::<FALLING> { batch: self, me, others, least })
     }
 
-    /// Which of [`MOST_LANES`] others, as bits, `me` can meet within a finite time in a sheared box, where it looks at their positions as they
-    /// are. It may say so of one that cannot be met, never the other way round.
+    /// Bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time in a sheared box, from their stored positions.
+    /// It may include some that cannot be met, and never omits one that can.
     #[inline]
     fn within_reach_across<const FALLING: bool>(
         &self,
@@ -170,8 +170,8 @@ impl Batch<'_> {
         self.width.run(AcrossSlidingSides::<FALLING> { batch: self, me, others, sliding, horizon })
     }
 
-    /// Which of [`MOST_LANES`] others, as bits, `me` can meet within a finite time in any image but the nearest one, in a periodic box. It may say
-    /// so of one that cannot be met, never the other way round.
+    /// Bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time in an image other than the nearest one. It may include
+    /// some that cannot be met, and never omits one that can.
     #[inline]
     fn within_reach_of_another_image<const FALLING: bool>(&self, me: &Streamed, others: &[u32], horizon: f64) -> u32 {
         self.width.run(AnotherImage::<FALLING> { batch: self, me, others, horizon })

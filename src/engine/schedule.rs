@@ -107,7 +107,7 @@ impl EventQueue {
         Self::with_buckets(parts.max(TICKS), parts, span)
     }
 
-    /// With a number of buckets, a power of two, which decides nothing but speed.
+    /// A queue with a number of buckets, a power of two, which affects only the speed.
     fn with_buckets(buckets: usize, parts: usize, span: f64) -> Self {
         let width = span / buckets as f64;
         Self {

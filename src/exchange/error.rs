@@ -131,9 +131,9 @@ pub enum ExchangeFolderError {
     Table {
         /// The file.
         path: PathBuf,
-        /// The checksum of what it holds.
+        /// The checksum of its content.
         found: String,
-        /// That of what was written.
+        /// The checksum of the content that was written.
         expected: String,
     },
     /// The scene gives no exchange.

@@ -291,7 +291,7 @@ mod tests {
         assert!(matches!(owned.claim(&names(&["c", "mine"])), Err(OutputError::Foreign(_))));
         owned.remove(&names(&["b"])).unwrap();
         drop(owned);
-        // As a power cut may leave it.
+        // A torn line, as after a power cut.
         OpenOptions::new().append(true).open(folder.path().join(FILE)).unwrap().write_all(b"+ mi").unwrap();
         let owned = Owned::lock(folder.path()).unwrap();
         assert_eq!(owned.names().iter().collect::<Vec<_>>(), ["a"]);

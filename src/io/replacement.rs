@@ -12,7 +12,7 @@ use super::error::OutputError;
 use super::folder::{SUMMARY, remove};
 use super::owned::{self, Owned, Replacement};
 
-/// Its name, in the folder of the other run.
+/// Name of the folder of a replacement, inside the folder of the old run.
 pub(super) const FOLDER: &str = "replacement";
 
 /// The folder of the run that is to replace the one in a folder.

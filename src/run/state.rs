@@ -109,7 +109,7 @@ pub struct RunState {
     /// Longest step in time; longer ones where nothing happens.
     pub(super) wait: f64,
     pub(super) overlap_check: OverlapCheck,
-    /// Where it is going, if it paused on the way.
+    /// The target of an advance that was paused.
     pub(super) aim: Option<Aim>,
     /// The pilot run that is under way.
     pub(super) pilot: Option<Pilot>,
@@ -146,7 +146,7 @@ pub struct RunState {
     pub(super) pressure_check: Option<PressureCheck>,
     /// Where storms of events can come.
     pub(super) storm_watch: Option<StormWatch>,
-    /// The end that rows, frames and instruments of the measurement were planned for, where the run has been given another one since.
+    /// The end for which rows, frames and instruments were planned, if the run has got another one since.
     pub(super) planned: Option<Limit>,
     /// Names of the instruments that the user has registered.
     pub(super) registered: Vec<String>,

@@ -1,4 +1,4 @@
-//! Particles that a program gives a scene from its memory, in place of a file of coordinates.
+//! Particles that a program passes to a scene in memory, in place of a file of coordinates.
 
 use std::collections::HashMap;
 

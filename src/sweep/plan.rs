@@ -17,7 +17,7 @@ use crate::scene::{NamedInput, SceneError, read_text};
 /// The key whose values are repetitions of the same state point.
 const SEED: &str = "seed";
 
-/// The key with which runs measure what they otherwise have as it is given.
+/// A key whose runs measure quantities that are otherwise given.
 const BAROSTAT: &str = "barostat";
 
 /// Sweep of a scene: its axes, and their points in order, the last axis fastest.

@@ -75,7 +75,7 @@ fn virial_walls_and_tensor_tell_the_same_pressure() {
                 assert!(error < 0.02 * virial.mean && difference.abs() < 4.0 * error, "{what}: {on_wall:?} {virial:?}");
             }
         }
-        // Energy that goes to and fro between the axes is not in the mean of all walls.
+        // The mean over all walls is free of the energy that oscillates between the axes.
         let mean = sum / number;
         assert!((mean - virial.mean).abs() < 2.0 * virial_error, "{what}: {mean}, {virial:?}");
     }

@@ -40,7 +40,7 @@ fn the_cure_of_an_arrest_is_one_that_the_scene_does_not_have() {
     }
 }
 
-/// A file may grow no further: the error is that of a full disk, and nothing else ends the program.
+/// A file that reaches its size limit is reported as a full disk; no signal ends the program.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_run_whose_files_may_grow_no_further_says_so_and_can_be_resumed() {

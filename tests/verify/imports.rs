@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-/// Parts of the program, and what may be taken from them; nothing is everything.
+/// Modules, and the names that may be imported from them; an empty list allows all.
 type Allowed = [(&'static str, &'static [&'static str])];
 
 const OF_VERIFIER: &Allowed = &[

@@ -14,7 +14,7 @@ const GREEN_KUBO: &str = "diffusion_coefficient_green_kubo";
 const DISPLACEMENT: &str = "mean_squared_displacement";
 const CORRELATION: &str = "velocity_autocorrelation";
 const VISCOSITY: &str = "shear_viscosity";
-/// Name of the coefficient of an infinite system, before that of the species.
+/// Name of the coefficient of an infinite system; the name of the species follows.
 const INFINITE: &str = "diffusion_coefficient_infinite";
 
 /// Largest relative error of a viscosity `eta` that can be divided by: the mean of `1 / eta` is too large by the square of it, a ninth of the term here.

@@ -232,7 +232,7 @@ pub struct Series {
 pub struct Normalisation {
     /// Sum or count that is divided: `pairs in the bin, over all samples`.
     pub sum: String,
-    /// The divisors; none of what is a count itself.
+    /// The divisors; empty for plain counts.
     pub divisors: Vec<Divisor>,
 }
 

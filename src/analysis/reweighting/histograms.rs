@@ -26,7 +26,7 @@ pub struct EnergyLevels {
 }
 
 impl EnergyLevels {
-    /// Bins, by their lower edges in ascending order; of what is below the first one, that counts to it.
+    /// Bins, from their lower edges in ascending order. Lower values count to the first bin.
     #[must_use]
     pub fn of_bins(lower_edges: &[f64]) -> Self {
         Self { levels: lower_edges.to_vec(), are_bins: true, ..Self::default() }

@@ -64,7 +64,7 @@ impl Verifier {
         Ok(open)
     }
 
-    /// A surface that it is not shown to miss.
+    /// Returns a surface that the particle may meet.
     fn search_facets(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let (world, states) = (&self.world, &self.before);
         let at = i as usize;

@@ -21,7 +21,7 @@ impl Foot {
         self.extents.iter().map(|[at, rate, bend]| (bend * dt + rate) * dt + at).fold(f64::INFINITY, f64::min)
     }
 
-    /// From a later time on.
+    /// The foot at a later time.
     pub fn streamed(&self, dt: f64) -> Self {
         let later = |[at, rate, bend]: [f64; 3]| [(bend * dt + rate) * dt + at, rate + 2.0 * bend * dt, bend];
         Self { extents: self.extents.map(later), ..*self }

@@ -30,7 +30,7 @@ pub(super) struct Encounter<'a> {
 struct Bend {
     /// Radius of the barrier, infinite if it is flat, negative if it curves around the particle `[length]`.
     radius: f64,
-    /// The direction along which it does not curve, of a line.
+    /// For a line, the direction without curvature.
     along: Option<Vector>,
     /// Relative acceleration, and what it is rounded with besides itself `[length / time^2]`.
     acceleration: Vector,

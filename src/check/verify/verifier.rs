@@ -59,7 +59,7 @@ impl Verifier {
         Self::resume_from(scene, states, captured, scene.start_time)
     }
 
-    /// From states as [`Self::resume`], whose time begins at a simulated time.
+    /// As [`Self::resume`], from states whose time starts at a simulated time.
     pub(super) fn resume_from(
         scene: &Scene,
         states: &States,

@@ -61,7 +61,7 @@ pub(super) struct Window {
     pub origin: Elapsed,
     /// Length of the window `[time]`.
     pub length: f64,
-    /// Events that it has seen.
+    /// Number of events in it.
     pub events: u64,
     /// Number of calls of Algorithm 1.
     pub asked: u64,

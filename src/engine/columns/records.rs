@@ -79,7 +79,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for &particle in particles {
             let mut record = self.record(particle);
             if self.is_static(particle) {
-                // Its partners keep the states of its pairs.
+                // The pair states are stored with its partners.
                 let state =
                     |other| self.pairs.states.get(other, particle).map(|pair| PairState { partner: other, ..pair });
                 record.captured = Some(self.particles().filter(|&other| other != particle).filter_map(state).collect());

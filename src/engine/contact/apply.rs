@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 /// Where the momentum of a particle comes from.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) enum With {
-    /// Another particle, which takes the opposite.
+    /// Another particle, which gets the opposite impulse.
     Particle(u32),
     /// A surface, by index.
     Surface(u32),

@@ -46,7 +46,7 @@ fn a_run_has_the_surfaces_of_its_scene_as_files() {
     assert!(files.iter().all(|file| Folder::files_of(&target).contains(file)));
     let read = read_mesh("", "stl", &fs::read(&files[0]).unwrap()).unwrap();
     assert_eq!((read.triangles.len(), read.enclosed_volume()), (12, 1.0));
-    // A run that replaces it has its own, and what is not Carom's stays.
+    // A run that replaces it has its own surfaces, and the user's files stay.
     let mine = target.join("surfaces/mine.txt");
     fs::write(&mine, "years").unwrap();
     fs::write(&files[0], "changed").unwrap();

@@ -48,7 +48,7 @@ pub(super) struct Tree {
 const LEAF: usize = 4;
 
 impl Tree {
-    /// Halves the triangles by the middles of their boxes along the longest edge, again and again; equal ones by their numbers.
+    /// Builds the tree by halving: triangles are ordered by the centres of their boxes along the longest edge, ties by number.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let boxes: Vec<Bounds> = mesh.all_corners().map(|corners| Bounds::around(&corners)).collect();
         let mut order: Vec<u32> = (0..).take(boxes.len()).collect();

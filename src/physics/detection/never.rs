@@ -164,7 +164,7 @@ mod tests {
             ([0.0, 0.0, -1.0], [0.0, 0.0, -0.1], true),
             ([0.0, 0.0, -2.0], [0.0, 0.0, 1.0], true),
             ([0.0, 0.0, -2.0], [0.0, 0.0, 1.5], false),
-            // Over it and down behind it: 1.5 above at the same time as it is at its side.
+            // A flight over it and down behind it: 1.5 above when it passes the side.
             ([-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], true),
             ([-1.0, 0.0, 1.0], [0.5, 0.0, 0.5], false),
         ] {

@@ -62,7 +62,7 @@ pub enum ReadError {
     Malformed {
         /// The line.
         line: usize,
-        /// The expected and the found, shortened.
+        /// The expected and the found text, shortened.
         problem: String,
     },
 }

@@ -11,7 +11,7 @@ const HEADING: usize = 300;
 const BOND: usize = 16;
 const PERIODS: usize = 7;
 
-/// Length of the text of a frame of a scene `[bytes]`, a tenth more at most than it turns out to be where particles move.
+/// Estimated length of the text of a frame of a scene `[bytes]`, at most a tenth too large if particles move.
 pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
     let length = |number: f64| {
         let mut text = Vec::new();

@@ -237,7 +237,7 @@ class RadialDistribution {
     const { bins, pairs, sums, counts } = this;
     const centres = [0, 1].map((number) => sums.total(pairs.length * bins + number));
     const g = pairs.map(([a, b], pair) => {
-      // Each two of different species are seen from both.
+      // Pairs of different species are counted from both sides.
       const partners = a === b ? centres[a] * (counts[a] - 1) : centres[a] * counts[b] + centres[b] * counts[a];
       return Float64Array.from(
         { length: bins },

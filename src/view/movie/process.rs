@@ -230,7 +230,7 @@ mod tests {
     fn what_does_a_little_now_and_then_is_waited_for() {
         let mut idleness = Idleness { before: (0, None), waited: Duration::ZERO, patience: 5 * TICK };
         for k in 0..100 {
-            // Bytes taken at one time, at another the file changed.
+            // Progress alternates between accepted bytes and changes of the file.
             let done = (k / 8, Some((k / 4, SystemTime::UNIX_EPOCH)));
             assert!(idleness.tick(done).is_ok(), "{k}");
         }

@@ -135,7 +135,7 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
         lines.push(Line { style, label, points: points.collect(), ..Line::default() });
         sources.push_str(&format!("{}: {} ", escape(&published.label), escape(&published.source)));
     }
-    // Each series has its own published curve, or all have the same.
+    // Each series has its own published curve, or all share one.
     let (lines, published) = lines.split_at_mut(measured);
     for (number, line) in lines.iter_mut().enumerate() {
         let own = published.get(if published.len() == measured { number } else { 0 });

@@ -168,7 +168,7 @@ fn fault_of(kind: usize, right: &[SurfaceMotion], wrong: &[SurfaceMotion]) -> Fa
     recording.fault_for(&mut verifier).map_or_else(|| verifier.witness_end().unwrap_err(), |(_, fault)| fault)
 }
 
-/// A motion that is a little another one.
+/// Motions that differ slightly from the given one.
 fn changed(motion: &SurfaceMotion) -> Vec<SurfaceMotion> {
     let kinds = match motion.kind {
         MotionKind::Translation { velocity, acceleration } => vec![

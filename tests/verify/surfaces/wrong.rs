@@ -1,4 +1,4 @@
-//! Contacts with surfaces with one thing wrong, and engines that take one surface for another.
+//! Events with surfaces that are wrong in one respect, and engines that mistake one surface for another.
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};

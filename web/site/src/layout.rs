@@ -13,7 +13,7 @@ const PLACES: [(&str, &str); 4] = [
 /// No scripts, and nothing from elsewhere.
 const POLICY: &str = "default-src 'none'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-src 'self'";
 
-/// A page before it has its shell.
+/// A page without its frame of navigation.
 pub struct Page<'a> {
     /// Its address from the root of the site.
     pub address: &'a str,

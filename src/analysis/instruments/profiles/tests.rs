@@ -88,7 +88,7 @@ fn a_report_fits_no_more_spectra_than_it_has_errors() {
     let before = fits();
     let mut measured = Measured::default();
     profile.report(&system, &mut measured);
-    // Density, velocity and temperature. Of all the means that they come from, no errors are asked for.
+    // One fit for density, velocity and temperature each. The means that they come from need no errors.
     assert_eq!(fits() - before, 5 * 8);
 }
 
