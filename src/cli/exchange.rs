@@ -92,7 +92,7 @@ impl ExchangeCommand {
         let Some(temperatures) = summary.temperatures_for(acceptance) else {
             let folder = self.path.display();
             let (message, help) = if summary.umbrella.is_some() {
-                (format!("{folder} has one temperature, at all windows of its distance"), "name an exchange of several")
+                (format!("{folder} has the same temperature in all windows"), "name an exchange of several")
             } else if summary.density_of_states.is_empty() {
                 (format!("{folder} has no density of states from which temperatures follow"), NO_DENSITY)
             } else {

@@ -201,7 +201,7 @@ const MOST_NAMES: usize = 5;
 /// Which files are those of the replay.
 fn files_table(files: &Comparison) -> String {
     let mut lines = Lines::default();
-    lines.title("files, beside those of a replay");
+    lines.title("files compared with a replay");
     if files.is_interrupted {
         lines.line("INTERRUPTED: not compared");
         return lines.text();
@@ -271,7 +271,7 @@ impl Recorded {
         }
         let path = Folder::summary_of(run);
         let text = std::fs::read(&path).map_err(|source| {
-            let help = "a run writes it last: one that was killed has none, and goes on with carom run --resume";
+            let help = "a run writes it at its end; a killed run has none, and carom run --resume continues it";
             Failure::bad_input(format!("cannot read {}: {source}", path.display()), Some(help))
         })?;
         let summary: Summary = serde_json::from_slice(&text).map_err(|source| {

@@ -12,7 +12,7 @@ use thiserror::Error;
 pub enum NeedsRun {
     /// A stage of preparation.
     #[error(
-        "stage `{name}` of the scene is done by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
+        "only a run carries out stage `{name}` of the scene: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]
     Stage {
         /// Its name.
@@ -20,7 +20,7 @@ pub enum NeedsRun {
     },
     /// An equilibration.
     #[error(
-        "the equilibration of the scene is done by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
+        "only a run carries out the equilibration of the scene: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]
     Equilibration,
     /// A thermostat that scales all velocities.

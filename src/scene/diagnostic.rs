@@ -180,7 +180,7 @@ impl SceneErrorKind {
                 "bring the file back that the run started from, or start a new run from this one; without `checksum` any file will do"
                     .to_owned(),
             ),
-            Self::NeedsRun { .. } => Some("a program of the library reads such a scene with read_scene of the module io".to_owned()),
+            Self::NeedsRun { .. } => Some("in a program, read such a scene with io::read_scene".to_owned()),
             Self::NoStart { cure, .. } => Some(cure.clone()),
             Self::RunChanged { .. } => Some(
                 "it has gone on since, or another one has taken its place: make that run again, from its scene and to the same end, or start a \

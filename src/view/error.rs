@@ -196,7 +196,7 @@ impl ViewError {
             Self::NoSuchFrame { .. } => "choose earlier frames with --frames",
             Self::Exists(_) => "replace it with --force, or choose another name with --out",
             Self::SurfaceFile { .. } | Self::Surface(_) => {
-                "remove the file, which then is not drawn, or have it written again with `carom run --resume`"
+                "remove the file, which is then not drawn, or let `carom run --resume` write it again"
             }
             Self::NotReplaceable(_) => "choose another name with --out",
             Self::NotFile(_) => "write it to a file first",

@@ -57,7 +57,7 @@ fn an_exchange_between_windows_has_a_potential_of_mean_force() {
         assert_eq!(page.contains(word), is_there, "{word}");
     }
     let output = place.carom(&["exchange", folder, "--temperatures-for", "0.3"]);
-    assert!(code(&output) == 2 && line(&output).contains("has one temperature"), "{}", errors(&output));
+    assert!(code(&output) == 2 && line(&output).contains("the same temperature in all windows"), "{}", errors(&output));
     // A table that is damaged is named, and made again.
     place.write(&format!("{folder}/potential_of_mean_force.csv"), "distance\n");
     let output = place.carom(&["exchange", folder]);

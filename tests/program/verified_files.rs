@@ -250,7 +250,7 @@ fn the_program_names_the_file_and_the_place_that_was_changed() {
     let verify = |more: &[&str]| place.carom(&[&["verify", "runs/scene", "-q", "--events", "50"], more].concat());
     let output = verify(&[]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
-    assert!(words(&output).contains("files, beside those of a replay"), "{}", words(&output));
+    assert!(words(&output).contains("files compared with a replay"), "{}", words(&output));
     let rows = place.read("runs/scene/thermo.csv");
     let number = rows.lines().count();
     let last = rows.lines().last().unwrap();

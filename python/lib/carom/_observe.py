@@ -20,7 +20,7 @@ def observed(observe: Functions | None, every: float | None) -> tuple[list[tuple
     """Functions and the time between two calls, as the compiled part takes them."""
     if not observe:
         if every is not None:
-            raise ValueError("every: is the time between two calls of what is to be observed, and observe has nothing")
+            raise ValueError("every: is the time between two calls of the functions in observe, which has none")
         return [], 1.0
     if not isinstance(observe, Mapping):
         raise TypeError(f"observe: expected a dictionary of functions, found {shown(observe)}")

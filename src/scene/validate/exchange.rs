@@ -206,7 +206,7 @@ fn check_energies(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> 
     let at = ConfigPath::root().key("exchange").key("ensemble");
     let value = "\"multicanonical\"";
     if scene.species.iter().any(|species| !species.is_static() && species.acceleration != Vector::zeros()) {
-        let expected = "\"canonical\" in a scene with gravity: weights are of energies that change in steps, and that of a falling particle does not";
+        let expected = "\"canonical\" in a scene with gravity: weights need an energy that changes in steps only";
         return refuse(at, value, expected);
     }
     let energies = || scene.interactions.iter().flat_map(|it| it.potential.energies());
@@ -242,7 +242,7 @@ fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
         let expected = if before == here {
             "another temperature than the one before".to_owned()
         } else {
-            format!("one {order} {}, the one before: temperatures ascend or descend", shortest(before))
+            format!("a temperature {order} the one before, {}: temperatures must ascend or descend", shortest(before))
         };
         return refuse(at.index(index + 1), shortest(here), expected);
     }

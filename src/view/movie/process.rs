@@ -59,7 +59,7 @@ impl Idleness {
 }
 
 fn hung(patience: Duration) -> TrackError {
-    TrackError::Ffmpeg(format!("it did nothing for {} s, and was ended", patience.as_secs_f64()))
+    TrackError::Ffmpeg(format!("it did nothing for {} s and was stopped", patience.as_secs_f64()))
 }
 
 impl Process {
