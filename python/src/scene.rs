@@ -57,9 +57,8 @@ impl Scene {
     #[staticmethod]
     fn toml_of(dictionary: &Bound<'_, PyAny>) -> PyResult<String> {
         match value_of(dictionary, "the scene")? {
-            Value::Table(table) => {
-                toml::to_string(&table).map_err(|error| PyValueError::new_err(format!("the scene is not TOML: {error}")))
-            }
+            Value::Table(table) => toml::to_string(&table)
+                .map_err(|error| PyValueError::new_err(format!("the scene is not TOML: {error}"))),
             _ => Err(PyTypeError::new_err("expected a dictionary with the keys of a scene file")),
         }
     }

@@ -190,18 +190,18 @@ fn every_name_that_a_document_finds_in_a_file_is_there() {
 }
 
 #[test]
-fn every_scene_is_in_the_readme() {
-    let readme = Page::of("README.md").text;
+fn every_scene_is_in_the_list_of_scenes() {
+    let list = Page::of("docs/scenes.md").text;
     for entry in fs::read_dir(root().join("configs")).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_str().unwrap();
-        assert!(readme.contains(&format!("| `{name}` |")), "README.md does not say what {name} shows");
+        assert!(list.contains(&format!("| `{name}` |")), "docs/scenes.md does not say what {name} shows");
     }
 }
 
 #[test]
-fn the_readme_says_what_every_dependency_is_for() {
-    let readme = Page::of("README.md").text;
+fn every_dependency_has_its_reason() {
+    let list = Page::of("docs/dependencies.md").text;
     let manifest: toml::Table = fs::read_to_string(root().join("Cargo.toml")).unwrap().parse().unwrap();
     let tables = [
         &manifest["dependencies"],
@@ -209,8 +209,8 @@ fn the_readme_says_what_every_dependency_is_for() {
         &manifest["target"]["cfg(target_os = \"linux\")"]["dependencies"],
     ];
     let names = tables.iter().flat_map(|table| table.as_table().unwrap().keys());
-    let missing: Vec<&String> = names.filter(|name| !readme.contains(&format!("`{name}`"))).collect();
-    assert!(missing.is_empty(), "README.md does not say why these are there: {missing:?}");
+    let missing: Vec<&String> = names.filter(|name| !list.contains(&format!("`{name}`"))).collect();
+    assert!(missing.is_empty(), "docs/dependencies.md does not say why these are used: {missing:?}");
 }
 
 #[test]

@@ -117,7 +117,6 @@ fn encode<T: Serialize>(transport: &dyn Transport, message: &T) -> Vec<u8> {
 
 fn decode<T: DeserializeOwned>(transport: &dyn Transport, bytes: &[u8]) -> T {
     postcard::from_bytes(bytes).unwrap_or_else(|error| {
-        transport
-            .abort(&format!("cannot read the message of another process, which is out of step: {error}"))
+        transport.abort(&format!("cannot read the message of another process, which is out of step: {error}"))
     })
 }
