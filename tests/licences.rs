@@ -68,7 +68,7 @@ fn dependencies() -> Vec<Crate> {
     let mut open: Vec<String> = own.iter().cloned().collect();
     while let Some(id) = open.pop() {
         for dependency in nodes[&id]["deps"].as_array().unwrap() {
-            // Those without a kind are neither for tests nor for build scripts.
+            // Dependencies without a kind are neither for tests nor for build scripts.
             let is_normal = dependency["dep_kinds"].as_array().unwrap().iter().any(|kind| kind["kind"].is_null());
             let id = text(&dependency["pkg"]);
             if is_normal && built_in.insert(id.clone()) {

@@ -73,7 +73,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let same = |number: f64| assert_eq!(found(number), expected(number), "{:x}", number.to_bits());
         for _ in 0..100_000 {
-            // Those of a trajectory, and short ones.
+            // Numbers as in a trajectory, and short numbers.
             let part = random.next_u32();
             same(f64::from(part) * 1e-7 * std::f64::consts::PI);
             same(f64::from(part % 100_000) / 1000.0);

@@ -269,7 +269,7 @@ mod tests {
         Engine::new(&scene.build().unwrap())
     }
 
-    /// Foresees something for the particle with an id, and says how a run goes on, and what it shows.
+    /// Plants a prediction for a particle. Returns how the run ends, and the events that it shows.
     fn end<const TABLE: bool>(
         mut engine: Engine<false, TABLE>,
         id: u32,

@@ -354,7 +354,7 @@ mod tests {
             let Search::Lists { half_skin } = chosen else { panic!("{n} {spacing}") };
             assert!(half_skin >= THINNEST && space.size[0] > 2.0 * (1.0 + 4.0 * half_skin), "{half_skin}");
             assert_eq!(Search::choose(&space, 1.0, &positions, Some(chosen)), chosen);
-            // One that does not fit is not kept, as near as it is.
+            // A search that does not fit is not kept, however close it is.
             let wider = Search::Lists { half_skin: 1.1 * half_skin };
             assert_eq!(Search::choose(&space, 1.0, &positions, Some(wider)), chosen);
         }

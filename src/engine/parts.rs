@@ -59,7 +59,7 @@ impl Counts {
         self.accepted_overlap = self.accepted_overlap.max(part.accepted_overlap);
     }
 
-    /// Counts from zero in a run that goes on where another one has ended.
+    /// Restarts the counts, for a run that continues from the end of another one.
     pub fn restart(&mut self, species: usize) {
         let done = self.totals.transition;
         *self = Self {

@@ -36,7 +36,7 @@ impl Molecules {
             component.ids.iter().zip(path).for_each(|(&id, step)| unwrapped[id as usize] = first + step);
         }
         let apart = |at: &[Vector], bond: &Bond| at[bond.pair[0].0 as usize] - at[bond.pair[1].0 as usize];
-        // By whole periods or not at all.
+        // The difference is a whole number of periods or zero.
         let goes_around = |bond: &&Bond| {
             let difference = apart(&unwrapped, bond) - minimum_image(apart(&positions, bond), &periods);
             difference.amax() > 0.5 * periods.min()

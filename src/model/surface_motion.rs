@@ -283,7 +283,7 @@ impl Timeline {
         timeline
     }
 
-    /// The piece at a time.
+    /// The piece of the motion at a time.
     #[must_use]
     pub fn piece_at(&self, time: f64) -> &Piece {
         let begun = self.later.partition_point(|piece| piece.from <= time);

@@ -318,7 +318,7 @@ mod tests {
             .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(1.0, 0.3, 0.2))
             .particle("A", Vector::new(1e10, 1.5, 1.5), Vector::new(-1.0, 0.1, 0.3))
             .run(RunPlan { limit: Limit::events(100), ..RunPlan::default() })
-            // Given, so that no pilot run chooses them.
+            // Explicit intervals, so that no pilot run chooses them.
             .output(OutputPlan { thermo_interval: Some(1e15), frame_interval: Some(1e15), ..OutputPlan::default() })
             .build()
             .unwrap();

@@ -20,8 +20,7 @@ impl Run {
         self
     }
 
-    /// Gives a run that one process has put together to all: what the first one calls this with, all of them have then, spread over them. Instruments of
-    /// one's own are not sent.
+    /// Sends the run of the first process to all others, and spreads it over them. User-defined instruments are not sent.
     pub fn shared(run: Option<Self>, transport: &Arc<dyn Transport>) -> Option<Self> {
         let mut content = Vec::new();
         if let Some(run) = &run {

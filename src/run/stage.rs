@@ -33,7 +33,7 @@ pub(crate) struct Settings {
     pub gravity: Option<Vector>,
     /// Whether it ends when no observable drifts.
     pub until_stationary: bool,
-    /// The number of its stream of random numbers, from the first one of the scene on.
+    /// The number of its random stream, counted from the first one of the scene.
     pub stream: usize,
 }
 

@@ -75,7 +75,7 @@ impl Scene {
             }
         }
         let meshes: Vec<&mut Table> = surfaces.into_iter().chain(counts).collect();
-        // After all other files.
+        // Meshes come after all other files.
         let first = self.inputs.len().saturating_sub(meshes.len());
         for (mesh, input) in meshes.into_iter().zip(&self.inputs[first..]) {
             mesh.insert("checksum".to_owned(), Value::String(input.checksum.clone()));

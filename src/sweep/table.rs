@@ -23,7 +23,7 @@ const COLUMNS: &str = "sweep-columns.csv";
 const STAGE: &str = "stage";
 
 impl SweepFolder {
-    /// Writes the tables of what there is so far, and says where they are.
+    /// Writes the tables of the present results. Returns their paths.
     ///
     /// # Errors
     /// [`SweepError::Output`] if they cannot be written.

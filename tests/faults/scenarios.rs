@@ -194,7 +194,7 @@ fn is_new(files: &Files, folder: &str, other: &str) -> bool {
     files.get(&format!("{folder}/thermo.csv")) == files.get(&format!("{other}/thermo.csv"))
 }
 
-/// Whether results are the same, whatever happened on the way.
+/// Checks that the results are equal in spite of the faults.
 fn same_run(files: &Files, expected: &str, found: &str, what: &str) {
     let is_result = |name: &str| {
         !["checkpoint", ".carom", "report.txt", "notes.txt", "run.html"].iter().any(|other| name.starts_with(other))

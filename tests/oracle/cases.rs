@@ -102,7 +102,7 @@ const EXACT_LENGTHS: [([f64; 3], f64); 6] = [
     ([2.0, 6.0, 9.0], 11.0),
 ];
 
-/// A separation of exactly the distance, or along an axis of any length.
+/// A separation whose length is an exact number: along an axis, or from a table.
 pub fn touching(random: &mut Random) -> (Vector, f64) {
     let (separation, length) = EXACT_LENGTHS[random.below(EXACT_LENGTHS.len())];
     let scale = if length == 1.0 { random.between(0.5, 2.0) } else { random.power_of_two(-8, 8) };

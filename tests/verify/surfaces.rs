@@ -242,7 +242,7 @@ fn a_gate_is_there_in_its_stage_and_for_its_species() {
         assert!(matches!(run(Some(events + 1), time).end, End::Departed { .. }));
         assert!(matches!(run(Some(events - 1), time).end, End::Departed { .. }));
     }
-    // Nothing says when a stage ends that ends by what it measures.
+    // The end of a stage that lasts until it is stationary is unknown.
     let open = GATE.replace("until_time = 12.0", "measure = true\nequilibration = \"auto\"\nuntil_time = 12.0");
     let found = prove(scene(&open), 0, 10);
     assert!(found.end == End::OpenStages && !found.is_proven(), "{found:?}");

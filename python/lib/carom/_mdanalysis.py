@@ -23,7 +23,7 @@ class FrameReader(MemoryReader):  # type: ignore[misc]
         # The first frame is read before the other class is ready.
         self.times = times
         super().__init__(*arguments, **keywords)
-        # What its copies are made with.
+        # Arguments for copies of this reader.
         self._kwargs["times"] = times
 
     def _read_next_timestep(self, ts: Any = None) -> Any:

@@ -47,7 +47,7 @@ class Trajectory(Sequence[Frame]):
         self._path = path_of("path", path)
         # Keeps a temporary folder.
         self._owner = _owner
-        # What is wrong with the file is said here, not at the first frame.
+        # Errors of the file are raised here, not at the first frame.
         self._core  # noqa: B018
 
     @cached_property

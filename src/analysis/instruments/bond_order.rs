@@ -52,7 +52,7 @@ pub(super) fn scalars(plan: &plan::BondOrder, system: &SystemDescription, sample
     DEGREES.map(scalar).into()
 }
 
-/// Symbol of the bond order; `None` on a line, where there is none.
+/// Symbol of the bond order; `None` in one dimension.
 fn symbol(system: &SystemDescription) -> Option<&'static str> {
     match system.space.dimensions() {
         3 => Some("q"),

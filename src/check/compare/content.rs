@@ -71,7 +71,7 @@ const SHOWN: [usize; 2] = [24, 40];
 const FREE_KEYS: [&str; 6] =
     ["version", "engine", "wall_seconds", "events_per_second", "contacts_per_second", "peak_memory_bytes"];
 
-/// The same of the report, by the beginnings of their lines.
+/// Lines of the report that may differ, by their beginnings.
 const FREE_LINES: [&str; 3] = ["engine ", "threads ", "measured "];
 
 /// Start of the report that the program writes.

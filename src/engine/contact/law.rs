@@ -88,7 +88,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
     }
 
-    /// The velocities of a pair afterwards, from the change of `v_ij` along the line, per length of it, and the factor of what is across.
+    /// The velocities of a pair afterwards, from the change of `v_ij` along `r_ij`, divided by its length, and the factor of the tangential part.
     #[inline]
     pub(in crate::engine) fn reflected(
         &self,

@@ -194,7 +194,7 @@ mod tests {
     fn a_contact_is_due_at_once_only_where_the_gap_closes() {
         assert_eq!(next_contact(&state(1.0, 0.0), 1.0, 0.5), Some(0.0));
         assert_eq!(next_contact(&state(1.0, 1.0), 1.0, 0.5), None);
-        // Leaves at 0.25 and loses against 0.5: at once, though it moves away.
+        // It recedes at 0.25 and the diameter grows at 0.5: contact at once, although it moves away.
         assert_eq!(next_contact(&state(1.0, 0.25), 1.0, 0.5), Some(0.0));
     }
 }

@@ -11,7 +11,7 @@ const ONE_OF: u64 = 32;
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     /// A copy of the whole engine that runs the next window serially, if that window is checked.
     pub(super) fn copy_to_check(&mut self, whole: &mut Engine<FALLING, TABLE>) -> Option<Engine<FALLING, TABLE>> {
-        // At random, but at the same in all processes.
+        // A pseudo-random choice, equal in all processes.
         let random = self.work.windows.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
         let checked = self.checked.filter(|checked| *checked != self.work.windows)?;
         if !random.is_multiple_of(ONE_OF) {

@@ -30,7 +30,7 @@ impl Ranges {
         }
     }
 
-    /// Whether pairs that are held together are within the range of cells, so that they are in the same cell or in ones next to each other.
+    /// Whether captured pairs stay within the range of the cells, so that they are in the same or in adjacent cells.
     #[inline]
     #[must_use]
     pub fn are_captured_near(&self) -> bool {

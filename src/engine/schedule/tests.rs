@@ -17,7 +17,7 @@ impl Pending for Times {
         QueueEntry { time: self.0[particle as usize], particle, tie_order: self.1[particle as usize] }
     }
 
-    /// As if the last came first in memory.
+    /// Reverses the order in memory.
     fn rank(&self, particle: u32) -> u64 {
         u64::from(u32::MAX - particle)
     }

@@ -30,7 +30,7 @@ impl ExchangeFolder {
         each as f64 * plan.replicas() as f64
     }
 
-    /// Why the exchange of a scene writes fewer frames than one of a smaller system, if it does.
+    /// The reason if the exchange of a scene writes fewer frames than that of a smaller system.
     #[must_use]
     pub fn frames_limit(scene: &Scene) -> Option<&'static str> {
         let temperatures = scene.exchange()?.replicas();

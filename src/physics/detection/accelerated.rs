@@ -69,7 +69,7 @@ pub fn falling_stretches(f: &Quartic) -> [Option<Stretch>; 2] {
 fn find_last_root(f: &Quartic, from: f64) -> Option<f64> {
     let step = (f.distance_squared / f.coefficients[4]).sqrt().sqrt();
     let step = if step.is_normal() { step } else { 1.0 };
-    // A step that is lost against the start would never move.
+    // A step below the round-off of the start would not move it.
     let step = step.max(from * f64::EPSILON);
     let beyond = grow(from, step, |t| f.value(t) > 0.0)?;
     Some(bracketed(|t| -f.value(t), from, beyond))

@@ -7,7 +7,7 @@ use crate::physics::motion::RelativeState;
 /// A stretch of time, `[from, until)`, in which an overlap function is not positive and falls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stretch {
-    /// Its beginning, from now on.
+    /// Its beginning, from now `[time]`.
     pub from: f64,
     /// Its end.
     pub until: f64,

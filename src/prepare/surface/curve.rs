@@ -96,7 +96,7 @@ mod tests {
         let widest = (0..=10_000).map(|k| nearest(along(f64::from(k) / 10_000.0))).fold(0.0, f64::max);
         let hole = layout.hole.unwrap();
         assert!(hole <= 0.5 * spacing * (1.0 + 1e-9), "{shape:?}: {hole}");
-        // As seen from 10,000 points on the curve, which is beside the chord of a ring.
+        // Measured from 10,000 points on the curve, which for a ring is off the chords.
         assert!(widest >= 0.99 * hole && widest <= 1.05 * hole, "{shape:?}: a hole of {widest}, claimed {hole}");
         layout
     }

@@ -22,7 +22,7 @@ const VERSION: usize = 12;
 /// Bytes that are read or written at a time.
 const PIECE: usize = 1 << 20;
 
-/// The longest name or path that a checkpoint holds has fewer bytes.
+/// Upper bound for the length of a name or a path in a checkpoint `[bytes]`.
 const LONGEST_TEXT: usize = 1 << 20;
 
 /// Bytes before and behind the content.

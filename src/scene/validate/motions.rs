@@ -19,7 +19,7 @@ pub(super) fn check_motions(surface: &SceneSurface, space: &Space, of: &ConfigPa
         if from < before {
             return refuse(at.key("from"), from, format!("at least {before}, where the motion before ends"));
         }
-        // Also not a number.
+        // NaN is rejected, too.
         if until.partial_cmp(&from) != Some(std::cmp::Ordering::Greater) {
             return refuse(at.key("until"), until, format!("more than {from}, where it begins"));
         }

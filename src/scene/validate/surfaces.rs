@@ -60,7 +60,7 @@ impl SceneBuilder {
         Ok(Surfaces::of_parts((space, &self.parts.wall_temperatures, self.parts.start_time), &surfaces, &ids, stage))
     }
 
-    /// Refuses stages that there are not.
+    /// Rejects unknown stages.
     fn check_stages(&self, named: &[String], at: &ConfigPath) -> Result<(), SceneError> {
         let mut named = named.iter().enumerate();
         named.try_for_each(|(index, name)| self.check_stage(name, &at.key("stages").index(index)))

@@ -117,7 +117,7 @@ impl<P: Send> Pipeline<'_, P> {
 
     fn piece(&self, Task { place, before, next }: Task) -> Result<P, ViewError> {
         let image = Arc::new((self.draw)(place)?);
-        // Behind the last place there is nobody who wants it.
+        // After the last place there is no receiver.
         let _ = next.send(Arc::clone(&image));
         // If the one before could not be drawn, its error ends the work.
         let previous = before.map(|before| before.recv()).transpose().map_err(|_| ViewError::Interrupted)?;
@@ -147,7 +147,7 @@ mod tests {
         let pipeline = Pipeline {
             draw: &|place: usize| {
                 let ahead = begun.fetch_add(1, Ordering::SeqCst) + 1 - taken.load(Ordering::SeqCst);
-                // One more may have been taken that is not yet counted.
+                // One more may have been taken without being counted yet.
                 assert!(ahead <= 2 * crew + 1, "{ahead} ahead");
                 thread::sleep(Duration::from_micros(if place.is_multiple_of(3) { 2000 } else { 100 }));
                 match failing.is_some_and(|failing| place >= failing) {

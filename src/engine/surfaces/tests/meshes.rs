@@ -134,7 +134,7 @@ fn nothing_leaves<const FALLING: bool>(
 ) {
     let mut scene = gas(count, 2.6, gravity).surface(draft.restitution(restitution));
     if gravity > 0.0 || restitution == 0.0 {
-        // A heap would collapse.
+        // Without it, a heap would collapse.
         scene = scene.contact_time(1e-5);
     }
     let scene = scene.build().unwrap();
