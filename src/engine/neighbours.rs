@@ -47,7 +47,7 @@ pub enum Neighbours {
     Lists(VerletLists),
 }
 
-/// Where a particle is looked for.
+/// Place of a particle in the neighbour search.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Place {
     /// The number of its cell.

@@ -103,7 +103,7 @@ pub enum MeshFileProblem {
         line: usize,
         /// The word, shortened.
         found: String,
-        /// Words that belong there.
+        /// The expected words.
         expected: &'static str,
     },
     /// The text ends too early.
@@ -111,7 +111,7 @@ pub enum MeshFileProblem {
     Truncated {
         /// The last line, from 1.
         line: usize,
-        /// Words that belong there.
+        /// The expected words.
         expected: &'static str,
     },
     /// A face has fewer corners than a triangle.
