@@ -321,7 +321,7 @@ packing_fraction = 0.28
 temperature = 1.0
 "#;
 
-/// A chain of 16 beads at temperatures around the maximum of its heat capacity.
+/// A chain of 16 beads at four temperatures, mostly above the maximum of its heat capacity.
 const EXCHANGE: &str = r#"
 [space]
 size = [20.0, 20.0, 20.0]
