@@ -132,8 +132,8 @@ def test_a_function_may_run_something(fluid: dict) -> None:
     ("observe", "every", "kind", "words"),
     [
         ({"a": first_speed}, None, ValueError, "every: expected the simulated time"),
-        ({}, 0.5, ValueError, "observe has nothing"),
-        (None, 0.5, ValueError, "observe has nothing"),
+        ({}, 0.5, ValueError, "functions in observe, which has none"),
+        (None, 0.5, ValueError, "functions in observe, which has none"),
         ({"a": first_speed}, 0.0, ValueError, "every: expected a time"),
         ({"a": first_speed}, float("nan"), ValueError, "every"),
         ({"a": first_speed}, "1", TypeError, "every"),
