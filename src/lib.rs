@@ -1,8 +1,8 @@
 //! Event-driven particle dynamics: hard spheres, square wells, bonds and stepped potentials, with gravity, walls, static
 //! meshes and dissipation.
 //!
-//! Between events every particle flies freely, so nothing is integrated: the time of the next event is solved for, the
-//! event is executed, and what it changed is predicted again. The algorithms are those of M. N. Bannerman and S. Strobl,
+//! Between events every particle flies freely, so there is no time step. Carom computes the time of the next event, executes
+//! it, and predicts again what it has changed. The algorithms are those of M. N. Bannerman and S. Strobl,
 //! *Stable Event-Driven Particle Dynamics: Spherically Symmetric Potentials*, which stay stable where rounding puts particles
 //! on the wrong side of a discontinuity.
 //!

@@ -12,13 +12,13 @@ fn width() -> Option<usize> {
     terminal_size_of(stdout).filter(|_| is_terminal).map(|(Width(columns), _)| usize::from(columns))
 }
 
-/// A report as it is printed: on a terminal no line is wider than that.
+/// Wraps a report at the width of the terminal. Words longer than a line stay whole.
 pub fn fitted(text: &str) -> String {
     width().map_or_else(|| text.to_owned(), |width| wrapped(text, width))
 }
 
-/// Lines of a table, whose rows have as many cells each, flush right. On a terminal that is too narrow, there are several tables, one below the other,
-/// each with as many `keys`, the first cells of a row, which say what it is about.
+/// Lines of a table with cells flush right. A table that is wider than the terminal is divided into several, one below the other. Each repeats the first
+/// `keys` columns, which identify the rows.
 pub fn columns(rows: &[Vec<String>], keys: usize) -> Vec<String> {
     tables(rows, keys, width().unwrap_or(usize::MAX))
 }

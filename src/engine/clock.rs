@@ -86,7 +86,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Err(Arrest { surface: self.surface_of(prediction), ..self.arrest(particle, partner, standstill) })
     }
 
-    /// Index of the surface of a predicted contact among those of the scene; `None` for a pair or a wall.
+    /// Index of the surface that a predicted contact is with; `None` for a pair or a wall of the box.
     fn surface_of(&self, prediction: &Prediction) -> Option<u32> {
         let index = (prediction.contact == Contact::Surface).then_some(prediction.partner_events)?;
         self.sources.surfaces.get(index)?.number.checked_sub(FIRST_SURFACE)

@@ -26,7 +26,7 @@ use crate::model::{Format, Limit, Scene, SceneSurface, SurfaceShape};
 use crate::run::{FrameLimit, Settings, Stage};
 use crate::trajectory::extended_xyz;
 
-/// Most rows of a measurement that chooses its own interval, besides those of its start and end.
+/// Largest number of rows if the run chooses the interval. The rows at the start and the end come on top.
 const ROWS: f64 = 400.0;
 
 /// Bytes of a number with all its digits, in text.

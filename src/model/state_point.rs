@@ -21,7 +21,7 @@ impl StatePoint {
         self.0
     }
 
-    /// The state point of a scene, by its number of particles of each species, box, species, interactions, walls, shear rate and contact time.
+    /// Hashes the box, the species with particles, their interactions, the walls, the shear rate and the contact time. `population` has the number of particles of each species.
     pub fn of(scene: &Scene, population: &[usize]) -> Self {
         let species = |id: usize| {
             let species = &scene.species[id];
@@ -64,7 +64,7 @@ impl StatePoint {
         values.iter().fold(self, |hash, value| hash.and((value + 0.0).to_bits()))
     }
 
-    /// The seed of the random numbers of this state point, from that of the scene.
+    /// Returns the seed for random numbers at this state point, given the seed of the scene.
     pub fn seed(self, seed: u64) -> u64 {
         self.and(seed).0
     }

@@ -25,7 +25,7 @@ const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 /// is conserved; otherwise without the factor. Between walls each species has the volume `V_i` that its centres can reach, a radius away from
 /// them, and `r_a` is measured for each particle from the middle; the kinetic part is then `<sum m v_a v_b / V_i>`, and the factor of it that of
 /// [`freed`]. The trace is `D (N T + W / (D t))`, as in [`Observer`](crate::analysis::observables::Observer), which derives
-/// it; `Z` is the mean of the trace over that of its kinetic part, `D rho T`. The kinetic part is exact, except for accelerated
+/// it; `Z` is the mean of the trace over that of its kinetic part, `D rho T`. The kinetic part is exact, unless there are accelerated
 /// particles, where it is that of a straight line between samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct PressureTensor {

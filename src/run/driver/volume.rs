@@ -43,7 +43,7 @@ impl Moves {
 }
 
 impl Driver<'_> {
-    /// Sets the volume moves of the present stage up; the random numbers are those of a seed and a stream of it.
+    /// Starts the volume moves of the present stage. `seed` and `stream` select their random numbers.
     pub(super) fn begin_moves(&mut self, barostat: Option<Barostat>, seed: u64, stream: usize) {
         self.state.moves = barostat.map(|barostat| {
             let particles: usize = self.simulation.population().iter().sum();

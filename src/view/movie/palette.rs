@@ -17,7 +17,7 @@ pub(super) const UNCHANGED: u8 = 0;
 /// Colours that are kept exactly, behind the first one.
 const EXACT: [[u8; 3]; 2] = [BACKGROUND, INK];
 
-/// Number of neurons of the network, each of which is a colour.
+/// Number of neurons of the network. Each neuron is a colour.
 const NEURONS: usize = 256 - 1 - EXACT.len();
 
 /// Bits of each component by which the nearest colour is looked up.

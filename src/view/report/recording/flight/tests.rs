@@ -178,7 +178,7 @@ fn flights_are_joined_where_frames_are_left_out() {
 #[test]
 fn a_collision_in_a_frame_that_is_left_out_is_kept_in_mind() {
     let scene = balls(OPEN).particle("ball", Vector::repeat(5.0), Vector::x()).build().unwrap();
-    // It turns round between the frames 1500 and 1501, one of which is left out.
+    // The particle turns back between frames 1500 and 1501. The recording has only one of the two.
     let frames = (0..4_323).map(|index| {
         let mut frame = Frame::start_of(&scene);
         frame.time = f64::from(index);
