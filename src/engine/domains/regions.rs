@@ -8,8 +8,9 @@ use crate::model::space::Boundary;
 /// Columns for each range of the neighbour search: places are known as finely as this.
 const COLUMNS_PER_REACH: f64 = 8.0;
 
-/// No more columns than these, however long the box is.
+/// No more columns than these, however long the box is: every cut goes over all of them.
 const MOST_COLUMNS: f64 = 65_536.0;
+const MOST_COLUMNS_PER_PARTICLE: f64 = 64.0;
 
 /// Number of particles that are sampled to choose the cuts of the box.
 const SAMPLE: usize = 20_000;
@@ -190,11 +191,12 @@ impl Axis {
         let none = || vec![0; columns];
         let mut slabs = Slabs { owners: none(), near: none(), readers: none(), holders: none() };
         let total = self.load.iter().sum::<usize>().max(1);
+        let of_slab: Vec<u64> = (0..numbers[self.axis]).map(|slab| domains_of(numbers, self.axis, slab)).collect();
         let mut before = 0;
         for (owners, count) in slabs.owners.iter_mut().zip(&self.load) {
             // By the middle of the column.
             let slab = (2 * before + count) * numbers[self.axis] / (2 * total);
-            *owners = domains_of(numbers, self.axis, slab.min(numbers[self.axis] - 1));
+            *owners = of_slab[slab.min(numbers[self.axis] - 1)];
             before += count;
         }
         let wide = |part: f64| trunc_to_usize((part * self.reach).ceil());
@@ -202,17 +204,31 @@ impl Axis {
         let read = slack + wide(1.0);
         let held = read + wide(halo.margin);
         for (sets, width) in [(&mut slabs.near, slack), (&mut slabs.readers, read), (&mut slabs.holders, held)] {
-            for (column, set) in sets.iter_mut().enumerate() {
-                let around = (0..=2 * width.min(columns)).map(|k| column + columns * 2 + k - width.min(columns));
-                for other in around {
-                    let is_inside = (2 * columns..3 * columns).contains(&other);
-                    if is_inside || self.is_periodic {
-                        *set |= slabs.owners[other % columns];
-                    }
-                }
-            }
+            self.widen(&slabs.owners, width, sets);
         }
         Self { slabs, load: Vec::new(), ..self.clone() }
+    }
+
+    /// Adds the owners of each column to the sets of all columns within a distance of it.
+    ///
+    /// Goes from slab to slab, so that a halo as wide as the box costs one pass over the columns for each slab, not one for each column.
+    fn widen(&self, owners: &[u64], width: usize, sets: &mut [u64]) {
+        let columns = owners.len();
+        let mut begin = 0;
+        for slab in owners.chunk_by(|a, b| a == b) {
+            let end = begin + slab.len();
+            let around = (end - begin).saturating_add(2 * width.min(columns));
+            if self.is_periodic && around >= columns {
+                sets.iter_mut().for_each(|set| *set |= slab[0]);
+            } else if self.is_periodic {
+                let from = begin + columns - width.min(columns);
+                (from..from + around).for_each(|column| sets[column % columns] |= slab[0]);
+            } else {
+                let within = begin.saturating_sub(width)..end.saturating_add(width).min(columns);
+                sets[within].iter_mut().for_each(|set| *set |= slab[0]);
+            }
+            begin = end;
+        }
     }
 
     #[inline]
@@ -244,7 +260,8 @@ fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
         }
         Neighbours::Lists(verlet) => {
             let range = verlet.reaches.iter().copied().fold(f64::MIN_POSITIVE, f64::max) + further;
-            let columns = (extent / range * COLUMNS_PER_REACH).clamp(1.0, MOST_COLUMNS).floor();
+            let most = MOST_COLUMNS.min(MOST_COLUMNS_PER_PARTICLE * engine.particles().len() as f64).max(1.0);
+            let columns = (extent / range * COLUMNS_PER_REACH).clamp(1.0, most).floor();
             // One more, because centres are anywhere in their columns.
             (trunc_to_usize(columns), (range * columns / extent).ceil() + 1.0)
         }
@@ -293,6 +310,27 @@ mod tests {
             // Equal shares, to within a plane of the lattice.
             let is_fair = |count: &usize| count.abs_diff(32_000 / domains) <= 800;
             assert!(owned.iter().all(is_fair), "{owned:?}");
+        }
+    }
+
+    #[test]
+    fn a_halo_holds_every_column_within_its_width() {
+        let scene = spheres(Potential::hard_sphere(1.0).unwrap(), 0.3, 32_000).build().unwrap();
+        let engine = Engine::<false, false>::new(&scene);
+        let mut axis = Axis::of(&engine, 0).unwrap();
+        let owners: Vec<u64> = [1, 1, 1, 2, 4, 4, 4, 4, 4, 8, 8].to_vec();
+        for (is_periodic, width) in [(false, 0), (false, 2), (false, 40), (true, 0), (true, 1), (true, 4), (true, 40)] {
+            axis.is_periodic = is_periodic;
+            let mut sets = vec![0; owners.len()];
+            axis.widen(&owners, width, &mut sets);
+            for (column, set) in sets.iter().enumerate() {
+                let is_near = |other: usize| {
+                    let apart = column.abs_diff(other);
+                    apart <= width || is_periodic && owners.len() - apart <= width
+                };
+                let expected = (0..owners.len()).filter(|&other| is_near(other)).fold(0, |all, at| all | owners[at]);
+                assert_eq!(*set, expected, "column {column}, width {width}, periodic {is_periodic}");
+            }
         }
     }
 

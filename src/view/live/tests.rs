@@ -196,6 +196,8 @@ fn what_lies_in_a_closed_surface_has_no_outflow() {
         )
     };
     assert!(is_contained(&cylinder("[0.0, 0.0, 1.0]", "inside")));
+    // Grains leave at the lower end of an upright one.
+    assert!(!is_contained(&cylinder("[0.0, 1.0, 0.0]", "inside")));
     assert!(!is_contained("shape = \"plane\"\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 1.0, 0.0]\nrestitution = 1.0"));
     assert!(!is_contained(
         &cylinder("[0.0, 0.0, 1.0]", "outside").replace("7.0", "0.1").replace("3.0, 5.0", "9.0, 9.0")
