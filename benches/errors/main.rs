@@ -1,7 +1,7 @@
 //! Claimed standard errors beside the scatter of other seeds, for everything that a run prints with an error.
 //!
 //! ```text
-//! cargo bench --bench errors -- 48              that many seeds of eleven systems, in short runs and in five times longer ones
+//! cargo bench --bench errors -- 48              that many seeds of thirteen systems, in short runs and in five times longer ones
 //! cargo bench --bench errors -- 48 crystal      of those only whose names contain this
 //! ```
 

@@ -4,6 +4,8 @@
 #[derive(Debug)]
 pub struct System {
     pub name: &'static str,
+    /// Species and interactions that several systems share.
+    pub matter: &'static str,
     /// Everything but the seed, the times and what acts during the run.
     pub scene: &'static str,
     /// Thermostat and barostat, in the table `[run]`.
@@ -15,24 +17,35 @@ pub struct System {
 impl System {
     /// The scene of a run that is `factor` times as long as a short one.
     pub fn scene(&self, factor: f64, seed: u64) -> String {
-        let Self { scene, ensemble, equilibration, short, .. } = self;
+        let Self { matter, scene, ensemble, equilibration, short, .. } = self;
         let until = equilibration + factor * short;
-        format!("seed = {seed}\n{scene}\n[run]\nequilibration_time = {equilibration}\nuntil_time = {until}\n{ensemble}")
+        format!(
+            "seed = {seed}\n{matter}{scene}\n[run]\nequilibration_time = {equilibration}\nuntil_time = {until}\n{ensemble}"
+        )
     }
 }
 
-pub const SYSTEMS: [System; 11] = [
-    System { name: "fluid", scene: FLUID, ensemble: "", equilibration: 2.0, short: 14.0 },
-    System { name: "crystal", scene: CRYSTAL, ensemble: "", equilibration: 2.0, short: 6.0 },
-    System { name: "square wells", scene: WELLS, ensemble: WARM, equilibration: 10.0, short: 30.0 },
-    System { name: "driven gas", scene: DRIVEN, ensemble: DRIVING, equilibration: 10.0, short: 30.0 },
-    System { name: "sheared gas", scene: SHEARED, ensemble: "", equilibration: 100.0, short: 150.0 },
-    System { name: "slit", scene: SLIT, ensemble: "", equilibration: 10.0, short: 30.0 },
-    System { name: "mixture", scene: MIXTURE, ensemble: "", equilibration: 5.0, short: 15.0 },
-    System { name: "polymer", scene: POLYMER, ensemble: WARM_SLOWLY, equilibration: 20.0, short: 100.0 },
-    System { name: "channel", scene: CHANNEL, ensemble: "", equilibration: 10.0, short: 40.0 },
-    System { name: "constant pressure", scene: ISOBARIC, ensemble: PRESSING, equilibration: 100.0, short: 400.0 },
-    System { name: "exchange", scene: EXCHANGE, ensemble: "", equilibration: 500.0, short: 2000.0 },
+pub const SYSTEMS: [System; 13] = [
+    System { name: "fluid", matter: HARD_SPHERES, scene: FLUID, ensemble: "", equilibration: 2.0, short: 14.0 },
+    System { name: "crystal", matter: HARD_SPHERES, scene: CRYSTAL, ensemble: "", equilibration: 2.0, short: 6.0 },
+    System { name: "square wells", matter: "", scene: WELLS, ensemble: WARM, equilibration: 10.0, short: 30.0 },
+    System { name: "driven gas", matter: "", scene: DRIVEN, ensemble: DRIVING, equilibration: 10.0, short: 30.0 },
+    System { name: "sheared gas", matter: "", scene: SHEARED, ensemble: "", equilibration: 100.0, short: 150.0 },
+    System { name: "slit", matter: "", scene: SLIT, ensemble: "", equilibration: 10.0, short: 30.0 },
+    System { name: "mixture", matter: "", scene: MIXTURE, ensemble: "", equilibration: 5.0, short: 15.0 },
+    System { name: "polymer", matter: "", scene: POLYMER, ensemble: WARM_SLOWLY, equilibration: 20.0, short: 100.0 },
+    System { name: "channel", matter: HARD_SPHERES, scene: CHANNEL, ensemble: "", equilibration: 10.0, short: 40.0 },
+    System { name: "ideal gas", matter: "", scene: IDEAL, ensemble: "", equilibration: 20.0, short: 200.0 },
+    System { name: "unequal rods", matter: "", scene: RODS, ensemble: "", equilibration: 20.0, short: 400.0 },
+    System {
+        name: "constant pressure",
+        matter: HARD_SPHERES,
+        scene: ISOBARIC,
+        ensemble: PRESSING,
+        equilibration: 100.0,
+        short: 400.0,
+    },
+    System { name: "exchange", matter: "", scene: EXCHANGE, ensemble: "", equilibration: 500.0, short: 2000.0 },
 ];
 
 const WARM: &str = r#"thermostat = { kind = "andersen", temperature = 1.5, rate = 1.0 }
@@ -45,8 +58,8 @@ const PRESSING: &str = r#"thermostat = { kind = "andersen", temperature = 1.0, r
 barostat = { pressure = 2.0, interval = 0.02 }
 "#;
 
-/// 256 hard spheres.
-const FLUID: &str = r#"
+/// One species of hard spheres.
+const HARD_SPHERES: &str = r#"
 [[species]]
 name = "A"
 mass = 1.0
@@ -54,6 +67,10 @@ diameter = 1.0
 [[interaction]]
 species = ["A", "A"]
 potential = "hard-sphere"
+"#;
+
+/// 256 hard spheres.
+const FLUID: &str = r#"
 [[fill]]
 species = "A"
 arrangement = "fcc"
@@ -69,13 +86,6 @@ transport = true
 
 /// 500 hard spheres.
 const CRYSTAL: &str = r#"
-[[species]]
-name = "A"
-mass = 1.0
-diameter = 1.0
-[[interaction]]
-species = ["A", "A"]
-potential = "hard-sphere"
 [[fill]]
 species = "A"
 arrangement = "fcc"
@@ -278,13 +288,6 @@ const CHANNEL: &str = r#"
 size = [20.0, 15.0, 0.0]
 z = "flat"
 y = { lower = { temperature = 1.0 }, upper = { temperature = 1.5 } }
-[[species]]
-name = "A"
-mass = 1.0
-diameter = 1.0
-[[interaction]]
-species = ["A", "A"]
-potential = "hard-sphere"
 [[fill]]
 species = "A"
 arrangement = "random"
@@ -304,15 +307,64 @@ axis = "y"
 at = 7.0
 "#;
 
-/// 108 hard spheres at constant pressure.
-const ISOBARIC: &str = r#"
+/// Point particles between two walls at different temperatures, which never meet each other.
+const IDEAL: &str = r#"
+[space]
+size = [7.0, 5.0, 5.0]
+x = { lower = { temperature = 1.0 }, upper = { temperature = 1.5 } }
+[[species]]
+name = "A"
+mass = 1.3
+diameter = 0.1
+[[interaction]]
+species = ["A", "A"]
+potential = "none"
+[[fill]]
+species = "A"
+arrangement = "random"
+count = 60
+temperature = 1.2
+"#;
+
+/// Four rods of two masses on a line. Equal ones only exchange velocities, and have no errors.
+const RODS: &str = r#"
+[space]
+size = [7.0, 0.0, 0.0]
+y = "flat"
+z = "flat"
 [[species]]
 name = "A"
 mass = 1.0
 diameter = 1.0
+[[species]]
+name = "B"
+mass = 1.7
+diameter = 1.0
 [[interaction]]
 species = ["A", "A"]
 potential = "hard-sphere"
+[[interaction]]
+species = ["A", "B"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["B", "B"]
+potential = "hard-sphere"
+[[fill]]
+species = "A"
+arrangement = "random"
+count = 2
+temperature = 1.0
+[[fill]]
+species = "B"
+arrangement = "random"
+count = 2
+temperature = 1.0
+[measure]
+free_paths = true
+"#;
+
+/// 108 hard spheres at constant pressure.
+const ISOBARIC: &str = r#"
 [[fill]]
 species = "A"
 arrangement = "fcc"

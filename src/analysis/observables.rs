@@ -186,6 +186,8 @@ impl Observer {
     }
 
     /// The means over all intervals so far, by name; absent if they mean nothing for the scene. What does not change at all has the error 0.
+    ///
+    /// Equal hard particles on a line have no errors: they only exchange velocities, so no length of the run tells how far its mean is from that over all starts.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
         let is_too_short = self.is_short_of_volumes();
@@ -199,7 +201,9 @@ impl Observer {
             }?;
             Some(match self.stationarity_of(name, average) {
                 Stationarity::Constant => Estimate { standard_error: Some(0.0), ..estimate },
-                _ if at > 0 && is_too_short => Estimate { standard_error: None, ..estimate },
+                _ if at > 0 && is_too_short || self.applicable.only_exchanges_velocities => {
+                    Estimate { standard_error: None, ..estimate }
+                }
                 _ => estimate,
             })
         };
@@ -247,6 +251,7 @@ impl Observer {
         let conditions = Conditions {
             dimensions: trunc_to_usize(self.applicable.dimensions),
             has_steady_state: self.applicable.has_steady_state,
+            only_exchanges_velocities: self.applicable.only_exchanges_velocities,
             events_per_particle: taken as f64 / self.applicable.moving.max(1) as f64,
         };
         Equilibrium::of(stationarity, &conditions)

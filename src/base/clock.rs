@@ -1,9 +1,9 @@
-//! Wall time, on machines that have a clock.
+//! Wall time, on platforms that have a clock.
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use std::time::Instant;
 
-/// Instant of a machine without a clock, such as WebAssembly in a browser: no time passes there.
+/// Instant on a platform without a clock, such as WebAssembly in a browser. No time passes there.
 #[cfg(target_arch = "wasm32")]
 #[derive(Debug, Clone, Copy)]
 pub struct Instant;
@@ -16,7 +16,7 @@ impl Instant {
         Self
     }
 
-    /// No time at all.
+    /// Always zero.
     #[must_use]
     pub fn elapsed(&self) -> std::time::Duration {
         std::time::Duration::ZERO

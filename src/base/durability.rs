@@ -1,7 +1,7 @@
-//! Whether files are made safe on the disk.
+//! Whether files are synced to disk.
 //!
-//! A file that outlives a crash of the machine has to be synced, which can take longer than a short run. Files in a temporary folder need no such care: nobody
-//! looks for them after a crash.
+//! A file must be synced to survive a crash of the machine, which can take longer than a short run. Files in
+//! a temporary folder are not needed after a crash.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -11,9 +11,9 @@ thread_local! {
     static IS_OFF: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Does some work whose files, written on this thread, are not synced.
+/// Runs `work` without syncing the files that it writes on this thread.
 pub fn without_sync<T>(work: impl FnOnce() -> T) -> T {
-    /// Restores the former state, also after a panic.
+    /// Restores the former setting, also after a panic.
     struct Before(bool);
     impl Drop for Before {
         fn drop(&mut self) {
@@ -24,12 +24,12 @@ pub fn without_sync<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// Makes the content and the length of a file safe on the disk, unless [`without_sync`] is at work.
+/// Syncs the content and the length of a file to disk, except within [`without_sync`].
 pub(crate) fn sync_all(file: &File) -> io::Result<()> {
     if IS_OFF.get() { Ok(()) } else { file.sync_all() }
 }
 
-/// Makes the content of a file safe on the disk, unless [`without_sync`] is at work.
+/// Syncs the content of a file to disk, except within [`without_sync`].
 pub(crate) fn sync_data(file: &File) -> io::Result<()> {
     if IS_OFF.get() { Ok(()) } else { file.sync_data() }
 }

@@ -6,21 +6,23 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Bits between two digits.
 const BITS: u32 = 32;
 
-/// Digits that hold every sum of finite numbers: from the smallest, `2^-1074`, to some beyond the largest, `2^1024`.
+/// Number of digits that hold every sum of finite numbers: from the smallest, `2^-1074`, to beyond the
+/// largest, `2^1024`.
 const DIGITS: usize = 68;
 
-/// Additions after which carries are brought on: a digit grows by less than `2^32` in each, and has 63 bits.
+/// Number of additions after which carries are propagated. Each addition changes a digit by less than `2^32`,
+/// and a digit has 63 bits.
 const MOST: u32 = 1 << 30;
 
 /// Exact sum of floating-point numbers (a long accumulator; Kulisch and Miranker, SIAM Rev. 28, 1, 1986).
 ///
-/// The terms are added as integers in units of the smallest number, so that their order, and how they are put together of parts, decide no bit. A sum that
-/// is not finite is that of the terms that are not.
+/// The terms are added as integers in units of the smallest number. The result therefore does not depend on
+/// their order or grouping. If some terms are not finite, the sum is the sum of these.
 #[derive(Debug, Clone, Copy)]
 pub struct ExactSum {
     /// `sum digits[k] 2^(32 k - 1074)`.
     digits: [i64; DIGITS],
-    /// Additions since carries were brought on.
+    /// Number of additions since carries were propagated.
     additions: u32,
     /// Sum of the terms that are not finite.
     infinite: f64,
@@ -45,13 +47,13 @@ impl ExactSum {
             self.infinite += x;
             return;
         }
-        // A subnormal number has the exponent of the smallest normal one, without the bit before its digits.
+        // A subnormal number has the exponent of the smallest normal one, without the implicit leading bit.
         let place = exponent.max(1) - 1;
         let magnitude = (bits & ((1 << 52) - 1)) | u64::from(exponent > 0) << 52;
         #[expect(clippy::cast_possible_truncation, reason = "less than 2046")]
         let (first, shift) = (place as usize / BITS as usize, place as u32 % BITS);
         let (low, high) = (magnitude << shift, (magnitude >> 1) >> (63 - shift));
-        // Either all bits, or none: turns the sign of a number that it is taken from.
+        // All bits set or none, to negate a number by xor and subtraction.
         let sign = bits.cast_signed() >> 63;
         let of = |digit: u64| (digit.cast_signed() ^ sign) - sign;
         if let Some([one, two, three]) = self.digits.get_mut(first..first + 3) {
@@ -75,7 +77,7 @@ impl ExactSum {
         self.carry();
     }
 
-    /// Takes away a sum.
+    /// Subtracts a sum.
     pub fn subtract(&mut self, other: &Self) {
         self.carry();
         let mut other = *other;
@@ -111,7 +113,7 @@ impl ExactSum {
         if is_negative { -total } else { total }
     }
 
-    /// Brings all digits but the last between 0 and `2^32`: equal sums have equal digits then.
+    /// Brings all digits but the last between 0 and `2^32`. Equal sums then have equal digits.
     #[cold]
     fn carry(&mut self) {
         let mut carry = 0;
@@ -143,7 +145,7 @@ impl From<f64> for ExactSum {
 }
 
 impl Serialize for ExactSum {
-    /// The digits that are not zero, by their number.
+    /// The digits that are not zero, with their indices.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut sum = *self;
         sum.carry();
@@ -185,7 +187,7 @@ mod tests {
             (vec![f64::MAX, f64::MAX, -f64::MAX], f64::MAX),
             (vec![f64::MAX, f64::MAX], f64::INFINITY),
             (vec![-f64::MAX, -f64::MAX], f64::NEG_INFINITY),
-            // Half of the last place of 1: to even, up or down with the slightest more or less.
+            // Half of the last place of 1 rounds to even; slightly more or less rounds up or down.
             (vec![1.0, f64::EPSILON / 2.0], 1.0),
             (vec![1.0, f64::EPSILON / 2.0, tiny], 1.0 + f64::EPSILON),
             (vec![-1.0, -f64::EPSILON / 2.0, -tiny], -1.0 - f64::EPSILON),
@@ -229,7 +231,7 @@ mod tests {
             let mut rest = whole;
             rest.subtract(&sum(first));
             prop_assert!(rest == sum(second));
-            // As compensated summation, within its rounding of the largest.
+            // Equal to compensated summation, within its rounding relative to the largest term.
             let mut compensated = Sum::default();
             terms.iter().for_each(|x| compensated.add(*x));
             let largest = terms.iter().fold(0.0, |most: f64, x| most.max(x.abs()));

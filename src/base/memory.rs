@@ -1,12 +1,12 @@
-//! How much memory there is: what scenes are held against before anything is allocated for them.
+//! Available memory, with which scenes are compared before anything is allocated for them.
 
 use std::sync::OnceLock;
 
-/// Where the system does not report it: 16 GiB, or half of what 32 bits address.
+/// Used if the system does not report its memory: 16 GiB, or half of the 32-bit address space.
 const UNKNOWN: u64 = if usize::BITS > 32 { 16 << 30 } else { 2 << 30 };
 
-/// The memory that this process may come to have `[bytes]`: that of the machine, or less where a control group or a limit of the process
-/// (`ulimit -v`) says so.
+/// The memory that this process may use `[bytes]`: that of the machine, or less if a control group or a limit
+/// of the process (`ulimit -v`) restricts it.
 pub(crate) fn total() -> u64 {
     static TOTAL: OnceLock<u64> = OnceLock::new();
     *TOTAL.get_or_init(|| system::limits().into_iter().flatten().min().unwrap_or(UNKNOWN))
@@ -17,25 +17,26 @@ mod system {
     use std::fs;
     use std::path::Path;
 
-    /// All known limits of the memory.
+    /// All known memory limits.
     pub fn limits() -> [Option<u64>; 3] {
         [physical(), control_group(), process()]
     }
 
     fn physical() -> Option<u64> {
-        // SAFETY: it reads a number.
+        // SAFETY: the call only reads a number.
         let of = |name| u64::try_from(unsafe { libc::sysconf(name) }).ok();
         of(libc::_SC_PHYS_PAGES)?.checked_mul(of(libc::_SC_PAGESIZE)?)
     }
 
     fn process() -> Option<u64> {
         let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-        // SAFETY: it writes into `limit`.
+        // SAFETY: the call writes only to `limit`.
         let is_known = unsafe { libc::getrlimit(libc::RLIMIT_AS, &raw mut limit) } == 0;
         (is_known && limit.rlim_cur != libc::RLIM_INFINITY).then_some(limit.rlim_cur)
     }
 
-    /// The least of the limits of the group of this process and of those that it is in, of either version of control groups.
+    /// The smallest limit of the control group of this process and of its parent groups, for both versions of
+    /// control groups.
     fn control_group() -> Option<u64> {
         let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
         groups.lines().filter_map(|line| least_of(line, Path::new("/sys/fs/cgroup"))).min()
@@ -52,7 +53,7 @@ mod system {
         };
         let folder = root.join(path.trim_start_matches('/'));
         let folders = folder.ancestors().take_while(|folder| folder.starts_with(&root));
-        // No limit is the word `max`, or a number beyond any memory.
+        // Without a limit, the file contains the word `max` or a number beyond any memory.
         folders.filter_map(|folder| fs::read_to_string(folder.join(file)).ok()?.trim().parse().ok()).min()
     }
 }

@@ -1,72 +1,74 @@
-//! Numbers from others that hold more: the one place where a conversion may cut something off, and what it does then.
+//! Lossy conversions between number types. All conversions that may lose information are here, with a defined
+//! result.
 //!
-//! From a floating-point number, those to integers cut towards zero, as a histogram bin or a grid cell wants it. What is beyond the
-//! integers of the type becomes the nearest of them, and what is not a number becomes zero.
+//! Floating-point numbers are truncated towards zero, as for a histogram bin or a grid cell. Values beyond
+//! the range of the integer type become its nearest limit, and NaN becomes zero.
 #![expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "casts from floating-point numbers saturate, as is said above"
 )]
 
-/// The whole part of a number: an index.
+/// The integer part of a number, as an index.
 #[inline]
 pub(crate) fn trunc_to_usize(x: impl Into<f64>) -> usize {
     x.into() as usize
 }
 
-/// The whole part of a number: a count.
+/// The integer part of a number, as a count.
 #[inline]
 pub(crate) fn trunc_to_u64(x: impl Into<f64>) -> u64 {
     x.into() as u64
 }
 
-/// The whole part of a number: a count or an index that is kept in few bytes.
+/// The integer part of a number, as a count or an index stored in few bytes.
 #[inline]
 pub(crate) fn trunc_to_u32(x: impl Into<f64>) -> u32 {
     x.into() as u32
 }
 
-/// The whole part of a number: a step of a scale.
+/// The integer part of a number, as a step of a scale.
 #[inline]
 pub(crate) fn trunc_to_u16(x: impl Into<f64>) -> u16 {
     x.into() as u16
 }
 
-/// The whole part of a number: a step of a coarse scale.
+/// The integer part of a number, as a step of a coarse scale.
 #[inline]
 pub(crate) fn trunc_to_u8(x: impl Into<f64>) -> u8 {
     x.into() as u8
 }
 
-/// The whole part of a number of either sign: a cell of a grid without ends.
+/// The integer part of a number of either sign, as a cell of an unbounded grid.
 #[inline]
 pub(crate) fn trunc_to_i64(x: impl Into<f64>) -> i64 {
     x.into() as i64
 }
 
-/// The whole part of a number of either sign: a power, or a number of periods.
+/// The integer part of a number of either sign, as a power or a number of periods.
 #[inline]
 pub(crate) fn trunc_to_i32(x: impl Into<f64>) -> i32 {
     x.into() as i32
 }
 
-/// In single precision, rounded to the nearest; beyond its largest number infinite.
+/// Rounds to single precision; infinite beyond its largest number.
 #[inline]
 pub(crate) fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// The number that stands for an index in a scene: of its particles there are at most `MOST_PARTICLES` (`scene/limits.rs`), of all else fewer.
+/// Converts an index of a scene to an id. There are at most `MOST_PARTICLES` particles (`scene/limits.rs`),
+/// and fewer of anything else.
 ///
 /// # Panics
-/// If the index is not one of a scene.
+/// If the index exceeds those of any scene.
 #[inline]
 #[cfg_attr(not(test), expect(clippy::expect_used, reason = "scenes with more are refused"))]
 pub(crate) fn id(index: usize) -> u32 {
     u32::try_from(index).expect("a scene numbers what it holds with 32 bits")
 }
 
-/// The largest index stands for all counts beyond it: of more there cannot be any.
+/// Counts beyond the largest index saturate. No array can have more elements.
 #[inline]
 pub(crate) fn index(count: u64) -> usize {
     usize::try_from(count).unwrap_or(usize::MAX)

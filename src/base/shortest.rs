@@ -4,15 +4,15 @@ use std::fmt;
 use std::io::Write;
 use std::ops::Range;
 
-/// Magnitudes that are written without an exponent; 0 is, too.
+/// Magnitudes that are written without an exponent, as is 0.
 const PLAIN: Range<f64> = 1e-4..1e16;
 
-/// The fewest digits that read back as the same number, with an exponent where there would be many zeros.
+/// The fewest digits that read back as the same number, with an exponent instead of many zeros.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Shortest(pub f64);
 
 impl Shortest {
-    /// Appends it to text that is being made.
+    /// Appends it to a text.
     #[inline]
     pub fn push(self, text: &mut Vec<u8>) {
         let mut buffer = zmij::Buffer::new();
@@ -25,7 +25,7 @@ impl Shortest {
         }
     }
 
-    /// Without an exponent, with the digits of the standard library; `None` where that has many zeros.
+    /// Without an exponent, with the digits of the standard library; `None` if that has many zeros.
     #[inline]
     fn plain(self, buffer: &mut zmij::Buffer) -> Option<&str> {
         let Self(number) = self;
@@ -52,7 +52,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_core::{Rng, SeedableRng};
 
-    /// As the standard library writes it, which is slower.
+    /// The slower formatting of the standard library.
     fn expected(number: f64) -> String {
         if number == 0.0 || (1e-4..1e16).contains(&number.abs()) { format!("{number}") } else { format!("{number:e}") }
     }
@@ -86,7 +86,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(8);
         let read = |number: f64| {
             let text = found(number);
-            // Halfway between two of the shortest texts, as 2^50 + 1/4 is, it may be the other one.
+            // Halfway between two shortest texts, as for 2^50 + 1/4, it may be the other one.
             assert_eq!(text.len(), expected(number).len(), "{:x}", number.to_bits());
             assert_eq!(text.parse::<f64>().unwrap().to_bits(), number.to_bits(), "{text}");
         };

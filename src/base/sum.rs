@@ -1,8 +1,8 @@
-//! Sums that keep what rounding cuts off.
+//! Sums that compensate rounding errors.
 
 use serde::{Deserialize, Serialize};
 
-/// Compensated summation (Neumaier): ledgers measure the dynamics and not the adding up.
+/// Compensated summation (Neumaier), so that ledgers show errors of the dynamics and not of the addition.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sum {
     sum: f64,

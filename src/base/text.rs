@@ -1,18 +1,18 @@
-//! Numbers, lists and names as people read them.
+//! Numbers, lists and names formatted for people.
 
 use std::borrow::Cow;
 use std::fmt::Display;
 
 use super::numbers::trunc_to_usize;
 
-/// A number of things: `1 wall`, `2 walls`.
+/// A count with its noun: `1 wall`, `2 walls`.
 #[must_use]
 pub fn plural(count: impl Display + PartialEq + From<u8>, noun: &str) -> String {
     let ending = if count == 1.into() { "" } else { "s" };
     format!("{count} {noun}{ending}")
 }
 
-/// Several things: `x`, `x and y`, `x, y and z`.
+/// A list in words: `x`, `x and y`, `x, y and z`.
 #[must_use]
 pub fn listed(names: &[&str]) -> String {
     match names {
@@ -21,7 +21,7 @@ pub fn listed(names: &[&str]) -> String {
     }
 }
 
-/// A number of bytes for people: `25 MB`.
+/// A number of bytes in words: `25 MB`.
 #[must_use]
 pub fn size(bytes: f64) -> String {
     let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")];
@@ -30,8 +30,8 @@ pub fn size(bytes: f64) -> String {
     format!("{number:.*} {name}", usize::from(number < 10.0 && unit > 1.0))
 }
 
-/// Text as a terminal may have it: control characters, which could move the cursor or change colours, are replaced, except for ends of
-/// lines and tabs. Each takes as many bytes as what stands for it.
+/// Text that is safe for a terminal. Control characters, which could move the cursor or change colours, are
+/// replaced, except for line ends and tabs. Each replacement has the same number of bytes.
 #[must_use]
 pub fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(|c: char| c.is_control() && !matches!(c, '\n' | '\t')) {
@@ -50,13 +50,13 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// All digits of a number, and no more zeros than a reader counts at a glance.
+/// All digits of a number, with an exponent instead of many zeros.
 #[must_use]
 pub fn shortest(number: f64) -> String {
     if number == 0.0 || (1e-5..1e16).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
 }
 
-/// Six digits, as many as a reader compares.
+/// Six digits, about as many as a reader compares.
 #[must_use]
 pub fn digits(number: f64) -> String {
     if number == 0.0 || (1e-4..1e7).contains(&number.abs()) {
@@ -74,7 +74,7 @@ pub fn tiny(number: f64) -> String {
     if number == 0.0 { "0".to_owned() } else { format!("{number:.1e}") }
 }
 
-/// A unit with `length^D` and the like as they are in a number of dimensions: `energy / length^3`.
+/// A unit in a given number of dimensions, such as `energy / length^3` for `energy / length^D`.
 #[must_use]
 pub fn unit(unit: &str, dimensions: usize) -> String {
     let (volume, viscosity, conductivity, through_area) = match dimensions {
@@ -88,14 +88,15 @@ pub fn unit(unit: &str, dimensions: usize) -> String {
         .replace("length^D", volume)
 }
 
-/// A name as an identifier, which programs take for the name of a column: `g(r) A,B` is `g_r_A_B`. Letters and digits are kept, whatever is between them becomes `_`.
+/// A name as an identifier for a column: `g(r) A,B` becomes `g_r_A_B`. Letters and digits are kept, and
+/// everything between them becomes `_`.
 #[must_use]
 pub fn identifier(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("_")
 }
 
-/// The names of columns as identifiers, each different from those before it.
+/// Names of columns as identifiers. Each is different from those before it.
 #[must_use]
 pub fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let mut taken: Vec<String> = Vec::new();
@@ -108,14 +109,14 @@ pub fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<String> 
     taken
 }
 
-/// The message of an error and those of what caused it.
+/// The message of an error and of its causes.
 #[must_use]
 pub fn with_causes(error: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(error.source(), |cause| cause.source());
     causes.fold(error.to_string(), |message, cause| format!("{message}: {cause}"))
 }
 
-/// Seconds as people read them.
+/// A number of seconds in words.
 #[must_use]
 pub fn clock(seconds: f64) -> String {
     match seconds {

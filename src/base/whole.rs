@@ -1,4 +1,4 @@
-//! Whole numbers as they are typed: `100000`, `1e5` or `8.0`.
+//! Integers as users write them: `100000`, `1e5` or `8.0`.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -7,20 +7,20 @@ use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
 
 use super::numbers;
 
-/// Numbers with a decimal point below this, `2^53`, are exact.
+/// Numbers written with a decimal point are exact below this, `2^53`.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// The value of a key that is a whole number.
+/// Value of a key that is an integer.
 pub(crate) fn number<'de, D: Deserializer<'de>, T: Integer<'de>>(deserializer: D) -> Result<T, D::Error> {
     Whole::deserialize(deserializer).map(|Whole(number)| number)
 }
 
-/// Value of a key that is a whole number and may be left out.
+/// Value of a key that is an integer and may be missing.
 pub(crate) fn given<'de, D: Deserializer<'de>, T: Integer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
     Option::deserialize(deserializer).map(|given| given.map(|Whole(number)| number))
 }
 
-/// Values of a key that are whole numbers.
+/// Values of a key that are integers.
 pub(crate) fn several<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
 where
     D: Deserializer<'de>,
@@ -30,7 +30,7 @@ where
     <[Whole<T>; N]>::deserialize(deserializer).map(|numbers| numbers.map(|Whole(number)| number))
 }
 
-/// Values of a key that are lists of whole numbers.
+/// Values of a key that are lists of integers.
 pub(crate) fn lists<'de, D, T, const N: usize>(deserializer: D) -> Result<[Vec<T>; N], D::Error>
 where
     D: Deserializer<'de>,
@@ -41,17 +41,17 @@ where
     Ok(lists.map(|list| list.into_iter().map(|Whole(number)| number).collect()))
 }
 
-/// A type of whole numbers.
+/// An integer type.
 pub(crate) trait Integer<'de>: TryFrom<i64> + Deserialize<'de> {}
 
 impl<'de, T: TryFrom<i64> + Deserialize<'de>> Integer<'de> for T {}
 
-/// A whole number that was typed with or without a decimal point or an exponent.
+/// An integer that was written with or without a decimal point or an exponent.
 pub(crate) struct Whole<T>(T);
 
 impl<'de, T: Integer<'de>> Deserialize<'de> for Whole<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        // A checkpoint has numbers as they are kept.
+        // A checkpoint stores the number itself.
         if !deserializer.is_human_readable() {
             return T::deserialize(deserializer).map(Self);
         }

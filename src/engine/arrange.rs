@@ -1,9 +1,9 @@
-//! Where everything is kept: the order of particles in memory, the cells and the lists.
+//! Memory layout: the order of particles, the cells and the lists.
 //!
-//! All of that is chosen for a state that changes: particles wander away from those that lie next to them in memory, a heap
-//! gathers where there was rain. At the end of an epoch the choice is looked at again. What happens to particles does not depend
-//! on their order in memory at all; on the search only by the rounding of positions that are brought forward and of times that are predicted from
-//! there.
+//! The layout is chosen for a state that changes. Particles wander away from their neighbours in memory, and
+//! a rain of grains becomes a heap. At the end of an epoch the choice is reconsidered. The order in memory
+//! never changes what happens to particles. The neighbour search does only through rounding: of positions
+//! that are brought forward, and of times predicted from there.
 
 use super::columns::Order;
 use super::order::along_curve;
@@ -14,16 +14,16 @@ use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::neighbours::{Neighbours, Search};
 
-/// The order in memory is made again after this many transitions per particle.
+/// Transitions per particle after which the order in memory is renewed.
 const WANDERED: u64 = 64;
 
-/// With more particles than these, prefetching pays: bodies and cells take some megabytes. Lists take as much of fewer particles, and an event
-/// reads little else.
+/// With more particles than this, prefetching pays: bodies and cells take some megabytes. Lists reach that
+/// size with fewer particles, but an event reads little of them.
 const LARGE_IN_CELLS: usize = 32_768;
 const LARGE_IN_LISTS: usize = 2_048;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Puts particles that have wandered away from each other in order.
+    /// Restores the order in memory when particles have wandered away from each other.
     pub(super) fn reorder_if_due(&mut self) {
         let since = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_order);
         if since >= WANDERED * self.state.bodies.len() as u64 {
@@ -32,7 +32,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Searches for neighbours in the other way, or with another skin, if that pays, at the epoch; whether it does from now on.
+    /// Changes the neighbour search or its skin, at the end of an epoch, if that pays. Returns whether it
+    /// did.
     pub(super) fn change_search_if_due(&mut self) -> bool {
         if self.images.slide() || !self.distances.are_constant() {
             return false;
@@ -57,7 +58,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Search::choose_among(&self.state.space, range, positions, Some(self.neighbours.search()))
     }
 
-    /// Streams all particles to a time since the epoch, and wraps those outside of the box.
+    /// Streams all particles to a time since the epoch, and wraps them into the box.
     pub(super) fn stream_all(&mut self, time: f64) {
         for particle in self.particles() {
             self.stream(particle, time);
@@ -66,10 +67,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Numbers the particles along the curve.
+    /// Numbers the particles along the space-filling curve.
     pub(super) fn reorder(&mut self) {
         self.counts.transitions_at_order = self.counts.totals.transition;
-        // By name among those in the same cell of the curve, so that the order depends on where particles are only.
+        // By id within a cell of the curve, so that the order depends on positions only.
         let names = {
             let by_name: Vec<Vector> =
                 self.state.numbers.iter().map(|&number| self.state.bodies[number as usize].position).collect();
@@ -79,14 +80,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.permute(&Order::of(old, self.state.bodies.len()));
     }
 
-    /// Asks for large pages under everything large.
+    /// Asks for large pages for all large arrays.
     pub(super) fn enlarge(&self) {
         enlarge(&self.state.bodies);
         enlarge(&self.schedule.predictions);
         self.neighbours.enlarge();
     }
 
-    /// Sorts particles into cells from where they are, or centres their lists there.
+    /// Sorts particles into cells by their positions, or centres their lists there.
     pub(super) fn sort_in(&mut self, search: Search) {
         let positions: Vec<Vector> = self.state.bodies.iter().map(|body| body.position).collect();
         let factor = self.distances.reach_factor();

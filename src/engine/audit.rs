@@ -1,4 +1,4 @@
-//! The engine's own check of its state: overlaps, and how much of them is round-off.
+//! The engine's own check of its state: overlaps, and how much of each is round-off.
 
 use super::parts::Engine;
 use crate::Vector;
@@ -15,7 +15,7 @@ use crate::physics::overlap::Side;
 pub struct Overlap {
     /// The particle.
     pub particle: ParticleId,
-    /// Its partner, or none for a wall.
+    /// Its partner; `None` for a wall.
     pub partner: Option<ParticleId>,
     /// Depth beyond the discontinuity, relative to its distance.
     pub depth: f64,
@@ -31,8 +31,8 @@ impl Overlap {
     }
 }
 
-/// An overlap of more than a millionth of the distance is never sound, though coordinates or speeds may be so large that rounding
-/// explains it.
+/// An overlap of more than a millionth of the distance is always reported, even if coordinates or speeds are
+/// so large that rounding could explain it.
 pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 
 /// Number of roundings in a position at an event, each of at most one unit in the last place of its scale.
@@ -51,12 +51,12 @@ pub(super) fn is_surely_round_off(depth: f64, distance: f64) -> bool {
     depth <= ROUNDINGS * f64::EPSILON * distance
 }
 
-/// Unit of depths at a surface: a point particle has no length of its own.
+/// Unit of depths at a surface. A point particle has no length of its own.
 pub(super) fn unit_of_surface(radius: f64) -> f64 {
     if radius > 0.0 { radius } else { 1.0 }
 }
 
-/// A pair at a discontinuity, as round-off sees it.
+/// A pair at a discontinuity, with what determines its round-off.
 pub(super) struct Meeting {
     pub pair: [u32; 2],
     /// Relative velocity of the images that meet `[length / time]`.
@@ -72,7 +72,8 @@ pub(super) struct Meeting {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Depth beyond a discontinuity that round-off can cause.
     ///
-    /// The event comes at the time that was predicted for it, from coordinates as they were then. Their distance at the event is wrong by
+    /// An event happens at its predicted time, computed from the coordinates at the time of prediction. The
+    /// error of the distance at the event has these parts:
     ///
     /// - units in the last place of the largest coordinates that were rounded on the way, see [`Self::largest_coordinate`]: not of those at the
     ///   event, as a pair close to coordinate 0 may have been predicted across the side of the box, one of the two at coordinate `L`. The
@@ -81,16 +82,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// - in a sheared box also those of the displacement of the image above, which grows by its speed up to a time of the queue before whole
     ///   periods are dropped;
     /// - units of a time of the queue, see [`Self::clock`], at the relative speed of the two images and of a diameter that grows;
-    /// - units of the overlap function. Its terms are as large as the squared distance from which the pair came, which is the discontinuity's
-    ///   and what the two, and the discontinuity, moved in between, though no longer than the box is wide. Its slope in space is `2 s`.
+    /// - units of the overlap function. Its terms are as large as the squared distance from which the pair
+    ///   came: that of the discontinuity, plus how far the two and the discontinuity moved in between, but at
+    ///   most the width of the box. Its slope in space is `2 s`.
     ///
-    /// Overlaps that an earlier event has left are part of it: an inelastic pair that hardly moves is as deep as it was then.
+    /// It includes overlaps left by an earlier event: an inelastic pair that hardly moves is as deep as it
+    /// was then.
     #[cold]
     pub(super) fn round_off_of_pair(&self, meeting: &Meeting) -> f64 {
         let &Meeting { pair: [i, j], ref velocity, flown, distance, opening_speed } = meeting;
         let (older, younger) = (flown[0].max(flown[1]), flown[0].min(flown[1]));
-        // A prediction is as old as the last event of the two. Where a state was written without an event, at the end of an epoch or
-        // through a side that slides, that of its partner holds.
+        // A prediction is as old as the last event of the two. If a state was written without an event, at
+        // the end of an epoch or on crossing a sliding side, the time of the partner's state counts.
         let is_written = older >= self.clock.now || self.images.slide();
         let since = if is_written { older } else { younger };
         let acceleration = (self.acceleration(i) - self.acceleration(j)).norm();
@@ -108,17 +111,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let speed = normal.dot(&at.velocity).abs() + normal.dot(&self.acceleration(i)).abs() * flown;
         let mut scale = at.shape.terms(&at.position) + speed * (flown + self.clock(flown));
         if let Some(moment) = &at.moment {
-            // Where it is follows from the simulated time.
+            // The place of the surface follows from the simulated time.
             let own = moment.velocity_at(&at.place).norm();
             scale += at.place.lp_norm(1) + moment.pose.displacement.lp_norm(1) + own * self.time().abs();
         }
         ROUNDINGS * f64::EPSILON * scale + self.counts.accepted_overlap
     }
 
-    /// The largest coordinate of a particle since its state was written, `flown` ago: where it is, what it flew, and on a periodic axis
-    /// the far side of the box, however far from there it is now.
+    /// The largest coordinate of a particle since its state was written, `flown` ago. It includes its
+    /// position, the distance it flew, and on a periodic axis the far side of the box, however far away that
+    /// is now.
     ///
-    /// It is rounded at every wrap, more often than is counted if it goes round and round.
+    /// Each wrap rounds it. A particle that goes round many times is rounded more often than is counted.
     fn largest_coordinate(&self, i: u32, flown: f64) -> f64 {
         let body = &self.state.bodies[i as usize];
         let path = (body.velocity.norm() + self.acceleration(i).norm() * flown) * flown;
@@ -126,7 +130,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (body.position.amax() + path + self.state.space.farthest_side()) * (1.0 + wraps / ROUNDINGS)
     }
 
-    /// No two images that may meet are farther apart: those of the box beside the nearest one. Infinite where particles can fly off.
+    /// Largest distance of two images that may meet: those of the box beside the nearest one. Infinite if
+    /// particles can fly off.
     fn farthest_image(&self) -> f64 {
         let space = &self.state.space;
         let is_open = (0..3).any(|axis| match space.boundary[axis] {
@@ -136,7 +141,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if is_open { f64::INFINITY } else { 1.5 * space.size.norm() }
     }
 
-    /// The size of a time of the queue that was predicted `flown` ago: since the epoch, or since an earlier one if that was when.
+    /// Size of a queue time that was predicted `flown` ago, counted from the epoch of the prediction.
     fn clock(&self, flown: f64) -> f64 {
         if flown >= self.clock.now { flown + self.clock.last_reached } else { self.clock.now }
     }
@@ -146,7 +151,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now - self.state.bodies[particle as usize].time
     }
 
-    /// Takes note of an overlap at an event: `depth` and what `round_off` allows are lengths, `unit` is the one that depths are compared with.
+    /// Records an overlap at an event. `depth` and `round_off` are lengths; depths are compared with `unit`.
     pub(super) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
         if depth > round_off.min(MOST_ROUND_OFF * unit) {
             self.counts.totals.in_invalid_state += 1;
@@ -155,11 +160,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// All overlaps of captured pairs and of neighbours, and of particles and surfaces; pairs of moving particles twice.
+    /// Visits all overlaps of captured pairs, of neighbours, and of particles with surfaces. Pairs of moving
+    /// particles are visited twice.
     pub(super) fn for_each_overlap(&self, mut found: impl FnMut(Overlap)) {
+        let mut near = Candidates::default();
         for particle in self.particles().filter(|&p| !self.is_static(p)) {
             self.overlaps_of_captured(particle, &mut found);
-            self.overlaps_of_uncaptured(particle, &mut found);
+            self.overlaps_of_uncaptured(particle, &mut near, &mut found);
             self.overlaps_with_surfaces(particle, &mut found);
         }
     }
@@ -175,7 +182,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         deepest
     }
 
-    /// The overlaps deeper than round-off, each once.
+    /// The overlaps deeper than round-off. Each is listed once.
     pub(super) fn real_overlaps(&self) -> Vec<Overlap> {
         let mut real = Vec::new();
         self.for_each_overlap(|overlap| {
@@ -210,24 +217,39 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    fn overlaps_of_uncaptured(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
-        let species = |id: u32| self.row(id);
-        let mut near = Candidates::default();
-        self.neighbours.find_candidates(particle, &mut near);
-        let mut others = near.found().to_vec();
-        if self.images.slide() {
-            self.for_each_across(particle, |other| others.push(other));
-            // Some are near in both ways.
-            others.sort_unstable();
-            others.dedup();
+    fn overlaps_of_uncaptured(&self, particle: u32, near: &mut Candidates, found: &mut impl FnMut(Overlap)) {
+        self.neighbours.find_candidates(particle, near);
+        if !self.images.slide() {
+            self.overlaps_with(particle, near.found(), found);
+            return;
         }
-        for other in others {
-            let meeting = self.pairs.rules.meeting(species(particle), species(other));
-            if other != particle && meeting.exists && !(TABLE && self.pairs.states.get(particle, other).is_some()) {
-                let range = self.distances.at(meeting.squared.sqrt(), self.clock.now)[0];
-                let apart = self.apart(particle, other);
-                self.offer_pair([particle, other], &apart, range - apart.position.norm(), range, found);
+        let mut others = near.found().to_vec();
+        self.for_each_across(particle, |other| others.push(other));
+        // Some are found both ways.
+        others.sort_unstable();
+        others.dedup();
+        self.overlaps_with(particle, &others, found);
+    }
+
+    fn overlaps_with(&self, particle: u32, others: &[u32], found: &mut impl FnMut(Overlap)) {
+        let now = self.clock.now;
+        let (position, velocity) = self.state_at(particle, now);
+        let row = self.row(particle);
+        for &other in others.iter().filter(|&&other| other != particle) {
+            let meeting = self.pairs.rules.meeting(row, self.row(other));
+            if !meeting.exists {
+                continue;
             }
+            let (there, faster) = self.state_at(other, now);
+            let (apart, _) = self.nearest(position - there, velocity - faster, now);
+            let range = self.distances.at(meeting.squared.sqrt(), now)[0];
+            // Most candidates are apart, by more than rounding.
+            if apart.position.norm_squared() > range * range * (1.0 + 1e-12)
+                || TABLE && self.pairs.states.get(particle, other).is_some()
+            {
+                continue;
+            }
+            self.offer_pair([particle, other], &apart, range - apart.position.norm(), range, found);
         }
     }
 

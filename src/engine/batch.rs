@@ -10,22 +10,23 @@ use crate::engine::pairs::states::PairState;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Simd, Work, negative, positive};
 use crate::physics::overlap::Side;
 
-/// Pairs that are predicted before any of them is kept: longer lists come in parts.
+/// Number of pairs that are predicted together. Longer lists are split.
 const TOGETHER: usize = 32;
 
-/// The others that a batch prediction reads, relative to one particle.
+/// The arrays that a batch prediction reads, relative to one particle.
 pub(super) struct Batch<'a> {
     pub width: Simd,
     pub bodies: &'a [Body],
     /// Periods of the box, infinite where it has none.
     pub periods: &'a Vector,
-    /// Whether the nearest image of another may be another one than itself.
+    /// Whether a partner's nearest image may be an image across the boundary.
     pub wraps: bool,
-    /// Their common acceleration.
+    /// Acceleration common to all particles.
     pub acceleration: Vector,
-    /// By species, the square of the distance at which an uncaptured one is met `[length^2]`; negative infinity for one that is not met here.
+    /// By species, the squared distance at which an uncaptured partner is met `[length^2]`; negative infinity
+    /// if it is not met here.
     pub squared: &'a [f64],
-    /// The species of all, read only where there is more than one.
+    /// Species of all particles, read only if there is more than one.
     pub species: &'a [u16],
 }
 
@@ -37,9 +38,10 @@ pub(super) struct Earliest {
 }
 
 impl Batch<'_> {
-    /// The earliest contact of `me` with any of `others`, if there is one that comes no later than `before`.
+    /// The earliest contact of `me` with any of `others`, if it comes no later than `before`.
     ///
-    /// Their number is a multiple of [`MOST_LANES`]; `me` itself fills it up, and only the first `length` are looked at.
+    /// The length of `others` is a multiple of [`MOST_LANES`], filled up with `me`. Only the first `length`
+    /// are considered.
     #[inline]
     pub fn earliest_contact<const FALLING: bool, const TABLE: bool>(
         &self,
@@ -52,7 +54,7 @@ impl Batch<'_> {
         width.run(EarliestContact::<FALLING, TABLE> { batch: self, me, others, length, before })
     }
 
-    /// Keeps the earliest event of `me` with any of those captured partners that do not accelerate relative to it.
+    /// Keeps the earliest event of `me` with captured partners that do not accelerate relative to it.
     #[inline]
     pub fn earliest_of_captured<const FALLING: bool>(
         &self,
@@ -75,7 +77,7 @@ impl Batch<'_> {
         self.bodies[particle as usize].name
     }
 
-    /// Where `me` is from others, and how it moves.
+    /// Positions and velocities of others relative to `me`.
     #[inline(always)]
     pub fn seen_from<F: Lanes, const FALLING: bool>(&self, me: &Streamed, ids: &[u32]) -> ([F; 3], [F; 3]) {
         let [x, y, z, vx, vy, vz, time, _] = F::columns(|k| self.bodies[ids[k] as usize].numbers());
@@ -119,11 +121,11 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
         let Self { batch, me, others, length, before } = self;
         let mut first = Earliest { time: before, other: NO_PARTICLE };
         let mut due = [f64::INFINITY; TOGETHER];
-        // One species has one range: nothing to look up.
+        // A single species has a single range, so that no lookup is needed.
         let is_mixture = TABLE && batch.squared.len() > 1;
         for some in others[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
             let mut least = F::all(f64::INFINITY);
-            // No branch depends on what is found before all are done: the processor would guess it wrong.
+            // No branch depends on a result until all lanes are done. The processor would mispredict it.
             for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(some.chunks_exact(F::COUNT)) {
                 let squared = if is_mixture {
                     let squared: [f64; MOST_LANES] =
@@ -133,7 +135,8 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
                     F::all(batch.squared[0])
                 };
                 if FALLING && TABLE && squared.at_most(0.0) == (1 << F::COUNT) - 1 {
-                    // None but those that are never met, such as the static particles under a heap, or only with a relative acceleration.
+                    // All are partners that are never met, such as static particles under a heap, or that
+                    // have a relative acceleration.
                     F::all(f64::INFINITY).write(due);
                     continue;
                 }
@@ -145,7 +148,7 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
             }
             let least = least.smallest();
             if least <= first.time && least < f64::INFINITY {
-                // Nor does one depend on where it is.
+                // No branch depends on the position of the minimum either.
                 let mut bits = which_at_most::<F>(&due[..some.len()], least);
                 while bits != 0 {
                     let other = some[bits.trailing_zeros() as usize];
@@ -181,7 +184,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
         for together in captured.chunks(TOGETHER) {
             let mut least = F::all(prediction.contact_time);
             let times = of_inner.chunks_exact_mut(F::COUNT).zip(of_outer.chunks_exact_mut(F::COUNT));
-            // Here, too, no branch depends on what is found before all are done.
+            // As above, no branch depends on a result until all are done.
             for ((of_inner, of_outer), some) in times.zip(together.chunks(F::COUNT)) {
                 let mut ids = [me.id; MOST_LANES];
                 let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST_LANES], [f64::INFINITY; MOST_LANES]);
@@ -212,7 +215,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
             for (side, times) in [(Side::Positive, &of_inner), (Side::Negative, &of_outer)] {
                 let mut bits = which_at_most::<F>(&times[..together.len().next_multiple_of(F::COUNT)], least);
                 while bits != 0 {
-                    // Between simultaneous ones the lower ids come first.
+                    // Of simultaneous events, the one with the lower ids comes first.
                     let other = together[bits.trailing_zeros() as usize].partner;
                     if prediction.is_before(me.id, other, least, batch.bodies) {
                         prediction.meet(me.id, other, side, least, batch.bodies);
@@ -224,7 +227,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
     }
 }
 
-/// Which of some times, as many as fill lanes, are at most `limit`, as bits.
+/// Bit mask of the times that are at most `limit`; `times` fills the lanes exactly.
 #[inline(always)]
 fn which_at_most<F: Lanes>(times: &[f64], limit: f64) -> u32 {
     let in_lanes = times.chunks_exact(F::COUNT).enumerate();
@@ -236,7 +239,7 @@ pub(super) fn dot<F: Lanes>(a: &[F; 3], b: &[F; 3]) -> F {
     a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
-/// Minimum image of one coordinate of many pairs, as [`crate::model::space::minimum_image`].
+/// Minimum image of one coordinate of many pairs. See [`crate::model::space::minimum_image`].
 #[inline(always)]
 pub(super) fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
     let half = F::all(0.5 * period);
@@ -254,7 +257,7 @@ pub(super) mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::{Amount, Lattice, SceneBuilder};
 
-    /// Where a fluid is after some events, for every set of instructions that the processor has.
+    /// Final state of a fluid after some events, for each instruction set of the processor.
     fn ends<const TABLE: bool>(potential: &Potential, packing_fraction: f64) -> Vec<(Vec<Vector>, f64)> {
         let scene = SceneBuilder::new("fluid")
             .species("A", 1.0, 1.0)
@@ -282,7 +285,7 @@ pub(super) mod tests {
         }
     }
 
-    /// Sticky grains that fall onto static spheres, which are sticky too, between walls.
+    /// Sticky grains that fall between walls onto static spheres, which are sticky too.
     pub(in crate::engine) fn falling() -> Scene {
         let well = Potential::square_well(1.0, 1.5, 0.5).unwrap();
         let mut scene = SceneBuilder::new("falling")
@@ -322,7 +325,8 @@ pub(super) mod tests {
         assert!(ends.iter().all(|end| *end == ends[0]));
     }
 
-    /// First contact of a particle at rest in the middle of a box, given positions of others from it and their velocities: its time, and the id of the partner.
+    /// First contact of a particle at rest in the middle of a box. `others` are relative positions and
+    /// velocities. Returns the time and the id of the partner.
     fn first_met(potential: &Potential, others: &[(Vector, Vector)], middle: usize) -> (f64, u32) {
         let mut scene = SceneBuilder::new("middle")
             .space(Space { lower: Vector::zeros(), size: Vector::repeat(16.0), boundary: [Boundary::Periodic; 3] })
@@ -359,7 +363,7 @@ pub(super) mod tests {
             for (sign, edge) in [(-1.0, 1.0), (1.0, 3.0)] {
                 let others: Vec<_> = (0..places.len()).map(|k| (places[k], velocity(k, sign))).collect();
                 let (time, met) = first_met(&well, &others, 0);
-                // To round-off: lengths are some 3, the time at most 2.
+                // To round-off: lengths are about 3, and times at most 2.
                 assert!((time - (edge - places[moving].norm()).abs()).abs() < 1e-14, "{moving} {time}");
                 assert_eq!(met as usize, moving + 1);
             }
@@ -369,7 +373,8 @@ pub(super) mod tests {
     #[test]
     fn of_simultaneous_contacts_that_of_the_lowest_id_comes_first() {
         let (hard, well) = (Potential::hard_sphere(1.0).unwrap(), Potential::square_well(1.0, 1.5, 1.0).unwrap());
-        // From a side each, at the same distance and speed: contact from outside, the core of the well and its edge.
+        // One from each side, at equal distance and speed: contact from outside, the core of the well, and
+        // its edge.
         for (potential, distance, speed, time) in
             [(&hard, 2.0, -1.0, 1.0), (&well, 1.25, -0.5, 0.5), (&well, 1.25, 1.0, 0.25)]
         {

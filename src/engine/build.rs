@@ -1,4 +1,4 @@
-//! From a scene to an engine at its start.
+//! Builds the initial engine from a scene.
 
 use super::clock::Clock;
 use super::distances::Distances;
@@ -19,7 +19,7 @@ use crate::model::{InteractionId, Scene};
 use crate::physics::detection::lanes::Simd;
 use crate::physics::motion::RelativeState;
 
-/// Size of the sample whose median time is close enough to that of all.
+/// Sample size at which the sample median is close enough to the median of all.
 const MANY: usize = 32_768;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -29,7 +29,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         engine
     }
 
-    /// The particles of a scene where they are, without predictions. Nothing after this looks at those of the scene.
+    /// Particles at their positions in the scene, without predictions. The scene's particle list is not read
+    /// after this.
     pub(super) fn placed(scene: &Scene) -> Self {
         let count = scene.particles().len();
         let pairs = Pairs::of(scene, TABLE);
@@ -54,7 +55,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         engine
     }
 
-    /// Sorts the particles in and predicts the first events.
+    /// Sorts the particles into cells or lists and predicts the first events.
     pub(super) fn begin(&mut self, scene: &Scene, search: Search) {
         let count = self.state.bodies.len();
         self.schedule.predictions = vec![Prediction::NONE; count];
@@ -72,7 +73,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_all();
         let moving = self.schedule.predictions.iter().filter(|prediction| prediction.due_time().is_finite()).count();
         if moving > 0 {
-            // Some of them are enough for a median.
+            // A sample is enough for a median.
             let finite = self.schedule.predictions.iter().map(Prediction::due_time).filter(|time| time.is_finite());
             let mut times: Vec<f64> = finite.step_by(moving.div_ceil(MANY)).collect();
             let middle = times.len() / 2;
@@ -85,8 +86,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Fills the lists of all particles, which have just been sorted in, and predicts them at the beginning of an epoch; none is put into the
-    /// queue, as `start_anew` does.
+    /// Fills the lists of all particles, which have just been sorted in, and predicts them at the beginning
+    /// of an epoch. Unlike `start_anew`, it puts nothing into the queue.
     pub(super) fn predict_all(&mut self) {
         self.fill_lists();
         self.enlarge();
@@ -97,14 +98,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Frees what is largest, before another engine takes the place of this one.
+    /// Frees the largest arrays before another engine takes the place of this one.
     pub(super) fn let_go(&mut self) {
         (self.state.bodies, self.state.images) = (Vec::new(), Travelled::new(0));
         self.schedule = Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 0, 1.0) };
         self.neighbours = Neighbours::none(&self.state.space);
     }
 
-    /// Sets the states of all pairs from their distances at the start, or where they are put: the times that distances decide them.
+    /// Sets the states of all pairs from their distances. This happens at the start and when a program sets
+    /// positions.
     pub(super) fn set_pair_states(&mut self, scene: &Scene) {
         for bond in &scene.bonds {
             let [a, b] = bond.pair.map(|id| self.number(id));
@@ -129,7 +131,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
         }
-        // Those that rounding puts beyond the range in which pairs are looked for.
+        // Pairs that rounding puts just beyond the search range.
         for ([a, b], _) in scene.last_state().iter().flat_map(|last| &last.captured) {
             let (a, b) = (self.number(*a), self.number(*b));
             let meeting = *self.pairs.rules.meeting(self.row(a), self.row(b));
@@ -141,7 +143,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Sets one pair's state, which may be that at the end of another run; `is_bond` keeps an entry also in state 0, because the pair's interaction is its own.
+    /// Sets the state of one pair, possibly from the end of another run. With `is_bond`, state 0 is stored
+    /// too, because the pair has its own interaction.
     fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
         let names = [a, b].map(|particle| self.name(particle));
         let of_run = scene.last_state().and_then(|last| last.state_of(names, InteractionId(u32::from(interaction))));
@@ -151,31 +154,32 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The state of a pair by its distance.
+    /// The state of a pair given by its distance.
     fn state_by_distance(&self, scene: &Scene, a: u32, b: u32, interaction: u16) -> u16 {
         let [one, other] = [a, b].map(|particle| &self.state.bodies[particle as usize]);
         let apart = self.nearest(one.position - other.position, one.velocity - other.velocity, self.clock.now).0;
         let rounding = rounding_of_distances(one.position.amax().max(other.position.amax()), &self.state.periods);
         let potential = &scene.interactions[usize::from(interaction)].potential;
         let state = state_at_start(potential, &apart, rounding);
-        // A scene's potentials have some thousands of steps at the most.
+        // The potentials of a scene have at most some thousands of steps.
         u16::try_from(state).unwrap_or(u16::MAX)
     }
 }
 
-/// Roundings of a distance that was one of a discontinuity when the state was written: of six coordinates, each streamed (three operations), by the
-/// event's time, wrapped, and subtracted.
+/// Number of roundings of a distance that was at a discontinuity when its state was written: six coordinates,
+/// each streamed by the event's time (three operations), wrapped, and subtracted.
 const ROUNDINGS: f64 = 32.0;
 
-/// Rounding error of the distance of a pair at its discontinuity, from the largest of its coordinates `[length]`: each is below a unit in the
-/// last place of that, or of the period by which it was wrapped.
+/// Rounding error of the distance of a pair at its discontinuity `[length]`. Each rounding is below a unit in
+/// the last place of the largest coordinate, or of the period by which it was wrapped.
 fn rounding_of_distances(largest: f64, periods: &Vector) -> f64 {
     let wrapped = periods.iter().filter(|period| period.is_finite()).fold(0.0, |most: f64, period| most.max(*period));
     ROUNDINGS * f64::EPSILON * largest.max(wrapped)
 }
 
-/// The state of a pair at the start: its distance decides; but of a pair that is at a discontinuity as far as its coordinates tell, as the pair of the
-/// last event is where a run ends at one, the sign of its radial velocity: it is on the side that it moves into.
+/// The state of a pair at the start. Its distance decides, unless the pair is at a discontinuity within
+/// round-off, as the last pair of a run that ended at an event is. Then the sign of the radial velocity
+/// decides: the pair is on the side that it moves into.
 fn state_at_start(potential: &Potential, apart: &RelativeState, rounding: f64) -> usize {
     let distance = apart.position.norm();
     let receding = apart.position.dot(&apart.velocity);
@@ -217,7 +221,7 @@ mod tests {
             let mut again = Simulation::without_plan(next.clone());
             assert_eq!(again.energy().potential, simulation.energy().potential, "seed {seed}");
             assert_eq!(again.captured_pairs(), simulation.captured_pairs(), "seed {seed}");
-            // The reference engine and the verifier begin alike.
+            // The reference engine and the verifier start in the same state.
             let proven = verify(next.clone(), EventRange { from: 0, events: 5 }, &mut |_| ControlFlow::Continue(()));
             assert!(proven.is_proven(), "seed {seed}: {:?}", proven.end);
             if seed <= 5 {
@@ -225,7 +229,7 @@ mod tests {
                 for _ in 0..3 {
                     let one = again.events(Until::time(1e3)).next().unwrap().unwrap();
                     let other = reference.step_before(1e3).unwrap();
-                    // Either of two particles may come first.
+                    // Either of the two may be listed first.
                     let (i, j) = (one.particle, one.partner().unwrap());
                     assert_eq!((i.min(j), Some(i.max(j))), (other.particle, other.partner));
                     assert_eq!(one.energy_step, other.energy_step, "captured or released alike");

@@ -1,4 +1,4 @@
-//! Time: epochs that keep its digits, and the watch for dynamics that stand still.
+//! Time: epochs, which keep times small and accurate, and the detection of dynamics that stand still.
 
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
@@ -6,74 +6,77 @@ use super::surfaces::FIRST_SURFACE;
 use super::{Arrest, Standstill};
 use serde::{Deserialize, Serialize};
 
-/// Time that advances by less than this part of the queue's span stands still: some thousand times the spacing of the
-/// floats that count it. An epoch sees of the order of ten events per particle, so a working system is far away from it.
+/// Time stands still if it advances by less than this fraction of the queue's span, which is some thousand
+/// times the spacing of floats there. An epoch contains about ten events per particle, so a working system is
+/// far above this.
 pub(super) const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// Simulated time, counted from an epoch that moves along with it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Clock {
-    /// Simulated time at the start, at the epoch since then, and now since the epoch: negative while the epoch is that of the next event, after
-    /// the end of a stretch in which nothing happens.
+    /// Simulated time at the start; at the epoch, since the start; and now, since the epoch. The last is
+    /// negative if nothing happened before a stretch ended, because the epoch is then that of the next event.
     pub start: f64,
     pub epoch: f64,
     pub now: f64,
     /// Number of epochs that have ended.
     pub epochs: u64,
-    /// Length of the previous epoch, or half the length of the one before it, if that is more: predictions are up to three epochs old.
+    /// Length of the previous epoch, or half the length of the one before if that is larger. Predictions are
+    /// up to three epochs old.
     pub last_reached: f64,
     pub standstill: StandstillWatch,
 }
 
-/// An epoch that has moved.
+/// A change of the epoch.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moved {
-    /// By how much.
+    /// Difference between the new and the old epoch.
     pub shift: f64,
 }
 
 impl Moved {
-    /// States from before this time, since the new epoch, have been brought forward.
+    /// States written before this time, counted from the new epoch, have been brought forward.
     pub fn oldest(&self) -> f64 {
         -2.0 * self.shift
     }
 }
 
-/// Counts events without time.
+/// Counts events while time stands still.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct StandstillWatch {
     /// Time at which the count began.
     pub since: f64,
     /// Physical events since then.
     pub events: u64,
-    /// More than this many in no time is an arrest.
+    /// More events than this at one time are a dynamical arrest.
     pub most: u64,
-    /// Approach speed of an inelastic contact that lost it in rounding.
+    /// Approach speed of an inelastic contact whose speed was lost to rounding.
     pub lost_speed: Option<f64>,
 }
 
 impl Clock {
-    /// At a simulated time, for a number of particles.
+    /// A watch that starts at a simulated time.
     pub fn new(start: f64, particles: usize) -> Self {
         let n = particles as u64;
         let standstill = StandstillWatch {
             since: 0.0,
             events: 0,
-            // Simultaneous events of a lattice, and N^2/2 of touching spheres on a line, are no arrest.
+            // Simultaneous events of a lattice, and the N^2/2 events of touching spheres on a line, are no
+            // arrest.
             most: 1_000 + 64 * n + (n * n / 2).min(10_000_000),
             lost_speed: None,
         };
         Self { start, epoch: 0.0, now: 0.0, epochs: 0, last_reached: 0.0, standstill }
     }
 
-    /// Whether the neighbour search is reconsidered at this epoch. After the start, densities change slowly.
+    /// Whether the neighbour search is reconsidered at this epoch. Densities change slowly after the start.
     pub fn is_looked_at(epochs: u64) -> bool {
         epochs.is_power_of_two() || epochs.is_multiple_of(16)
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Ends the run where events go on without time, or without speed: theory, section 6.
+    /// Ends the run if events continue without any advance of time, or without any speed: theory, section 6.
     pub(super) fn check_standstill(&self, particle: u32, prediction: &Prediction) -> Result<(), Arrest> {
         let standstill = match self.clock.standstill.lost_speed {
             Some(approach) => Standstill::Speed { approach },
@@ -86,7 +89,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Err(Arrest { surface: self.surface_of(prediction), ..self.arrest(particle, partner, standstill) })
     }
 
-    /// Index of the surface that a predicted contact is with; `None` for a pair or a wall of the box.
+    /// Index of the surface of a predicted contact; `None` for a pair or a wall of the box.
     fn surface_of(&self, prediction: &Prediction) -> Option<u32> {
         let index = (prediction.contact == Contact::Surface).then_some(prediction.partner_events)?;
         self.sources.surfaces.get(index)?.number.checked_sub(FIRST_SURFACE)
@@ -98,13 +101,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (events > most).then_some(Standstill::Time { events })
     }
 
-    /// Ends the run where events go on without time.
+    /// Ends the run if events continue while time stands still.
     #[inline]
     pub(super) fn check_time_stands_still(&self, particle: u32, partner: Option<u32>) -> Result<(), Arrest> {
         self.time_standstill().map_or(Ok(()), |standstill| Err(self.arrest(particle, partner, standstill)))
     }
 
-    /// The arrest by a storm of events, at the contact that comes next; none where no contact is foreseen.
+    /// The arrest caused by an event storm, at the next predicted contact; `None` if no contact is predicted.
     pub fn storm(&self, events: u64, advance: f64) -> Option<Arrest> {
         let all = (0..).zip(&self.schedule.predictions);
         let next = all.min_by(|(_, one), (_, other)| one.contact_time.total_cmp(&other.contact_time));
@@ -145,10 +148,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Moves the epoch to where the queue has come, or further if nothing happens before; none if nothing ever happens.
+    /// Moves the epoch to the present end of the queue, or further if nothing happens before. Returns `None`
+    /// if nothing ever happens.
     ///
-    /// Times stay small this way, so that the last event of a long run is as accurate as the first. The shift is a
-    /// multiple of a power of two, which most times lose without rounding.
+    /// This keeps times small, so that the last event of a long run is as accurate as the first. The shift is
+    /// a multiple of a power of two, so most times are shifted without rounding.
     pub(super) fn move_epoch(&mut self) -> Option<Moved> {
         let next = self.schedule.predictions.iter().map(Prediction::due_time).fold(self.sources.next_global, f64::min);
         if next == f64::INFINITY {
@@ -185,12 +189,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Moved { shift }
     }
 
-    /// Brings a particle forward to the epoch if nothing has happened to it since `oldest`; whether it does.
+    /// Brings a particle forward to the epoch if it has had no event since `oldest`. Returns whether it did.
     ///
-    /// A state from long ago has its position rounded at the whole distance flown since, with every wrap, and its contact is
-    /// predicted from as far away.
+    /// Without this, the position would be rounded at the whole distance flown since its state was written,
+    /// once per wrap, and its contacts would be predicted from that far away.
     ///
-    /// Who comes first decides nothing: others see a particle at the epoch with the same bits before and after.
+    /// The order of particles does not matter: others see a particle at the epoch with the same bits before
+    /// and after.
     pub(super) fn bring_forward(&mut self, particle: u32, oldest: f64) -> bool {
         let is_old = self.state.bodies[particle as usize].time < oldest;
         if is_old {

@@ -1,7 +1,7 @@
 //! Per-particle arrays, indexed by the particle's place in memory.
 //!
-//! A column is registered once, in the macro `columns`. From there particles are put in another order, left out, taken in and copied, and times
-//! are counted from another epoch; nothing else knows which columns there are.
+//! A column is registered once, in the macro `columns`. The methods here permute, remove, insert and copy its
+//! entries, and shift its times to another epoch. No other code lists the columns.
 
 mod part;
 pub(super) mod records;
@@ -18,12 +18,13 @@ use super::state::Body;
 use crate::Vector;
 use records::Record;
 
-/// A new order of particles, in which some may be missing: by new number the old one, and the other way round.
+/// A new order of particles, from which some may be missing: the old number for each new one, and the
+/// reverse.
 pub(super) struct Order {
     pub old: Vec<u32>,
-    /// [`NO_PARTICLE`] for those that are missing.
+    /// New number of each old one; [`NO_PARTICLE`] for missing particles.
     pub new: Vec<u32>,
-    /// Reserves room for more particles. Arrays that move lose their large pages.
+    /// Number of particles to reserve memory for. Arrays that are reallocated lose their large pages.
     pub room: usize,
 }
 
@@ -47,22 +48,22 @@ impl Order {
 
 /// Data with an entry for each particle.
 pub(super) trait Column: Sized {
-    /// Whether a contact can change the entries of the two that meet.
+    /// Whether a contact can change the entries of its two particles.
     const CHANGES_IN_CONTACTS: bool = true;
 
-    /// The entries in another order, with other numbers for particles that they name.
+    /// The entries in another order. Particle numbers in the entries are translated.
     fn permuted(&self, order: &Order) -> Self;
 
-    /// Counts times from an epoch that is later by `shift`.
+    /// Shifts times to an epoch that is later by `shift`.
     fn shift(&mut self, _shift: f64) {}
 
-    /// Copies the entry of a particle.
+    /// Copies the entry of a particle into a record.
     fn copy(&self, particle: u32, record: &mut Record);
 
-    /// Adds an entry for one more particle.
+    /// Appends the entry of a new particle.
     fn push(&mut self, record: &Record);
 
-    /// Writes the entry of a particle.
+    /// Overwrites the entry of a particle.
     fn set(&mut self, particle: u32, record: &Record);
 }
 
@@ -91,7 +92,7 @@ impl Column for Vec<Body> {
 impl Column for Vec<u16> {
     const CHANGES_IN_CONTACTS: bool = false;
 
-    /// Empty where all particles are of one species.
+    /// Empty if there is only one species.
     fn permuted(&self, order: &Order) -> Self {
         if self.is_empty() { Self::new() } else { order.permuted(self) }
     }
@@ -151,7 +152,7 @@ impl Column for Vec<Prediction> {
         record.prediction = Some(self[particle as usize]);
     }
 
-    /// The prediction of a record names ids: it is written when all particles have numbers.
+    /// The prediction of a record names ids. It is written once all particles have numbers.
     fn push(&mut self, _: &Record) {
         self.push(Prediction::NONE);
     }
@@ -204,7 +205,7 @@ impl Column for SurfaceRandom {
 }
 
 impl Column for CapturedPairs {
-    /// Empty where no pair can be captured.
+    /// Empty if no pair can be captured.
     fn permuted(&self, order: &Order) -> Self {
         if self.is_empty() {
             return Self::new(0);
@@ -225,7 +226,7 @@ impl Column for CapturedPairs {
         record.captured = (!self.is_empty()).then(|| self.of(particle).to_vec());
     }
 
-    /// The partners of a record are ids: the pairs are set when all particles have numbers.
+    /// The partners in a record are ids. The pairs are set once all particles have numbers.
     fn push(&mut self, record: &Record) {
         if record.captured.is_some() {
             self.push_empty();
@@ -257,7 +258,7 @@ impl Column for Neighbours {
         self.push(&record.body.position, record.place);
     }
 
-    /// Lists do not change: they follow when all particles are in their places.
+    /// Lists do not change here. They are filled once all particles are in place.
     fn set(&mut self, particle: u32, record: &Record) {
         if let Some(place) = record.place {
             self.relocate(particle, place);
@@ -265,7 +266,7 @@ impl Column for Neighbours {
     }
 }
 
-/// Runs an expression with every column, to read it or to change it.
+/// Evaluates an expression for each column.
 macro_rules! columns {
     ($engine:expr, $some:ident, $column:ident: $($mutable:ident)? => $body:expr) => {{
         let $column = &$($mutable)? $engine.state.bodies;
@@ -289,7 +290,7 @@ macro_rules! columns {
     }};
 }
 
-/// Work on every column, whatever its type.
+/// An operation on a column of any type.
 trait Visit {
     fn column(&mut self, column: &mut impl Column);
 }
@@ -341,7 +342,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         columns!(self, as_mut, column: mut => visit.column(column));
     }
 
-    /// A copy of a particle, by numbers in memory.
+    /// A copy of a particle's entries. Other particles are given by number.
     #[inline]
     pub(super) fn record(&self, particle: u32) -> Record {
         let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
@@ -350,12 +351,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         record
     }
 
-    /// Whether contacts change no other column than that of motions and predictions.
+    /// Whether contacts change only motions and predictions.
     pub(super) fn changes_motion_only(&self) -> bool {
         self.pairs.states.is_empty() && self.pairs.contact_times.is_none() && self.sources.surface_random.is_none()
     }
 
-    /// A copy of all that a contact of a particle can change.
+    /// A copy of everything that a contact of a particle can change.
     #[inline(always)]
     pub(super) fn record_before_contact(&self, particle: u32) -> Record {
         let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
@@ -364,7 +365,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         record
     }
 
-    /// Writes the complete record of a particle. Lists do not change.
+    /// Writes the complete record of a particle, except its lists.
     #[inline]
     pub(super) fn write_record(&mut self, particle: u32, record: &Record) {
         self.for_each_column(Set(particle, record));
@@ -375,14 +376,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.for_each_column(Push(record));
     }
 
-    /// Gives the particles other numbers in memory.
+    /// Renumbers the particles in memory.
     pub(super) fn permute(&mut self, order: &Order) {
         self.for_each_column(Permute(order));
         self.state.numbers.iter_mut().for_each(|number| *number = order.new[*number as usize]);
         self.state.numbers.retain(|number| *number != NO_PARTICLE);
     }
 
-    /// Counts the times of all particles from an epoch that is later by `shift`.
+    /// Shifts the times of all particles to an epoch that is later by `shift`.
     pub(super) fn shift_columns(&mut self, shift: f64) {
         self.for_each_column(Shift(shift));
     }

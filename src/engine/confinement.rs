@@ -1,4 +1,5 @@
-//! Geometry for the pressure between walls: where centres can be, and how far impulses act from the middle.
+//! Geometry for the pressure between walls: the volume and areas that centres can reach, and distances from
+//! the middle.
 
 use super::parts::Engine;
 use crate::Vector;
@@ -7,20 +8,21 @@ use crate::engine::pairs::rows::Rows;
 use crate::model::Scene;
 use serde::{Deserialize, Serialize};
 
-/// The walls of a box as the centres of each species see them.
+/// The region between the walls that the centres of each species can reach.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Confinement {
     /// Axes between two walls.
     pub axes: [bool; 3],
     pub middle: Vector,
-    /// By row of the species, 1 over the volume that its centres can reach `[length^-D]`.
+    /// By row of the species, one over the volume that its centres can reach `[length^-D]`.
     pub per_volume: Vec<f64>,
-    /// By row of the species and axis, 1 over the area of a wall that they can reach `[length^(1 - D)]`; 0 where the area has no end.
+    /// By row of the species and axis, one over the wall area that its centres can reach `[length^(1 - D)]`;
+    /// 0 if the area is infinite.
     pub per_area: Vec<[f64; 3]>,
 }
 
 impl Confinement {
-    /// None where there are no walls.
+    /// `None` without walls.
     pub fn of(scene: &Scene, rows: &Rows) -> Option<Self> {
         let space = &scene.space;
         let diameters = || rows.species().iter().map(|id| scene.species[id.0 as usize].diameter);
@@ -28,7 +30,7 @@ impl Confinement {
         is_walled.then(|| Self {
             axes: std::array::from_fn(|axis| space.walls(axis) == 2),
             middle: space.lower + 0.5 * space.size,
-            // 0 where there is no room: no pressure means anything there.
+            // 0 if there is no room. No pressure is defined then.
             per_volume: diameters()
                 .map(|diameter| space.accessible_volume(diameter))
                 .map(|volume| if volume > 0.0 { 1.0 / volume } else { 0.0 })
@@ -43,7 +45,8 @@ impl Confinement {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Along each axis between walls `sum m v^2 / V` now, with the volume that the centres of each species can reach `[energy / length^D]`.
+    /// Present `sum m v^2 / V` along each axis between walls, with the volume that the centres of each
+    /// species can reach `[energy / length^D]`.
     pub(super) fn confined_kinetic(&self) -> Vector {
         let Some(confinement) = &self.sources.confinement else { return Vector::zeros() };
         let mut sums = [Sum::default(); 3];
@@ -68,7 +71,7 @@ mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::SceneBuilder;
 
-    /// Two species between walls and in a heat bath, listed after a number of species without particles.
+    /// Two species between walls and in a heat bath, listed after `unused` species without particles.
     fn after(unused: u32) -> Simulation {
         let space = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(12.0) };
         let hard = |diameter| Potential::hard_sphere(diameter).unwrap();

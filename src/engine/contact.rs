@@ -1,13 +1,13 @@
 //! Contacts: every event that changes velocities takes one path.
 //!
-//! | step | file | what it knows |
+//! | step | file | content |
 //! |---|---|---|
-//! | frame | [`frame`] | who meets whom, along which line, how fast |
-//! | law | [`law`] | from a frame the velocities afterwards: steps of a potential, restitution, TC model |
-//! | | [`super::sources::surface`] | velocities that a thermal surface gives, drawn at random |
-//! | | [`super::sources::andersen`] | velocities that a heat bath gives, drawn at random |
-//! | apply | [`apply`] | writes velocities, voids predictions, counts, shows the event |
-//! | ledger | [`super::ledger`] | sums of energies and momenta that came and went |
+//! | frame | [`frame`] | the particles that meet, the line of centres, the relative velocity |
+//! | law | [`law`] | velocities after the contact: potential steps, restitution, TC model |
+//! | | [`super::sources::surface`] | random velocities from a thermal surface |
+//! | | [`super::sources::andersen`] | random velocities from a heat bath |
+//! | apply | [`apply`] | writes velocities, voids predictions, counts, reports the event |
+//! | ledger | [`super::ledger`] | sums of exchanged energy and momentum |
 //!
 //! A law writes no velocity; [`apply`] is the only place that does.
 

@@ -1,4 +1,4 @@
-//! Distances of contact: what the discontinuity of a pair is at a time, constant or growing.
+//! Contact distances: the distance of a discontinuity at a given time, constant or growing.
 
 mod growth;
 
@@ -7,14 +7,14 @@ use crate::physics::motion::RelativeState;
 use growth::GrowingDiameters;
 use serde::{Deserialize, Serialize};
 
-/// How distances of contact change.
+/// How contact distances change with time.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Distances {
     growing: Option<GrowingDiameters>,
 }
 
 impl Distances {
-    /// Whether they are those of the scene, at any time.
+    /// Whether all distances have their values of the scene at all times.
     #[inline]
     pub fn are_constant(&self) -> bool {
         self.growing.is_none()
@@ -25,34 +25,35 @@ impl Distances {
         self.growing.as_ref()
     }
 
-    /// A distance of the scene at a time since the epoch, and how fast it grows `[length, length / time]`.
+    /// A distance of the scene at a time since the epoch, and its growth rate `[length, length / time]`.
     #[inline]
     pub fn at(&self, distance: f64, time: f64) -> [f64; 2] {
         self.growing.map_or([distance, 0.0], |growing| [distance * growing.scale(time), growing.rate * distance])
     }
 
-    /// How fast a distance grows that is `distance` in the scene.
+    /// Growth rate of a distance that is `distance` in the scene.
     pub fn speed_of(&self, distance: f64) -> f64 {
         self.at(distance, 0.0)[1]
     }
 
-    /// Time from now, at a time since the epoch, until two particles are as far apart as a distance of the scene is then, from outside.
+    /// Time until two particles outside a distance of the scene reach it; the distance is that at `time`
+    /// since the epoch.
     pub fn next_contact(&self, state: &RelativeState, distance: f64, time: f64) -> Option<f64> {
         let [distance, speed] = self.at(distance, time);
         growth::next_contact(state, distance, speed)
     }
 
-    /// The factor of the distances that a search has to reach.
+    /// Factor of the distances that the neighbour search has to cover.
     pub fn reach_factor(&self) -> f64 {
         self.growing.map_or(1.0, |growing| growing.reach)
     }
 
-    /// When distances outgrow the search, since the epoch; infinite for never.
+    /// Time since the epoch at which distances outgrow the neighbour search; infinite if they never do.
     pub fn next_stage(&self) -> f64 {
         self.growing.as_ref().map_or(f64::INFINITY, GrowingDiameters::next_stage)
     }
 
-    /// Counts times from an epoch that is later by `shift`.
+    /// Shifts times to an epoch that is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         if let Some(growing) = &mut self.growing {
             growing.shift(shift);

@@ -1,15 +1,21 @@
-//! One system on several cores: domains that run alone for a window and are compared exactly afterwards.
+//! One system on several cores: domains run alone for a window of time and are compared exactly afterwards.
 //!
-//! The box is cut into slabs. Each domain is an ordinary engine over the particles that it *owns* and copies of those around them. In a window of
-//! simulated time each runs alone; what copies at its edge do is wrong sooner or later, because their neighbours are missing. At the end, each step of a
-//! copy that an owned particle can have read is compared with the owner's. If all agree, everything owned is right to the bit:
+//! The box is cut into slabs. Each domain is an ordinary engine over the particles that it *owns* and copies
+//! of those around them. It runs alone for a window of simulated time. Copies at its edge go wrong sooner or
+//! later, because their neighbours are missing. At the end of the window, each step of a copy that an owned
+//! particle may have read is compared with the owner's. If all agree, every owned particle is right to the
+//! bit:
 //!
-//! *Proof.* Take the earliest step of any owned particle, in any domain, that differs from that of one engine for all. Something that it read differed
-//! before: an owned particle (but this was the earliest), a copy that can be read (but it agrees with its owner, whose steps before this one are right), or
-//! a particle without a copy in the domain (but its owner, whose steps are right, has seen that it did not come where it can be read).
+//! *Proof.* Take the earliest step of an owned particle, in any domain, that differs from the step of a
+//! single engine. Something that it read was already different. It was not an owned particle, because this
+//! step is the earliest. It was not a copy that can be read, because such copies agree with their owners,
+//! whose steps before this one are right. It was not a particle without a copy in the domain, because its
+//! owner, whose steps are right, has checked that it did not enter the readable region. So there is no such
+//! step.
 //!
-//! If they do not agree, the window is undone and ends before the first difference. What cannot be told apart this way (simultaneous events of
-//! two domains that someone watches, time that stands still, the end of a run at a number of events) is left to the one engine.
+//! If they do not agree, the window is undone and repeated up to the first difference. Cases that cannot be
+//! decided this way are left to the single engine: simultaneous events of two observed domains, time that
+//! stands still, and a run that ends at a number of events.
 
 #[cfg(any(test, debug_assertions))]
 mod checks;
@@ -40,24 +46,25 @@ use std::time::Instant;
 use team::Team;
 pub use work::{DomainWork, SingleThread};
 
-/// Steps of a window in each domain, at most and at the start.
+/// Steps of a window in each domain, at the start and at most.
 const MOST_STEPS: f64 = 10_000.0;
 
-/// Steps of the one engine where the domains cannot go on.
+/// Steps of the single engine when the domains cannot continue.
 const SERIAL_STEPS: u64 = 2_000;
 
-/// Steps of a stretch of the one engine at least, where it has as many to do: the last window before a number of events.
+/// Minimum number of steps of the single engine, if that many are left: the last window before an event
+/// limit.
 const LEAST_SERIAL: u64 = 50_000;
 
 /// After this many short windows in a row, run serially for a while, which is faster then.
 const MOST_SHORT: u32 = 8;
 const FEWEST_STEPS: u64 = 8;
 
-/// Recent rollbacks that show that the halo is too thin, and its growth then.
+/// Number of recent rollbacks that shows that the halo is too thin, and the amount by which it is widened.
 const MOST_UNDONE: f64 = 4.0;
 const WIDER: Halo = Halo { slack: 0.1, margin: 0.3 };
 
-/// The halo that windows with a number of steps need.
+/// Widths of the halo at the start.
 const HALO: Halo = Halo { slack: 0.2, margin: 1.1 };
 
 /// The domains of a system.
@@ -65,23 +72,23 @@ const HALO: Halo = Halo { slack: 0.2, margin: 1.1 };
 pub struct Domains<const FALLING: bool, const TABLE: bool> {
     team: Team,
     halo: Halo,
-    /// Steps in a window, of each domain.
+    /// Target steps of a window in each domain.
     steps_of_window: f64,
     /// Length of the next window `[time]`.
     length: f64,
     /// Recent rollbacks; decays by 5 % per accepted window.
     undone: f64,
-    /// Windows of few steps since the last one of more.
+    /// Consecutive windows with few steps.
     short: u32,
-    /// The number of windows when one was last checked; none if none is.
+    /// The number of windows at the last check; `None` if windows are not checked.
     #[cfg(any(test, debug_assertions))]
     checked: Option<u64>,
-    /// Empty while the one engine has all.
+    /// `None` while the single engine holds all particles.
     cut: Option<Cut<FALLING, TABLE>>,
     pub work: DomainWork,
 }
 
-/// How the domains go on.
+/// How to continue after a window.
 enum Next {
     Done,
     /// Runs a number of steps serially.
@@ -90,7 +97,7 @@ enum Next {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// A number of domains for each process, at most 64 in all, on a number of threads of this process.
+    /// `domains` for each process, at most 64 in all, on `threads` of this process.
     pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
         Self::with(Team::new(domains, threads, transport), HALO)
     }
@@ -110,7 +117,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
     }
 
-    /// Why a system cannot be cut, if it cannot.
+    /// The reason why a system cannot be cut; `None` if it can.
     pub fn obstacle(engine: &Engine<FALLING, TABLE>) -> Option<SingleThread> {
         let reach_far = engine.pairs.has_own_interactions || engine.ranges.may_be_overstretched;
         match () {
@@ -121,7 +128,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
     }
 
-    /// Goes on as [`Engine::advance_for`] does, with the same bits. Where it pauses, the one engine is behind until [`Self::settle`].
+    /// Continues as [`Engine::advance_for`] does, with the same bits. Between calls, the single engine is out
+    /// of date until [`Self::settle`].
     pub fn advance_for(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
@@ -162,7 +170,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 Next::Serial(steps) => {
                     self.work.serial += 1;
                     self.join(whole);
-                    // A stretch of some steps costs much less than to cut the system again, however few are asked for.
+                    // Cutting the system again costs much more than a stretch of some steps, even if fewer
+                    // are requested.
                     if let Some(reason) = whole.advance_for(steps.min(left.max(LEAST_SERIAL)), until, observe)? {
                         return Ok(Some(reason));
                     }
@@ -172,7 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
     }
 
-    /// Has the domains run a window, up to the end of the run or of the epoch at most.
+    /// Runs a window in the domains, at most to the end of the run or of the epoch.
     fn window(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
@@ -194,7 +203,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
         let tick = whole.schedule.queue.next_tick(cut.now);
         let mut stop = (cut.now + self.length).min(tick.next_down()).min(end);
-        // A window that is undone ends the second time before what was wrong.
+        // A window that is undone is repeated once, and ends before the first error.
         for _ in 0..2 {
             cut.draw_collisions(whole, stop);
             match cut.run(&self.team, stop, observe.is_some(), &mut self.work) {
@@ -217,14 +226,14 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 break;
             }
         }
-        // Nothing can be done with these domains: with others perhaps, and the one engine can do anything.
+        // These domains cannot continue. After a new cut they may, and the single engine always can.
         let is_fresh = cut.is_fresh;
         self.cut = Some(cut);
         self.join(whole);
         Ok(if is_fresh { Next::Serial(SERIAL_STEPS) } else { Next::Done })
     }
 
-    /// Accepts a window whose steps agree, unless it is for the one engine to end it.
+    /// Accepts a window whose steps agree, unless the single engine has to end it.
     fn finish(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
@@ -294,7 +303,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Ok(Next::Done)
     }
 
-    /// Counts what the domains have done up to a time, and makes copies what their owners have; returns the steps of each domain, in the mean.
+    /// Counts the steps of the domains in a window and brings copies up to date. Returns the mean number of
+    /// steps per domain.
     fn accept(&mut self, whole: &mut Engine<FALLING, TABLE>, cut: &mut Cut<FALLING, TABLE>, stop: f64) -> f64 {
         let (last, quiet) = outcome::quiet(&cut.outcomes);
         let mut done = 0;
@@ -325,7 +335,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         done as f64 / self.team.domains() as f64
     }
 
-    /// Undoes a window that the one engine is to do.
+    /// Undoes a window and leaves it to the single engine.
     fn give_up(&mut self, whole: &mut Engine<FALLING, TABLE>, mut cut: Cut<FALLING, TABLE>) {
         cut.undo(whole, &self.team);
         self.cut = Some(cut);
@@ -333,7 +343,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 
     /// Cuts the system.
     ///
-    /// The one engine lets go of memory that is of no use to it until it goes on.
+    /// The single engine frees memory that it does not need meanwhile.
     fn cut_up(&mut self, whole: &mut Engine<FALLING, TABLE>) -> Cut<FALLING, TABLE> {
         self.work.cuts += 1;
         let begin = Instant::now();

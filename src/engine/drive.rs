@@ -1,4 +1,4 @@
-//! External drive of a simulation: thermostats, and velocities that are scaled.
+//! External drive of a simulation: thermostats and scaled velocities.
 
 use super::sources::andersen::{Andersen, Bath};
 use super::{Chosen, InvariantBroken, Simulation};
@@ -17,9 +17,10 @@ impl Simulation {
     /// Components along flat axes, along which nothing moves, are left out.
     ///
     /// # Errors
-    /// [`ThermostatError`] of what a scene is refused, too: a temperature or rate that is not positive, no axes, flat axes only, no particle that moves.
-    /// [`ThermostatError::Rescaling`] of [`Thermostat::Rescaling`], which is no bath: the caller scales with [`Self::scale_velocities`] at its
-    /// times. The simulation, and the bath that it has, are as they were then.
+    /// [`ThermostatError`] for what a scene rejects too: a temperature or rate that is not positive, no axes,
+    /// only flat axes, or no moving particle. [`ThermostatError::Rescaling`] for [`Thermostat::Rescaling`],
+    /// which is no heat bath: call [`Self::scale_velocities`] at the times of your choice instead. After an
+    /// error, the simulation and its heat bath are unchanged.
     pub fn set_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) -> Result<(), ThermostatError> {
         if let Some(thermostat) = thermostat {
             if matches!(thermostat, Thermostat::Rescaling { .. }) {
@@ -31,9 +32,10 @@ impl Simulation {
         Ok(())
     }
 
-    /// Replaces the heat bath by that of a thermostat that was validated with its scene, or removes it. The driver of a run rescales velocities itself.
+    /// Replaces the heat bath by that of a thermostat that was validated with its scene, or removes it. The
+    /// driver of a run handles velocity rescaling.
     ///
-    /// The seed is [`Self::stream_seed`], from when the stage began.
+    /// The seed is [`Self::stream_seed`] at the beginning of the stage.
     pub(crate) fn set_planned_thermostat(&mut self, thermostat: Option<&Thermostat>, seed: u64, stage: usize) {
         let bath = thermostat.and_then(|thermostat| match *thermostat {
             Thermostat::Andersen { temperature, rate, axes } => Some(Bath { temperature, rate, axes }),
@@ -53,18 +55,19 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.set_stage_of_surfaces(stage))
     }
 
-    /// The particle that reaches deepest through a surface of the scene, by more than rounding; with the name of the surface and the depth `[length]`.
+    /// The particle that reaches deepest into a surface of the scene, beyond rounding, with the name of the
+    /// surface and the depth `[length]`.
     pub(crate) fn deepest_in_surface(&self) -> Option<(ParticleId, String, f64)> {
         with_engine!(&self.engine, engine => engine.deepest_in_surface())
     }
 
-    /// By surface of the scene, whether it is there now; empty where all always are.
+    /// For each surface of the scene, whether it is present now; empty if all surfaces are always present.
     #[must_use]
     pub fn surfaces_present(&self) -> Vec<bool> {
         with_engine!(&self.engine, engine => engine.sources.surfaces.presence())
     }
 
-    /// Gives all species that move another acceleration; the potential energy that particles gain by it is counted as supplied.
+    /// Gives all moving species another acceleration. The gain in potential energy is counted as supplied.
     pub(crate) fn set_gravity(&mut self, gravity: &Vector) {
         let mut moving = self.scene.species.iter_mut().filter(|species| !species.is_static()).peekable();
         if moving.peek().is_some_and(|species| species.acceleration != *gravity) {
@@ -80,19 +83,21 @@ impl Simulation {
         self.thermostat().is_some()
     }
 
-    /// Heat bath that gives particles new velocities now, as a thermostat without flat axes; velocities that are scaled are the caller's.
+    /// The heat bath that gives particles new velocities now, as a thermostat without flat axes. Velocity
+    /// rescaling is left to the caller.
     #[must_use]
     pub fn thermostat(&self) -> Option<Thermostat> {
         let bath = with_engine!(&self.engine, engine => engine.sources.andersen.as_ref().map(Andersen::bath));
         bath.map(|Bath { temperature, rate, axes }| Thermostat::Andersen { temperature, rate, axes })
     }
 
-    /// Multiplies all velocities, relative to `drift` and to what streams, by a factor; the energy that it takes is counted as supplied.
+    /// Multiplies all velocities, relative to `drift` and to the streaming velocity, by a factor. The energy
+    /// that this takes is counted as supplied.
     pub fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         with_engine!(&mut self.engine, engine => engine.scale_velocities(factor, drift));
     }
 
-    /// The impossible state that it is in, if it is.
+    /// The impossible state that the simulation is in, if any.
     pub(crate) fn broken(&self) -> Option<InvariantBroken> {
         with_engine!(&self.engine, engine => engine.broken)
     }
@@ -108,24 +113,24 @@ impl Simulation {
         self.scale * with_engine!(&self.engine, engine => engine.scale())
     }
 
-    /// The factor by which the diameters of the scene are larger than at the start.
+    /// The factor by which the diameters of the scene have grown since the start.
     pub(crate) fn grown(&self) -> f64 {
         self.scale
     }
 
-    /// The diameters of its species at the start, which what is written multiplies with [`Self::scale`] `[length]`.
+    /// Diameters of the species at the start. Output multiplies them by [`Self::scale`] `[length]`.
     pub(crate) fn first_diameters(&self) -> &[f64] {
         &self.first_diameters
     }
 
-    /// Simulated time since the start, to which no time at the start has been added `[time]`.
+    /// Simulated time since the start, without the start time of the scene `[time]`.
     pub(crate) fn elapsed(&self) -> f64 {
         with_engine!(&self.engine, engine => engine.elapsed())
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Multiplies all velocities, relative to `drift` and to what streams, by a factor.
+    /// Multiplies all velocities, relative to `drift` and to the streaming velocity, by a factor.
     pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         self.join();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
@@ -137,7 +142,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.start_anew();
     }
 
-    /// Puts the surfaces of a stage in, and takes others away.
+    /// Adds the surfaces of a stage and removes all others.
     fn set_stage_of_surfaces(&mut self, stage: &str) -> bool {
         let Some(surfaces) = self.sources.surfaces.in_stage(stage) else { return false };
         self.join();
@@ -164,7 +169,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         deepest.map(|(particle, number, depth)| (self.name(particle), surfaces.name(number).to_owned(), depth))
     }
 
-    /// Takes the accelerations of a scene, which differs in nothing else.
+    /// Takes over the accelerations of a scene that differs in nothing else.
     fn set_accelerations(&mut self, scene: &Scene) {
         self.join();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {

@@ -1,11 +1,11 @@
-//! Why a simulation cannot go on: its dynamics has come to rest, or its state is impossible.
+//! Reasons why a simulation cannot continue: its dynamics stand still, or its state is impossible.
 
 use crate::model::{ParticleId, Scene};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use thiserror::Error;
 
-/// Why a simulation cannot go on.
+/// The reason why a simulation cannot continue.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EngineError {
@@ -18,7 +18,7 @@ pub enum EngineError {
 }
 
 impl EngineError {
-    /// The dynamical arrest, if it is one.
+    /// The dynamical arrest, if the error is one.
     #[must_use]
     pub fn arrest(&self) -> Option<Arrest> {
         match self {
@@ -32,21 +32,23 @@ impl EngineError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Standstill {
-    /// Events go on, but time does not: a contact at rest, or infinitely many contacts in a finite time.
+    /// Events continue while time stands still: a contact at rest, or infinitely many contacts in a finite
+    /// time.
     Time {
         /// Number of events at that time.
         events: u64,
     },
-    /// A storm of events: within the contact time of the TC model there were far more of them than any number of grains in contact has. Spheres that
-    /// rest in contact bounce by next to nothing, and the model makes all of these contacts elastic.
+    /// An event storm: within the contact time of the TC model, there were far more events than grains in
+    /// contact ever have. Spheres that rest in contact bounce by next to nothing, and the TC model makes all
+    /// these contacts elastic.
     Storm {
         /// Number of events.
         events: u64,
         /// Time that passed meanwhile `[time]`.
         advance: f64,
     },
-    /// An inelastic collapse that carries its speed along: contacts leave ever less relative speed, until there is none
-    /// in the digits of the velocities.
+    /// An inelastic collapse in motion: contacts leave less and less relative speed, until the digits of the
+    /// velocities cannot represent it.
     Speed {
         /// The last normal speed of approach `[length / time]`.
         approach: f64,
@@ -67,9 +69,9 @@ impl fmt::Display for Standstill {
     }
 }
 
-/// The dynamics has come to rest in a way that needs infinitely many events.
+/// The dynamics have come to rest in a way that needs infinitely many events.
 ///
-/// Carom cannot go on from here without changing the model, so it says so instead of spinning.
+/// Carom cannot continue without changing the model. It reports this instead of running forever.
 #[doc(alias = "DynamicalArrest")]
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
@@ -84,25 +86,25 @@ impl fmt::Display for Standstill {
 )]
 #[non_exhaustive]
 pub struct Arrest {
-    /// A particle that is part of it.
+    /// A particle that takes part in it.
     pub particle: ParticleId,
-    /// The other one, or none for a wall or a surface.
+    /// The other particle; `None` for a wall or a surface.
     pub partner: Option<ParticleId>,
-    /// Number of the surface among those of the scene, or none for a wall or a pair.
+    /// Index of the surface in the scene; `None` for a wall or a pair.
     pub surface: Option<u32>,
-    /// Number of the first surface that moves at this time. It may leave the particles no room.
+    /// Index of the first surface that moves at this time. It may leave the particles no room.
     pub moving: Option<u32>,
     /// Whether any contact of the scene loses energy.
     pub has_losses: bool,
     /// When.
     pub time: f64,
-    /// Kind of the standstill.
+    /// Kind of standstill.
     pub standstill: Standstill,
-    /// Whether the scene has a contact time: the TC model is no cure then.
+    /// Whether the scene has a contact time. If so, the TC model is not the cure.
     pub has_contact_time: bool,
 }
 
-/// A surface whose name is not known.
+/// A surface without a known name.
 fn nameless(number: u32) -> String {
     format!("surface {number} of the scene")
 }
@@ -149,10 +151,11 @@ impl Arrest {
     }
 }
 
-/// The state of the engine is impossible: a defect of the program or of the machine, never of the scene.
+/// The state of the engine is impossible. This is a defect of the program or of the machine, never of the
+/// scene.
 ///
-/// The run ends there, because every event after it would be invented. The simulation stays in this state, and a further run of it
-/// ends with the same error.
+/// The run ends, because every later event would be invented. The simulation stays in this state, and
+/// continuing it returns the same error.
 #[doc(alias = "corrupted state")]
 #[derive(Debug, Clone, Copy, PartialEq, Error, Serialize, Deserialize)]
 #[error(
@@ -164,11 +167,11 @@ impl Arrest {
 pub struct InvariantBroken {
     /// The particle whose event or cell transition was due.
     pub particle: ParticleId,
-    /// The other one of a pair.
+    /// The other particle of a pair.
     pub partner: Option<ParticleId>,
     /// When.
     pub time: f64,
-    /// Invariant that does not hold.
+    /// The invariant that does not hold.
     pub expected: Invariant,
 }
 
@@ -178,11 +181,11 @@ impl InvariantBroken {
         check the memory of the machine";
 }
 
-/// Invariant: it holds in every state of the engine.
+/// An invariant that holds in every state of the engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Invariant {
-    /// A pair event is at a discontinuity that the pair has in its state.
+    /// A pair event is at a discontinuity that the pair has in its present state.
     Discontinuity,
     /// A captured pair is in the lists of both particles.
     CapturedPair,
@@ -192,7 +195,7 @@ pub enum Invariant {
     SurfaceRandom,
     /// A cell transition is through a face that leads to another cell.
     Transition,
-    /// A particle that leaves its Verlet list's skin has such a list.
+    /// A particle that leaves the skin of its Verlet list has such a list.
     VerletList,
     /// Particles of a sheared box are sorted into cells.
     Cells,
@@ -244,7 +247,8 @@ mod tests {
         assert_eq!(of_one.to_string(), "impossible state at time 1.5 of particle 3: expected a surface of this number");
     }
 
-    /// Square wells in a wide box that has a wall at the lower end of x alone: two come together at t = 1.5, one flies away.
+    /// Square wells in a wide box with a wall at the lower end of x only. Two meet at t = 1.5, and one flies
+    /// away.
     fn wells<const TABLE: bool>(range: Option<f64>) -> Engine<false, TABLE> {
         let wall = Face::Wall { restitution: 1.0 };
         let x = Boundary::Bounded { lower: wall, upper: Face::Open };
@@ -269,7 +273,7 @@ mod tests {
         Engine::new(&scene.build().unwrap())
     }
 
-    /// Plants a prediction for a particle. Returns how the run ends, and the events that it shows.
+    /// Plants a prediction for a particle. Returns how the run ends, and the observed events.
     fn end<const TABLE: bool>(
         mut engine: Engine<false, TABLE>,
         id: u32,

@@ -1,4 +1,4 @@
-//! Events: what is foreseen (a prediction), and what has happened (an event).
+//! Predictions of future events, and events that have happened.
 
 mod counts;
 
@@ -19,11 +19,12 @@ pub enum EventKind {
     Pair(Outcome),
     /// A particle at a surface, such as a wall of the box.
     Surface,
-    /// A thermostat gives a particle a new velocity: it comes from outside, and is not counted among the physical events.
+    /// A thermostat gives a particle a new velocity. It comes from outside and is not counted as a physical
+    /// event.
     Thermostat,
 }
 
-/// The other side of an event.
+/// The other party of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Other {
@@ -31,9 +32,9 @@ pub enum Other {
     Particle(ParticleId),
     /// A surface.
     Surface {
-        /// Its number: 0 to 5 for the walls -x, +x, -y, +y, -z, +z of the box.
+        /// Its index: 0 to 5 for the walls -x, +x, -y, +y, -z, +z of the box.
         surface: u32,
-        /// Which of its faces, edges and corners is touched; 0 where there is only one face.
+        /// Index of the face, edge or corner that is touched; 0 if there is only one face.
         feature: u32,
     },
     /// A heat bath.
@@ -48,7 +49,7 @@ pub struct Event {
     pub time: f64,
     /// Kind of the event.
     pub kind: EventKind,
-    /// The particle that it happened to.
+    /// The particle of the event.
     pub particle: ParticleId,
     /// The other particle, the surface or the bath.
     pub other: Other,
@@ -64,8 +65,8 @@ pub struct Event {
     pub energy_step: f64,
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: f64,
-    /// Positions of the particle and of its partner `[length]`, inside the box along periodic axes, within round-off; zero for a
-    /// partner that is none.
+    /// Positions of the particle and its partner `[length]`, inside the box along periodic axes, within
+    /// round-off; zero without a partner.
     pub positions: [Vector; 2],
     /// Their velocities before the event `[length / time]`.
     pub before: [Vector; 2],
@@ -84,7 +85,8 @@ impl Event {
         }
     }
 
-    /// The wall of the box that it happened at: its axis (0, 1 or 2), and whether it is the one at the upper corner.
+    /// The wall of the box at which the event happened: its axis (0, 1 or 2), and whether it is the upper
+    /// one.
     #[must_use]
     pub fn wall(&self) -> Option<(u8, bool)> {
         match self.other {
@@ -131,44 +133,48 @@ pub struct EventCounts {
     pub bounce: u64,
     /// Contacts with walls.
     pub wall: u64,
-    /// Particles that left their cell, or the skin of their Verlet list: not physical, the price of finding neighbours.
+    /// Transitions: particles that left their cell, or the skin of their Verlet list. They are not physical
+    /// events but the cost of finding neighbours.
     pub transition: u64,
     /// Physical events at which the overlap function had a turning point: no relative normal velocity that an impulse
     /// could reverse.
     pub turning_point: u64,
     /// Physical events executed in an invalid state, deeper than the round-off of the positions.
     pub in_invalid_state: u64,
-    /// Contacts that the TC model looked at: all with infinite barriers, while it is switched on.
+    /// Contacts that the TC model examined: all contacts at infinite barriers, while the model is on.
     pub tc_contacts: u64,
     /// Contacts that the TC model made less dissipative.
     pub tc_altered: u64,
-    /// Deepest overlap at any event, relative to the discontinuity's distance.
+    /// Deepest overlap at any event, relative to the distance of its discontinuity.
     pub deepest_overlap: f64,
     /// Sum of `r_ij . J` over pair events, the collisional virial `[energy]`.
     pub virial: ExactSum,
     /// Along each axis between two walls, the sum of `x_i J_i` over the particles of all pair events, with `x` from the middle of the box,
     /// each divided by the volume that the centres of its species can reach `[energy / length^D]`.
     pub confined_virial: [ExactSum; 3],
-    /// Along each axis between two walls, the sum of all changes of `m_i v_i^2` at events, each times the time at which it came and divided by the
-    /// same volume: `t sum m v^2` is so much more than the integral of `sum m v^2` up to the time `t` `[energy time / length^D]`.
+    /// Along each axis between two walls, the sum of all changes of `m_i v_i^2` at events, each multiplied by
+    /// its time and divided by the same volume. The integral of `sum m v^2` up to a time `t` is `t sum m v^2`
+    /// less this sum `[energy time / length^D]`.
     pub confined_heating: [ExactSum; 3],
-    /// For each axis, momentum that its lower and its upper wall have given, inwards, divided by the area of the wall that centres of the
-    /// particle's species can reach `[energy time / length^D]`; 0 where that area has no end.
+    /// For each axis, the inward momentum from its lower and its upper wall, divided by the wall area that
+    /// centres of the particle's species can reach `[energy time / length^D]`; 0 if that area is infinite.
     pub wall_push: [[ExactSum; 2]; 3],
     /// For each axis, energy that its lower and its upper wall have supplied, less what they took `[energy]`.
     pub wall_heat: [[ExactSum; 2]; 3],
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: ExactSum,
-    /// The sum of all that was dissipated, each times its time since the start of the simulation: `t dissipated` is so much more than the integral
-    /// of `dissipated` up to the time `t` `[energy time]`.
+    /// Sum of all dissipated energies, each multiplied by its time since the start of the simulation. The
+    /// integral of `dissipated` up to a time `t` is `t dissipated` less this sum `[energy time]`.
     pub dissipated_moment: ExactSum,
-    /// Velocities that a thermostat has given.
+    /// Number of velocities that a thermostat has given.
     pub thermostat: u64,
-    /// Energy from outside: of thermostats, growing diameters and sheared boxes `[energy]`.
+    /// Energy from outside: from thermostats, growing diameters and sheared boxes `[energy]`.
     pub supplied: ExactSum,
-    /// The sum of all that was supplied, each times its time since the start of the simulation, as [`Self::dissipated_moment`] `[energy time]`.
+    /// Sum of all supplied energies, each multiplied by its time since the start, as in
+    /// [`Self::dissipated_moment`] `[energy time]`.
     pub supplied_moment: ExactSum,
-    /// The sum of all changes of the potential energy of pairs, each times its time since the start of the simulation `[energy time]`.
+    /// Sum of all changes of the potential energy of pairs, each multiplied by its time since the start
+    /// `[energy time]`.
     pub pair_energy_moment: ExactSum,
 }
 
@@ -185,7 +191,7 @@ impl EventCounts {
         2 * self.core - self.core_static
     }
 
-    /// Event counts since earlier ones. The deepest overlap stays that of both.
+    /// Event counts since earlier ones. The deepest overlap is that of the whole time.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
         let mut since = *self;
         let mut before = *earlier;
@@ -198,7 +204,7 @@ impl EventCounts {
         since
     }
 
-    /// Adds those of a part of the system. The deepest overlap is that of both.
+    /// Adds the counts of a part of the system. The deepest overlap is the maximum.
     pub(crate) fn merge(&mut self, part: &Self) {
         let mut some = *part;
         for (count, more) in self.counts_mut().into_iter().zip(some.counts_mut()) {

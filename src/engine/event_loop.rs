@@ -7,11 +7,11 @@ use super::schedule::{Pending, QueueEntry};
 use super::{EngineError, Reason, Until};
 use std::ops::ControlFlow;
 
-/// Kind of the next entry of the queue, or of what comes before it.
+/// The next thing to do: an entry of the queue, or something that comes before it.
 enum Next {
     /// The prediction of a particle.
     Particle(QueueEntry),
-    /// An entry of the queue that is no longer a particle's prediction.
+    /// An outdated entry of the queue.
     Void,
     /// A global event.
     GlobalEvent,
@@ -32,7 +32,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs until a time or a number of physical events, calls `observe` for each event and ends where that breaks.
+    /// Runs until a time or a number of physical events. Calls `observe` for each event, and ends when it
+    /// breaks.
     pub fn advance(&mut self, until: Until, observe: &mut Observe<'_>) -> Result<Reason, EngineError> {
         loop {
             if let Some(reason) = self.advance_for(u64::MAX, until, observe)? {
@@ -41,10 +42,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs as [`Self::advance`] does, but pauses with `None` after a number of steps, be they events, cell transitions, new predictions or whatever
-    /// else takes as long. Where it pauses changes nothing.
+    /// Runs as [`Self::advance`] does, but pauses with `None` after a number of steps: events, cell
+    /// transitions, new predictions, and anything that takes as long. Pauses change nothing.
     ///
-    /// The observer is no type parameter: the loop is compiled once for each engine, in the library, and not for each closure of each caller.
+    /// The observer is no type parameter. The loop is thus compiled once per engine in the library, and not
+    /// for each closure of a caller.
     pub fn advance_for(
         &mut self,
         steps: u64,
@@ -103,14 +105,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if self.execute_contact(particle, &prediction, observe)?.is_break() {
                 return Ok(Some(Reason::Observer));
             }
-            // At the time of the last event, whatever else goes on until the next one.
+            // The clock stops at the last event, even if other work precedes the next one.
             if self.counts.executed >= until.events {
                 return Ok(Some(Reason::Events));
             }
         }
     }
 
-    /// Executes the contact of a particle that is due now, shows it, and predicts again what it has changed.
+    /// Executes the contact that a particle has now, reports it, and repeats the predictions that it voids.
     #[inline]
     fn execute_contact(
         &mut self,
@@ -136,14 +138,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(flow)
     }
 
-    /// Kind of the next entry, up to a time since the epoch.
+    /// The next thing to do, up to a time since the epoch.
     #[inline]
     fn next_due(&mut self, stop: f64) -> Next {
         let next_global = self.sources.next_global;
         let due = Due { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
         let limit = stop.min(next_global);
         let Some(entry) = self.schedule.queue.peek(limit, &due) else {
-            // The epoch ends before whatever happens at its end or later.
+            // The epoch ends before anything at its end time or later.
             return match () {
                 () if limit >= self.schedule.queue.reached() => Next::Epoch,
                 () if next_global <= stop => Next::GlobalEvent,
@@ -173,7 +175,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.scratch = Some(scratch);
     }
 
-    /// Predicts a particle again, and puts its prediction into the queue.
+    /// Predicts a particle again and puts its prediction into the queue.
     #[inline]
     pub(super) fn repredict(&mut self, particle: u32, time: f64) {
         self.predict_anew(particle, time);

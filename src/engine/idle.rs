@@ -1,8 +1,8 @@
-//! The proof that nothing will ever happen again.
+//! Proof that no further event will ever happen.
 //!
-//! No event for a long time is no proof: two spheres in a large periodic box meet after thousands of crossings. What can be shown is that
-//! no particle meets a surface, and that all pairs recede along the axes that are not periodic, where nothing comes back, or miss each other there
-//! by more than rounding.
+//! A long time without events is no proof: two spheres in a large periodic box may meet after thousands of
+//! crossings. It can be shown that no particle meets a surface, and that every pair recedes along the axes
+//! that are not periodic, or misses there by more than rounding.
 
 use super::parts::Engine;
 use super::predict::Streamed;
@@ -14,18 +14,19 @@ use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
-/// Pairs that are looked at in some hundredths of a second. With more of them the end is seen when no particle changes its cell any more.
+/// Maximum number of pairs to test, in some hundredths of a second. Larger systems end when no particle
+/// changes its cell any more.
 const MOST_PAIRS: usize = 4_000_000;
 
-/// Pairs in cells next to each other that are looked at then, in some seconds.
+/// Maximum number of pairs in adjacent cells to test in that case, in some seconds.
 const MOST_NEAR: usize = 400_000_000;
 
-/// Transitions without an event after which a proof is tried first: they take longer than the proof.
+/// Transitions without an event before the first attempt. They take longer than the proof.
 const FIRST_PROOF: u64 = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Whether it can be shown at the end of an epoch that nothing will ever happen again. It is tried after twice as many transitions without an
-    /// event each time.
+    /// Whether it can be shown, at the end of an epoch, that no further event will happen. The number of
+    /// transitions without an event doubles from one attempt to the next.
     pub(super) fn is_shown_to_be_over(&mut self) -> bool {
         if !self.is_proof_due() {
             return false;
@@ -34,7 +35,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.is_over()
     }
 
-    /// Whether it is time to try.
+    /// Whether an attempt is due.
     pub(super) fn is_proof_due(&self) -> bool {
         let done = self.counts.totals.transition;
         let quiet = done.wrapping_sub(self.counts.transitions_at_event);
@@ -43,12 +44,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         quiet >= FIRST_PROOF.max(pairs / 16) && since_proof >= quiet / 2
     }
 
-    /// Whether it can be shown that nothing will ever happen again, by the states now.
+    /// Whether the present states show that no further event will happen.
     pub(super) fn is_over(&self) -> bool {
         if self.acts_for_ever() || !self.sources.surfaces.rest_from(self.time()) {
             return false;
         }
-        // Contacts of the pairs that are inside of a step of theirs are always predicted.
+        // Pairs inside one of their steps always have a predicted contact.
         if self.schedule.predictions.iter().any(|prediction| prediction.contact_time < f64::INFINITY) {
             return false;
         }
@@ -78,7 +79,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Whether none meet of the particles in cells next to each other and of captured pairs: the only ones that can where no particle changes its cell.
+    /// Whether no particles in adjacent cells and no captured pairs meet. If no particle changes its cell, no
+    /// other pairs can.
     fn neighbours_never_meet(&self, moving: &[Streamed]) -> bool {
         let (mut near, mut left) = (Candidates::default(), MOST_NEAR);
         moving.iter().all(|me| {
@@ -91,7 +93,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Rounding error of states that were streamed to now.
+    /// Rounding error of states streamed to the present time.
     fn doubt(&self, particles: &[u32]) -> Doubt {
         let mut sums = [0.0; 2];
         for &particle in particles {
@@ -112,7 +114,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sources.surfaces.for_each_unlimited(self.row(me.id), &mut look);
         let is_periodic = self.state.periods.iter().any(|period| period.is_finite());
         if is_periodic && self.sources.surfaces.has_features() {
-            // They have images without end.
+            // They have infinitely many images.
             return true;
         }
         self.sources.surfaces.for_each_feature(&flight.swept(f64::INFINITY), self.row(me.id), &mut look);
@@ -125,8 +127,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         may_meet
     }
 
-    /// Whether it is shown that a pair recedes for ever along the axes that are not periodic, or misses there, or does not move relative to
-    /// each other at all.
+    /// Whether a pair provably never meets: along the axes that are not periodic it recedes or misses, or it
+    /// has no relative motion.
     fn never_meet(&self, me: &Streamed, other: u32) -> bool {
         let Some(squared) = self.squared_range_from_outside(me.id, other) else { return true };
         let (position, velocity) = self.state_at(other, self.clock.now);
@@ -152,7 +154,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The square of the distance at which a pair that is outside of its potential meets; `None` for pairs that never do, or are inside.
+    /// Squared distance at which a pair outside its potential meets; `None` for pairs that never meet, or
+    /// that are inside.
     fn squared_range_from_outside(&self, a: u32, b: u32) -> Option<f64> {
         if !TABLE {
             return Some(self.pairs.rules.meeting(0, 0).squared);
@@ -202,7 +205,7 @@ mod tests {
             ([OPEN; 3], [0.3, -1.0, 0.0], true),
             ([OPEN; 3], [0.01, -1.0, 0.0], false),
             ([PERIODIC; 3], [0.3, 1.0, 0.1], false),
-            // They pass each other for ever, but that is not shown.
+            // They pass each other forever, but this cannot be shown.
             ([PERIODIC; 3], [1.0, 0.0, 0.0], false),
             ([PERIODIC; 3], [0.0, 0.0, 0.0], true),
             ([PERIODIC, OPEN, PERIODIC], [0.3, 1.0, 0.1], true),
@@ -227,7 +230,7 @@ mod tests {
             scene.species[0].acceleration = (gravity > 0.0).then(|| Vector::new(0.0, 0.0, -gravity));
             scene
         };
-        // They meet at t = 1.5e7, after 0.985 of a diameter at the least.
+        // They meet at t = 1.5e7, and their smallest distance is 0.985 diameters.
         let [position, velocity] = [
             [9_958_719.654_207_112, 11_205_396.372_943_148, 512_830.356_104_685_8],
             [-0.663_914_600_325_803_6, -0.747_026_464_671_845_6, -0.034_188_661_192_157_396],
@@ -238,7 +241,7 @@ mod tests {
             Vector::from(velocity),
         );
         assert!(!Simulation::without_plan(far.build().unwrap()).is_over());
-        // It falls back after 10^9 of a climb.
+        // It climbs for 10^9 and falls back.
         let thrown = hard(1e-9).particle("A", Vector::new(5.0, 5.0, 8.0), Vector::new(0.0, 0.0, 1.0)).particle(
             "B",
             Vector::new(5.0, 5.0, 2.0),

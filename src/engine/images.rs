@@ -1,13 +1,14 @@
-//! Images: in which of its periodic images a particle can be met.
+//! Images: the periodic images in which a particle can be met.
 //!
-//! A policy is chosen when particles are sorted in, and everything that asks for a relative state asks here:
+//! A policy is chosen when particles are sorted into cells or lists. All code that needs a relative state
+//! uses it:
 //!
-//! | policy | where | images of a pair |
+//! | policy | applies to | images of a pair |
 //! |---|---|---|
-//! | nearest | boxes of five cells or more along each period, or with lists | the nearest one |
-//! | tied | four cells along a period | the nearest one, and at half a period, where rounding decides which that is, the other one too |
-//! | several | three cells or fewer | all that can be met before either particle changes its cell |
-//! | sliding | sheared boxes, see [`lees_edwards`] | besides, those above and below are displaced and faster |
+//! | nearest | boxes of five or more cells along each period, or with lists | the nearest one |
+//! | tied | four cells along a period | the nearest one; at half a period, where rounding decides which is nearest, also the other one |
+//! | several | three or fewer cells | all that can be met before either particle changes its cell |
+//! | sliding | sheared boxes, see [`lees_edwards`] | as above, and those above and below are displaced and move faster |
 
 mod lees_edwards;
 pub(super) mod travelled;
@@ -23,14 +24,14 @@ use crate::physics::motion::RelativeState;
 use lees_edwards::LeesEdwards;
 use serde::{Deserialize, Serialize};
 
-/// The axis along which images slide, and the one along which they do it ever faster.
+/// The axis along which images slide, and the axis along which their speed increases.
 pub(super) const FLOW: usize = 0;
 pub(super) const GRADIENT: usize = 1;
 
 /// The policy.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ImagePolicy {
-    /// Several: those of a small box beside the nearest one; empty for other boxes.
+    /// Several: the images of a small box beside the nearest one; empty for other boxes.
     pub further: Vec<Vector>,
     /// Tied: axes along which neighbours can be half a period apart.
     pub tied: [bool; 3],
@@ -38,20 +39,20 @@ pub(super) struct ImagePolicy {
     sliding: Option<LeesEdwards>,
 }
 
-/// How the first meeting with uncaptured others is searched.
+/// How the first contact with uncaptured partners is found.
 pub(super) enum Way {
-    /// All at once, each in its nearest image.
+    /// All partners at once, each in its nearest image.
     Nearest,
-    /// As before, and in the further images of a small box.
+    /// As above, and also in the further images of a small box.
     Several,
-    /// All at once, across sides that slide.
+    /// All partners at once, across sliding sides.
     Sliding(Sliding),
-    /// One pair after the other, in all of its images.
+    /// One pair after the other, in all its images.
     OneByOne,
 }
 
 impl ImagePolicy {
-    /// Before particles are sorted in.
+    /// The policy before particles are sorted in.
     pub fn of(scene: &Scene) -> Self {
         Self { further: Vec::new(), tied: [false; 3], sliding: LeesEdwards::of(scene) }
     }
@@ -62,12 +63,12 @@ impl ImagePolicy {
         self.sliding.is_some()
     }
 
-    /// Whether a scene has images that stay where they are, as neighbour lists need.
+    /// Whether the images of a scene are fixed, as neighbour lists require.
     pub fn stay(scene: &Scene) -> bool {
         LeesEdwards::of(scene).is_none()
     }
 
-    /// The policy for lists: the nearest image, which skins are narrow enough for.
+    /// The policy for lists: the nearest image. Skins are chosen narrow enough for it.
     pub fn choose_for_lists(&mut self) {
         (self.further, self.tied) = (Vec::new(), [false; 3]);
     }
@@ -79,25 +80,27 @@ impl ImagePolicy {
         if self.further.is_empty() {
             self.tied = cells.grid.tied_axes();
             if self.slide() {
-                // Images along the flow and the gradient slide, and are looked at beside each other.
+                // Images along the flow and the gradient slide and are handled separately.
                 (self.tied[FLOW], self.tied[GRADIENT]) = (false, false);
             }
         }
     }
 
-    /// When particles next to sides that slide are predicted again, since the epoch; infinite where none slide.
+    /// Time since the epoch at which particles next to sliding sides are predicted again; infinite if no
+    /// sides slide.
     pub fn next_refresh(&self) -> f64 {
         self.sliding.as_ref().map_or(f64::INFINITY, LeesEdwards::next_refresh)
     }
 
-    /// Largest displacement of sliding images in a time since whole periods were dropped `[length]`.
+    /// Largest displacement of sliding images, whole periods removed, in a time `[length]`.
     pub fn farthest_slid(&self, time: f64, periods: &Vector) -> f64 {
         self.sliding.map_or(0.0, |shear| periods[FLOW] + shear.speed.abs() * time)
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The nearest image of a relative state at a time since the epoch, and whether it is one across sides that slide.
+    /// The nearest image of a relative state at a time since the epoch, and whether it lies across sliding
+    /// sides.
     #[inline]
     pub(super) fn nearest(&self, position: Vector, velocity: Vector, time: f64) -> (RelativeState, bool) {
         let Some(shear) = &self.images.sliding else {
@@ -108,7 +111,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (state, is_across)
     }
 
-    /// Calls `visit` for the images beside the nearest one in which an uncaptured pair can be met; `is_across` if that is one across sides that slide.
+    /// Calls `visit` for the images other than the nearest in which an uncaptured pair can meet; `is_across`
+    /// tells whether an image lies across sliding sides.
     #[inline]
     pub(super) fn for_each_further_image(
         &self,
@@ -128,11 +132,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// How a particle searches for the first meeting with uncaptured others at a time since the epoch.
+    /// How a particle finds its first contact with uncaptured partners at a time since the epoch.
     #[inline]
     pub(super) fn way(&self, particle: u32, time: f64) -> Way {
         let has_one_image = self.images.further.is_empty();
-        // Pairs with a relative acceleration, or that grow, are tested in all images at once.
+        // Pairs with a relative acceleration or growing distances are tested in all images at once.
         if !(has_one_image || !(FALLING && TABLE) && self.distances.are_constant()) {
             return Way::OneByOne;
         }
@@ -145,27 +149,31 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Whether all that a particle has captured is met in its nearest image, as in a box whose images stay.
+    /// Whether all captured partners of a particle are met in their nearest images, as in a box with fixed
+    /// images.
     #[inline]
     pub(super) fn are_captured_nearest(&self, particle: u32) -> bool {
-        // A partner that is not near can be across sides that slide however far from them this particle is.
+        // A distant partner can be across sliding sides however far from them this particle is.
         !self.images.slide()
             || (self.ranges.are_captured_near()
                 && !self.has_own_interactions(particle)
                 && self.is_off_sliding_sides(particle))
     }
 
-    /// Whether the predicted contact of a particle stays valid when it enters another cell: only its new neighbours are
-    /// looked at then. In a small box the images that it may meet are others from then on, and next to sides that slide its neighbours are.
+    /// Whether the predicted contact of a particle stays valid when it enters another cell, so that only new
+    /// neighbours have to be tested. In a small box the possible images change then, and next to sliding
+    /// sides the neighbours do.
     #[inline]
     pub(super) fn keeps_contact(&self, particle: u32) -> bool {
         if self.images.slide() { self.is_off_sliding_sides(particle) } else { self.images.further.is_empty() }
     }
 
-    /// Number of images on either side of the nearest one in which a bonded pair can meet before either particle is predicted again.
+    /// Number of images on either side of the nearest one in which a bonded pair can meet before either
+    /// particle is predicted again.
     ///
-    /// Until then each travels one cell at most, so that with three cells or more a separation that was half a period at most stays
-    /// below seven sixths of one, and its range is half of one at most. While the images along x slide they go a quarter further.
+    /// Until then each particle travels at most one cell. With three or more cells, a separation of at most
+    /// half a period therefore stays below seven sixths of a period, and the range is at most half a period.
+    /// While images along x slide, separations grow by a quarter more.
     pub(super) fn most_images(&self) -> [i32; 3] {
         let counts = match &self.neighbours {
             Neighbours::Cells(cells) => cells.grid.counts(),
@@ -180,7 +188,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// A relative state as seen from another image of the partner, at a time since the epoch.
+    /// A relative state with another image of the partner, at a time since the epoch.
     pub(super) fn image_of(&self, nearest: &RelativeState, image: [i32; 3], time: f64) -> RelativeState {
         let mut state = *nearest;
         for axis in (0..3).filter(|&axis| image[axis] != 0) {
@@ -194,7 +202,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         state
     }
 
-    /// Displacement of the next image up, less whole periods, and how many those are.
+    /// Displacement of the next image above, less whole periods, and the number of these periods.
     pub(super) fn displacement(&self) -> (f64, i32) {
         let period = self.state.periods[FLOW];
         self.images.sliding.map_or((0.0, 0), |shear| shear.displacement_within(self.clock.now, period))

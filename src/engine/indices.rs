@@ -1,4 +1,4 @@
-//! Indices of an engine that was read: each leads to something, or what was read is damaged.
+//! Checks the indices of an engine that was read from a file.
 
 use super::neighbours::Neighbours;
 use super::neighbours::cells::NO_PARTICLE;
@@ -8,7 +8,7 @@ use super::state::State;
 use super::{Chosen, Simulation};
 
 impl Simulation {
-    /// The first kind of index of particles, species or lists that leads nowhere, after reading; none if all are sound.
+    /// The first kind of index of particles, species or lists that is out of range; `None` if all are sound.
     pub(crate) fn unsound_index(&self) -> Option<&'static str> {
         let species = self.scene.species.len();
         with_engine!(&self.engine, engine => engine.unsound_index(species))
@@ -63,7 +63,7 @@ mod tests {
     use crate::engine::columns::tests::{mixture, spheres};
     use crate::model::{Potential, Scene};
 
-    /// Grains that fall between walls, onto a plate that oscillates and a mesh, under a heat bath.
+    /// Grains that fall between walls onto an oscillating plate and a mesh, in a heat bath.
     const WALLED: &str = "
         space = { size = [8.0, 8.0, 12.0], x = 'walls', y = 'walls', z = 'walls' }
         dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-3 }
@@ -80,7 +80,7 @@ mod tests {
             { name = 'block', shape = 'box', lower = [2.0, 2.0, 1.5], upper = [4.0, 4.0, 2.4] },
         ]";
 
-    /// A change of single bytes is found, or the simulation goes on or is refused; it never panics.
+    /// A changed byte is detected, or the simulation continues or stops with an error. It never panics.
     #[test]
     fn changed_bytes_of_a_simulation_are_noticed_or_harmless() {
         let hard = || Potential::hard_sphere(1.0).unwrap();
@@ -101,7 +101,7 @@ mod tests {
                     Ok(read) if read.unsound_index().is_some() => refused[1] += 1,
                     Ok(mut read) => {
                         let _ = read.snapshot();
-                        // Whatever numbers it has, it goes on or says that it cannot.
+                        // Whatever its numbers, it continues or returns an error.
                         read.enlarge();
                         let _ = read.advance_for(2_000, Until::events(u64::MAX), None);
                         refused[2] += 1;

@@ -1,10 +1,11 @@
-//! Sums of energies and momenta that came, went and changed their form: what balances and pressures are made of.
+//! Sums of exchanged and converted energy and momentum, for energy balances and pressures.
 
 use super::parts::Engine;
 use crate::Vector;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Counts what an event adds to the potential energy of a pair, what it dissipates and what comes from outside, and when.
+    /// Counts the potential energy that a pair gains in an event, the dissipated and the supplied energy, and
+    /// their times.
     #[inline(always)]
     pub(super) fn note_energies(&mut self, energy_step: f64, dissipated: f64, supplied: f64) {
         let time = self.clock.epoch + self.clock.now;
@@ -22,15 +23,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Takes note of what an event does to `sum m v^2` along each axis between walls; an impulse that is internal, of other particles, counts in the virial of each
-    /// wall's axis.
+    /// Adds the change of `sum m v^2` by an event along each axis between walls. An internal impulse, from
+    /// another particle, counts in the virial of each such axis.
     ///
-    /// Between two changes the sum is constant, so that its integral up to a time `t` is exactly its value then times `t`, less the sum of all changes
-    /// that there were times their times.
+    /// The sum is constant between changes. Its integral up to a time `t` is therefore `t` times the final
+    /// value, less the sum of all changes multiplied by their times.
     ///
-    /// Along an axis between walls, the mean of `d/dt sum x m v` over a long time is zero for each species: `<sum m v^2> + <sum x F> = L p A`, with
-    /// the components along the axis, where `x` is measured from the middle, `L` is the length that the centres reach and `p A` the mean force
-    /// of the two walls. Divided by the volume `L A` of that species and summed over all, it is the pressure.
+    /// Along an axis between walls, the long-time mean of `d/dt sum x m v` is zero for each species: `<sum m
+    /// v^2> + <sum x F> = L p A`. All components are along the axis, `x` is measured from the middle, `L` is
+    /// the length that centres can reach, and `p A` is the mean force of the two walls. Divided by the volume
+    /// `L A` of the species and summed over all species, this is the pressure.
     pub(super) fn note_confined(&mut self, particles: [Option<u32>; 2], is_internal: bool, before: &[Vector; 2]) {
         let Some(confinement) = &self.sources.confinement else { return };
         let (mut virial, mut change) = (Vector::zeros(), Vector::zeros());
@@ -53,7 +55,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds the momentum that a wall has given a particle to what the wall has taken from all.
+    /// Adds the momentum that a wall has given to a particle.
     pub(super) fn note_push(&mut self, particle: u32, axis: usize, is_upper: bool, impulse: f64) {
         let Some(confinement) = &self.sources.confinement else { return };
         let per_area = confinement.per_area[usize::from(self.row(particle))][axis];

@@ -1,7 +1,8 @@
-//! Prefetching: what the next entries of the queue will touch is brought nearer to the processor.
+//! Prefetching of data that the next entries of the queue will touch.
 //!
-//! Successive events are far apart in space and so in memory. Each entry needs a chain of loads, one of which says where the next one
-//! is: particle, list or cells, those in it. The links are taken some entries ahead, one after the other, so that none is waited for.
+//! Successive events are far apart in space and therefore in memory. Each entry needs a chain of loads:
+//! particle, list or cells, and their contents, where each load gives the address of the next. The links are
+//! loaded some entries ahead, one after the other, so that none causes a wait.
 
 use super::parts::Engine;
 use super::prediction::{FIRST_ABSENT, Prediction};
@@ -10,13 +11,14 @@ use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 
-/// Entries of lead for the prefetch of a particle and its partner, of the places of their neighbours, and of the neighbours.
+/// Number of entries ahead at which the particle and its partner, the addresses of their neighbours, and the
+/// neighbours are prefetched.
 pub(super) const SELF: usize = 7;
 const WHERE: usize = 4;
 const NEIGHBOURS: usize = 2;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Looks ahead; changes nothing but speed.
+    /// Prefetches for upcoming entries. Affects only speed.
     #[inline]
     pub(super) fn prefetch_coming(&self) {
         if let Some((particle, prediction)) = self.coming(SELF) {
@@ -80,7 +82,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Captured partners, which are not among the uncaptured ones in lists.
+    /// Prefetches captured partners, which are not in lists.
     #[inline]
     fn prefetch_captured(&self, particle: u32) {
         if TABLE {

@@ -1,7 +1,7 @@
-//! Neighbour search: the particles that one particle could meet.
+//! Neighbour search: finds the particles that a particle could meet.
 //!
-//! Two ways, chosen by the density: [`cells`] alone in a thin fluid, where a list would be out of date before it is read twice,
-//! and Verlet lists ([`lists`]) with a skin in a dense one.
+//! There are two methods, chosen by density. A thin fluid uses [`cells`] alone, because a list would be
+//! outdated before its second use. A dense fluid uses Verlet lists with a skin ([`lists`]).
 
 pub mod candidates;
 pub mod cell_list;
@@ -25,19 +25,20 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use verlet::VerletLists;
 
-/// How neighbours are found.
+/// Method of the neighbour search.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Search {
-    /// Cells: the neighbours are in the cells around the particle's.
+    /// Cells: the neighbours are in the same and in adjacent cells.
     Cells,
     /// Verlet lists: the neighbours are in the particle's list.
     Lists {
-        /// Half of the skin: how far a particle may go from its centre before its list is rebuilt `[length]`.
+        /// Half of the skin: the distance that a particle may move from its centre before its list is rebuilt
+        /// `[length]`.
         half_skin: f64,
     },
 }
 
-/// The neighbours of all particles, found in one of the two ways.
+/// The neighbours of all particles, with either method.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant, reason = "there is one in an engine, and it is reached without a detour")]
 pub enum Neighbours {
@@ -47,7 +48,7 @@ pub enum Neighbours {
     Lists(VerletLists),
 }
 
-/// Place of a particle in the neighbour search.
+/// A particle's place in the neighbour search.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Place {
     /// The number of its cell.
@@ -57,7 +58,7 @@ pub enum Place {
 }
 
 impl Neighbours {
-    /// Where a particle is looked for.
+    /// A particle's place in the neighbour search.
     #[must_use]
     pub fn place(&self, particle: u32) -> Place {
         match self {
@@ -66,7 +67,8 @@ impl Neighbours {
         }
     }
 
-    /// Adds a particle, to be looked for at a place that is of these neighbours, otherwise at its position. Its list is empty.
+    /// Adds a particle with an empty list at `place`, or at its position if there is no place or it belongs
+    /// to the other method.
     pub fn push(&mut self, position: &Vector, place: Option<Place>) {
         match (self, place) {
             (Self::Cells(cells), Some(Place::Cell(cell))) => cells.push(cell),
@@ -91,7 +93,7 @@ impl Neighbours {
         Self::Cells(Cells::new(space, 0.0, &[]))
     }
 
-    /// Which of the two ways it is.
+    /// The method in use.
     #[must_use]
     pub fn search(&self) -> Search {
         match self {
@@ -120,7 +122,7 @@ impl Neighbours {
         }
     }
 
-    /// Finds all particles with which one may be in contact.
+    /// Finds all particles that a particle may meet next.
     pub fn find_candidates(&self, particle: u32, near: &mut Candidates) {
         match self {
             Self::Cells(cells) => cells.find_candidates(cells.home(particle), near),
@@ -151,46 +153,48 @@ impl fmt::Display for Search {
     }
 }
 
-/// Particles beyond its range that a particle's list should hold in one, two and three dimensions, at the mean density. More cost time
-/// at every prediction, fewer have to be looked for more often. Measured, in three dimensions, in hard-sphere fluids and crystals and in square wells (whose
-/// pairs within range are captured, and in no list), where half or twice as many lose about a tenth of the speed.
+/// Number of particles beyond its range that a list should hold in one, two and three dimensions, at the mean
+/// density. A larger number slows down every prediction, a smaller one requires more searches. Measured in
+/// three dimensions in hard-sphere fluids and crystals and in square wells, whose pairs within range are
+/// captured and in no list. Half or twice this number costs about a tenth of the speed.
 const LISTED: [f64; 3] = [1.5, 5.5, 11.0];
 
-/// Lists are worth their upkeep while they reach no further than this many ranges; that is a packing fraction of 0.36. For hard spheres
-/// cells are as fast at 0.35 with 11 thousand particles and at 0.38 with ten times as many, for square wells at a reach of 1.66.
+/// Lists pay up to this reach, in units of the range. It corresponds to a packing fraction of 0.36. For hard
+/// spheres, cells are as fast at 0.35 with 11,000 particles and at 0.38 with ten times as many; for square
+/// wells, at a reach of 1.66.
 const WORTHWHILE: f64 = 1.69;
 
-/// Limit with three cells or less along a period, where all particles are candidates in several images: a packing fraction of 0.14. Between 0.1
-/// and 0.15, ten hard spheres are as fast in cells.
+/// The limit with three or fewer cells along a period, where every particle is a candidate in several images:
+/// a packing fraction of 0.14. Ten hard spheres are as fast in cells between 0.1 and 0.15.
 const WORTHWHILE_IN_SMALL_BOX: f64 = 2.2;
 
-/// A change from lists to cells or back pays only this far beyond.
+/// The method changes only if the limit is exceeded by this fraction.
 const HYSTERESIS: f64 = 0.05;
 
-/// The skin is changed if another would be so much wider or narrower.
+/// The skin changes only if the new one differs by this fraction.
 const DIFFERENT: f64 = 0.3;
 
-/// So few particles are cheap to have in a list, wherever they are.
+/// Up to this many particles can all be listed at little cost.
 const FEW: usize = 32;
 
-/// Half a skin of few particles in a box that is longer than [`LONG`] ranges along all of its axes, in ranges: they fly for long before they
-/// meet. A contact is predicted from three of them away at the most, where the overlap function has lost the square of that, some `1e5` units
-/// in the last place.
+/// Half a skin in ranges, for a few particles in a box longer than [`LONG`] ranges along all axes, where they
+/// fly far before they meet. Contacts are predicted from at most three times this distance, where the overlap
+/// function has an error of about the square of that, some `1e5` units in the last place.
 const WIDE: f64 = 100.0;
 const LONG: f64 = 1e4;
 
-/// Part of what fits that a skin takes at most.
+/// Largest fraction of the available room that a skin takes.
 const WITHIN: f64 = 0.95;
 
-/// Half of a skin is no thinner than this part of the range, however dense the system.
+/// Smallest half skin as a fraction of the range, however dense the system is.
 const THINNEST: f64 = 0.08;
 
 impl Search {
-    /// The search for the start of a scene.
+    /// The method for the start of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         if !ImagePolicy::stay(scene) {
-            // Lists do not slide.
+            // Lists do not support sliding images.
             return Self::Cells;
         }
         let positions = || scene.particles.iter().map(|particle| particle.position);
@@ -200,13 +204,13 @@ impl Search {
         Self::choose_among(&scene.space, range, positions, None)
     }
 
-    /// The search for particles at `positions` that interact up to `range`, given the one that is in use.
+    /// The method for particles at `positions` that interact up to `range`, given the current one.
     #[must_use]
     pub fn choose(space: &Space, range: f64, positions: &[Vector], current: Option<Self>) -> Self {
         Self::choose_among(space, range, || positions.iter().copied(), current)
     }
 
-    /// The search for positions that come one by one, as often as they are asked for.
+    /// The method for positions given by an iterator that can be started again.
     pub(super) fn choose_among<I: Iterator<Item = Vector>>(
         space: &Space,
         range: f64,
@@ -219,9 +223,10 @@ impl Search {
             return Self::Lists { half_skin: if is_long { WIDE * range } else { range } };
         }
         let reach = reach_of_lists(space, range, local_density(space, range, &positions));
-        // A small box has room for a thin skin only, which is still better than a look at all images of all others.
+        // A small box has room for a thin skin only. This is still better than testing all images of all
+        // other particles.
         let half_skin = (0.5 * (reach - range)).min(WITHIN * widest).max(THINNEST * range);
-        // NaN, from no particles or no range, means cells.
+        // NaN, from no particles or no range, selects cells.
         if !(reach < worthwhile(space, range, current) * range && half_skin < widest) {
             return Self::Cells;
         }
@@ -245,7 +250,7 @@ fn reach_of_lists(space: &Space, range: f64, density: f64) -> f64 {
     }
 }
 
-/// The ranges that lists reach at most, to be better than cells.
+/// Largest reach, in ranges, at which lists are better than cells.
 fn worthwhile(space: &Space, range: f64, current: Option<Search>) -> f64 {
     let has_few_cells = (0..3).any(|k| space.boundary[k] == Boundary::Periodic && space.size[k] < 4.0 * range);
     let worthwhile = if has_few_cells { WORTHWHILE_IN_SMALL_BOX } else { WORTHWHILE };
@@ -256,16 +261,16 @@ fn worthwhile(space: &Space, range: f64, current: Option<Search>) -> f64 {
     }
 }
 
-/// Number density around a particle, in the mean over particles `[length^-dimensions]`.
+/// Mean number density around particles `[length^-dimensions]`.
 ///
-/// Where particles fill a part of the box only, that part counts.
+/// If particles fill only part of the box, the density of that part counts.
 fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, positions: impl Fn() -> I) -> f64 {
-    /// Particles in a cell, so that one more or less makes no difference.
+    /// Number of particles in a cell, large enough that one more or less makes no difference.
     const MANY: f64 = 32.0;
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
     let volume: f64 = (0..3).filter_map(extent).product();
     let mut density = positions().count() as f64 / volume;
-    // Cells that are fair for the mean density are too large for that of the part that is filled.
+    // Cells for the mean density are too large for the density of the filled part.
     for _ in 0..3 {
         let fair = libm::pow(MANY / density, 1.0 / space.dimensions() as f64).max(2.0 * range);
         density = density_in_cells(space, fair, &positions);
@@ -273,9 +278,9 @@ fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, position
     density
 }
 
-/// Number density around a particle from counts in cells of about a given side.
+/// Number density around particles, from counts in cells of about a given side.
 fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positions: impl Fn() -> I) -> f64 {
-    /// Cells of the box that are counted in place, if there are no more of them than particles or than these.
+    /// A dense array of cells is used if there are no more cells than particles, or than this number.
     const SOME: usize = 4096;
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
     let along = |k: usize| extent(k).map_or(1.0, |size| (size / fair).floor().max(1.0));
@@ -300,7 +305,7 @@ fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positi
     elsewhere.sort_unstable();
     let cell: f64 = side.iter().filter(|side| side.is_finite()).product();
     let others = elsewhere.chunk_by(|a, b| a == b).map(|same| same.len() as f64);
-    // Sums of whole numbers, which no order rounds.
+    // Sums of integers, which are exact in any order.
     let (mut squares, mut all) = (0.0, 0.0);
     for n in counts.into_iter().map(f64::from).chain(others) {
         (squares, all) = (squares + n * n, all + n);
@@ -340,7 +345,7 @@ mod tests {
         for (size, half_skin) in [(20.0, 1.0), (9e3, 1.0), (1e4, WIDE), (1e9, WIDE)] {
             let mut space = Space::periodic_cube(size);
             assert_eq!(Search::choose(&space, 1.0, &at, None), Search::Lists { half_skin });
-            // A pipe is left as it is.
+            // A pipe keeps its shape.
             space.size.x = 1e9;
             assert_eq!(Search::choose(&space, 1.0, &at, None), Search::Lists { half_skin });
         }
@@ -354,7 +359,7 @@ mod tests {
             let Search::Lists { half_skin } = chosen else { panic!("{n} {spacing}") };
             assert!(half_skin >= THINNEST && space.size[0] > 2.0 * (1.0 + 4.0 * half_skin), "{half_skin}");
             assert_eq!(Search::choose(&space, 1.0, &positions, Some(chosen)), chosen);
-            // A search that does not fit is not kept, however close it is.
+            // A search that does not fit is not kept, however similar it is.
             let wider = Search::Lists { half_skin: 1.1 * half_skin };
             assert_eq!(Search::choose(&space, 1.0, &positions, Some(wider)), chosen);
         }

@@ -1,14 +1,15 @@
-//! Observers, which are called with each event, and events one after the other.
+//! Observers, which are called at each event, and iteration over events.
 
 use super::event::Event;
 use super::{EngineError, Reason, Simulation, Until};
 use std::iter::FusedIterator;
 use std::ops::ControlFlow;
 
-/// Observer of the event loop, if there is one: called with each event, and the loop ends after the event at which it breaks.
+/// Optional observer of the event loop. It is called at each event, and the loop ends after the event at
+/// which it breaks.
 pub type Observe<'a> = Option<&'a mut dyn FnMut(&Event) -> ControlFlow<()>>;
 
-/// Shows an event to the callback, and puts it together only if there is one.
+/// Calls the observer. The event is only constructed if there is one.
 #[inline]
 pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> ControlFlow<()> {
     match observe {
@@ -21,7 +22,7 @@ pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> 
 #[doc(alias = "callback")]
 #[doc(alias = "stop condition")]
 pub trait ObserverResult: sealed::Sealed {
-    /// Whether the run goes on.
+    /// Whether the run continues.
     fn control(self) -> ControlFlow<()>;
 }
 
@@ -40,12 +41,15 @@ impl ObserverResult for ControlFlow<()> {
 }
 
 impl Simulation {
-    /// Events one after the other, up to a time or a number of physical events: those of pairs, surfaces and the heat bath.
+    /// Iterates over the physical events of pairs and surfaces, and those of the heat bath, up to a time or a
+    /// number of events.
     ///
-    /// The simulation is at the event that was handed out last: [`EventSequence::simulation`] shows it there, and a loop that is left early leaves it there.
-    /// To go on gives the same bits as without a stop. [`Self::advance_with`] is for loops that see very many events, and does not return for each.
+    /// The simulation is at the event that was returned last, and [`EventSequence::simulation`] gives access
+    /// to it. It stays there if the loop ends early. Continuing gives the same bits as a run without a pause.
+    /// For very many events, [`Self::advance_with`] is faster because it does not return for each.
     ///
-    /// As [`Self::advance`] with an infinite time, it goes on for ever where nothing happens and that cannot be shown.
+    /// With an infinite time it continues forever, as [`Self::advance`] does, if nothing happens and this
+    /// cannot be proven.
     ///
     /// ```
     /// use carom::engine::{Simulation, Until};
@@ -70,34 +74,35 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// The last item is an [`EngineError`] where the simulation cannot go on: [`EngineError::Arrest`] if events go on without time, after the event that shows it,
-    /// [`EngineError::InvariantBroken`] in an impossible state.
+    /// The last item is an [`EngineError`] if the simulation cannot continue: [`EngineError::Arrest`] after
+    /// the event at which events are found to continue without time, and [`EngineError::InvariantBroken`] in
+    /// an impossible state.
     #[doc(alias = "step")]
     pub fn events(&mut self, until: Until) -> EventSequence<'_> {
         EventSequence { simulation: self, until, error: None, reason: None, is_over: false }
     }
 }
 
-/// Events of a simulation, one after the other: [`Simulation::events`].
+/// Iterator over the events of a simulation: [`Simulation::events`].
 #[derive(Debug)]
 #[must_use = "a simulation stands still until it is asked for the next event"]
 pub struct EventSequence<'s> {
     simulation: &'s mut Simulation,
     until: Until,
-    /// An arrest comes after the event that shows it.
+    /// An arrest, returned after the event that reveals it.
     error: Option<EngineError>,
     reason: Option<Reason>,
     is_over: bool,
 }
 
 impl EventSequence<'_> {
-    /// The simulation as it is at the event that was handed out last, or where it has ended: energies, positions, pair states.
+    /// The simulation at the event that was returned last, or at its end: energies, positions, pair states.
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         self.simulation
     }
 
-    /// Why there are no more events; `None` as long as there may be more, and after an error.
+    /// Why there are no more events; `None` while there may be more, and after an error.
     #[must_use]
     pub fn reason(&self) -> Option<Reason> {
         self.reason
@@ -247,7 +252,7 @@ mod tests {
         assert_eq!(found, expected);
         assert_eq!(watched.snapshot(), plain.snapshot());
 
-        // Left at an event, and then at a time.
+        // Stopped at an event, and then at a time.
         let mut stopped = fluid();
         let third = stopped.events(until).nth(2).unwrap().unwrap();
         assert_eq!((third, stopped.time()), (expected[2], expected[2].time));

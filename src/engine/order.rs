@@ -1,12 +1,12 @@
-//! Which number the engine gives to a particle: those close in space get close numbers, and so lie close in memory.
+//! Numbering of particles: those close in space get close numbers, and are therefore close in memory.
 //!
-//! The scene's ids are the user's names for particles; nothing that can be seen depends on the numbers.
+//! The ids of the scene are the user's names for particles. No output depends on the numbers.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_u32;
 use crate::model::space::Space;
 
-/// Cells per axis of the curve, as a power of two.
+/// Number of cells per axis of the curve, as a power of two.
 const BITS: u32 = 10;
 
 /// The ids of particles along Morton's space-filling curve through the box.
@@ -27,7 +27,7 @@ pub(super) fn along_curve(space: &Space, positions: &[Vector]) -> Vec<u32> {
     keyed.into_iter().map(|(_, id)| id).collect()
 }
 
-/// Puts two zero bits between each two of the lowest ten bits.
+/// Inserts two zero bits between adjacent bits of the lowest ten.
 fn spread(x: u32) -> u32 {
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;

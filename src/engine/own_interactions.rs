@@ -1,7 +1,8 @@
-//! Pairs with an interaction of their own that does not hold them together: no search for neighbours finds them again.
+//! Pairs with an interaction of their own that does not hold them together. No neighbour search would find
+//! them again.
 //!
-//! Uncaptured pairs meet in the cells or lists around a particle. A pair that has an interaction of its own keeps its state wherever its
-//! partner is, and may meet again through any side of a periodic box.
+//! Other uncaptured pairs meet in the cells or lists around a particle. A pair with its own interaction keeps
+//! its state wherever its particles are, and may meet again through any side of a periodic box.
 
 use super::parts::Engine;
 use super::predict::{Streamed, is_out_of_reach};
@@ -9,7 +10,7 @@ use super::prediction::Prediction;
 use crate::physics::overlap::Side;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Whether a particle has partners outside of all steps of an interaction of their own.
+    /// Whether a particle has partners outside all steps of their own interaction.
     #[inline]
     pub(super) fn has_own_interactions(&self, particle: u32) -> bool {
         TABLE
@@ -17,8 +18,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             && self.pairs.states.of(particle).iter().any(|captured| captured.state == 0)
     }
 
-    /// The first meeting with such a partner, in whichever image, before the particle goes into another cell or leaves its skin: then it
-    /// is predicted again.
+    /// The first contact with such a partner, in any image, before the particle leaves its cell or skin. Then
+    /// it is predicted again.
     pub(super) fn predict_own_interactions(&self, me: &Streamed, prediction: &mut Prediction) {
         let most = self.most_images();
         let around = |axis: usize| -most[axis]..=most[axis];

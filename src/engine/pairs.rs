@@ -13,7 +13,7 @@ use rules::Rules;
 use serde::{Deserialize, Serialize};
 use states::CapturedPairs;
 
-/// Everything about pairs.
+/// All data about pairs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Pairs {
     /// The table of interactions.
@@ -24,12 +24,12 @@ pub struct Pairs {
     pub contact_times: Option<ContactTimes>,
     /// Whether some pairs have interactions of their own that do not hold them together.
     pub has_own_interactions: bool,
-    /// Weights of the potential energy in place of it.
+    /// Weights that replace the potential energy.
     pub bias: Option<Box<Bias>>,
 }
 
 impl Pairs {
-    /// Pairs of a scene, none of them captured yet; `has_states` if pairs can be.
+    /// Pairs of a scene, none of them captured yet; `has_states` tells whether pairs can be captured.
     #[must_use]
     pub fn of(scene: &Scene, has_states: bool) -> Self {
         let count = scene.particles().len();

@@ -1,4 +1,4 @@
-//! The engine, put together of its parts: state, clock, schedule, neighbours, pairs, sources.
+//! The engine and its parts: state, clock, schedule, neighbours, pairs, sources.
 
 use super::clock::Clock;
 use super::distances::Distances;
@@ -26,15 +26,17 @@ pub(super) struct Counts {
     pub totals: EventCounts,
     /// Events by species; empty without a table.
     pub by_species: EventCountsBySpecies,
-    /// Physical events, the sum of the totals'.
+    /// Number of physical events, the sum over their kinds.
     pub executed: u64,
-    /// Cell transitions when the last of them happened; the difference to the number now is what counts, modulo 2^64.
+    /// Number of transitions at the last event. Only the difference from the present number matters, modulo
+    /// 2^64.
     pub transitions_at_event: u64,
-    /// Transitions when it was last tried to show that nothing will happen any more.
+    /// Number of transitions at the last attempt to prove that no further event will happen.
     pub transitions_at_proof: u64,
-    /// Transitions when particles were last put in order.
+    /// Number of transitions when the order in memory was last renewed.
     pub transitions_at_order: u64,
-    /// The deepest overlap at an event that the rounding since the one before explains `[length]`: what an inelastic pair takes along.
+    /// The deepest overlap at an event that is explained by rounding since the previous event `[length]`. An
+    /// inelastic pair keeps it.
     pub accepted_overlap: f64,
 }
 
@@ -51,7 +53,7 @@ impl Counts {
         }
     }
 
-    /// Adds the events and sums of a part of the system.
+    /// Adds the counts and sums of a part of the system.
     pub fn merge(&mut self, part: &Self) {
         self.totals.merge(&part.totals);
         self.by_species.merge(&part.by_species);
@@ -59,7 +61,7 @@ impl Counts {
         self.accepted_overlap = self.accepted_overlap.max(part.accepted_overlap);
     }
 
-    /// Restarts the counts, for a run that continues from the end of another one.
+    /// Restarts the counts, for a run that continues from another one.
     pub fn restart(&mut self, species: usize) {
         let done = self.totals.transition;
         *self = Self {
@@ -78,12 +80,12 @@ pub(super) struct Hardware {
     /// The SIMD instructions.
     #[serde(skip, default = "Simd::most")]
     pub width: Simd,
-    /// Whether what the particles take is too much for the caches next to the processor, so that it pays to look ahead.
+    /// Whether the particles exceed the processor's inner caches, so that prefetching pays.
     pub looks_ahead: bool,
 }
 
-/// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or have states; otherwise there is one
-/// species of hard spheres, and nothing about pairs is stored or looked up.
+/// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or have states. Otherwise
+/// there is one species of hard spheres, and no data about pairs are stored or looked up.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub state: State,
@@ -95,15 +97,15 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub images: ImagePolicy,
     pub distances: Distances,
     pub sources: Sources,
-    /// In a box, so that those of a part of the system can be put aside in one step.
+    /// Boxed, so that the counts of a part of the system can be exchanged by moving a pointer.
     pub counts: Box<Counts>,
     pub hardware: Hardware,
-    /// The impossible state that it is in, if it is.
+    /// The impossible state that the engine is in, if any.
     pub broken: Option<InvariantBroken>,
-    /// The domains that it is cut into, if it runs on several cores; part of no state.
+    /// The domains of a system on several cores. They are not part of the state.
     #[serde(skip)]
     pub domains: Option<Box<Domains<FALLING, TABLE>>>,
-    /// Room that is lent to predictions; part of no state.
+    /// Memory for predictions. It is not part of the state.
     #[serde(skip)]
     pub scratch: Option<Box<Scratch>>,
 }
@@ -139,7 +141,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ParticleId(self.state.bodies[particle as usize].name)
     }
 
-    /// The number of a particle that the user names.
+    /// The number of a particle with a given id.
     #[inline]
     pub(super) fn number(&self, id: ParticleId) -> u32 {
         let number = self.state.number(id.0);
@@ -147,7 +149,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         number.unwrap_or(0)
     }
 
-    /// Writes the state of a pair into the lists of both; static ones keep none.
+    /// Writes the state of a pair into the lists of both particles. Static ones have no list.
     pub(super) fn set_pair_state(&mut self, a: u32, b: u32, state: u16, interaction: u16) {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
@@ -159,7 +161,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Removes the state of a pair: it is uncaptured again.
+    /// Removes the state of a pair, which is then uncaptured.
     pub(super) fn remove_pair_state(&mut self, a: u32, b: u32) -> Result<(), InvariantBroken> {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
@@ -174,12 +176,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Counts of no events, of as many species.
+    /// Empty counts for the same number of species.
     pub(super) fn no_counts(&self) -> Counts {
         Counts { accepted_overlap: self.counts.accepted_overlap, ..Counts::new(self.counted_species()) }
     }
 
-    /// Number of species whose events are counted apart.
+    /// Number of species whose events are counted separately.
     pub(super) fn counted_species(&self) -> usize {
         if TABLE { self.pairs.rules.rows.species().len() } else { 0 }
     }
@@ -205,7 +207,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The room for predictions, to be given back.
+    /// The memory for predictions, which has to be returned.
     #[inline]
     pub(super) fn take_scratch(&mut self) -> Box<Scratch> {
         self.scratch.take().unwrap_or_else(|| Box::new(Scratch::new(if TABLE { self.state.bodies.len() } else { 0 })))

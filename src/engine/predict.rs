@@ -1,4 +1,4 @@
-//! Prediction: the earliest contact of one particle, and when it leaves its cell.
+//! Prediction: the earliest contact of a particle, and its next transition.
 
 use super::batch::Batch;
 use super::parts::Engine;
@@ -14,17 +14,17 @@ use crate::physics::detection::{accelerated, inertial};
 use crate::physics::motion::{RelativeState, stream_position};
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 
-/// Room for what a prediction finds on its way, kept from one prediction to the next.
+/// Memory for intermediate results of predictions, reused from one to the next.
 #[derive(Debug, Clone)]
 pub(super) struct Scratch {
-    /// The particles in the cells around the one in hand.
+    /// The particles in the cells around the present one.
     pub near: Candidates,
-    /// By particle, whether the one in hand has captured it; false between predictions.
+    /// By particle, whether the present particle has captured it; all false between predictions.
     pub is_captured: Vec<bool>,
 }
 
 impl Scratch {
-    /// For a number of particles that can be captured.
+    /// For `particles` that can be captured.
     pub fn new(particles: usize) -> Self {
         Self { near: Candidates::default(), is_captured: vec![false; particles] }
     }
@@ -101,7 +101,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The first contact with any of the uncaptured candidates. `wraps` says whether the nearest image of one may be a periodic copy.
+    /// The first contact with any of the uncaptured candidates. `wraps` tells whether nearest images may be
+    /// periodic copies.
     #[inline(always)]
     pub(super) fn predict_nearest(
         &self,
@@ -116,7 +117,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_uncaptured(me, wraps, others, length, prediction);
     }
 
-    /// The first contact with any of some uncaptured others at constant distances.
+    /// The first contact with any of several uncaptured partners at constant distances.
     #[inline(never)]
     fn predict_uncaptured(
         &self,
@@ -140,7 +141,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Batch view of all bodies from one particle.
+    /// The arrays of all bodies for a batch prediction, relative to one particle.
     #[inline]
     pub(super) fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
         let species = self.row(me.id);
@@ -155,7 +156,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The contact of an uncaptured pair: it can only come in from outside.
+    /// The contact of an uncaptured pair, which can only come from outside.
     #[inline]
     pub(super) fn predict_uncaptured_pair(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
         if other == me.id {
@@ -178,7 +179,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_in_further_images(me, other, (&state, is_across), squared, prediction);
     }
 
-    /// The contacts of an uncaptured pair in the images beside the nearest one.
+    /// The contacts of an uncaptured pair in images other than the nearest.
     #[inline]
     pub(super) fn predict_in_further_images(
         &self,
@@ -195,15 +196,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// The particle as seen from another one, and whether that is an image across the sides of a sheared box.
+    /// The relative state of a particle and another, and whether the other's image lies across the sides of a
+    /// sheared box.
     #[inline]
     pub(super) fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
         let (position, velocity) = self.state_at(other, me.time);
         self.nearest(me.position - position, me.velocity - velocity, me.time)
     }
 
-    /// Time from now to the pair's next event at one discontinuity, its squared distance and the side that the pair is on; may leave out one
-    /// later than `horizon`.
+    /// Time to the pair's next event at a discontinuity with the given squared distance and side. May omit an
+    /// event later than `horizon`.
     #[inline]
     pub(super) fn detect(
         &self,
@@ -228,7 +230,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         inertial::next_event(&Quadratic::new(state, squared), side)
     }
 
-    /// Keeps a pair event if it is the earliest so far; between simultaneous ones the lower ids come first.
+    /// Keeps a pair event if it is the earliest so far. Of simultaneous events, the one with the lower ids is
+    /// kept.
     #[inline]
     pub(super) fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
         let time = me.time + dt;
@@ -238,13 +241,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Much more than what rounding makes of a squared distance: a pair that can meet just before a horizon is not left out, in whichever order pairs are
-/// looked at.
+/// Far above the rounding of a squared distance. A pair that can meet just before the horizon is thus never
+/// omitted, in whatever order pairs are tested.
 pub(super) const SLACK: f64 = 1.0 + 1e-9;
 
 /// Whether a pair is too far apart to reach its discontinuity from outside within `horizon`, at the sum of all speeds.
 ///
-/// `|r| > s + |v| T + |a| T^2 / 2`, by more than rounding. An infinite or undefined horizon rejects nothing.
+/// `|r| > s + |v| T + |a| T^2 / 2`, by more than rounding. An infinite or NaN horizon rejects nothing.
 #[inline]
 pub(super) fn is_out_of_reach(state: &RelativeState, acceleration: &Vector, squared: f64, horizon: f64) -> bool {
     let speed = state.velocity.norm() + 0.5 * acceleration.norm() * horizon;

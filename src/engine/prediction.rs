@@ -1,4 +1,4 @@
-//! The prediction of a particle: its earliest contact and its transition, and when the first of both is due.
+//! The prediction of a particle: its earliest contact, its transition, and the time of the earlier one.
 
 use super::state::Body;
 use crate::engine::hardware::prefetch::prefetch;
@@ -13,11 +13,12 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Contact {
     /// A discontinuity of its potential with the partner.
     Pair(Side),
-    /// A surface, whose index stands in place of the partner's events.
+    /// A surface, whose index is stored in place of the partner's event count.
     Surface,
 }
 
-/// The one pending prediction of a particle: its earliest contact, and when it leaves its cell. Half a cache line, and never parts of two.
+/// The pending prediction of a particle: its earliest contact and its transition. It fills half a cache line
+/// and is aligned to it.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(align(32))]
 pub(super) struct Prediction {
@@ -27,22 +28,23 @@ pub(super) struct Prediction {
     pub transition_time: f64,
     /// The partner of a pair contact.
     pub partner: u32,
-    /// The partner's number of events when this was predicted; the index of a surface.
+    /// The partner's event count at the time of prediction, or the index of a surface.
     pub partner_events: u32,
-    /// Decides between simultaneous contacts: pairs before surfaces, then the lower id of the pair or particle, then whether it is the other's prediction.
+    /// Orders simultaneous contacts: pairs before surfaces, then by the lower id of the pair or particle,
+    /// then the lower particle's prediction first.
     pub tie_order: u32,
     pub contact: Contact,
-    /// The face of the cell that it leaves through; of no meaning with lists.
+    /// The face of the cell through which it leaves; unused with lists.
     pub exit: CellFace,
 }
 
 const _: () = assert!(size_of::<Prediction>() == 32);
 
-/// In a part of a system, partners from this number on are not there: their ids are counted from it. Contacts with them are void, because those have changed
-/// course. There are fewer than `2^29` particles.
+/// In a part of a system, numbers from this one on denote absent partners: their ids are counted from here.
+/// Contacts with them are void, because they have changed course. There are fewer than `2^29` particles.
 pub(super) const FIRST_ABSENT: u32 = 1 << 31;
 
-/// The partner that has an id, where it is not there.
+/// The number that denotes an absent partner with the given id.
 pub(super) fn absent(id: u32) -> u32 {
     FIRST_ABSENT | id
 }
@@ -64,7 +66,7 @@ impl Prediction {
         exit: CellFace { axis: 0, is_upper: false },
     };
 
-    /// Whether it leaves its cell or the skin of its list before it meets anything.
+    /// Whether the particle leaves its cell or the skin of its list before its next contact.
     #[inline]
     pub fn is_transition(&self) -> bool {
         self.transition_time < self.contact_time
@@ -75,7 +77,8 @@ impl Prediction {
         self.contact_time.min(self.transition_time)
     }
 
-    /// Whether a pair's event comes before the one foreseen; between simultaneous ones, whether its ids are the lower ones.
+    /// Whether a pair's event comes before the predicted one. If they are simultaneous, the lower ids come
+    /// first.
     #[inline]
     pub fn is_before(&self, particle: u32, other: u32, time: f64, bodies: &[Body]) -> bool {
         let name = |particle: u32| id_of(particle, bodies);
@@ -86,7 +89,7 @@ impl Prediction {
                 && pair(other) < pair(self.partner))
     }
 
-    /// Makes a pair's event the one foreseen.
+    /// Replaces the predicted contact by a pair's event.
     #[inline]
     pub fn meet(&mut self, particle: u32, other: u32, side: Side, time: f64, bodies: &[Body]) {
         let partner = &bodies[other as usize];
@@ -98,7 +101,7 @@ impl Prediction {
         self.contact = Contact::Pair(side);
     }
 
-    /// The partner of the contact, if it is one of a pair.
+    /// The partner, if the contact is one of a pair.
     #[inline]
     pub fn partner_in_contact(&self) -> Option<u32> {
         match self.contact {
@@ -107,25 +110,26 @@ impl Prediction {
         }
     }
 
-    /// Whether nothing is met, but the search for contacts with surfaces that move goes on.
+    /// Whether no contact is predicted but the search for contacts with moving surfaces must be continued.
     #[inline]
     pub fn is_search(&self) -> bool {
         self.contact == Contact::Surface && self.partner_events == SEARCH
     }
 
-    /// Renumbers the particles that it names, by their numbers until now. One that is not there any more keeps its number, as that of an absent one.
+    /// Renumbers the particles in the prediction. A partner without a new number keeps its old one, marked as
+    /// absent.
     pub fn renumber(&mut self, new: &[u32]) {
         if let Some(&number) = new.get(self.partner as usize) {
             self.partner = if number == NO_PARTICLE { absent(self.partner) } else { number };
         }
     }
 
-    /// The id of the partner, or its number until now, if it is absent.
+    /// The id of the partner if it is absent, or its old number.
     pub fn absent_partner(&self) -> Option<u32> {
         self.partner.checked_sub(FIRST_ABSENT).filter(|_| self.partner != NO_PARTICLE)
     }
 
-    /// Makes a contact with a surface the event foreseen.
+    /// Replaces the predicted contact by one with a surface.
     #[inline]
     pub fn reach(&mut self, surface: u32, time: f64, name: u32) {
         self.contact_time = time;
@@ -136,21 +140,22 @@ impl Prediction {
     }
 }
 
-/// In place of the index of a surface: the search for contacts with surfaces that move goes on.
+/// Stored in place of the index of a surface: the search for contacts with moving surfaces must be continued.
 pub(super) const SEARCH: u32 = u32::MAX;
 
-/// Bits in the tie orders of contacts with surfaces and of transitions, which those of pairs have not: there are fewer than `2^29` particles.
+/// Bits in the tie orders of surface contacts and transitions that are not used by pairs, because there are
+/// fewer than `2^29` particles.
 const SURFACE: u32 = 1 << 30;
 const TRANSITION: u32 = 2 << 30;
 
-/// The pending predictions of all particles, and the queue that puts them in order.
+/// The pending predictions of all particles, and the queue that orders them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Schedule {
     pub predictions: Vec<Prediction>,
     pub queue: EventQueue,
 }
 
-/// Predictions with the particles that they are of.
+/// Predictions and the particles that they belong to.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Due<'a> {
     pub predictions: &'a [Prediction],

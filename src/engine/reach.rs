@@ -1,5 +1,5 @@
-//! Pairs that are predicted one by one, because they accelerate relative to each other or meet in several images of a small box: which of
-//! them can meet at all before the earliest contact so far, several at a time in SIMD lanes.
+//! Pairs that are predicted one by one, because they accelerate relative to each other or meet in several
+//! images of a small box. SIMD lanes find those that can meet at all before the earliest contact so far.
 
 use super::batch::{Batch, dot, minimum_image};
 use super::images::{FLOW, GRADIENT};
@@ -13,8 +13,8 @@ struct WithinReach<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// By species, the squared distances at which they are met `[length^2]`; infinite for one that is always looked at, negative infinity for one that
-    /// is not met so.
+    /// By species, the squared distances of contact `[length^2]`; infinite for species that are always
+    /// tested, negative infinity for species that are not met this way.
     squared: &'a [f64],
     horizon: f64,
 }
@@ -29,7 +29,8 @@ impl Work for WithinReach<'_> {
         let mut bits = 0;
         for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
             let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
-            // Those that accelerate themselves are not where this says, but have an infinite range; that of those that are not met is no number.
+            // This position is wrong for accelerating partners, which have an infinite range. The range of
+            // partners that are not met is NaN.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let reach = F::each(&squared).sqrt().add(dot(&v, &v).sqrt().add(gained).mul(F::all(horizon)));
             let beyond = dot(&r, &r).sub(reach.mul(reach).mul(F::all(SLACK)));
@@ -76,7 +77,7 @@ struct HalfAPeriodAway<'a, const FALLING: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// Along the axes, infinite where nothing is that far away.
+    /// Minimum separation along each axis; infinite along axes where none qualifies.
     least: [f64; 3],
 }
 
@@ -97,12 +98,12 @@ impl<const FALLING: bool> Work for HalfAPeriodAway<'_, FALLING> {
     }
 }
 
-/// A sheared box, as particles next to the sides that slide see it.
+/// A sheared box, as seen by particles near its sliding sides.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sliding {
-    /// Present displacement of the next image up along the flow, without whole periods `[length]`.
+    /// Present displacement of the next image above along the flow, without whole periods `[length]`.
     pub displacement: f64,
-    /// How fast it slides `[length / time]`.
+    /// Speed of the displacement `[length / time]`.
     pub speed: f64,
 }
 
@@ -144,14 +145,15 @@ impl<const FALLING: bool> Work for AcrossSlidingSides<'_, FALLING> {
     }
 }
 
-/// Without the sign.
+/// Absolute value.
 #[inline(always)]
 fn size<F: Lanes>(x: F) -> F {
     F::all(0.0).if_less(x, x, F::all(0.0).sub(x))
 }
 
 impl Batch<'_> {
-    /// Which of [`MOST_LANES`] others, as bits, are at least so far away along one of the axes, in their nearest image.
+    /// Bit mask of the [`MOST_LANES`] candidates whose nearest image is at least `least` away along one of
+    /// the axes.
     #[inline]
     pub fn half_a_period_away<const FALLING: bool>(&self, me: &Streamed, others: &[u32], least: [f64; 3]) -> u32 {
         self.width.run(HalfAPeriodAway::<FALLING> { batch: self, me, others, least })
@@ -177,8 +179,9 @@ impl Batch<'_> {
         self.width.run(AnotherImage::<FALLING> { batch: self, me, others, horizon })
     }
 
-    /// Which of [`MOST_LANES`] others, as bits, `me` can meet within a finite time, at the sum of all speeds:
-    /// `|r| <= s + (|v| + |a| T / 2) T`. It may say so of one that cannot be met, never the other way round.
+    /// Bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time, at the sum of all
+    /// speeds: `|r| <= s + (|v| + |a| T / 2) T`. It may include some that cannot be met, and never omits one
+    /// that can.
     #[inline]
     pub fn within_reach(&self, me: &Streamed, others: &[u32], squared: &[f64], horizon: f64) -> u32 {
         self.width.run(WithinReach { batch: self, me, others, squared, horizon })
@@ -207,8 +210,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// The first contact with any of some uncaptured others of a particle next to the sides of a sheared box that slide, before it leaves its cell
-    /// at the time `leaves` and is predicted again.
+    /// The first contact with uncaptured candidates for a particle near the sliding sides of a sheared box,
+    /// before it leaves its cell at `leaves` and is predicted again.
     pub(super) fn predict_next_to_sliding_sides(
         &self,
         me: &Streamed,
@@ -227,8 +230,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// The first contact with any of some uncaptured others in another image than the nearest, before the particle leaves its cell at the time
-    /// `leaves` and is predicted again.
+    /// The first contact with uncaptured candidates in images other than the nearest, before the particle
+    /// leaves its cell at `leaves` and is predicted again.
     pub(super) fn predict_further_images(
         &self,
         me: &Streamed,
@@ -251,10 +254,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// As bits, all of [`MOST_LANES`].
+/// Bit mask of all [`MOST_LANES`].
 const ALL: u32 = (1 << MOST_LANES) - 1;
 
-/// Predicts those of some others that are kept for a horizon: the time from now to the earliest contact so far, or to the last time that counts.
+/// Predicts the candidates that are kept for a horizon: the time to the earliest contact so far, or to the
+/// last time of interest.
 #[inline]
 fn for_each_kept(
     others: &[u32],

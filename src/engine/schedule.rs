@@ -1,10 +1,11 @@
-//! The event queue: a calendar of unsorted time buckets behind a small ordered front.
+//! The event queue: a calendar of unsorted time buckets and a small sorted front.
 //!
-//! Each particle has at most one entry, that of its prediction. A bucket holds only the numbers of the particles that
-//! are due in its time; an entry is never removed. When time reaches a bucket, its particles are asked when they are
-//! due: those that no longer are in it are dropped, the others are sorted and become the front. An entry of the front is
-//! stale if its time is no longer that of the particle's prediction, and the event loop drops it. (Alias: future event list, calendar
-//! queue; Paul, J. Comput. Phys. 221, 615, 2007.)
+//! Each particle has at most one entry, for its prediction. A bucket stores only the numbers of the particles
+//! that are due within its time. Entries are never removed from it. When time reaches a bucket, the present
+//! predictions of its particles are read: particles that are no longer due within it are dropped, and the
+//! others are sorted and become the front. An entry of the front is stale if its time differs from that of
+//! the particle's prediction; the event loop drops it. (Alias: future event list, calendar queue; Paul, J.
+//! Comput. Phys. 221, 615, 2007.)
 
 mod buckets;
 
@@ -12,91 +13,97 @@ use crate::base::numbers::trunc_to_usize;
 use buckets::Buckets;
 use serde::{Deserialize, Serialize};
 
-/// An entry of the queue: a particle is due.
+/// An entry of the queue: a particle with the time at which it is due.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct QueueEntry {
     /// Time since the epoch.
     pub time: f64,
     /// Which particle.
     pub particle: u32,
-    /// Decides between entries of the same time, before [`Pending::rank`] does.
+    /// Orders entries of the same time, before [`Pending::rank`].
     pub tie_order: u32,
 }
 
 impl QueueEntry {
-    /// Whether two entries are of the same time and tie order.
+    /// Whether two entries have the same time and tie order.
     #[inline]
     fn ties_with(&self, other: &Self) -> bool {
         self.time == other.time && self.tie_order == other.tie_order
     }
 
-    /// One number that orders entries by time and tie order, and brings those of a particle together.
+    /// A number that orders entries by time and tie order, and then by particle.
     #[inline]
     fn key(&self) -> u128 {
         let bits = self.time.to_bits().cast_signed();
-        // All bits of a negative number are turned around, and the sign of a positive one.
+        // Inverts all bits of a negative number, and the sign bit of a positive one.
         let ordered = bits.cast_unsigned() ^ ((bits >> 63).cast_unsigned() | 1 << 63);
         u128::from(ordered) << 64 | u128::from(self.tie_order) << 32 | u128::from(self.particle)
     }
 }
 
-/// The pending predictions that the queue puts in order.
+/// The pending predictions that the queue orders.
 pub trait Pending {
-    /// When a particle is due; at an infinite time if it never is.
+    /// The entry of a particle; its time is infinite if the particle is never due.
     fn entry(&self, particle: u32) -> QueueEntry;
 
-    /// Decides between entries of the same time and tie order: numbers in memory decide nothing.
+    /// Orders entries of the same time and tie order, independently of numbers in memory.
     fn rank(&self, particle: u32) -> u64;
 
     /// Prefetches the prediction of a particle.
     fn prefetch(&self, particle: u32);
 }
 
-/// A bucket is no longer than this at the start, so that the length of an epoch is a number.
+/// Maximum initial length of a bucket, so that the length of an epoch is finite.
 const LONGEST: f64 = 1e290;
 
 /// Number of particles to which [`TARGET`] refers.
 const PARTICLES: usize = 8;
 
-/// Steps of an epoch, for this number of particles, to which its length is tuned; entries in a bucket, with as many buckets.
+/// Number of steps for these particles to which the length of an epoch is tuned, and the number of entries in
+/// a bucket at the default number of buckets.
 const TARGET: u32 = 64;
 
-/// An epoch ends early after this many times the steps that its length is tuned to. One that was planned in a quiet time, of a
-/// start at rest or of particles far apart, would otherwise count the times of a busy one with too few digits.
+/// An epoch ends early after this many times the steps to which its length is tuned. If it was planned in a
+/// quiet time, such as a start at rest or with distant particles, it would otherwise count the times of a
+/// busy period with too few digits.
 const CROWDED: u64 = 4;
 
-/// Parts of an epoch, at whose ends it may end early. Neither they nor its length have to do with buckets: how entries are kept decides no bit.
+/// Number of parts of an epoch. It may end early at their ends. They and its length are independent of
+/// buckets, so that the queue's layout does not affect the results.
 const TICKS: usize = 64;
 
 /// While a bucket is opened, particles this many entries ahead are prefetched.
 const AHEAD: usize = 8;
 
-/// Event queue: entries between the epoch and its horizon; later ones wait outside.
+/// Event queue: entries between the epoch and its horizon. Later entries are not stored.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EventQueue {
-    /// The bucket that time has reached, latest first.
+    /// The bucket that time has reached, sorted with the latest first.
     front: Vec<QueueEntry>,
     buckets: Buckets,
     /// Scratch: the particles of the bucket that is being opened.
     opened: Vec<u32>,
-    /// Number of the bucket in `front`.
+    /// Index of the bucket in `front`.
     cursor: usize,
     /// Width of a bucket, a power of two so that bucket numbers and horizons are exact.
     width: f64,
     per_width: f64,
-    /// Steps of this epoch: entries that were due.
+    /// Number of steps in this epoch: entries that were due.
     steps: u64,
-    /// Steps that its length is tuned to.
+    /// Number of steps to which its length is tuned.
     target: u64,
 }
 
 impl EventQueue {
-    /// A queue for `particles`. Now `due` of them have an entry, half of these within `median` of the epoch.
+    /// A queue for `particles`. At present `due` of them have an entry, half of these within `median` of the
+    /// epoch.
     ///
-    /// The others may move later, and an epoch, which costs a time for each particle, is to be worth it then.
+    /// The others may move later, and an epoch, whose cost is proportional to the number of particles, has to
+    /// pay then.
     #[must_use]
     pub fn new(particles: usize, due: usize, median: f64) -> Self {
-        // Eight or more steps per particle and epoch, however few particles there are: a longer epoch counts times with fewer digits.
+        // At least eight steps per particle and epoch, even for few particles. A longer epoch counts times
+        // with fewer digits.
         let parts = (particles / PARTICLES).next_power_of_two().min(1 << 22);
         let span = if median.is_finite() && median > 0.0 {
             // The rate of entries per unit time is about due / median.
@@ -107,7 +114,7 @@ impl EventQueue {
         Self::with_buckets(parts.max(TICKS), parts, span)
     }
 
-    /// A queue with a number of buckets, a power of two, which affects only the speed.
+    /// A queue with a given number of buckets, a power of two. It affects only speed.
     fn with_buckets(buckets: usize, parts: usize, span: f64) -> Self {
         let width = span / buckets as f64;
         Self {
@@ -122,14 +129,14 @@ impl EventQueue {
         }
     }
 
-    /// Time from the epoch to the end of the last bucket: how far the queue sees.
+    /// Time from the epoch to the end of the last bucket, the horizon of the queue.
     #[must_use]
     pub fn span(&self) -> f64 {
         self.width * self.buckets.count() as f64
     }
 
-    /// Time from the epoch to the end of the bucket that time has reached: how far the epoch moves next. It is the span, unless
-    /// there were too many entries.
+    /// Time from the epoch to the end of the bucket that time has reached, which is where the epoch moves
+    /// next. It is the span, unless there were too many entries.
     #[must_use]
     pub fn reached(&self) -> f64 {
         self.width * (self.cursor + 1) as f64
@@ -141,7 +148,8 @@ impl EventQueue {
         trunc_to_usize(time * self.per_width)
     }
 
-    /// Adds an entry. One beyond the horizon is dropped: moving the epoch enters every particle again.
+    /// Adds an entry. An entry beyond the horizon is dropped, because every particle is entered again when
+    /// the epoch moves.
     #[inline]
     pub fn push(&mut self, entry: QueueEntry, pending: &impl Pending) {
         let bucket = self.bucket(entry.time);
@@ -163,9 +171,9 @@ impl EventQueue {
 
     /// Returns the earliest entry.
     ///
-    /// Returns none if the epoch has come to its end, at the horizon or after too many entries, or if nothing is due in the buckets up
-    /// to the one that `limit` is in. The queue looks no further than that bucket: what happens at `limit` may add entries behind it, and
-    /// an epoch that ends early ends at the first tick after too many of them.
+    /// Returns `None` if the epoch has ended, at the horizon or after too many entries, or if nothing is due
+    /// in the buckets up to that of `limit`. The queue opens no later bucket, because an event at `limit` may
+    /// add entries behind it. An epoch that ends early ends at the first tick after too many entries.
     #[inline]
     pub fn peek(&mut self, limit: f64, pending: &impl Pending) -> Option<QueueEntry> {
         loop {
@@ -185,20 +193,20 @@ impl EventQueue {
         }
     }
 
-    /// Removes the entry that [`Self::peek`] has just returned, for the step that was due.
+    /// Removes the entry that [`Self::peek`] has just returned and counts it as a step.
     #[inline]
     pub fn pop(&mut self) {
         self.steps += 1;
         self.front.pop();
     }
 
-    /// Removes the entry that [`Self::peek`] has just returned, which is void.
+    /// Removes the entry that [`Self::peek`] has just returned, without counting it.
     #[inline]
     pub fn discard(&mut self) {
         self.front.pop();
     }
 
-    /// The particle whose entry comes up after `ahead` others, as far as the front knows.
+    /// The particle whose entry follows after `ahead` others, if it is in the front.
     #[inline]
     #[must_use]
     pub fn coming(&self, ahead: usize) -> Option<u32> {
@@ -206,7 +214,7 @@ impl EventQueue {
         Some(self.front[at].particle)
     }
 
-    /// Makes the bucket under the cursor the front.
+    /// Makes the bucket at the cursor the front.
     fn open(&mut self, pending: &impl Pending) {
         self.opened.clear();
         self.buckets.take(self.cursor, &mut self.opened);
@@ -224,7 +232,7 @@ impl EventQueue {
         }
         self.front.sort_unstable_by_key(|entry| !entry.key());
         let mut has_ties = false;
-        // A particle may have come to the same bucket more than once.
+        // A particle may have been entered in the same bucket more than once.
         self.front.dedup_by(|entry, before| {
             has_ties |= entry.ties_with(before) && entry.particle != before.particle;
             entry.particle == before.particle
@@ -235,8 +243,8 @@ impl EventQueue {
         }
     }
 
-    /// Orders the entries of the same time and tie order as the one at an index, the first of them, each particle once; returns the index after the
-    /// last of them.
+    /// Orders the entries with the same time and tie order as the one at index `first`, each particle once.
+    /// Returns the index after the last of them.
     #[cold]
     fn order_ties(&mut self, first: usize, pending: &impl Pending) -> usize {
         let one = self.front[first];
@@ -245,7 +253,7 @@ impl EventQueue {
             return end;
         }
         let mut ties: Vec<QueueEntry> = self.front[first..end].to_vec();
-        // One of a particle that is due at another time now is void.
+        // Entries of particles that are now due at another time are void.
         ties.retain(|entry| pending.entry(entry.particle) == *entry);
         ties.sort_unstable_by_key(|entry| (!pending.rank(entry.particle), entry.particle));
         ties.dedup();
@@ -254,9 +262,9 @@ impl EventQueue {
         end_of_ties
     }
 
-    /// An empty queue of the same epoch for some of all particles, that ends with the epoch's horizon only.
+    /// An empty queue of the same epoch for some of the particles. It ends only at the epoch's horizon.
     pub fn of_part(&self, now: f64, some: usize, all: usize) -> Self {
-        // As many entries in a bucket as in the queue of all particles.
+        // As many entries per bucket as in the queue of all particles.
         let fewer = (all / some.max(1)).max(1).next_power_of_two();
         let buckets = (self.buckets.count() / fewer).max(TICKS);
         let mut queue = Self { target: u64::MAX / CROWDED, ..Self::with_buckets(buckets, 1, self.span()) };
@@ -264,18 +272,19 @@ impl EventQueue {
         queue
     }
 
-    /// Empties the queue and continues from a time, after a number of steps of the epoch.
+    /// Empties the queue and continues from a time, after `steps` of the epoch.
     pub fn resume(&mut self, now: f64, steps: u64) {
         self.clear();
         (self.cursor, self.steps) = (self.cursor_at(now), steps);
     }
 
-    /// Where the cursor is at a time: in the last bucket if the time is beyond the horizon, because nothing was due before.
+    /// Index of the bucket of a time; the last bucket if the time is beyond the horizon, because nothing was
+    /// due before.
     fn cursor_at(&self, time: f64) -> usize {
         self.bucket(time).min(self.buckets.count() - 1)
     }
 
-    /// Goes back to an earlier time of the epoch, without entries for what was done since.
+    /// Returns to an earlier time of the epoch. Entries removed since then are not restored.
     pub fn rewind(&mut self, time: f64, pending: &impl Pending) {
         self.cursor = self.cursor_at(time);
         for entry in std::mem::take(&mut self.front) {
@@ -283,13 +292,13 @@ impl EventQueue {
         }
     }
 
-    /// The end of the part of an epoch that a time is in: epochs end early there only.
+    /// The end of the part of an epoch that contains a time. Epochs end early only there.
     pub fn next_tick(&self, now: f64) -> f64 {
         let part = self.span() / TICKS as f64;
         part * (trunc_to_usize(now / part) + 1) as f64
     }
 
-    /// Whether the epoch ends at a tick, given the number of its steps.
+    /// Whether the epoch ends at a tick after the given number of steps.
     pub fn ends_at(&self, tick: f64, steps: u64) -> bool {
         tick >= self.span() || steps > CROWDED * self.target
     }
@@ -304,19 +313,20 @@ impl EventQueue {
         self.target
     }
 
-    /// Removes all entries; the epoch goes on.
+    /// Removes all entries. The epoch continues.
     pub fn clear(&mut self) {
         self.front.clear();
         self.buckets.clear();
     }
 
-    /// Empties the queue for a new epoch, and tunes its length to the last one's number of steps.
+    /// Empties the queue for a new epoch, and tunes its length to the number of steps of the last one.
     pub fn restart(&mut self) {
         self.clear();
         let expected = self.target as f64 * (self.reached() / self.span());
         let crowd = self.steps as f64 / expected;
         (self.cursor, self.steps) = (0, 0);
-        // Within a factor of two of the target nothing changes; an empty epoch looks far ahead.
+        // Nothing changes within a factor of two of the target. An empty epoch is followed by a much longer
+        // one.
         let factor =
             if (0.5..=2.0).contains(&crowd) { 1.0 } else { power_of_two(crowd.recip().clamp(1.0 / 1024.0, 1024.0)) };
         let width = self.width * factor;
@@ -326,7 +336,7 @@ impl EventQueue {
         }
     }
 
-    /// Whether all entries are of particles of a number, and all buckets are there.
+    /// Checks data that was read: whether all entries are valid particles, and all buckets exist.
     pub fn is_sound(&self, particles: usize) -> bool {
         let is_particle = |entry: &QueueEntry| (entry.particle as usize) < particles;
         let count = self.buckets.count();
@@ -335,7 +345,7 @@ impl EventQueue {
         has_ticks && has_times && self.front.iter().all(is_particle) && self.buckets.is_sound(particles)
     }
 
-    /// A queue of epochs as long, without entries, with another number of buckets.
+    /// An empty queue with epochs of the same length and another number of buckets.
     #[cfg(test)]
     pub fn rebuilt(&self, buckets: usize) -> Self {
         assert_eq!((self.cursor, self.steps), (0, 0), "at the beginning of an epoch");
@@ -343,7 +353,7 @@ impl EventQueue {
     }
 }
 
-/// The largest power of two that is not above a positive, normal `x`.
+/// The largest power of two that does not exceed a positive, normal `x`.
 fn power_of_two(x: f64) -> f64 {
     let x = x.clamp(f64::MIN_POSITIVE * 1024.0, f64::MAX / 1024.0);
     f64::from_bits(x.to_bits() & 0x7ff0_0000_0000_0000)

@@ -1,4 +1,4 @@
-//! Positions and velocities from outside.
+//! Positions and velocities set from outside.
 
 use super::parts::Engine;
 use super::{Chosen, Overlap, Simulation};
@@ -9,26 +9,26 @@ use crate::model::space::Boundary;
 use crate::model::{ParticleId, Scene};
 use thiserror::Error;
 
-/// States of captured pairs after particles are put elsewhere.
+/// States of captured pairs after positions are set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PairStates {
-    /// They do not change. Positions that contradict them are rejected as overlaps.
+    /// The states are kept. Positions that contradict them are rejected as overlaps.
     Keep,
-    /// They follow from the distances, as at the start of a scene.
+    /// The states follow from the distances, as at the start of a scene.
     FromDistances,
 }
 
-/// Why a simulation does not take positions or velocities; it is as it was then.
+/// Why a simulation rejects positions or velocities. It is unchanged then.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SetStateError {
-    /// There are more of them, or fewer, than particles.
+    /// Their number differs from the number of particles.
     #[error("{found} vectors, expected one for each of {expected} particles")]
     Count {
         /// The number of particles.
         expected: usize,
-        /// Number of particles.
+        /// Number of vectors given.
         found: usize,
     },
     /// A component is not finite, or so large that its powers are not.
@@ -37,7 +37,7 @@ pub enum SetStateError {
         /// The particle.
         particle: ParticleId,
     },
-    /// A component along a flat axis, or of a static particle, is another than it was.
+    /// A component along a flat axis, or of a static particle, differs from the present one.
     #[error("particle {} cannot move along axis {axis}", particle.0)]
     Fixed {
         /// The particle.
@@ -45,7 +45,7 @@ pub enum SetStateError {
         /// The axis: 0, 1 or 2.
         axis: usize,
     },
-    /// A position is beyond the sheared box along its gradient, where velocities are others.
+    /// A position is outside the sheared box along its gradient, where velocities are different.
     #[error("particle {} is outside of the sheared box along y", particle.0)]
     OutsideOfShearedBox {
         /// The particle.
@@ -79,7 +79,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Puts all particles elsewhere, in the order of their ids, and predicts everything again.
+    /// Sets the positions of all particles, in the order of their ids, and predicts everything again.
     ///
     /// Positions beyond the sides of periodic axes are wrapped, which counts in the images. The potential energy that the particles gain is
     /// counted in [`EventCounts::supplied`](super::event::EventCounts::supplied), so that the energy balance holds.
@@ -158,7 +158,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.move_again();
     }
 
-    /// Puts all particles that move elsewhere, by id, into the box of the scene, which may be another one.
+    /// Sets the positions of all moving particles, by id. The box of the scene may be a new one.
     pub(super) fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
         self.join();
         let before = self.energy();
@@ -211,7 +211,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.wrap(particle, &position);
     }
 
-    /// Goes on from a state that was set: whatever stood still does so no more.
+    /// Continues from a state that was set. A former standstill is over.
     fn move_again(&mut self) {
         self.clock.standstill.lost_speed = None;
         (self.clock.standstill.since, self.clock.standstill.events) = (self.clock.now, 0);

@@ -1,4 +1,5 @@
-//! Looking without touching: positions, velocities and energies at one time, from delayed states.
+//! Snapshots: positions, velocities and energies at one time, computed from delayed states without changing
+//! them.
 
 use super::hardware::prefetch::prefetch;
 use super::parts::Engine;
@@ -9,7 +10,7 @@ use crate::base::sum::Sum;
 use crate::model::{ParticleId, SpeciesId};
 use std::convert::Infallible;
 
-/// Particles that are asked for early: some ten of them come while one is on its way from memory.
+/// Number of particles to prefetch. About ten are processed while one is loaded from memory.
 const AHEAD: usize = 16;
 
 /// All particles at one time, in the order of their ids.
@@ -22,16 +23,17 @@ pub struct Snapshot {
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: Vec<Vector>,
-    /// Periods travelled along each axis since the start: `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) +
-    /// image_z (0, 0, L_z)` is where a particle would be if it had never been wrapped.
+    /// Periods travelled along each axis since the start. The position without wrapping is `position +
+    /// image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)`.
     pub images: Vec<[i32; 3]>,
-    /// Displacement of the next image up, along x, less whole periods: in `(-L_x / 2, L_x / 2]`, 0 in a box at rest `[length]`.
+    /// Displacement along x of the next image above, less whole periods: in `(-L_x / 2, L_x / 2]`, 0 in a box
+    /// at rest `[length]`.
     pub displacement: f64,
     /// Edge lengths of the box `[length]`; 0 along flat axes.
     pub size: Vector,
     /// Factor by which diameters have grown since the start of the scene.
     pub scale: f64,
-    /// By surface of the scene, whether it is there now; empty where all always are.
+    /// For each surface of the scene, whether it is present now; empty if all are always present.
     pub surfaces: Vec<bool>,
 }
 
@@ -39,7 +41,7 @@ pub struct Snapshot {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ParticleNow {
-    /// Its name in every output.
+    /// Its id, as in every output.
     pub id: ParticleId,
     /// Its species.
     pub species: SpeciesId,
@@ -57,30 +59,31 @@ pub struct ParticleNow {
 pub struct Energy {
     /// `sum m/2 |v|^2`.
     pub kinetic: f64,
-    /// `sum m/2 |v - u|^2`, with the velocity `u` of what streams in a sheared box; elsewhere the kinetic energy.
+    /// `sum m/2 |v - u|^2`, with the streaming velocity `u` of a sheared box; otherwise the kinetic energy.
     pub thermal: f64,
     /// Pair energies by pair state, and `- m a . r` of accelerated particles (unwrapped positions).
     pub potential: f64,
     /// The part of `potential` that comes from pairs.
     pub pair: f64,
-    /// Along each axis between two walls `sum m v^2 / V`, with the volume that the centres of each species can reach; along others 0
-    /// `[energy / length^D]`.
+    /// `sum m v^2 / V` along each axis between two walls, with the volume that the centres of each species
+    /// can reach; 0 along other axes `[energy / length^D]`.
     pub confined: Vector,
     /// Total momentum `[mass length / time]`.
     pub momentum: Vector,
-    /// `sum m (v - u)`, with the velocity `u` of what streams in a sheared box; elsewhere the total momentum.
+    /// `sum m (v - u)`, with the streaming velocity `u` of a sheared box; otherwise the total momentum.
     pub peculiar_momentum: Vector,
 }
 
 impl Simulation {
-    /// Where everything is now.
+    /// The present state of all particles.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let snapshot = with_engine!(&self.engine, engine => engine.snapshot());
         Snapshot { scale: self.scale(), ..snapshot }
     }
 
-    /// Calls `visit` for every particle as it is now, in the order of their ids: a snapshot that takes no memory.
+    /// Calls `visit` for every particle in its present state, in the order of ids. Unlike a snapshot, it
+    /// needs no memory.
     ///
     /// # Errors
     /// The error of `visit`, which ends the iteration.
@@ -88,13 +91,13 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.for_each_now(visit))
     }
 
-    /// Displacement of the next image up, as in a [`Snapshot`] `[length]`.
+    /// Displacement of the next image above, as in a [`Snapshot`] `[length]`.
     #[must_use]
     pub fn displacement(&self) -> f64 {
         with_engine!(&self.engine, engine => engine.displacement().0)
     }
 
-    /// The energies now.
+    /// The present energies.
     #[must_use]
     pub fn energy(&self) -> Energy {
         with_engine!(&self.engine, engine => engine.energy())
@@ -123,7 +126,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         snapshot
     }
 
-    /// Calls `visit` for every particle as it is now, in the order of their ids.
+    /// Calls `visit` for every particle in its present state, in the order of ids.
     pub(super) fn for_each_now<E>(&self, mut visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
         let (_, periods) = self.displacement();
         let species = self.pairs.rules.rows.species();
@@ -136,7 +139,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// The numbers of all particles in the order of their ids. That is another one than in memory, so that what comes soon is asked for early.
+    /// The numbers of all particles in the order of their ids. This differs from the order in memory, so
+    /// upcoming particles are prefetched.
     pub(super) fn by_id(&self) -> impl Iterator<Item = u32> + '_ {
         let State { numbers, bodies, .. } = &self.state;
         numbers.iter().enumerate().map(move |(id, &particle)| {
@@ -170,7 +174,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if FALLING {
                 for axis in (0..3).filter(|&axis| species.acceleration[axis] != 0.0) {
                     let image = self.state.images.of(particle)[axis];
-                    // The period of an axis that is not periodic is infinite, and its image 0.
+                    // The period of an axis that is not periodic is infinite, and its image number 0.
                     let unwrapped =
                         position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.state.periods[axis] };
                     external.add(-mass * species.acceleration[axis] * unwrapped);
@@ -178,7 +182,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             if TABLE {
                 for captured in self.pairs.states.of(particle) {
-                    // Two moving particles keep the pair's state both: half of the energy each.
+                    // Two moving particles both store the pair's state, so each counts half of the energy.
                     let share = if self.is_static(captured.partner) { 1.0 } else { 0.5 };
                     pair.add(share * self.pairs.rules.steps[usize::from(captured.interaction)].energy(captured.state));
                 }

@@ -1,13 +1,15 @@
-//! Event sources: one file for each kind of event.
+//! Event sources, one file for each kind of event.
 //!
-//! A source owns its data, says when it is next due, executes what is due, and says what has to be predicted again. There are two kinds:
+//! A source owns its data, gives the time of its next event, executes it, and returns what has to be
+//! predicted again. There are two kinds:
 //!
-//! - contacts and transitions of one particle, whose earliest one is its prediction: [`pair`], [`surface`], [`cell_transition`] and
-//!   [`list_rebuild`]. Prediction asks them for times, the event loop has [`Engine::execute`] or [`Engine::execute_transition`] do what is due,
-//!   and the particles of a contact are predicted again;
-//! - global events, which no prediction of a particle holds: [`andersen`], the refresh of images that slide ([`super::images`]) stages of distances that change
-//!   ([`super::distances`]), and reflections of a distance that is held in a window ([`restraint`]). The earliest one is due at
-//!   [`Sources::next_global`], which is infinite where a scene has none of them, so that they cost nothing there.
+//! - contacts and transitions of a particle, the earliest of which is its prediction: [`pair`], [`surface`],
+//!   [`cell_transition`] and [`list_rebuild`]. Prediction gets times from them. The event loop executes them
+//!   by [`Engine::execute`] or [`Engine::execute_transition`] and predicts the particles of a contact again;
+//! - global events, which belong to no particle's prediction: [`andersen`], the refresh of sliding images
+//!   ([`super::images`]), stages of changing distances ([`super::distances`]), and reflections of a distance
+//!   that is held in a window ([`restraint`]). The earliest is due at [`Sources::next_global`]. That is
+//!   infinite if a scene has none of them, so that they cost nothing.
 //!
 //! A new source is a file here, its data in [`Sources`] and a variant of [`Contact`] or of [`GlobalEvent`].
 
@@ -33,29 +35,29 @@ use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use surface::SurfaceRandom;
 
-/// Predictions of particles that cost as much as one step of the event loop.
+/// Number of predictions that cost as much as one step of the event loop.
 const PER_STEP: u64 = 16;
 
-/// The data of the sources that a scene has.
+/// The data of the sources of a scene.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Sources {
     /// Surfaces that particles meet.
     pub surfaces: Surfaces,
-    /// The walls as the pressure sees them; `None` without walls.
+    /// Geometry for the pressure between walls; `None` without walls.
     pub confinement: Option<Confinement>,
     /// Random numbers of the surfaces, if some are thermal.
     pub surface_random: Option<SurfaceRandom>,
     /// The heat bath.
     pub andersen: Option<Andersen>,
-    /// The distance that is held in a window.
+    /// A distance that is held in a window.
     pub restraint: Option<Box<Restraint>>,
-    /// Whether changes of velocities are looked at: by the pressure between walls, or by a restraint.
+    /// Whether changes of velocities are passed on: to the pressure between walls, or to a restraint.
     pub is_watched: bool,
-    /// When the next global event is due, since the epoch; infinite for never.
+    /// Time of the next global event since the epoch; infinite if there is none.
     pub next_global: f64,
 }
 
-/// Global events: of two that are due at the same time the upper one comes first.
+/// Global events. Of simultaneous ones, the upper one comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum GlobalEvent {
     AndersenCollision,
@@ -64,7 +66,7 @@ enum GlobalEvent {
     DistanceStage,
 }
 
-/// The particles whose predictions an event has made void.
+/// The particles that have to be predicted again after an event.
 pub(super) enum Repredict {
     One(u32),
     Some(Vec<u32>),
@@ -72,7 +74,7 @@ pub(super) enum Repredict {
 }
 
 impl Sources {
-    /// Sources of a scene at its start; heat baths come with stages of a run.
+    /// Sources of a scene at its start. Heat baths are added with the stages of a run.
     pub fn of(scene: &Scene, rows: &Rows) -> Self {
         let surfaces = Surfaces::of(scene, rows.species());
         let confinement = Confinement::of(scene, rows);
@@ -89,7 +91,7 @@ impl Sources {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Global events and when each is due, since the epoch; infinite for never.
+    /// Global events and the time of each since the epoch; infinite if there is none.
     fn global_events(&self) -> [(GlobalEvent, f64); 4] {
         [
             (
@@ -105,7 +107,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ]
     }
 
-    /// Finds when the next global event is due.
+    /// Finds the time of the next global event.
     pub(super) fn schedule_global(&mut self) {
         let events = self.global_events();
         self.sources.next_global = events.iter().fold(f64::INFINITY, |next, (_, due)| next.min(*due));
@@ -115,7 +117,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.global_events().iter().find(|(_, due)| *due <= self.sources.next_global).map(|(event, _)| *event)
     }
 
-    /// Whether something besides pairs and surfaces will happen: then nothing is ever over.
+    /// Whether there are events besides those of pairs and surfaces. Then the dynamics never end.
     pub(super) fn acts_for_ever(&self) -> bool {
         self.sources.andersen.is_some()
             || self.sources.restraint.is_some()
@@ -123,8 +125,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             || self.images.slide()
     }
 
-    /// Executes the predicted contact of a particle, and says whether the observer goes on; none if its partner has had an event since,
-    /// so that it has to be predicted again.
+    /// Executes the predicted contact of a particle. Returns whether the observer continues; `None` if the
+    /// partner has had an event since the prediction, which is then void.
     #[inline]
     pub(super) fn execute(
         &mut self,
@@ -155,7 +157,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Executes the global event that is due, and says how many steps that was and whether the observer goes on.
+    /// Executes the global event that is due. Returns its cost in steps and whether the observer continues.
     pub(super) fn execute_global(&mut self, observe: &mut Observe<'_>) -> Result<(u64, ControlFlow<()>), EngineError> {
         let silent = ControlFlow::Continue(());
         let (repredict, flow) = match self.due_global() {
@@ -180,7 +182,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok((steps, flow))
     }
 
-    /// Counts all times of the sources from an epoch that is later by `shift`.
+    /// Shifts all times of the sources to an epoch that is later by `shift`.
     pub(super) fn shift_sources(&mut self, shift: f64) {
         if let Some(andersen) = &mut self.sources.andersen {
             andersen.shift(shift);

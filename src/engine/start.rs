@@ -6,7 +6,7 @@ use crate::model::predecessor::LastState;
 use crate::model::{Limit, Scene, Thermostat};
 use thiserror::Error;
 
-/// Part of a scene's plan that only a run carries out.
+/// A part of a scene's plan that only a run can execute.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum NeedsRun {
@@ -23,7 +23,7 @@ pub enum NeedsRun {
         "only a run carries out the equilibration of the scene: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]
     Equilibration,
-    /// A thermostat that scales all velocities.
+    /// A thermostat that rescales all velocities.
     #[error(
         "velocities of the scene are scaled by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]
@@ -43,11 +43,12 @@ pub enum NeedsRun {
 impl Simulation {
     /// The dynamics of a scene from its start: chooses the engine and predicts the first events.
     ///
-    /// Gravity, walls, shear and an Andersen thermostat are part of it, with the same bits as in a [`Run`](crate::run::Run). How long the
-    /// scene is to be simulated, what is to be measured and what to be written is not.
+    /// Gravity, walls, shear and an Andersen thermostat are included, with the same bits as in a
+    /// [`Run`](crate::run::Run). The length of the run, measurements and output are not.
     ///
     /// # Errors
-    /// [`NeedsRun`] if the scene plans stages, an equilibration, a thermostat that scales velocities, a barostat, or replicas.
+    /// [`NeedsRun`] if the scene plans stages, an equilibration, a thermostat that rescales velocities, a
+    /// barostat, or replicas.
     pub fn new(scene: Scene) -> Result<Self, NeedsRun> {
         let plan = &scene.run;
         if scene.exchange.is_some() {
@@ -66,7 +67,7 @@ impl Simulation {
         if plan.barostat.is_some() {
             return Err(NeedsRun::Barostat);
         }
-        // The number of the measurement among the stages of a run, so that the random numbers are the same.
+        // The index of the measurement among the stages of a run, so that the random numbers are the same.
         let stage = scene.first_stream() + plan.stages.len() + 1;
         let mut simulation = Self::without_plan(scene);
         if thermostat.is_some() {
@@ -75,14 +76,15 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// The dynamics of a scene alone, whatever its [`RunPlan`](crate::model::RunPlan) does to it: without its stages, its equilibration and
-    /// its thermostat.
+    /// The dynamics of a scene alone. Its [`RunPlan`](crate::model::RunPlan) is ignored: stages,
+    /// equilibration and thermostat.
     #[must_use]
     pub fn without_plan(scene: Scene) -> Self {
         Self::begin(scene, true)
     }
 
-    /// The dynamics of a scene alone; the particles of the scene are let go unless they are kept, before there is memory for neighbours and predictions.
+    /// The dynamics of a scene alone. Unless `keeps_start`, the scene's particles are freed before memory for
+    /// neighbours and predictions is allocated.
     pub(crate) fn begin(mut scene: Scene, keeps_start: bool) -> Self {
         let last = scene.last_state().and_then(Self::last_of);
         if !keeps_start && last.is_some() {
@@ -113,12 +115,12 @@ impl Simulation {
         simulation
     }
 
-    /// The simulation that a run has ended with, for a scene that changes nothing of its dynamics; events are counted from zero.
+    /// The final simulation of a run, for a scene with the same dynamics. Event counts start at zero.
     fn last_of(state: &LastState) -> Option<Self> {
-        // Bytes that this program has just written.
+        // Bytes that this program has written itself.
         let mut simulation: Self = postcard::from_bytes(state.simulation.as_ref()?).ok()?;
         simulation.enlarge();
-        // Its heat bath ends with its last stage.
+        // The heat bath ends with its last stage.
         simulation.set_planned_thermostat(None, 0, 0);
         with_engine!(&mut simulation.engine, engine => engine.counts.restart(engine.counted_species()));
         Some(simulation)

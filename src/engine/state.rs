@@ -8,7 +8,7 @@ use crate::model::Scene;
 use crate::model::space::Space;
 use serde::{Deserialize, Serialize};
 
-/// A particle where an event last touched it: a *delayed state*, one cache line.
+/// A particle at its last event: a *delayed state* of one cache line.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(super) struct Body {
@@ -18,27 +18,28 @@ pub(super) struct Body {
     pub velocity: Vector,
     /// Local time, since the epoch.
     pub time: f64,
-    /// Number of events that changed its motion: a prediction that names another number is void.
+    /// Number of events that changed its motion. Predictions that name an earlier number are void.
     pub events: u32,
-    /// The user's id of it.
+    /// Its id.
     pub name: u32,
 }
 
 impl Body {
-    /// Position, velocity and time; the last number is padding.
+    /// Position, velocity and time as one array; the last number is padding.
     #[inline(always)]
     pub fn numbers(&self) -> &[f64; 8] {
         const { assert!(size_of::<Self>() == size_of::<[f64; 8]>()) };
-        // SAFETY: as large, aligned better, without padding, and any bits are a number.
+        // SAFETY: the array is as large, its alignment is no stricter, there is no padding, and any bits are
+        // a valid number.
         unsafe { &*std::ptr::from_ref(self).cast() }
     }
 }
 
-/// All particles, by their numbers in memory, and the box that they are in.
+/// All particles, by number in memory, and the box.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct State {
     pub bodies: Vec<Body>,
-    /// The number of each particle, in the order of their ids.
+    /// The number of each particle, in the order of ids.
     pub numbers: Vec<u32>,
     /// The row of each particle's species; empty if there is only one.
     pub species: Vec<u16>,
@@ -50,7 +51,7 @@ pub(super) struct State {
 }
 
 impl State {
-    /// The particles of a scene at its start, those next to each other in space with numbers next to each other.
+    /// The particles of a scene at its start. Neighbours in space have adjacent numbers.
     pub fn of(scene: &Scene, rows: &Rows, has_table: bool) -> Self {
         let names = {
             let positions: Vec<Vector> = scene.particles().iter().map(|p| p.position).collect();
@@ -77,8 +78,8 @@ impl State {
 }
 
 impl State {
-    /// The number in memory of an id, if there is such a particle. Ids grow with every particle that is put in, and none is given twice: they are
-    /// those of a scene until one is taken out.
+    /// The number in memory of an id, if the particle exists. Ids increase with every insertion and are never
+    /// reused. They equal those of the scene until a particle is removed.
     #[inline]
     pub fn number(&self, id: u32) -> Option<u32> {
         let of = |number: u32| self.bodies[number as usize].name;
@@ -89,7 +90,7 @@ impl State {
         })
     }
 
-    /// Puts the numbers in the order of ids, after particles have come in at the end of memory.
+    /// Lists the numbers in the order of ids again, after particles were added at the end of memory.
     pub fn number_anew(&mut self) {
         self.numbers.extend((0..).take(self.bodies.len()).skip(self.numbers.len()));
         self.numbers.sort_by_key(|&number| self.bodies[number as usize].name);

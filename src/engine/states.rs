@@ -1,4 +1,4 @@
-//! All states at one time, exactly as the engine has them: what a proof works on.
+//! All states at one time, exactly as the engine stores them, for proofs.
 
 use super::parts::Engine;
 use crate::Vector;
@@ -6,14 +6,16 @@ use crate::model::ParticleId;
 
 /// Simulated time since the start, in the two parts that the engine keeps.
 ///
-/// Their sum has the digits of the whole; the difference of two such times has those of the short time between them.
+/// The sum of the parts has the precision of the total time; the difference of two such times has that of the
+/// short time between them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Elapsed {
     /// From the start to the epoch `[time]`.
     pub epoch: f64,
     /// From the epoch `[time]`.
     pub since_epoch: f64,
-    /// Number of epochs so far. The state of a particle without an event for two epochs is rounded once more in each.
+    /// Number of epochs so far. The state of a particle without an event for two epochs is rounded once more
+    /// in each.
     pub epochs: u64,
 }
 
@@ -21,7 +23,8 @@ impl Elapsed {
     /// Time from `earlier` to this `[time]`.
     #[must_use]
     pub fn after(&self, earlier: &Self) -> f64 {
-        // Epochs are multiples of a power of two, and the first two terms are close to each other or small: no digits are lost.
+        // Epochs are multiples of a power of two, and the first two terms are close to each other or small,
+        // so that no digits are lost.
         ((self.epoch - earlier.epoch) - earlier.since_epoch) + self.since_epoch
     }
 
@@ -35,7 +38,7 @@ impl Elapsed {
 /// Positions and velocities of all particles at one time, in the order of their ids.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct States {
-    /// When.
+    /// The time of the states.
     pub elapsed: Elapsed,
     /// Positions `[length]`, `N x 3`; inside the box along periodic axes, within round-off.
     pub positions: Vec<Vector>,
@@ -59,7 +62,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut pairs = Vec::new();
         for particle in self.particles().filter(|_| TABLE) {
             for captured in self.pairs.states.of(particle).iter().filter(|captured| captured.state > 0) {
-                // Two moving particles keep the pair's state both; a static one keeps none.
+                // Two moving particles both store the pair's state. A static particle stores none.
                 if particle < captured.partner || self.is_static(captured.partner) {
                     let [a, b] = [particle, captured.partner].map(|number| self.name(number));
                     pairs.push(([a.min(b), a.max(b)], captured.state));

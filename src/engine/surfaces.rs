@@ -1,9 +1,10 @@
-//! Surfaces that particles meet: the walls of the box, and the features of the surfaces of a scene.
+//! Surfaces that particles meet: the walls of the box, and the features of a scene's surfaces.
 //!
-//! A surface is a shape ([`Surface`]) with a law of contact ([`Law`]), or many of them: the faces, edges and corners of a mesh ([`features`]). Prediction
-//! asks a shape for the next contact of a particle, execution for the normal there; the audit, the proof that nothing happens any more and
-//! the checks of a start ask it for gaps. A new shape is a file beside [`wall`] and [`plane`], and a variant of [`Shape`]. [`set`] holds the surfaces
-//! of a scene. A [`tree`] of boxes finds those of limited extent.
+//! A surface is a shape ([`Surface`]) with a law of contact ([`Law`]), or several of them: the faces, edges
+//! and corners of a mesh ([`features`]). A shape gives the time of a particle's next contact to prediction,
+//! the normal to execution, and gaps to the audit, to the proof that the dynamics have ended, and to the
+//! checks of a start. A new shape is a file beside [`wall`] and [`plane`], and a variant of [`Shape`].
+//! [`set`] holds the surfaces of a scene. A [`tree`] of boxes finds those of limited extent.
 
 pub(crate) mod face;
 pub(crate) mod features;
@@ -24,12 +25,12 @@ use round::Round;
 pub(crate) use set::{FIRST_SURFACE, MOST_FEATURES, Placed, Surfaces};
 use wall::Wall;
 
-/// A sphere in free flight, as a surface sees it.
+/// A sphere in free flight.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Flight<'a> {
-    /// Position of the centre now `[length]`.
+    /// Present position of the centre `[length]`.
     pub position: &'a Vector,
-    /// Velocity now `[length / time]`.
+    /// Present velocity `[length / time]`.
     pub velocity: &'a Vector,
     /// Constant acceleration `[length / time^2]`.
     pub acceleration: &'a Vector,
@@ -38,13 +39,13 @@ pub(crate) struct Flight<'a> {
 }
 
 impl Flight<'_> {
-    /// The corners of a box around the sphere until a time from now `[length]`.
+    /// Corners of a box that contains the sphere for the given duration `[length]`.
     #[inline]
     pub fn swept(&self, duration: f64) -> [Vector; 2] {
-        // Contact is at the radius, as far as coordinates can tell.
+        // Contact is at the radius, within the precision of coordinates.
         let around = self.radius * (1.0 + 1e-6) + 1e-12 * self.position.amax();
         let along = |k: usize| {
-            // Nothing moves to infinity at rest.
+            // Avoids 0 times infinity at rest.
             let path = |rate: f64| if rate == 0.0 { 0.0 } else { rate * duration };
             let (by_speed, by_fall) = (path(self.velocity[k]), path(0.5 * path(self.acceleration[k])));
             [by_speed.min(0.0) + by_fall.min(0.0) - around, by_speed.max(0.0) + by_fall.max(0.0) + around]
@@ -54,60 +55,67 @@ impl Flight<'_> {
     }
 }
 
-/// The shape of a surface with particles on one side.
+/// The shape of a surface, with particles on one side.
 pub(crate) trait Surface {
-    /// Distance from the surface to that of a sphere, negative where the two overlap `[length]`.
+    /// Distance between the surface and the surface of a sphere; negative if they overlap `[length]`.
     fn gap(&self, position: &Vector, radius: f64) -> f64;
 
-    /// Unit vector from the surface to a sphere that touches it.
+    /// Unit vector from the surface to a sphere in contact.
     fn normal(&self, position: &Vector) -> Vector;
 
-    /// A velocity with another component along the normal.
+    /// The velocity with its normal component replaced.
     fn with_normal_speed(&self, position: &Vector, velocity: &Vector, speed: f64) -> Vector;
 
-    /// Time from now until the gap is closed and closing, by the rule of [`crate::physics::detection`] `[time]`.
+    /// Time until the gap is closed and closing, by the rule of [`crate::physics::detection`] `[time]`.
     fn next_contact(&self, flight: &Flight<'_>) -> Option<f64>;
 
-    /// Whether a sphere is shown never to come to the surface, though position and velocity may be wrong by `doubt`.
+    /// Whether a sphere provably never reaches the surface, given the uncertainty `doubt` of position and
+    /// velocity.
     fn is_never_met(&self, flight: &Flight<'_>, doubt: Doubt) -> bool;
 
-    /// Sum of the terms of the gap, each without its sign: the gap is rounded in units in the last place of it `[length]`.
+    /// Sum of the absolute terms of the gap. The gap is rounded at units in the last place of this sum
+    /// `[length]`.
     fn terms(&self, position: &Vector) -> f64;
 
     /// Whether a particle in a cell may meet the surface before it leaves the cell.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool;
 
-    /// Whether a velocity brings a sphere in contact further in, in the numbers that prediction will see; walls reflect without rounding.
+    /// Whether a velocity moves a sphere in contact further in, in the rounded numbers that prediction will
+    /// see. Walls reflect without rounding.
     fn is_closing(&self, _position: &Vector, _velocity: &Vector) -> bool {
         false
     }
 
-    /// Acceleration with which the surface bends away from straight flight along it, negative where it bends towards it `[length / time^2]`.
+    /// Acceleration with which the surface curves away from straight flight along it; negative if it curves
+    /// towards it `[length / time^2]`.
     fn bend(&self, _position: &Vector, _velocity: &Vector, _radius: f64) -> f64 {
         0.0
     }
 
-    /// A smooth overlap function, positive where the sphere is free, and its rate: the gap, or the difference of squared distances.
+    /// A smooth overlap function, positive outside contact, and its rate of change: the gap, or the
+    /// difference of squared distances.
     fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
         (self.gap(position, radius), self.normal(position).dot(velocity))
     }
 
-    /// Bound of the second rate of the overlap function, within a distance of a place, from bounds of the speed and of the acceleration.
+    /// Bound of the second derivative of the overlap function within a distance of a place, from bounds of
+    /// speed and acceleration.
     fn second_rate_bound(&self, _position: &Vector, _within: f64, _speed: f64, acceleration: f64) -> f64 {
         acceleration
     }
 
-    /// Distance of the foot of a position beyond the ends of the surface; zero or negative on it `[length]`.
+    /// Distance of the foot of a position beyond the ends of the surface; zero or negative within them
+    /// `[length]`.
     fn beyond(&self, _position: &Vector) -> f64 {
         0.0
     }
 
-    /// The corners of a box around it; none if it has no limited extent `[length]`.
+    /// Corners of its bounding box; `None` if it is unbounded `[length]`.
     fn extent(&self) -> Option<[Vector; 2]> {
         None
     }
 
-    /// The side of the box that it is, as axis and whether at the upper corner.
+    /// For a wall of the box, its axis and whether it is the upper one.
     fn side(&self) -> Option<(u8, bool)> {
         None
     }
@@ -122,11 +130,11 @@ pub(crate) enum Shape {
     Plane(Plane),
     /// A sphere, a cylinder, an edge, a corner.
     Round(Round),
-    /// A flat face with three sides.
+    /// A flat triangular face.
     Face(Face),
 }
 
-/// Runs an expression with a shape, whatever its type.
+/// Evaluates an expression for a shape of any type.
 macro_rules! with_shape {
     ($shape:expr, $surface:ident => $body:expr) => {
         match $shape {
@@ -204,12 +212,12 @@ impl Surface for Shape {
     }
 }
 
-/// How a surface answers a contact.
+/// The law of contact of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Law {
-    /// It reflects: ratio of the normal speeds after and before.
+    /// Reflection, with the ratio of the normal speeds after and before.
     Reflecting { restitution: f64 },
-    /// It gives velocities from the flux of a gas of this temperature `[energy]`.
+    /// Velocities from the flux of a gas at this temperature `[energy]`.
     Thermal { temperature: f64 },
 }
 

@@ -1,4 +1,4 @@
-//! A simulation on several threads: the state is that of its domains until it is taken over.
+//! A simulation on several threads. The state is in its domains until it is collected.
 
 use super::domains::{DomainWork, Domains, SingleThread};
 use super::observe::Observe;
@@ -8,29 +8,29 @@ use crate::model::Threads;
 use std::num::NonZero;
 use std::sync::Arc;
 
-/// Domains of so few particles run one after the other.
+/// With fewer particles than this, domains run one after the other.
 const FEW: usize = 4_000;
 
-/// Whether this machine has threads: a module of WebAssembly leaves the code for several cores out.
+/// Whether this platform has threads. A WebAssembly module leaves out the code for several cores.
 const HAS_DOMAINS: bool = cfg!(not(target_family = "wasm"));
 
 impl Simulation {
-    /// Takes over the state that the domains have, to look at it.
+    /// Collects the state from the domains, for reading.
     pub(crate) fn settle(&mut self) {
         with_engine!(&mut self.engine, engine => engine.settle());
     }
 
-    /// Takes over all that the domains have, to be kept.
+    /// Collects everything from the domains, for saving.
     pub(crate) fn complete(&mut self) {
         with_engine!(&mut self.engine, engine => engine.complete());
     }
 
-    /// The arrest by a storm of events, at the contact that comes next; none where no contact is foreseen.
+    /// The arrest caused by an event storm, at the next predicted contact; `None` if no contact is predicted.
     pub(crate) fn storm(&self, events: u64, advance: f64) -> Option<Arrest> {
         with_engine!(&self.engine, engine => engine.storm(events, advance))
     }
 
-    /// The number of threads that it has, in each process.
+    /// Number of threads in each process.
     #[must_use]
     pub fn threads(&self) -> usize {
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
@@ -38,13 +38,13 @@ impl Simulation {
         threads.min(Threads::MOST / self.processes()).max(1)
     }
 
-    /// Number of processes that simulate it together.
+    /// Number of processes that simulate the system together.
     #[must_use]
     pub fn processes(&self) -> usize {
         self.transport.as_ref().map_or(1, |transport| transport.size())
     }
 
-    /// Finding of the first of all processes, where that may differ.
+    /// The value of the first process, for results that may differ between processes.
     pub(crate) fn agreed(&self, found: u64) -> u64 {
         let Some(transport) = &self.transport else { return found };
         let all = transport.share(found.to_le_bytes().to_vec());
@@ -54,29 +54,31 @@ impl Simulation {
         }
     }
 
-    /// Whether it was left to it how many threads it has.
+    /// Whether the number of threads is chosen automatically.
     pub(crate) fn chooses_threads(&self) -> bool {
         self.threads == Threads::Auto
     }
 
-    /// How the work of domains went, on several cores.
+    /// Statistics of the work in domains; `None` on one core.
     #[must_use]
     pub fn domain_work(&self) -> Option<DomainWork> {
         with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
     }
 
-    /// Why it runs in one thread now, whatever [`Self::set_threads`] was given.
+    /// The reason why it runs in one thread now, whatever was passed to [`Self::set_threads`].
     #[must_use]
     pub fn single_thread(&self) -> Option<SingleThread> {
         with_engine!(&self.engine, engine => Domains::obstacle(engine))
     }
 
-    /// Runs the system on this number of threads from now on, at most 64, in place of [`RunPlan::threads`](crate::model::RunPlan::threads): the box is
-    /// cut into as many domains. Events, states and sums have the same bits as with one.
+    /// Runs the system on this number of threads from now on, at most 64, instead of
+    /// [`RunPlan::threads`](crate::model::RunPlan::threads). The box is cut into as many domains. Events,
+    /// states and sums have the same bits as on one thread.
     ///
-    /// Nothing of this is written to a checkpoint. What is not covered runs in one thread: diameters that grow, sheared boxes, starts with overlaps that are allowed, and
-    /// pairs with interactions of their own that do not hold them together ([`Self::single_thread`] tells). It pays from
-    /// some 250,000 particles for each thread on, and takes two and a half times the memory (`docs/speed.md`).
+    /// The setting is not saved in checkpoints. Some systems run in one thread: growing diameters, sheared
+    /// boxes, starts with allowed overlaps, and pairs with interactions of their own that do not hold them
+    /// together ([`Self::single_thread`] tells which). Threads pay from about 250,000 particles per thread
+    /// on, and need two and a half times the memory (`docs/speed.md`).
     ///
     /// ```
     /// use carom::{Potential, SceneBuilder, Simulation, Until};
@@ -102,10 +104,12 @@ impl Simulation {
         self.spread();
     }
 
-    /// Spreads the system over processes from now on, of which each has the same simulation, and as many threads: of as many domains as all have threads,
-    /// 64 at most, each has its part. What is not covered, all do, and so do more than 64 processes.
+    /// Spreads the system over processes from now on. Each process must have the same simulation and number
+    /// of threads, and gets its share of the domains: one per thread, at most 64 in all. Systems that cannot
+    /// be cut, and more than 64 processes, run whole on every process.
     ///
-    /// From now on all have to do the same with it: what changes or advances it waits for the others, and what only looks at it does not.
+    /// From now on all processes have to make the same calls. Calls that change or advance the simulation
+    /// wait for the other processes; calls that only read it do not.
     #[doc(alias = "mpi")]
     #[doc(alias = "machines")]
     pub fn set_transport(&mut self, transport: Arc<dyn Transport>) {
@@ -113,8 +117,9 @@ impl Simulation {
         self.spread();
     }
 
-    /// Cuts the system into a number of domains for each process, on a number of threads. [`Self::set_threads`] uses the same number for both. More domains than threads cost
-    /// more than they bring, but tell what more threads would: [`DomainWork::slowest`].
+    /// Cuts the system into `domains` for each process, on `threads`. [`Self::set_threads`] uses the same
+    /// number for both. More domains than threads cost more than they gain, but show what more threads would
+    /// do: [`DomainWork::slowest`].
     pub fn set_domains(&mut self, domains: usize, threads: usize) {
         let transport = self.transport.clone();
         with_engine!(&mut self.engine, engine => engine.set_domains(domains, threads, transport));
@@ -127,17 +132,18 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Sets the number of domains of each process and of threads. One domain runs serially.
+    /// Sets the number of domains and threads of each process. A single domain runs serially.
     pub(super) fn set_domains(&mut self, domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) {
         self.join();
-        // To begin a thread takes longer than a window of few particles.
+        // Starting a thread takes longer than a window of few particles.
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
         let has_domains = HAS_DOMAINS && (domains > 1 || transport.is_some()) && processes <= Threads::MOST;
         self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, transport)));
     }
 
-    /// Goes on as [`Self::advance_for`] does, in domains if there are some. Then it is behind them until [`Self::settle`].
+    /// Continues as [`Self::advance_for`] does, in domains if there are any. The engine's own state is then
+    /// out of date until [`Self::settle`].
     pub(super) fn advance_on_cores(
         &mut self,
         steps: u64,
@@ -148,22 +154,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         in_domains.unwrap_or_else(|| self.advance_for(steps, until, observe))
     }
 
-    /// Takes over the state that the domains have, to look at it.
+    /// Collects the state from the domains, for reading.
     pub(super) fn settle(&mut self) {
         self.with_domains(Domains::settle);
     }
 
-    /// Takes over all that the domains have, to be kept or to go on from.
+    /// Collects everything from the domains, to be saved or to continue from.
     pub(super) fn complete(&mut self) {
         self.with_domains(Domains::complete);
     }
 
-    /// Takes over what the domains have before it is changed from outside.
+    /// Collects everything from the domains before a change from outside.
     pub(super) fn join(&mut self) {
         self.with_domains(Domains::join);
     }
 
-    /// Has the domains do something to the one engine, if there are some.
+    /// Calls `work` with the domains and the single engine, if there are domains.
     fn with_domains<R>(&mut self, work: impl FnOnce(&mut Domains<FALLING, TABLE>, &mut Self) -> R) -> Option<R> {
         if !HAS_DOMAINS {
             return None;

@@ -1,27 +1,30 @@
-//! Messages between processes that simulate one system together.
+//! Messages between processes that simulate a system together.
 
 use std::fmt;
 
-/// Carrier of messages between processes that simulate one system together: MPI, or anything else that brings bytes from each to each.
+/// Message transport between processes that simulate a system together: MPI, or anything else that sends
+/// bytes between any two of them.
 ///
-/// All processes do the same in the same order: they begin with the same scene, have the same instruments, and advance to the same times. Then each has
-/// some of the domains, and all that a [`Simulation`](super::Simulation) tells is the same in each of them.
+/// All processes do the same in the same order: they start from the same scene, have the same instruments,
+/// and advance to the same times. Each then holds some of the domains, and all results of a
+/// [`Simulation`](super::Simulation) are equal in all processes.
 pub trait Transport: fmt::Debug + Send + Sync {
-    /// The number of this process, from 0.
+    /// Index of this process, from 0.
     fn rank(&self) -> usize;
 
     /// Number of processes.
     fn size(&self) -> usize;
 
-    /// Sends each process the bytes that are for it, by rank, and returns what came from each. Returns when all have come.
+    /// Sends `messages[rank]` to each process, and returns the bytes received from each. Returns when all
+    /// have arrived.
     fn exchange(&self, messages: Vec<Vec<u8>>) -> Vec<Vec<u8>>;
 
-    /// Sends all processes the same bytes, and returns what came from each, by rank.
+    /// Sends the same bytes to all processes, and returns the bytes received from each, by rank.
     fn share(&self, message: Vec<u8>) -> Vec<Vec<u8>> {
         self.exchange(vec![message; self.size()])
     }
 
-    /// Ends all processes, because this one cannot go on.
+    /// Ends all processes, because this one cannot continue.
     fn abort(&self, reason: &str) -> !;
 }
 
@@ -31,7 +34,7 @@ pub mod tests {
     use std::sync::mpsc::{Receiver, Sender, channel};
     use std::sync::{Arc, Mutex};
 
-    /// Threads as processes.
+    /// Threads that act as processes.
     #[derive(Debug)]
     struct Channels {
         rank: usize,
@@ -58,7 +61,7 @@ pub mod tests {
         }
     }
 
-    /// Runs a function in a number of processes. Returns the result of each.
+    /// Runs a function in `count` processes. Returns the result of each.
     pub fn in_processes<R: Send>(count: usize, work: impl Fn(Arc<dyn Transport>) -> R + Send + Sync) -> Vec<R> {
         let mut processes: Vec<Channels> =
             (0..count).map(|rank| Channels { rank, to: Vec::new(), from: Vec::new() }).collect();

@@ -1,4 +1,4 @@
-//! Volume moves: the box and the centres of all molecules in it are scaled together.
+//! Volume moves: the box and the centres of all molecules are scaled together.
 
 use std::collections::HashSet;
 use std::convert::Infallible;
@@ -12,7 +12,7 @@ use crate::model::molecules::Molecules;
 use crate::model::space::{Boundary, Space, minimum_image};
 use crate::model::{Bond, InteractionId, Potential, Scene, SpeciesId};
 
-/// Constants of the volume moves of a simulation: its molecules, and what the pairs of its particles are.
+/// Constants of the volume moves of a simulation: its molecules and pair types.
 #[derive(Debug, Clone)]
 pub(crate) struct Scaling {
     molecules: Molecules,
@@ -22,22 +22,22 @@ pub(crate) struct Scaling {
     bonded: HashSet<[u32; 2]>,
     /// Longest range of pairs without a bond `[length]`.
     range: f64,
-    /// Shortest period that a pair never meets two images in: two of the longest ranges `[length]`.
+    /// Shortest period at which a pair never meets in two images: twice the longest range `[length]`.
     shortest: f64,
 }
 
-/// State in another box: what a volume move proposes.
+/// The state that a volume move proposes, in another box.
 #[derive(Debug, Clone)]
 pub(crate) struct Scaled {
     pub space: Space,
     /// Change of the potential energy of pairs `[energy]`.
     pub energy_change: f64,
-    /// By id, each with the image numbers that the particle has.
+    /// By id; the image numbers are unchanged.
     positions: Vec<Vector>,
 }
 
 impl Scaling {
-    /// For the present state of a simulation.
+    /// Constants for the present state of a simulation.
     pub fn of(simulation: &Simulation) -> Self {
         let scene = &simulation.scene;
         let mut species = Vec::new();
@@ -68,14 +68,15 @@ impl Scaling {
 }
 
 impl Simulation {
-    /// Volume of the box now, in two dimensions its area, in one its length `[length^D]`.
+    /// Present volume of the box; its area in two dimensions, its length in one `[length^D]`.
     #[must_use]
     pub fn volume(&self) -> f64 {
         self.scene.space.volume()
     }
 
-    /// The box with another volume, whose logarithm is larger by `change`; `None` below the smallest box in which a pair meets in one
-    /// image only. That is a limit of the ensemble, as a piston that does not go further: moves to and fro across it are both left out.
+    /// The box with the logarithm of its volume changed by `change`; `None` below the smallest box in which
+    /// every pair meets in one image only. That limit is part of the ensemble, like a stop for a piston:
+    /// moves across it are rejected in both directions.
     pub(crate) fn scaled_box(&self, scaling: &Scaling, change: f64) -> Option<Space> {
         let from = &self.scene.space;
         let factor = libm::exp(change / from.dimensions() as f64);
@@ -86,7 +87,7 @@ impl Simulation {
         fits.then_some(space)
     }
 
-    /// The state in another box of the same shape; `None` where particles overlap in it.
+    /// The state in another box of the same shape; `None` if particles overlap in it.
     pub(crate) fn scaled(&self, scaling: &Scaling, space: Space) -> Option<Scaled> {
         let snapshot = self.snapshot();
         let positions = scaling.molecules.scaled(&snapshot.positions, &self.scene.space, &space);
@@ -94,7 +95,7 @@ impl Simulation {
         Some(Scaled { energy_change: energy - self.energy().pair, space, positions })
     }
 
-    /// Potential energy of pairs at other places; `None` where some overlap.
+    /// Potential energy of pairs at other positions; `None` if some overlap.
     fn energy_in(&self, scaling: &Scaling, space: &Space, positions: &[Vector]) -> Option<f64> {
         let scene = &self.scene;
         let inside: Vec<Vector> = positions.iter().map(|position| space.wrapped(*position)).collect();
@@ -120,13 +121,14 @@ impl Simulation {
             let [a, b] = bond.pair.map(|id| inside[id.0 as usize]);
             add(potential(bond.interaction), minimum_image(a - b, &periods).norm());
         }
-        // Those that hold keep their lengths.
+        // Bonds keep their lengths.
         let state = |bond: &Bond| usize::from(self.pair_state(bond.pair[0], bond.pair[1]));
         energy += held.iter().map(|bond| potential(bond.interaction).energies()[state(bond)]).sum::<f64>();
         (!overlap).then_some(energy)
     }
 
-    /// Accepts the proposed state of a volume move. Velocities, times and counts do not change, and its energy counts as supplied.
+    /// Accepts the proposed state of a volume move. Velocities, times and counts are unchanged, and the
+    /// energy change counts as supplied.
     pub(crate) fn take_scaled(&mut self, scaled: Scaled) {
         let Scaled { space, positions, .. } = scaled;
         self.scene.space = space;

@@ -1,4 +1,4 @@
-//! An attempt, when all replicas have come to its time: energies are taken, neighbours swapped, weights learned.
+//! Attempts to swap replicas: energies are sampled, neighbours are swapped, and weights are learned.
 
 use super::error::Unprepared;
 use super::multicanonical::{Multicanonical, Torn};
@@ -6,7 +6,8 @@ use super::replica::bath;
 use super::replicas::{Exchange, in_order};
 
 impl Exchange {
-    /// Samples the energies and swaps neighbours by the Metropolis rule, when all replicas have reached the time of the attempt.
+    /// Samples the energies and swaps neighbours by the Metropolis rule, once all replicas have reached the
+    /// time of the attempt.
     pub(super) fn attempt(&mut self) -> Result<(), Unprepared> {
         let was_measured = self.attempts >= self.equilibration;
         self.attempts += 1;
@@ -29,7 +30,7 @@ impl Exchange {
         self.check_windows()
     }
 
-    /// Takes note of where replicas are on their ways through the energies.
+    /// Records where the replicas are on their walks through the energies.
     fn see_energies(&mut self) {
         let is_measured = self.is_measured();
         let Some(weights) = self.multicanonical.as_ref().and_then(Multicanonical::weights) else { return };
@@ -41,13 +42,13 @@ impl Exchange {
         }
     }
 
-    /// Swaps neighbouring temperatures or windows, and takes note of the averages.
+    /// Swaps neighbouring temperatures or windows, and updates the averages.
     fn swap_neighbours(&mut self) {
         let mut changed = vec![false; self.places.len()];
-        // Two places have one pair only.
+        // Two places form a single pair.
         let first = if self.places.len() == 2 { 0 } else { usize::from(self.attempts.is_multiple_of(2)) };
         for lower in (first..self.places.len() - 1).step_by(2) {
-            // Drawn in any case, so that no decision moves the numbers of later ones.
+            // Always drawn, so that later random numbers do not depend on this decision.
             let number = self.random.uniform();
             let is_swapped = match &self.plan.umbrella {
                 Some(umbrella) => self.are_in_both(&umbrella.windows, lower),
@@ -69,7 +70,7 @@ impl Exchange {
         self.begin_intervals(Some(&changed));
     }
 
-    /// Gives all replicas new weights of the energy, where it is time for that.
+    /// Gives all replicas new weights of the energy, if they are due.
     fn learn(&mut self) -> Result<(), Torn> {
         let Some(learning) = &mut self.multicanonical else { return Ok(()) };
         let is_first = learning.weights().is_none();
@@ -96,9 +97,9 @@ impl Exchange {
         if temperatures[0] > temperatures[temperatures.len() - 1] { 0 } else { temperatures.len() - 1 }
     }
 
-    /// Gives a replica the heat bath of a temperature, with random numbers that no other bath has.
+    /// Gives a replica the heat bath of a temperature, with random numbers of its own.
     pub(super) fn heat(&mut self, replica: usize, place: usize) {
-        // A stream for each replica and attempt: at most 1000 of 1e12, far below the 2^61 that there are.
+        // One stream for each replica and attempt: at most 1000 times 1e12, far below the 2^61 available.
         let attempt = crate::base::numbers::index(self.attempts);
         let stream = self.first_stream + attempt * self.places.len() + replica;
         let bath = bath(&self.plan, self.temperatures[place]);
@@ -109,7 +110,7 @@ impl Exchange {
     fn acceptance(&self, lower: usize) -> f64 {
         let [beta, other] = [lower, lower + 1].map(|place| self.temperatures[place].recip());
         let exponent = (beta - other) * (self.energies[lower] - self.energies[lower + 1]);
-        // A number below 1 is always smaller than what is not.
+        // A random number below 1 is always smaller than a probability above 1.
         libm::exp(exponent)
     }
 
@@ -127,7 +128,7 @@ impl Exchange {
         }
     }
 
-    /// Begins the intervals of the averages, or goes on with those of replicas that stayed where they were.
+    /// Begins the intervals of the averages. Intervals of unchanged replicas continue.
     pub(super) fn begin_intervals(&mut self, changed: Option<&[bool]>) {
         if self.attempts < self.equilibration || self.multicanonical.is_some() {
             return;

@@ -1,4 +1,5 @@
-//! Averages of an exchange: of each temperature over whichever replica is there, and of each two neighbours.
+//! Averages of an exchange: for each temperature over the replicas that visit it, and for each pair of
+//! neighbours.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,14 +11,14 @@ use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
 use crate::model::{ExchangePlan, Scene};
 
-/// The observable that is measured from samples at the attempts, and not from lines between them.
+/// The observable that is sampled at the attempts, instead of integrated between them.
 const POTENTIAL: &str = "potential_energy_per_particle";
 
 /// Averages at a temperature.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct AtTemperature {
     observer: Observer,
-    /// Potential energy, less that of the first sample, and its square.
+    /// Potential energy relative to the first sample, and its square.
     energy: BlockAverage,
     square: BlockAverage,
     first: Option<f64>,
@@ -31,7 +32,7 @@ impl AtTemperature {
         Self { observer: Observer::new(scene), energy: empty.clone(), square: empty, first: None, others: Vec::new() }
     }
 
-    /// Begins an interval with the replica that is there now.
+    /// Begins an interval with the present replica.
     pub fn begin(&mut self, simulation: &Simulation) {
         self.observer.interrupt();
         self.observer.row(simulation);
@@ -42,7 +43,7 @@ impl AtTemperature {
         self.observer.row(simulation);
     }
 
-    /// Adds a potential energy, and what is measured with it.
+    /// Adds a potential energy and the other quantities sampled with it.
     fn add(&mut self, energy: f64, others: &[f64]) {
         self.others.resize(others.len(), BlockAverage::new(1.0));
         self.others.iter_mut().zip(others).for_each(|(average, value)| average.add(*value, 1.0));
@@ -77,7 +78,7 @@ impl AtTemperature {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Averages {
     pub temperatures: Vec<AtTemperature>,
-    /// None for windows, where the distance is measured instead.
+    /// `None` for windows, where the distance is measured instead.
     populations: Option<Populations>,
     /// For each pair of neighbours, 1 for a swap and 0 for a rejected attempt.
     swaps: Vec<BlockAverage>,
@@ -96,7 +97,7 @@ impl Averages {
         }
     }
 
-    /// Observables that mean something, the same ones at all temperatures.
+    /// The observables that apply to the scene, equal at all temperatures.
     pub fn applicable(&self) -> &ApplicableObservables {
         self.temperatures[0].observer.applicable()
     }
@@ -108,7 +109,8 @@ impl Averages {
         self.counts[pair][1] += u64::from(is_swapped);
     }
 
-    /// Adds the potential energies at all temperatures, and what is measured with them: all of the first temperature, then of the second and so on.
+    /// Adds the potential energies at all temperatures and the other quantities sampled with them: all of the
+    /// first temperature, then of the second, and so on.
     pub fn sample(&mut self, energies: &[f64], others: &[f64]) {
         let each = others.len() / energies.len().max(1);
         for (place, (at, energy)) in self.temperatures.iter_mut().zip(energies).enumerate() {
@@ -131,7 +133,7 @@ impl Averages {
         temperatures.iter().zip(&self.temperatures).enumerate().map(result).collect()
     }
 
-    /// Swaps of each pair of neighbours.
+    /// Results of each pair of neighbours.
     pub fn neighbours(&self, temperatures: &[f64]) -> Vec<NeighbouringTemperatures> {
         let swaps = self.swaps.iter().zip(&self.counts);
         let neighbours =

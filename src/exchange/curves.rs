@@ -1,4 +1,4 @@
-//! Energy, heat capacity and entropy at all temperatures between those of an exchange.
+//! Energy, heat capacity and entropy at all temperatures of an exchange and between them.
 
 use std::collections::BTreeMap;
 
@@ -14,16 +14,16 @@ use crate::model::ExchangeEnsemble;
 use crate::model::exchange_plan::ends;
 use std::convert::Infallible;
 
-/// Temperatures of a curve, of those between two neighbours about as many, at even ratios.
+/// Number of temperatures of a curve, about equally many between any two neighbours, at constant ratios.
 const POINTS: usize = 120;
 
-/// Quantities that are less those at the highest temperature.
+/// Quantities given relative to the highest temperature.
 const RELATIVE: [&str; 2] = ["entropy_per_particle", "reduced_free_energy_per_particle"];
 
-/// Halvings of the place of a peak.
+/// Number of refinement steps for the position of a peak.
 const HALVINGS: u32 = 30;
 
-/// Thermal quantities at a temperature, per particle that moves, in the canonical ensemble.
+/// Thermal quantities at a temperature per moving particle, in the canonical ensemble.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ThermalPoint {
@@ -31,17 +31,20 @@ pub struct ThermalPoint {
     pub temperature: f64,
     /// `<U> / N` `[energy]`.
     pub potential_energy_per_particle: Estimate,
-    /// Heat capacity at constant volume in units of k_B, `D / 2 + <(U - <U>)^2> / (N T^2)`: that of the velocities and that of the positions.
+    /// Heat capacity at constant volume in units of k_B, `D / 2 + <(U - <U>)^2> / (N T^2)`: the kinetic and
+    /// the configurational part.
     pub heat_capacity_per_particle: Estimate,
-    /// Entropy in units of k_B, less that at the highest temperature: of velocities and positions.
+    /// Entropy in units of k_B, relative to the highest temperature, kinetic and configurational.
     pub entropy_per_particle: Estimate,
-    /// Free energy over the temperature, `A / (N T)`, less that at the highest temperature: of velocities and positions, with `A = E - T S`.
+    /// Free energy over the temperature, `A / (N T)`, relative to the highest temperature, kinetic and
+    /// configurational, with `A = E - T S`.
     pub reduced_free_energy_per_particle: Estimate,
-    /// Means by name of what is measured with the energies: of bonded particles those of [`Exchange::measured_names`].
+    /// Means of the quantities sampled with the energies, by name: for bonded particles those of
+    /// [`Exchange::measured_names`].
     pub others: BTreeMap<String, Estimate>,
 }
 
-/// A maximum of the heat capacity between the ends of the temperatures.
+/// A maximum of the heat capacity strictly between the lowest and the highest temperature.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct HeatCapacityPeak {
@@ -51,24 +54,27 @@ pub struct HeatCapacityPeak {
     pub heat_capacity_per_particle: Estimate,
 }
 
-/// Curves of thermal quantities over all temperatures of an exchange and between them, from the potential energies at all of them together:
-/// [`DensityOfStates`], with errors by [`Reweighting`].
+/// Curves of thermal quantities over the temperatures of an exchange, from the potential energies at all of
+/// them: [`DensityOfStates`], with errors by [`Reweighting`].
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ThermalCurves {
-    /// At ascending temperatures, among them all that were simulated. There are none of windows at one temperature, where all energies are the same, or where those of some temperatures do not overlap with those of others.
+    /// Points at ascending temperatures, including all simulated ones. Empty for windows at one temperature,
+    /// if all energies are equal, or if the energies at some temperatures do not overlap with those at
+    /// others.
     pub points: Vec<ThermalPoint>,
-    /// The highest maximum of the heat capacity that is not at an end.
+    /// The highest interior maximum of the heat capacity.
     pub peak: Option<HeatCapacityPeak>,
     /// Whether the energies at some temperatures do not overlap with those at the others.
     pub is_torn: bool,
-    /// The density of states of all levels that were visited, by ascending energy.
+    /// The density of states of all visited levels, by ascending energy.
     pub density_of_states: Vec<LevelDensity>,
-    /// For a multicanonical exchange, the populations of the levels at each temperature, in the order of the scene; empty for other exchanges, which measure them.
+    /// For a multicanonical exchange, the populations of the levels at each temperature, in the order of the
+    /// scene. Empty for other exchanges, which measure the populations directly.
     pub populations: Vec<Vec<Population>>,
 }
 
-/// Potential energies of an exchange, kept in memory: a recorder for exchanges without a folder.
+/// Potential energies of an exchange, kept in memory. A recorder for exchanges without a folder.
 ///
 /// ```
 /// # use carom::Vector;
@@ -117,7 +123,7 @@ impl PotentialEnergies {
         &self.rows
     }
 
-    /// Curves of the exchange that they are from.
+    /// Curves of the exchange that recorded these energies.
     #[must_use]
     pub fn curves(&self, exchange: &Exchange) -> ThermalCurves {
         let visit = |see: &mut dyn FnMut(&[f64], &[f64])| {
@@ -128,12 +134,12 @@ impl PotentialEnergies {
     }
 }
 
-/// Numbers of a system by which curves become those of a particle.
+/// Data of a system that normalize the curves per particle.
 struct System<'n> {
     particles: f64,
     dimensions: f64,
     highest: f64,
-    /// Names of other values that are measured with the energies.
+    /// Names of the other quantities that are sampled with the energies.
     names: &'n [&'static str],
 }
 
@@ -157,7 +163,8 @@ impl System<'_> {
         all
     }
 
-    /// Where the heat capacity is highest near one of some ascending temperatures, and how high, by the golden section.
+    /// Position and value of the maximum of the heat capacity near one of the ascending temperatures of a
+    /// grid, by golden-section search.
     fn peak_near(&self, density: &DensityOfStates, grid: &[f64], place: usize) -> [f64; 2] {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
         let height = |temperature: f64| self.heat_capacity(temperature, &density.at(temperature));
@@ -181,7 +188,7 @@ impl System<'_> {
 }
 
 impl ThermalCurves {
-    /// From the energies of an exchange, which are visited twice.
+    /// Curves from the energies of an exchange, which are visited twice.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64], &[f64])) -> Result<(), E>,
@@ -219,7 +226,7 @@ impl ThermalCurves {
     }
 }
 
-/// The points of the curves at some temperatures, and the peak of the heat capacity if there is one.
+/// The points of the curves at the given temperatures, and the peak of the heat capacity if there is one.
 fn curve(
     reweighting: &Reweighting,
     grid: &[f64],
@@ -254,7 +261,7 @@ fn curve(
 }
 
 impl ThermalPoint {
-    /// Of its quantities in order: the four that it always has, and those of some names.
+    /// From the quantities in order: the four that are always present, and those with names.
     pub(super) fn new(temperature: f64, of: &[Estimate], names: &[&str]) -> Self {
         Self {
             temperature,
@@ -286,12 +293,12 @@ impl ThermalPoint {
     }
 }
 
-/// The place of the largest number.
+/// Index of the largest number.
 fn highest(numbers: &[f64]) -> usize {
     (1..numbers.len()).fold(0, |best, place| if numbers[place] > numbers[best] { place } else { best })
 }
 
-/// Temperatures in ascending order, with others at even ratios between each two.
+/// Temperatures in ascending order, with intermediate ones at constant ratios.
 fn grid(temperatures: &[f64]) -> Vec<f64> {
     let mut ascending = temperatures.to_vec();
     ascending.sort_by(f64::total_cmp);

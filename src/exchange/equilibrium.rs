@@ -1,26 +1,31 @@
-//! Whether an exchange is in equilibrium, by the ways of its replicas.
+//! Whether an exchange is in equilibrium, judged by the walks of its replicas.
 
 use super::results::{ExchangeResults, TemperatureResult};
 use crate::base::text::{digits, plural};
 use crate::model::ExchangeEnsemble;
 
-/// Round trips of all replicas together that an exchange has at least: with fewer, replicas have not forgotten where they began often enough for errors to be trusted.
+/// Minimum number of round trips of all replicas together. With fewer, replicas have not forgotten their
+/// start often enough for errors to be reliable.
 const FEWEST_TRIPS: u64 = 10;
 
-/// Why there are no curves.
+/// Reason why there are no curves.
 pub(super) const TORN: &str = "there are no curves: the energies at some temperatures do not overlap with those at the others; add temperatures between them";
 
-/// Why there is no potential of mean force.
+/// Reason why there is no potential of mean force.
 pub(super) const TORN_WINDOWS: &str = "there is no potential of mean force: the distances in some windows do not overlap with those in the others; let the windows overlap more";
 
 impl ExchangeResults {
-    /// Why the exchange may not be in equilibrium, in words; empty where nothing speaks against it.
+    /// Reasons why the exchange may not be in equilibrium, in words; empty if there are none.
     ///
-    /// A replica that makes a round trip between the lowest and the highest temperature, or the first and the last window, has forgotten there the state that it was in: the number of round trips is that of independent visits to the
-    /// lowest temperature. H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer, J. Stat. Mech. P03018 (2006),
-    /// [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018). Named are
+    /// A replica that makes a round trip between the lowest and the highest temperature, or the first and the
+    /// last window, forgets its former state there. The number of round trips is thus the number of
+    /// independent visits to the lowest temperature. H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer,
+    /// J. Stat. Mech. P03018 (2006),
+    /// [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018). The warnings
+    /// name
     /// - temperatures or windows whose replica was never swapped with a neighbour;
-    /// - temperatures at which the potential energy never changed, where it does at others: there is one state only, or the replicas are frozen in it;
+    /// - temperatures at which the potential energy never changed although it does at others: only one state
+    ///   exists, or the replicas are frozen;
     /// - an exchange with fewer than ten round trips, or fewer than it has replicas.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
@@ -68,7 +73,7 @@ impl ExchangeResults {
     }
 }
 
-/// The energy that all samples at a temperature have.
+/// The energy of all samples at a temperature, if they are equal.
 fn constant(at: &TemperatureResult) -> Option<f64> {
     let all = at.populations.iter().find(|it| it.population.mean >= 1.0)?;
     (all.width == 0.0).then_some(all.energy)

@@ -12,10 +12,10 @@ use crate::run::checkpoint::CheckpointError;
 
 use super::multicanonical::Torn;
 
-/// Why the equilibration of an exchange has not prepared the measurement.
+/// Why the equilibration of an exchange has failed to prepare the measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Unprepared {
-    /// No weights follow from its energies.
+    /// The energies determine no weights.
     Torn,
     /// A replica is not in its window.
     Outside { window: usize, ends: [f64; 2], distance: f64 },
@@ -36,23 +36,23 @@ impl<E> From<Unprepared> for ExchangeError<E> {
     }
 }
 
-/// Why a scene gives no exchange.
+/// Why no exchange can be made from a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum StartError {
-    /// The scene has no plan for it.
+    /// The scene has no plan for an exchange.
     #[error("the scene has no [exchange]")]
     NoPlan,
-    /// A velocity of one of its temperatures is none that a particle can have.
+    /// A velocity drawn at one of the temperatures is too large.
     #[error(transparent)]
     Velocities(#[from] SetStateError),
 }
 
-/// Why an exchange did not come to its end: `E` is the error of its [`ExchangeRecorder`](super::ExchangeRecorder).
+/// Why an exchange ended early. `E` is the error of its [`ExchangeRecorder`](super::ExchangeRecorder).
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ExchangeError<E> {
-    /// Something could not be kept.
+    /// Something could not be recorded.
     #[error(transparent)]
     Recorder(E),
     /// A multicanonical exchange found no weights.
@@ -60,7 +60,7 @@ pub enum ExchangeError<E> {
         "no multicanonical weights: in the equilibration, the energies at some temperatures did not overlap with those at the others"
     )]
     NoOverlap,
-    /// A replica has not come into its window in half of the equilibration.
+    /// After half of the equilibration, a replica has not reached its window.
     #[error(
         "window {}, from {} to {}: the distance has come to {} only, in half of the equilibration",
         window + 1,
@@ -76,12 +76,12 @@ pub enum ExchangeError<E> {
         /// The distance that was reached `[length]`.
         distance: f64,
     },
-    /// A replica could not go on.
+    /// A replica could not continue.
     #[error("replica {}, at temperature {temperature}: {source}", replica + 1)]
     Engine {
         /// Its number, from 0.
         replica: usize,
-        /// Its temperature then `[energy]`.
+        /// Its temperature at that time `[energy]`.
         temperature: f64,
         /// Why.
         source: EngineError,
@@ -102,23 +102,23 @@ pub enum ExchangeFolderError {
     /// The folder holds something else.
     #[error("{} exists and holds something that is not a replica exchange", .0.display())]
     Occupied(PathBuf),
-    /// The folder holds the exchange of another scene.
+    /// The folder holds an exchange of another scene.
     #[error("{} holds the exchange of another scene: its scene.toml is not what this one would be", .0.display())]
     Other(PathBuf),
-    /// The exchange in the folder has come further than it is asked to.
+    /// The exchange in the folder is already beyond the requested end.
     #[error("{} holds an exchange that has measured a time of {measured} already, expected a later end than {asked}", path.display())]
     Passed {
         /// The folder.
         path: PathBuf,
-        /// Progress of its measurement `[time]`.
+        /// Simulated time that has been measured `[time]`.
         measured: f64,
-        /// Time that was asked for `[time]`.
+        /// The requested time `[time]`.
         asked: f64,
     },
     /// The exchange in the folder has no results yet.
     #[error("{} holds a replica exchange that has not come to its end", .0.display())]
     Incomplete(PathBuf),
-    /// A file in it is none that can be read.
+    /// A file in the folder cannot be read.
     #[error("cannot read {}", path.display())]
     Read {
         /// The file.
@@ -126,7 +126,7 @@ pub enum ExchangeFolderError {
         /// Why.
         source: io::Error,
     },
-    /// A table is not the one that belongs to the results.
+    /// A table does not belong to the results.
     #[error("{} is not the table that the exchange wrote: its checksum is {found}, expected {expected} of summary.json", path.display())]
     Table {
         /// The file.
@@ -136,7 +136,7 @@ pub enum ExchangeFolderError {
         /// The checksum of the content that was written.
         expected: String,
     },
-    /// The scene gives no exchange.
+    /// No exchange can be made from the scene.
     #[error(transparent)]
     Start(#[from] StartError),
     /// A file or the folder cannot be used.

@@ -1,4 +1,4 @@
-//! Runs the replicas of an exchange from attempt to attempt, in several threads.
+//! Runs the replicas of an exchange from attempt to attempt, on several threads.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -14,7 +14,7 @@ use super::replica::Replica;
 use super::replicas::{Exchange, ExchangeRow};
 use crate::engine::{EngineError, Simulation};
 
-/// Wall time between two questions whether to go on.
+/// Wall time between two calls of `watch`.
 const PAUSE: Duration = Duration::from_millis(20);
 
 /// Recorder of an exchange: receives its rows, frames and checkpoints. `()` keeps nothing.
@@ -22,18 +22,18 @@ pub trait ExchangeRecorder {
     /// Error of the recorder, which ends the exchange.
     type Error;
 
-    /// An attempt to swap has been made, after the equilibration.
+    /// Called after each attempt to swap, once the equilibration is over.
     ///
     /// # Errors
-    /// If it cannot be kept.
+    /// If the row cannot be recorded.
     fn row(&mut self, _row: &ExchangeRow<'_>) -> Result<(), Self::Error> {
         Ok(())
     }
 
-    /// A frame of a temperature is due, by its place in the scene.
+    /// Called when a frame of a temperature is due; `place` is its index in the scene.
     ///
     /// # Errors
-    /// If it cannot be kept.
+    /// If the frame cannot be recorded.
     fn frame(&mut self, _place: usize, _simulation: &Simulation) -> Result<(), Self::Error> {
         Ok(())
     }
@@ -43,10 +43,11 @@ pub trait ExchangeRecorder {
         false
     }
 
-    /// Everything needed to continue from here with the same bits, between two attempts or on the way to one; also at the end.
+    /// Receives everything needed to continue from here with the same bits, between two attempts or on the
+    /// way to one, and at the end.
     ///
     /// # Errors
-    /// If it cannot be kept.
+    /// If the checkpoint cannot be recorded.
     fn checkpoint(&mut self, _exchange: &Exchange) -> Result<(), Self::Error> {
         Ok(())
     }
@@ -57,21 +58,22 @@ impl ExchangeRecorder for () {
     type Error = Infallible;
 }
 
-/// A replica on its way, and what became of it.
+/// A replica to advance to a time.
 struct Task {
     number: usize,
     replica: Box<Replica>,
     time: f64,
 }
 
+/// A replica that has been advanced.
 struct Done {
     number: usize,
     replica: Box<Replica>,
-    /// The panic of the thread, if it has panicked.
+    /// The panic of the thread, if it panicked.
     result: thread::Result<Result<bool, EngineError>>,
 }
 
-/// Watch over an exchange from outside: it is asked on the clock.
+/// External control of an exchange, called at intervals of wall time.
 struct Watch<'w> {
     ask: &'w mut dyn FnMut([u64; 2]) -> ControlFlow<()>,
     asked: Instant,
@@ -79,7 +81,7 @@ struct Watch<'w> {
 }
 
 impl Watch<'_> {
-    /// Asks, if it is time to, whether to go on.
+    /// Calls `watch` if it is time to, which decides whether to continue.
     fn look(&mut self, attempts: [u64; 2]) {
         if self.asked.elapsed() >= PAUSE {
             self.asked = Instant::now();
@@ -89,14 +91,16 @@ impl Watch<'_> {
 }
 
 impl Exchange {
-    /// Runs to the end, `jobs` replicas at a time, and hands rows and frames to a recorder, such as an
-    /// [`ExchangeFolder`](super::ExchangeFolder). Returns the exchange where it is then: at its end, or where `watch` broke.
+    /// Runs to the end, `jobs` replicas at a time, and passes rows and frames to a recorder, such as an
+    /// [`ExchangeFolder`](super::ExchangeFolder). Returns the exchange at its end, or where `watch` broke.
     ///
-    /// `watch` gets the attempts so far and in all, every few hundredths of a second. Neither it, nor the recorder, nor `jobs` changes a bit.
+    /// `watch` receives the attempts so far and in all, every few hundredths of a second. Neither `watch`,
+    /// nor the recorder, nor `jobs` changes a bit of the results.
     ///
     /// # Errors
-    /// [`ExchangeError::Recorder`] if something cannot be kept, [`ExchangeError::Engine`] if a replica cannot go on, [`ExchangeError::NoOverlap`] where no
-    /// multicanonical weights follow from the equilibration, [`ExchangeError::OutsideOfWindow`] of a replica that does not come into its window.
+    /// [`ExchangeError::Recorder`] if something cannot be recorded, [`ExchangeError::Engine`] if a replica
+    /// cannot continue, [`ExchangeError::NoOverlap`] if the equilibration determines no multicanonical
+    /// weights, [`ExchangeError::OutsideOfWindow`] if a replica does not reach its window.
     pub fn execute<R: ExchangeRecorder>(
         mut self,
         jobs: usize,
@@ -118,22 +122,24 @@ impl Exchange {
                 let results = results.clone();
                 scope.spawn(|| work(&queue, results, &pauses));
             }
-            // When it is dropped, there are no tasks to come, and the threads end.
+            // Dropping it ends the queue of tasks and thereby the threads.
             let crew = Crew { tasks, done, pauses: &pauses };
             self.drive(recorder, &mut watch, &mut |exchange, recorder, watch| crew.advance(exchange, recorder, watch))
         })?;
         Ok(self)
     }
 
-    /// Runs to the end in one thread, and keeps only what it returns.
+    /// Runs to the end on one thread, without a recorder.
     ///
     /// # Errors
-    /// [`ExchangeError::Engine`] if a replica cannot go on, [`ExchangeError::NoOverlap`] as for [`Self::execute`].
+    /// [`ExchangeError::Engine`] if a replica cannot continue, [`ExchangeError::NoOverlap`] as for
+    /// [`Self::execute`].
     pub fn finish(self) -> Result<Self, ExchangeError<Infallible>> {
         self.execute(1, &mut (), &mut |_| ControlFlow::Continue(()))
     }
 
-    /// From attempt to attempt. `advance` brings all replicas nearer to the next one, and says whether they are there.
+    /// Runs from attempt to attempt. `advance` moves all replicas towards the next attempt, and returns
+    /// whether they have reached it.
     fn drive<R: ExchangeRecorder>(
         &mut self,
         recorder: &mut R,
@@ -168,13 +174,14 @@ impl Exchange {
     }
 }
 
-/// A replica that could not go on.
+/// A replica that could not continue.
 struct Failed {
     number: usize,
     source: EngineError,
 }
 
-/// Brings all replicas to the next attempt, one after the other; or some of them, where there is a reason to pause.
+/// Advances all replicas to the next attempt, one after the other, or only some of them if there is a reason
+/// to pause.
 fn advance_here<R: ExchangeRecorder>(
     exchange: &mut Exchange,
     recorder: &R,
@@ -200,13 +207,13 @@ struct Crew<'p> {
     pauses: &'p AtomicBool,
 }
 
-/// Takes replicas and brings them to their time, until there are none to come.
+/// Takes replicas from the queue and advances them, until the queue ends.
 fn work(queue: &Mutex<Receiver<Task>>, results: Sender<Done>, pauses: &AtomicBool) {
     loop {
         // No thread panics while it holds the lock.
         let task = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
         let Ok(Task { number, mut replica, time }) = task else { return };
-        // After a panic nobody looks at the replica any more.
+        // After a panic, the replica is not used again.
         let result = catch_unwind(AssertUnwindSafe(|| replica.go(time, || pauses.load(Ordering::Relaxed))));
         if results.send(Done { number, replica, result }).is_err() {
             return;
@@ -215,7 +222,7 @@ fn work(queue: &Mutex<Receiver<Task>>, results: Sender<Done>, pauses: &AtomicBoo
 }
 
 impl Crew<'_> {
-    /// Brings all replicas to the next attempt, or as far as they are where there is a reason to pause.
+    /// Advances all replicas to the next attempt, or less far if there is a reason to pause.
     fn advance<R: ExchangeRecorder>(
         &self,
         exchange: &mut Exchange,
@@ -226,7 +233,7 @@ impl Crew<'_> {
         self.pauses.store(false, Ordering::Relaxed);
         let mut all: Vec<Option<Done>> = exchange.replicas.iter().map(|_| None).collect();
         for (number, replica) in exchange.replicas.drain(..).enumerate() {
-            // The threads wait for tasks as long as there is a crew.
+            // The threads wait for tasks as long as the crew exists.
             let _ = self.tasks.send(Task { number, replica: Box::new(replica), time });
         }
         let mut left = all.len();
@@ -246,7 +253,7 @@ impl Crew<'_> {
             exchange.replicas.push(*replica);
             match result.unwrap_or_else(|panic| resume_unwind(panic)) {
                 Ok(is_done) => is_there &= is_done,
-                // The first one, whichever came first on the clock.
+                // The first one that arrives.
                 Err(source) => failed = failed.or(Some(Failed { number, source })),
             }
         }

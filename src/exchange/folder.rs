@@ -37,20 +37,20 @@ const CURVES: &str = "curves.csv";
 const DENSITY: &str = "density_of_states.csv";
 const MEAN_FORCE: &str = "potential_of_mean_force.csv";
 const CHECKPOINT: &str = "exchange.checkpoint";
-/// The page, which is no longer true of an exchange that goes on to a later end.
+/// The page, which is outdated if an exchange continues to a later end.
 const PAGE: &str = "exchange.html";
 pub(super) const SUMMARY: &str = "summary.json";
 
 /// All files except for trajectories and surfaces.
 const FILES: [&str; 10] = [SCENE, ROWS, ENERGIES, CURVES, DENSITY, MEAN_FORCE, MEASUREMENTS, CHECKPOINT, PAGE, SUMMARY];
 
-/// Content of a checkpoint, as it is read: the exchange, and its files.
+/// Content of a checkpoint: the exchange, and the sizes of its files.
 type Content = (Exchange, Vec<ManifestEntry>);
 
-/// Folder of an exchange: a recorder that writes its rows, frames, checkpoints and results.
+/// Folder of an exchange: a recorder that writes rows, frames, checkpoints and results.
 ///
-/// Tables and trajectories are written beside their names, as `exchange.csv.partial`, until the exchange is complete; `summary.json` is the last
-/// file. The folder is locked while an exchange writes there.
+/// Tables and trajectories have temporary names, such as `exchange.csv.partial`, until the exchange is
+/// complete. `summary.json` is written last. The folder is locked while an exchange writes to it.
 ///
 /// ```
 /// use carom::exchange::{ExchangeFolder, Opened};
@@ -85,25 +85,27 @@ pub struct ExchangeFolder {
     checkpoints: Checkpoints,
 }
 
-/// State of the folder of an exchange when it is opened.
+/// State of an exchange's folder when it is opened.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Opened {
     /// An exchange that is complete.
     Complete,
-    /// One to be run, from its start or from its last checkpoint.
+    /// An exchange to be run, from its start or from its last checkpoint.
     UnderWay(Box<(ExchangeFolder, Exchange)>),
 }
 
 impl ExchangeFolder {
-    /// Makes the folder of the exchange of a scene, or opens it again: `record` is the text of the scene with everything that replaced a value, such
-    /// as that of [`Scene::record`]. Of the same scene with a later end, an exchange goes on to that, whether it is complete or not.
+    /// Creates the folder for the exchange of a scene, or opens it again. `record` is the text of the scene
+    /// including all overrides, such as [`Scene::record`]. If the scene differs only in a later end, the
+    /// exchange continues to that, whether it is complete or not.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something else, [`ExchangeFolderError::Passed`] if the end
-    /// is before the last checkpoint,
-    /// [`ExchangeFolderError::Start`] of a scene that gives no exchange, [`ExchangeFolderError::Output`] if another process
-    /// writes there, a link or a folder is where a file of its own would be, the checkpoint cannot be used, or a file cannot be written.
+    /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something
+    /// else, [`ExchangeFolderError::Passed`] if the end is before the last checkpoint,
+    /// [`ExchangeFolderError::Start`] if no exchange can be made from the scene,
+    /// [`ExchangeFolderError::Output`] if another process writes to the folder, a link or a folder has the
+    /// name of one of its files, the checkpoint cannot be used, or a file cannot be written.
     pub fn open(path: impl AsRef<Path>, scene: Scene, record: &str) -> Result<Opened, ExchangeFolderError> {
         let path = path.as_ref();
         let mark = mark::locked(path)?;
@@ -117,7 +119,7 @@ impl ExchangeFolder {
         let mut has_other_end = false;
         match fs::read_to_string(&kept) {
             Ok(text) if text == record => {}
-            // Of one that has kept nothing yet, because it failed or was ended early, any other takes the place.
+            // An exchange without results, which failed or was ended early, may be replaced by any other.
             Ok(text) if !has_begun || without_limit(&text) == without_limit(record) => has_other_end = true,
             Ok(_) => return Err(ExchangeFolderError::Other(path.to_owned())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -128,7 +130,7 @@ impl ExchangeFolder {
         if is_complete && !has_other_end {
             return Ok(Opened::Complete);
         }
-        // Once for all temperatures: they differ in nothing that is seen.
+        // Written once, because all temperatures have the same surfaces.
         surfaces::write(path, &scene, |file| !has_begun || !file.exists())?;
         if !has_begun {
             if has_other_end {
@@ -141,7 +143,8 @@ impl ExchangeFolder {
             return Ok(Opened::Complete);
         }
         if has_other_end {
-            // From here on the results are no longer those of the scene. A process that is killed before it has the new scene comes to the old end again.
+            // From here on, the results are outdated. If the process is killed before it has written the new
+            // scene, the exchange continues to the old end.
             [SUMMARY, ENERGIES, CURVES, DENSITY, MEAN_FORCE, MEASUREMENTS, PAGE]
                 .iter()
                 .try_for_each(|name| remove(&path.join(name)))?;
@@ -168,7 +171,8 @@ impl ExchangeFolder {
         Ok((folder, exchange))
     }
 
-    /// The exchange of the last checkpoint with the end that its scene has now, and its files, which are as they were then.
+    /// The exchange of the last checkpoint with the end that its scene has now, and its files, truncated to
+    /// their sizes at that checkpoint.
     fn kept(path: &Path, scene: &Scene) -> Result<(Exchange, Vec<ManifestEntry>), ExchangeFolderError> {
         let (mut exchange, files): Content =
             checkpoint::read_content(&path.join(CHECKPOINT)).map_err(OutputError::Checkpoint)?;
@@ -207,35 +211,36 @@ impl ExchangeFolder {
         Ok((folder, exchange))
     }
 
-    /// Writes a checkpoint so often, instead of every five minutes.
+    /// Writes a checkpoint at this interval, instead of every five minutes.
     #[must_use]
     pub fn checkpoint_every(mut self, interval: Duration) -> Self {
         self.checkpoints.interval = interval;
         self
     }
 
-    /// Whether a folder is that of an exchange.
+    /// Whether a folder belongs to an exchange.
     #[must_use]
     pub fn is_one(path: &Path) -> bool {
         mark::is_there(path)
     }
 
-    /// Where the scene of an exchange is kept, in its folder.
+    /// Path of the scene in the folder of an exchange.
     #[must_use]
     pub fn scene_of(path: &Path) -> PathBuf {
         path.join(SCENE)
     }
 
-    /// The files of an exchange that its page is made from, or that it goes on from, whether they are there or not.
+    /// The files from which the page of an exchange is made or which it needs to continue, whether they exist
+    /// or not.
     #[must_use]
     pub fn files_of(path: &Path) -> Vec<PathBuf> {
         FILES.into_iter().filter(|name| *name != PAGE).map(|name| path.join(name)).collect()
     }
 
-    /// Gives all files their names and writes the results, `summary.json` last.
+    /// Gives all files their final names and writes the results, `summary.json` last.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Output`] if a file cannot be written; there is no `summary.json` then.
+    /// [`ExchangeFolderError::Output`] if a file cannot be written. There is no `summary.json` then.
     pub fn complete(mut self, exchange: &Exchange) -> Result<ExchangeSummary, ExchangeFolderError> {
         self.rows.sync()?;
         let rows = PartialFile::present(&self.path.join(ROWS));
@@ -270,11 +275,12 @@ impl ExchangeFolder {
         Ok(summary)
     }
 
-    /// Reads the results of an exchange that is complete.
+    /// Reads the results of a complete exchange.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Incomplete`] of one that has not come to its end, [`ExchangeFolderError::Read`] if a file is missing or damaged, [`ExchangeFolderError::Table`] if a
-    /// table is not the one that was written.
+    /// [`ExchangeFolderError::Incomplete`] if the exchange has not reached its end,
+    /// [`ExchangeFolderError::Read`] if a file is missing or damaged, [`ExchangeFolderError::Table`] if a
+    /// table has been changed.
     pub fn read(path: &Path) -> Result<ExchangeSummary, ExchangeFolderError> {
         let text = |name: &str| {
             let path = path.join(name);
@@ -289,7 +295,7 @@ impl ExchangeFolder {
         }
         let mut summary: ExchangeSummary =
             serde_json::from_str(&text(SUMMARY)?).map_err(|error| damaged(SUMMARY, error.to_string()))?;
-        // Those of windows are others, and one of a version that had no such table is complete without it.
+        // An exchange between windows has other tables, and one of an older version is complete without them.
         let table = |name: &str| {
             summary.tables.get(name).map_or(Ok(None), |_| {
                 let text = text(name)?;
@@ -323,7 +329,8 @@ impl ExchangeFolder {
         Ok(summary)
     }
 
-    /// The replica at each temperature, from 0, by simulated time: every N-th of the first rows of an exchange that is complete.
+    /// The replica at each temperature, from 0, by simulated time: every N-th of the first rows of a complete
+    /// exchange.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Read`] if the table is missing or damaged.

@@ -1,4 +1,4 @@
-//! Instruments at each temperature of an exchange, which look at whichever replica is there.
+//! Instruments at each temperature of an exchange, whichever replica is there.
 
 use std::sync::OnceLock;
 
@@ -9,7 +9,7 @@ use crate::analysis::observables::ApplicableObservables;
 use crate::engine::Simulation;
 use crate::model::{ExchangePlan, MeasurementPlan};
 
-/// Instruments at all temperatures; none before averages begin, and where the scene asks for none.
+/// Instruments at all temperatures; empty before averages begin, and if the scene requests none.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct InstrumentsAtTemperatures {
     each: Vec<Instruments>,
@@ -19,7 +19,7 @@ pub(super) struct InstrumentsAtTemperatures {
 }
 
 impl InstrumentsAtTemperatures {
-    /// Begins to measure, with the simulations in the order of the temperatures.
+    /// Begins to measure. The simulations are in the order of the temperatures.
     pub fn begin<'s>(
         &mut self,
         plan: &ExchangePlan,
@@ -33,13 +33,13 @@ impl InstrumentsAtTemperatures {
             }
             let snapshot = simulation.snapshot();
             let system = description(&self.system, simulation, applicable);
-            // Nothing follows from how long it lasts, because the end of an exchange may be put off.
+            // Independent of the duration, because an exchange may be extended.
             let setup = Setup { system, sample: Sample::of(&snapshot), duration: plan.interval };
             self.each.push(Instruments::new(&measure, &setup));
         }
     }
 
-    /// Shows each the simulation at its temperature, when all have come to an attempt.
+    /// Passes each instrument the simulation at its temperature after an attempt.
     pub fn sample<'s>(
         &mut self,
         simulations: impl Iterator<Item = &'s Simulation>,
@@ -47,19 +47,19 @@ impl InstrumentsAtTemperatures {
     ) {
         for (instruments, simulation) in self.each.iter_mut().zip(simulations) {
             let system = description(&self.system, simulation, applicable);
-            // As at the end of a run, where times that are the same may differ by rounding.
+            // As at the end of a run, where equal times may differ by rounding.
             instruments.end(&Sample::of(&simulation.snapshot()), system);
         }
     }
 
-    /// Results at each temperature so far; none where nothing is measured.
+    /// Results at each temperature so far; empty if nothing is measured.
     pub fn report(&self, example: &Simulation, applicable: &ApplicableObservables) -> Vec<Measured> {
         let report = |it: &Instruments| it.report(description(&self.system, example, applicable));
         self.each.iter().map(report).collect()
     }
 }
 
-/// Description that all simulations have in common, made once.
+/// The description that all simulations share, created once.
 fn description<'c>(
     known: &'c OnceLock<SystemDescription>,
     simulation: &Simulation,
@@ -68,7 +68,7 @@ fn description<'c>(
     known.get_or_init(|| SystemDescription::of_simulation(simulation, applicable))
 }
 
-/// A plan whose samples are at each attempt where it does not say when.
+/// A plan that samples at each attempt unless it specifies an interval.
 fn at_attempts(plan: &MeasurementPlan, interval: f64) -> MeasurementPlan {
     let mut plan = plan.clone();
     let of_scene = [

@@ -1,4 +1,5 @@
-//! Levels of the potential energy in the samples of all replicas together: their density of states, and their populations at temperatures.
+//! Levels of the potential energy in the samples of all replicas: their density of states, and their
+//! populations at each temperature.
 
 use super::populations::bins;
 use super::results::Population;
@@ -11,8 +12,8 @@ use crate::analysis::statistics::Estimate;
 pub struct LevelDensity {
     /// The energy of the level `[energy]`.
     pub energy: f64,
-    /// Natural logarithm of the density of states `g(E)`, with `sum_E g(E) exp(-E / T) = 1` at the highest temperature `T`. Without an error where some of the samples that are drawn for it have not
-    /// been there.
+    /// Natural logarithm of the density of states `g(E)`, with `sum_E g(E) exp(-E / T) = 1` at the highest
+    /// temperature `T`. There is no error if some of the resamples do not contain the level.
     pub log_density_of_states: Estimate,
 }
 
@@ -21,7 +22,7 @@ impl LevelDensity {
         Self { energy, log_density_of_states }
     }
 
-    /// Of all levels that have samples.
+    /// Of all levels with samples.
     pub(super) fn all(reweighting: &Reweighting, highest: f64) -> Vec<Self> {
         let density = reweighting.density();
         let relative = |density: &DensityOfStates| -> Vec<f64> {
@@ -33,7 +34,7 @@ impl LevelDensity {
     }
 }
 
-/// Populations of the levels at some temperatures, by reweighting; more than a hundred of them in bins.
+/// Populations of the levels at some temperatures by reweighting. More than a hundred levels are binned.
 pub(super) fn populations(reweighting: &Reweighting, temperatures: &[f64]) -> Vec<Vec<Population>> {
     let energies: Vec<f64> = reweighting.density().levels().map(|(energy, _)| energy).collect();
     let bins = bins(&energies);

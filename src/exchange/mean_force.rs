@@ -1,4 +1,4 @@
-//! The potential of mean force along a distance, from all windows of an exchange together.
+//! The potential of mean force along a distance, from all windows of an exchange.
 
 use super::execute::ExchangeRecorder;
 use super::replicas::{Exchange, ExchangeRow};
@@ -14,24 +14,30 @@ pub struct MeanForcePoint {
     pub distance: f64,
     /// Its width `[length]`.
     pub width: f64,
-    /// `F(r) = -T ln p(r)`, with the probability density `p(r)` of the distance; zero for the mean density in the last window `[energy]`.
+    /// `F(r) = -T ln p(r)`, with the probability density `p(r)` of the distance, relative to the mean density
+    /// in the last window `[energy]`.
     pub free_energy: Estimate,
-    /// Potential of mean force, `w(r) = F(r) + (D - 1) T ln r` in `D` dimensions: `-T` times the logarithm of the density in space; zero for the mean density in the last window, where the potential of most pairs has come to an end `[energy]`.
+    /// Potential of mean force, `w(r) = F(r) + (D - 1) T ln r` in `D` dimensions: `-T` times the logarithm of
+    /// the density in space, relative to the mean density in the last window, beyond the range of most
+    /// potentials `[energy]`.
     pub potential_of_mean_force: Estimate,
 }
 
 impl MeanForcePoint {
-    /// The point at which one of the free energies is lowest, among those with an error if there are any.
+    /// The point at which one of the free energies is lowest. Points with an error are preferred.
     #[must_use]
     pub fn lowest(points: &[Self], of: fn(&Self) -> Estimate) -> Option<&Self> {
         points.get(lowest(points.iter().map(of))?)
     }
 }
 
-/// The potential of mean force along the distance of an exchange in windows, [`ExchangeEnsemble::Umbrella`](crate::model::ExchangeEnsemble::Umbrella).
+/// The potential of mean force along the distance of an exchange between windows,
+/// [`ExchangeEnsemble::Umbrella`](crate::model::ExchangeEnsemble::Umbrella).
 ///
-/// In each window the distance has the probability density of all distances, up to a factor. These factors follow from the samples of all windows together, by the equations of
-/// [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram) with an energy that is zero in a window and infinite outside of it; errors are those of [`Reweighting`].
+/// Within each window, the distance has the unrestricted probability density up to a factor. These factors
+/// follow from the samples of all windows by the equations of
+/// [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram), with an energy that is zero in the
+/// window and infinite outside. Errors are those of [`Reweighting`].
 ///
 /// S. Kumar, J. M. Rosenberg, D. Bouzida, R. H. Swendsen and P. A. Kollman, J. Comput. Chem. 13, 1011 (1992),
 /// [doi:10.1002/jcc.540130812](https://doi.org/10.1002/jcc.540130812).
@@ -45,7 +51,7 @@ pub struct MeanForce {
     pub is_torn: bool,
 }
 
-/// Distances of an exchange in windows, kept in memory: a recorder for exchanges without a folder.
+/// Distances of an exchange between windows, kept in memory. A recorder for exchanges without a folder.
 #[derive(Debug, Clone, Default)]
 pub struct Distances {
     rows: Vec<Vec<f64>>,
@@ -67,7 +73,7 @@ impl Distances {
         &self.rows
     }
 
-    /// The potential of mean force of the exchange that they are from.
+    /// The potential of mean force of the exchange that recorded these distances.
     #[must_use]
     pub fn mean_force(&self, exchange: &Exchange) -> MeanForce {
         let visit = |see: &mut dyn FnMut(&[f64])| {
@@ -99,7 +105,8 @@ impl MeanForce {
     }
 }
 
-/// Place of the lowest of some free energies, among those with an error if there are any: a bin that some resamples have no sample in has none.
+/// Index of the lowest free energy, among those with an error if there are any. A bin without samples in some
+/// resamples has no error.
 fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     let by = |a: &Estimate, b: &Estimate| {
         let is_vague = |it: &Estimate| it.standard_error.is_none();
@@ -108,14 +115,16 @@ fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     all.enumerate().min_by(|(_, a), (_, b)| by(a, b)).map(|(place, _)| place)
 }
 
-/// Free energies of all bins that have samples, counted from that of all bins of the last window together: those of single bins are noisy, and the lowest of them is too low.
+/// Free energies of all bins with samples, relative to that of all bins of the last window together. Single
+/// bins are noisy, and the lowest of them would be biased.
 fn points(
     reweighting: &Reweighting,
     (edges, last): (&[f64], [f64; 2]),
     temperature: f64,
     dimensions: f64,
 ) -> Vec<MeanForcePoint> {
-    // The exact volume of each bin, so that a constant density has a constant potential for bins of any width.
+    // The exact volume of each bin, so that a constant density has a constant potential for bins of any
+    // width.
     let volume = |pair: &[f64]| (libm::pow(pair[1], dimensions) - libm::pow(pair[0], dimensions)) / dimensions;
     let is_last = |pair: &[f64]| last[0] <= pair[0] && pair[1] <= last[1];
     let of_bins = |size: &dyn Fn(&[f64]) -> f64| -> Vec<Estimate> {
@@ -147,7 +156,7 @@ mod tests {
     use crate::analysis::reweighting::Ensemble;
     use crate::model::random::{Purpose, Random};
 
-    /// Points at random in a ball, whose density is constant: no bin is lower than the others but by noise, and the noise has a mean of zero.
+    /// Random points in a ball of constant density. Bins differ by noise only, whose mean is zero.
     #[test]
     fn a_flat_tail_is_at_zero() {
         let edges: Vec<f64> = (0..=20).map(|k| f64::from(k) / 20.0).collect();
@@ -165,7 +174,7 @@ mod tests {
             tails.push(tail.iter().map(|it| it.mean).sum::<f64>() / 10.0);
         }
         let mean = tails.iter().sum::<f64>() / 12.0;
-        // Bins of some 300 samples have errors of 0.05; the lowest of ten would be at -0.07.
+        // Bins of about 300 samples have errors of 0.05. The lowest of ten would be at -0.07.
         assert!(mean.abs() < 0.01, "{tails:?}");
         assert!((0.5..1.6).contains(&squares), "errors are those of the scatter: {squares}");
     }
@@ -182,7 +191,7 @@ mod tests {
         distances.iter().for_each(|distance| histograms.add(&[*distance], &[]));
         let all = points(&Reweighting::new(&histograms, 1).unwrap(), (&edges, [0.0, 1.0]), 0.8, 3.0);
         let potential = |place: usize| all[place].potential_of_mean_force;
-        // In so small a shell the sample makes the potential lowest, but nobody knows by how much.
+        // In such a small shell the potential is lowest by chance, and its error is unknown.
         assert!(potential(0).mean < 0.0 && potential(0).standard_error.is_none());
         assert!(
             (1..6)

@@ -1,4 +1,5 @@
-//! Weights of the energy that all replicas have in a multicanonical exchange, and how they follow from its equilibration.
+//! The common weights of the energy in a multicanonical exchange, and how they are determined in its
+//! equilibration.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,13 +7,15 @@ use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLeve
 use crate::model::EnergyWeights;
 use crate::model::exchange_plan::ends;
 
-/// Most rows of energies that weights are made from.
+/// Maximum number of rows of energies from which weights are made.
 const MOST_ROWS: u64 = 10_000;
 
-/// The weights of a multicanonical exchange, and the energies that they are from.
+/// The weights of a multicanonical exchange, and the energies that determine them.
 ///
-/// The equilibration has four quarters. In the first two, replicas are swapped between temperatures; of the energies in the second one follows a density of states, and from it the first
-/// weights. With these the third quarter is simulated, and the energies of both quarters together give the weights of all that follows. The last quarter equilibrates.
+/// The equilibration has four quarters. In the first two, replicas are swapped between temperatures. The
+/// energies of the second quarter determine a density of states and from it the first weights, with which the
+/// third quarter is simulated. The energies of both quarters determine the final weights. The last quarter
+/// equilibrates.
 ///
 /// Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000), [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -23,16 +26,16 @@ pub(super) struct Multicanonical {
     every: u64,
     /// Energies in the second and in the third quarter.
     rows: [Vec<Vec<f64>>; 2],
-    /// Weights that replicas have now; none before the third quarter.
+    /// Present weights; `None` before the third quarter.
     weights: Option<EnergyWeights>,
 }
 
-/// Energies at some temperatures do not overlap with those at the others, so that no weights follow from them.
+/// Energies at some temperatures do not overlap with those at others, so that the weights are undetermined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Torn;
 
 impl Multicanonical {
-    /// For an equilibration with a number of attempts.
+    /// For an equilibration with the given number of attempts.
     pub fn new(equilibration: u64) -> Self {
         let ends = [1, 2, 3].map(|quarter| quarter * (equilibration / 4));
         Self {
@@ -43,12 +46,12 @@ impl Multicanonical {
         }
     }
 
-    /// Weights of the energy, once there are some.
+    /// Weights of the energy, once they exist.
     pub fn weights(&self) -> Option<&EnergyWeights> {
         self.weights.as_ref()
     }
 
-    /// Takes note of the energies at all temperatures at an attempt; whether there are new weights.
+    /// Records the energies at all temperatures at an attempt. Returns whether there are new weights.
     pub fn see(&mut self, attempt: u64, energies: &[f64], temperatures: &[f64]) -> Result<bool, Torn> {
         let [first, second, third] = self.ends;
         let quarter = match attempt {
@@ -70,14 +73,14 @@ impl Multicanonical {
         Ok(true)
     }
 
-    /// Weights by the density of states of the energies of the second quarter, or of those of both.
+    /// Weights from the density of states of the second quarter, or of both quarters.
     fn learned(&self, quarter: usize, temperatures: &[f64]) -> Result<EnergyWeights, Torn> {
         let mut ensembles = Ensemble::canonical(temperatures);
         let [canonical, weighted] = &self.rows;
         let mut rows = canonical.clone();
         if let (1, Some(weights)) = (quarter, &self.weights) {
             ensembles.extend(temperatures.iter().map(|_| Ensemble::Multicanonical(weights.clone())));
-            // A row without energies of the third quarter is not whole, and counts for nothing.
+            // A row without energies of the third quarter is incomplete and counts for nothing.
             rows.iter_mut().zip(weighted).for_each(|(row, more)| row.extend_from_slice(more));
         }
         let mut levels = EnergyLevels::default();
@@ -93,7 +96,7 @@ fn flat(density: &DensityOfStates, temperatures: &[f64]) -> EnergyWeights {
     let ends = ends(temperatures);
     let [lowest, highest] = ends.map(|temperature| density.at(temperature).mean);
     let levels: Vec<(f64, f64)> = density.levels().filter(|(_, logarithm)| logarithm.is_finite()).collect();
-    // Include one more level on either side of the means, if there is one.
+    // Includes one more level on either side of the means, if there is one.
     let from = levels.partition_point(|level| level.0 <= lowest).saturating_sub(1);
     let to = (levels.partition_point(|level| level.0 < highest) + 1).clamp(from + 1, levels.len());
     EnergyWeights::new(levels[from..to].to_vec(), ends)
@@ -107,7 +110,7 @@ mod tests {
     const STATES: [f64; 4] = [1.0, 9.0, 44.0, 130.0];
     const TEMPERATURES: [f64; 3] = [1.4, 0.5, 0.2];
 
-    /// A level of one of the states, with their weights in an ensemble.
+    /// A level drawn from the states, with their weights in an ensemble.
     fn level(random: &mut Random, ensemble: &Ensemble) -> f64 {
         let energies = [-3.0, -2.0, -1.0, 0.0];
         let weights: Vec<f64> = (0..4).map(|k| STATES[k] * (-ensemble.reduced_energy(energies[k])).exp()).collect();
@@ -140,7 +143,7 @@ mod tests {
         assert_eq!(weights.nodes().iter().map(|node| node.0).collect::<Vec<_>>(), [-3.0, -2.0, -1.0, 0.0]);
         let differences: Vec<f64> = weights.nodes().iter().zip(STATES).map(|(node, n)| node.1 - n.ln()).collect();
         assert!(differences.iter().all(|it| (it - differences[0]).abs() < 0.2), "{differences:?}");
-        // Beyond them canonical ensembles of the ends.
+        // Beyond them, the weights are those of canonical ensembles at the ends.
         assert!((weights.at(-4.0) - weights.at(-3.0) + 1.0 / 0.2).abs() < 1e-12);
         assert!((weights.at(1.0) - weights.at(0.0) - 1.0 / 1.4).abs() < 1e-12);
     }

@@ -1,4 +1,4 @@
-//! Populations of the levels of the potential energy, at each temperature, with their errors.
+//! Populations of the levels of the potential energy at each temperature, with their errors.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,30 +6,31 @@ use super::results::Population;
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::model::Scene;
 
-/// More levels than these become bins of even width.
+/// Above this number, levels are merged into bins of equal width.
 const MOST_LEVELS: usize = 100;
 
-/// Bins into which as many levels are put: they may become twice as many before they are merged.
+/// Number of bins at first. It may double before bins are merged.
 const BINS: f64 = 40.0;
 const MOST_BINS: usize = 80;
 
-/// Values that a series has at most for its error: fewer than usual, because there are many series.
+/// Maximum length of a series for its error. It is smaller than usual, because there are many series.
 const MOST_VALUES: usize = 128;
 
-/// Energies are the same level where they differ by less than this part of the largest step of the potentials: rounding of their sums.
+/// Energies belong to the same level if they differ by less than this fraction of the largest step of the
+/// potentials: the rounding of their sums.
 const SAME: f64 = 1e-9;
 
-/// A level of the potential energy, or a bin of such levels, and its populations.
+/// A level of the potential energy, or a bin of levels, and its populations.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Level {
-    /// The energy, or the number of the bin.
+    /// The energy, or the index of the bin.
     at: f64,
-    /// By temperature, the average of 1 where the system is in it, and of 0 where it is not.
+    /// By temperature, the average of 1 while the system is in the level, and of 0 otherwise.
     occupied: Vec<BlockAverage>,
 }
 
-/// Populations of the exact levels of the potential energy; where they are too many, of even bins `[k w, (k + 1) w)` that widen as
-/// they need.
+/// Populations of the exact levels of the potential energy. If they are too many, of equal bins `[k w, (k +
+/// 1) w)` that widen as needed.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Populations {
     /// In ascending order.
@@ -38,7 +39,7 @@ pub(super) struct Populations {
     width: Option<f64>,
     /// Largest difference of two energies of one level.
     tolerance: f64,
-    /// Averages of a level that has not been seen yet.
+    /// Averages of a level without visits.
     empty: BlockAverage,
     temperatures: usize,
 }
@@ -62,7 +63,7 @@ impl Populations {
             for energy in energies {
                 self.make_room(*energy);
             }
-            // Only now, because levels may have been put in between or merged.
+            // Only now, because levels may have been inserted or merged.
             energies.iter().map(|energy| self.find(*energy).unwrap_or_else(|place| place)).collect()
         };
         self.empty.add(0.0, 1.0);
@@ -73,7 +74,7 @@ impl Populations {
         }
     }
 
-    /// The level of an energy, or the place where it belongs.
+    /// The index of the level of an energy, or the index at which to insert it.
     fn find(&self, energy: f64) -> Result<usize, usize> {
         match self.width {
             Some(width) => {
@@ -88,10 +89,10 @@ impl Populations {
         }
     }
 
-    /// Sees to it that an energy has a level.
+    /// Ensures that an energy has a level.
     fn make_room(&mut self, energy: f64) {
         let Err(place) = self.find(energy) else { return };
-        // Zero has one bit pattern only.
+        // Adding zero removes the sign of a negative zero.
         let at = self.width.map_or(energy, |width| (energy / width).floor()) + 0.0;
         self.levels.insert(place, Level { at, occupied: vec![self.empty.clone(); self.temperatures] });
         match self.width {
@@ -109,7 +110,7 @@ impl Populations {
         }
     }
 
-    /// Gives levels other places, which ascend as they do, and merges those of the same place.
+    /// Moves levels to new positions in the same order, and merges those with the same position.
     fn regroup(&mut self, place: impl Fn(f64) -> f64) {
         let mut merged: Vec<Level> = Vec::new();
         for mut level in std::mem::take(&mut self.levels) {
@@ -124,7 +125,7 @@ impl Populations {
         self.levels = merged;
     }
 
-    /// The populations of all levels at a temperature, by its place, in ascending order.
+    /// The populations of all levels at a temperature, given by its index, in ascending order.
     pub fn at(&self, place: usize) -> Vec<Population> {
         let nothing = Estimate { mean: 0.0, standard_error: None };
         let population = |level: &Level| Population {
@@ -136,7 +137,7 @@ impl Populations {
     }
 }
 
-/// Levels, or bins of levels, of ascending energies: the energy and width of each, and the range of energies in it.
+/// Levels, or bins of levels, from ascending energies: energy, width, and range of indices of each.
 pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> {
     let ([first, .., last], true) = (energies, energies.len() > MOST_LEVELS) else {
         return energies.iter().enumerate().map(|(place, energy)| (*energy, 0.0, place..place + 1)).collect();
@@ -153,7 +154,7 @@ pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> 
     bins
 }
 
-/// The least power of two that is not below a positive number, so that edges of bins are exact.
+/// The smallest power of two not below a positive number, so that edges of bins are exact.
 fn power_of_two(number: f64) -> f64 {
     libm::exp2(libm::log2(number.max(f64::MIN_POSITIVE)).ceil())
 }
@@ -211,7 +212,7 @@ mod tests {
         let width = populations.width.unwrap();
         assert!(populations.levels.len() <= MOST_BINS && populations.levels.len() >= MOST_BINS / 4);
         for (energy, mean) in means(&populations, 0).into_iter().filter(|(_, mean)| *mean > 0.0) {
-            // As many whole numbers as lie in the bin and in the range.
+            // The number of integers in the bin and in the range.
             let inside = (0..10_007).filter(|k| {
                 (f64::from(*k) - 3000.0 - energy + 0.5 * width).floor() >= 0.0
                     && f64::from(*k) - 3000.0 < energy + 0.5 * width

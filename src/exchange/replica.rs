@@ -1,4 +1,4 @@
-//! One of the replicas of an exchange.
+//! A replica of an exchange.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,10 +9,10 @@ use crate::model::random::{Purpose, Random};
 use crate::model::{ExchangePlan, Scene, Species, Thermostat};
 use crate::run::audit::Ledger;
 
-/// Steps of the engine between two questions whether to pause: some milliseconds.
+/// Steps of the engine between two checks for a pause: some milliseconds.
 const STEPS: u64 = 1 << 14;
 
-/// A replica with the books of its energy.
+/// A replica with the ledger of its energy.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Replica {
     pub simulation: Simulation,
@@ -20,7 +20,7 @@ pub(super) struct Replica {
 }
 
 impl Replica {
-    /// A replica of a scene, by its number, which is also that of its first temperature.
+    /// A replica of a scene. Its number is also that of its first temperature.
     pub fn new(scene: &Scene, plan: &ExchangePlan, seed: u64, number: usize) -> Result<Self, StartError> {
         let mut own = scene.clone();
         own.exchange = None;
@@ -41,7 +41,7 @@ impl Replica {
         Ok(Self { simulation, ledger })
     }
 
-    /// Takes note of its energy, and returns the potential one.
+    /// Records its energies, and returns the potential energy.
     pub fn note(&mut self) -> f64 {
         let energy = self.simulation.energy();
         self.ledger.note(&self.simulation, &energy);
@@ -59,7 +59,7 @@ impl Replica {
         self.ledger.close(&self.simulation).faults().iter().map(ToString::to_string).collect()
     }
 
-    /// Goes on to a time, or pauses where it is told to on the way; says whether it came there.
+    /// Advances to a time, unless it is told to pause on the way. Returns whether it has reached the time.
     pub fn go(&mut self, time: f64, mut pauses: impl FnMut() -> bool) -> Result<bool, EngineError> {
         loop {
             if self.simulation.advance_for(STEPS, Until::time(time), None)?.is_some() {

@@ -19,21 +19,26 @@ use crate::model::state_point::StatePoint;
 use crate::model::{EnergyWeights, ExchangeEnsemble, ExchangePlan, Scene};
 use crate::run::FrameLimit;
 
-/// Replica exchange of a scene (parallel tempering): one replica for each temperature, swapped between neighbours at even times.
+/// Replica exchange of a scene (parallel tempering): one replica for each temperature, swapped between
+/// neighbours at regular times.
 ///
-/// Each replica is a canonical ensemble: an Andersen thermostat holds its temperature. After each interval, neighbouring temperatures
-/// `T_i`, `T_j` swap their replicas with the probability `min(1, exp((1/T_i - 1/T_j) (U_i - U_j)))`, the pairs that begin with the first
-/// temperature and those that begin with the second in turns. `U` is the exact potential energy, of pairs and of weight; velocities are
-/// scaled by the square root of the new temperature over the old one, so that those of the new ensemble follow. The states at each
-/// temperature are a canonical ensemble then, too.
+/// Each replica is a canonical ensemble: an Andersen thermostat controls its temperature. After each
+/// interval, neighbouring temperatures `T_i`, `T_j` swap their replicas with the probability `min(1,
+/// exp((1/T_i - 1/T_j) (U_i - U_j)))`. Pairs that begin with the first temperature and pairs that begin with
+/// the second alternate. `U` is the exact potential energy of pairs and gravity. Velocities are scaled by the
+/// square root of the ratio of the new and the old temperature, so that the states at each temperature remain
+/// a canonical ensemble.
 ///
-/// All random numbers follow from the seed of the scene, and each replica, each swap and each heat bath has a stream of its own: the results
-/// are the same bits for any number of threads, and wherever the exchange has paused.
+/// All random numbers follow from the seed of the scene. Each replica, each swap and each heat bath has its
+/// own stream, so that results are the same bits for any number of threads and regardless of pauses.
 ///
-/// Of a plan with [`ExchangeEnsemble::Multicanonical`] that is the first half of the equilibration only. From its energies follow weights `exp(-w(U))` with which all replicas visit the energies between the
-/// mean ones of the lowest and of the highest temperature equally often: each moves as if its potential energy were `T w(U)`, in a heat bath of the highest temperature `T`, and nothing is swapped. Means at
-/// temperatures follow from what is measured by reweighting, [`ThermalCurves`](super::ThermalCurves). Weights are improved once, after three quarters of the equilibration:
-/// Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000), [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
+/// With [`ExchangeEnsemble::Multicanonical`], swaps happen only in the first half of the equilibration. The
+/// energies found there determine weights `exp(-w(U))` with which all replicas visit the energies between the
+/// mean ones of the lowest and the highest temperature equally often. Each replica then moves as if its
+/// potential energy were `T w(U)`, in a heat bath of the highest temperature `T`, and nothing is swapped.
+/// Means at the temperatures follow by reweighting, [`ThermalCurves`](super::ThermalCurves). Weights are
+/// improved once, after three quarters of the equilibration: Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329,
+/// 261 (2000), [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 ///
 /// R. H. Swendsen and J.-S. Wang, Phys. Rev. Lett. 57, 2607 (1986), [doi:10.1103/PhysRevLett.57.2607](https://doi.org/10.1103/PhysRevLett.57.2607);
 /// K. Hukushima and K. Nemoto, J. Phys. Soc. Jpn. 65, 1604 (1996), [doi:10.1143/JPSJ.65.1604](https://doi.org/10.1143/JPSJ.65.1604); in
@@ -46,13 +51,13 @@ pub struct Exchange {
     pub(super) plan: ExchangePlan,
     /// Temperature at each place `[energy]`.
     pub(super) temperatures: Vec<f64>,
-    /// Seed of its random numbers, of this state point.
+    /// Seed of the random numbers of this state point.
     pub(super) seed: u64,
-    /// Number of the first stream of the heat baths.
+    /// Index of the first random stream of the heat baths.
     pub(super) first_stream: usize,
     /// Simulated time at the start `[time]`.
     start: f64,
-    /// Attempts before averages begin, in all, and between two frames.
+    /// Attempts before averages begin, attempts in all, and attempts between two frames.
     pub(super) equilibration: u64,
     total: u64,
     frame_every: u64,
@@ -63,13 +68,13 @@ pub struct Exchange {
     pub(super) places: Vec<usize>,
     /// Its potential energy at the last attempt.
     pub(super) energies: Vec<f64>,
-    /// For windows, the distance in each at that time `[length]`.
+    /// For windows, the distance in each at the last attempt `[length]`.
     pub(super) distances: Vec<f64>,
-    /// Whether each is still on its way into its window.
+    /// Whether each replica is still on its way into its window.
     pub(super) is_outside: Vec<bool>,
-    /// Quantities that were measured of it then: all of the first temperature, then of the second and so on.
+    /// Other quantities at the last attempt: all of the first temperature, then of the second, and so on.
     pub(super) measured: Vec<f64>,
-    /// Follows from the scene.
+    /// Derived from the scene.
     #[serde(skip)]
     chains: OnceLock<ChainSizes>,
     pub(super) random: Random,
@@ -86,15 +91,16 @@ pub struct Exchange {
 pub struct ExchangeRow<'e> {
     /// Simulated time `[time]`.
     pub time: f64,
-    /// The number of the replica at each temperature from now on, from 0.
+    /// The replica at each temperature from now on, counted from 0.
     pub replicas: &'e [usize],
     /// Its potential energy `[energy]`.
     pub potential: &'e [f64],
-    /// The quantities of [`Exchange::measured_names`]: all of the first temperature, then those of the second and so on.
+    /// The quantities of [`Exchange::measured_names`]: all of the first temperature, then those of the
+    /// second, and so on.
     pub measured: &'e [f64],
 }
 
-/// Name of the distance that is held in windows, the first of what is measured of each, and its unit.
+/// Name and unit of the distance that is held in windows, the first of the quantities of each replica.
 pub const DISTANCE: (&str, &str) = ("distance", "length");
 
 impl ExchangeRow<'_> {
@@ -110,7 +116,8 @@ pub(super) fn in_order<'e>(places: &'e [usize], replicas: &'e [Replica]) -> impl
     places.iter().map(|number| &replicas[*number].simulation)
 }
 
-/// Attempts between two frames: those in the interval of the scene, or enough that the frames of all temperatures fit.
+/// Attempts between two frames: those in the interval of the scene, or enough that the frames of all
+/// temperatures fit.
 pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> u64 {
     let given = scene.output().frame_interval.and_then(|interval| plan.attempts(interval)).filter(|every| *every > 0);
     given.unwrap_or_else(|| {
@@ -120,10 +127,12 @@ pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> 
 }
 
 impl Exchange {
-    /// Replicas of a scene with the table `[exchange]`, at its positions and with velocities from Maxwell's distributions of their temperatures.
+    /// Replicas of a scene with the table `[exchange]`, at its positions and with velocities from the Maxwell
+    /// distributions of their temperatures.
     ///
     /// # Errors
-    /// [`StartError::NoPlan`] of a scene without one, [`StartError::Velocities`] if a velocity of these temperatures is too large.
+    /// [`StartError::NoPlan`] if the scene has no plan, [`StartError::Velocities`] if a velocity of these
+    /// temperatures is too large.
     pub fn new(scene: Scene) -> Result<Self, StartError> {
         let plan = scene.exchange().cloned().ok_or(StartError::NoPlan)?;
         let attempts = |time: Option<f64>| time.map_or(Some(0), |time| plan.attempts(time));
@@ -172,18 +181,18 @@ impl Exchange {
         &self.plan
     }
 
-    /// Asks for large pages, after it was read from a checkpoint.
+    /// Asks for large pages, after reading a checkpoint.
     pub(super) fn enlarge(&self) {
         self.replicas.iter().for_each(|replica| replica.simulation.enlarge());
     }
 
-    /// The temperatures, in the order of the places; all windows have the same `[energy]`.
+    /// The temperatures, in the order of the places; equal for all windows `[energy]`.
     #[must_use]
     pub fn temperatures(&self) -> &[f64] {
         &self.temperatures
     }
 
-    /// The ensemble in which the energies at each place of a row are measured, or the distances where windows are.
+    /// The ensemble at each place in which energies are sampled, or distances for windows.
     #[must_use]
     pub fn ensembles(&self) -> Vec<Ensemble> {
         match (&self.plan.umbrella, self.weights()) {
@@ -193,12 +202,13 @@ impl Exchange {
         }
     }
 
-    /// Weights of the energy that all replicas have now, if they have some.
+    /// Present weights of the energy, if any.
     pub(super) fn weights(&self) -> Option<&EnergyWeights> {
         self.multicanonical.as_ref().and_then(Multicanonical::weights)
     }
 
-    /// The simulation of the replica that is at a temperature, by its place in [`Self::temperatures`]; `None` if there is no such place.
+    /// The simulation of the replica at a temperature, given by its index in [`Self::temperatures`]; `None`
+    /// if the index is out of range.
     #[must_use]
     pub fn simulation_at(&self, place: usize) -> Option<&Simulation> {
         self.places.get(place).map(|number| &self.replicas[*number].simulation)
@@ -209,7 +219,7 @@ impl Exchange {
         in_order(&self.places, &self.replicas)
     }
 
-    /// Any of them, for what all have in common.
+    /// Any of the simulations, for properties that all share.
     pub(super) fn example(&self) -> &Simulation {
         &self.replicas[0].simulation
     }
@@ -220,14 +230,15 @@ impl Exchange {
         self.replicas[0].simulation.scene()
     }
 
-    /// Attempts to swap so far, and in all; those of the equilibration included.
+    /// Attempts to swap so far, and in all, including those of the equilibration.
     #[must_use]
     pub fn attempts(&self) -> [u64; 2] {
         [self.attempts, self.total]
     }
 
-    /// Gives it another end: averages over so much simulated time `[time]`, counted as in the scene. Says whether it has one: a duration that is no whole
-    /// number of intervals, or that has passed already, changes nothing. To a later end an exchange goes on as one that was meant to come there.
+    /// Changes the end: averages over this simulated time `[time]`, counted as in the scene. Returns false,
+    /// without a change, if the duration is not a whole number of intervals or has already passed. An
+    /// extended exchange gives the same results as one that was planned that long.
     #[must_use]
     pub fn end_after(&mut self, duration: f64) -> bool {
         let total = self.plan.attempts(duration).map(|measured| self.equilibration + measured);
@@ -236,7 +247,7 @@ impl Exchange {
         total.is_some()
     }
 
-    /// Number of particles that move, and of axes along which they do.
+    /// Number of moving particles, and of axes along which they move.
     pub(super) fn size(&self) -> [f64; 2] {
         let applicable = self.averages.applicable();
         [applicable.moving as f64, applicable.dimensions]
@@ -285,8 +296,9 @@ impl Exchange {
         self.time_of(self.attempts + 1)
     }
 
-    /// Names of what is measured at each attempt beside the energies: of a scene with bonded particles `mean_square_radius_of_gyration`, and where there are linear chains
-    /// `mean_square_end_to_end_distance`, `[length^2]`, over all of them; of windows first the `distance` that is held in them `[length]`.
+    /// Names of the quantities sampled at each attempt besides the energies: `mean_square_radius_of_gyration`
+    /// for a scene with bonded particles, and `mean_square_end_to_end_distance` if there are linear chains,
+    /// `[length^2]`, averaged over all of them. For windows, the held `distance` comes first `[length]`.
     #[must_use]
     pub fn measured_names(&self) -> Vec<&'static str> {
         let distance = self.plan.umbrella.as_ref().map(|_| DISTANCE.0);

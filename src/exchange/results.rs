@@ -16,27 +16,28 @@ pub struct Population {
     pub energy: f64,
     /// Width of the bin; 0 for an exact level `[energy]`.
     pub width: f64,
-    /// The part of all samples that is in it.
+    /// The fraction of all samples in it.
     pub population: Estimate,
 }
 
-/// Results at a temperature, or in a window of a distance, over whichever replica was there.
+/// Results at a temperature, or in a window of a distance, over all replicas that visited it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct TemperatureResult {
     /// The temperature `[energy]`.
     pub temperature: f64,
-    /// Ends of the window that the distance was held in, of an exchange between windows `[length]`.
+    /// Ends of the window of the held distance, for an exchange between windows `[length]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<[f64; 2]>,
-    /// Means by name: those of [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that mean something for the scene, and
-    /// `heat_capacity_per_particle` (at constant volume, in units of k_B), `D / 2 + <(U - <U>)^2> / (N T^2)`, and the names of
-    /// [`Exchange::measured_names`](super::Exchange::measured_names).
+    /// Means by name: those of [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that apply to the
+    /// scene, `heat_capacity_per_particle` (at constant volume, in units of k_B), `D / 2 + <(U - <U>)^2> / (N
+    /// T^2)`, and the names of [`Exchange::measured_names`](super::Exchange::measured_names).
     pub observables: BTreeMap<String, Estimate>,
-    /// Populations of the levels of the potential energy, in ascending order; in `energies.csv`, not in `summary.json`.
+    /// Populations of the levels of the potential energy, in ascending order. They are in `energies.csv`, not
+    /// in `summary.json`.
     #[serde(skip)]
     pub populations: Vec<Population>,
-    /// Numbers and curves of the instruments that the scene asks for; in `measurements.json`, not in `summary.json`.
+    /// Numbers and curves of the scene's instruments. They are in `measurements.json`, not in `summary.json`.
     #[serde(skip)]
     pub measured: Measured,
 }
@@ -52,17 +53,17 @@ impl TemperatureResult {
     }
 }
 
-/// Swaps between two neighbouring temperatures, or windows.
+/// Swaps between two neighbouring temperatures or windows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct NeighbouringTemperatures {
     /// The two temperatures `[energy]`.
     pub temperatures: [f64; 2],
-    /// Attempts while the exchange was measured,
+    /// Number of attempts during the measurement.
     pub attempts: u64,
-    /// and how many of them were accepted.
+    /// Number of accepted attempts.
     pub accepted: u64,
-    /// Their ratio with its standard error; `None` without an attempt.
+    /// Ratio of accepted attempts with its standard error; `None` without attempts.
     pub acceptance: Option<Estimate>,
 }
 
@@ -70,21 +71,24 @@ pub struct NeighbouringTemperatures {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ExchangeResults {
-    /// Ensemble in which replicas were measured. Of a multicanonical one, means and populations at the temperatures follow by reweighting.
+    /// Ensemble in which replicas were sampled. In a multicanonical one, means and populations at the
+    /// temperatures follow by reweighting.
     #[serde(default)]
     pub ensemble: ExchangeEnsemble,
-    /// Simulated time at which the averages begin, and how long they last `[time]`.
+    /// Simulated time at which the averages begin `[time]`.
     pub start: f64,
-    /// `[time]`
+    /// Duration of the averages `[time]`.
     pub duration: f64,
     /// Attempts in that time, each with a sample of all temperatures.
     pub attempts: u64,
     /// By temperature, or by window, in the order of the scene.
     pub temperatures: Vec<TemperatureResult>,
-    /// Each temperature or window with the next one; none of a multicanonical exchange, in which nothing is swapped.
+    /// Each temperature or window with the next one; empty for a multicanonical exchange, which has no swaps.
     pub neighbours: Vec<NeighbouringTemperatures>,
-    /// Round trips from the highest temperature to the lowest and back, by replica; of a multicanonical exchange between the mean potential energies of these temperatures, and of windows from the last one to the first and back.
+    /// Round trips from the highest temperature to the lowest and back, by replica. For a multicanonical
+    /// exchange they are between the mean potential energies of these temperatures, and for windows from the
+    /// last one to the first and back.
     pub round_trips: Vec<u64>,
-    /// Faults that the audits of the replicas found, in words; empty for a sound exchange.
+    /// Faults found by the audits of the replicas, in words; empty for a sound exchange.
     pub faults: Vec<String>,
 }

@@ -1,4 +1,4 @@
-//! The numbers of an exchange, `summary.json`.
+//! The numerical results of an exchange, `summary.json`.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,9 @@ use crate::analysis::reweighting::DensityOfStates;
 use crate::model::exchange_plan::ends;
 use crate::model::{InputFile, UmbrellaPlan};
 
-/// Summary of an exchange: the content of its `summary.json`, with the populations of `energies.csv`, the curves of `curves.csv`, the density of states of `density_of_states.csv` and the potential of mean force of `potential_of_mean_force.csv`. No number is one of the clock.
+/// Summary of an exchange: the content of its `summary.json`, with the populations of `energies.csv`, the
+/// curves of `curves.csv`, the density of states of `density_of_states.csv` and the potential of mean force
+/// of `potential_of_mean_force.csv`. It contains no wall times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ExchangeSummary {
@@ -26,7 +28,7 @@ pub struct ExchangeSummary {
     pub seed: u64,
     /// The files that the scene read, with their checksums.
     pub inputs: Vec<InputFile>,
-    /// Checksums of its tables, by name; none of an exchange that is not complete.
+    /// Checksums of its tables, by name; empty for an incomplete exchange.
     #[serde(default)]
     pub tables: BTreeMap<String, String>,
     /// The engine of the replicas, in words.
@@ -35,29 +37,31 @@ pub struct ExchangeSummary {
     pub particles: usize,
     /// Number of axes along which particles move.
     pub dimensions: usize,
-    /// Between two attempts to swap `[time]`.
+    /// Interval between two attempts to swap `[time]`.
     pub interval: f64,
-    /// Rate of the heat baths, for each particle `[1 / time]`.
+    /// Collision rate of the heat baths with each particle `[1 / time]`.
     pub rate: f64,
-    /// The windows of the distance, of an exchange between them.
+    /// The windows of the distance, for an exchange between windows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub umbrella: Option<UmbrellaPlan>,
     /// The results.
     #[serde(flatten)]
     pub results: ExchangeResults,
-    /// The highest maximum of the heat capacity between the temperatures; `None` without one, or before the exchange is complete.
+    /// The highest interior maximum of the heat capacity; `None` without one, or before the exchange is
+    /// complete.
     #[serde(default)]
     pub heat_capacity_peak: Option<HeatCapacityPeak>,
-    /// Why the exchange may not be in equilibrium, in words; empty where nothing speaks against it.
+    /// Reasons why the exchange may not be in equilibrium, in words; empty if there are none.
     #[serde(default)]
     pub warnings: Vec<String>,
-    /// Curves between the temperatures; in `curves.csv`, not in `summary.json`. There are none before the exchange is complete.
+    /// Curves between the temperatures, from `curves.csv`; empty before the exchange is complete.
     #[serde(skip)]
     pub curves: Vec<ThermalPoint>,
-    /// The density of states; in `density_of_states.csv`, not in `summary.json`. There is none before the exchange is complete.
+    /// The density of states, from `density_of_states.csv`; empty before the exchange is complete.
     #[serde(skip)]
     pub density_of_states: Vec<LevelDensity>,
-    /// The potential of mean force along the distance of windows; in `potential_of_mean_force.csv`, not in `summary.json`. There is none before the exchange is complete.
+    /// The potential of mean force along the distance of windows, from `potential_of_mean_force.csv`; empty
+    /// before the exchange is complete.
     #[serde(skip)]
     pub potential_of_mean_force: Vec<MeanForcePoint>,
 }
@@ -88,7 +92,7 @@ impl ExchangeSummary {
         }
     }
 
-    /// With the curves of the exchange.
+    /// Adds the curves of the exchange.
     #[must_use]
     pub(super) fn with_curves(mut self, mut curves: ThermalCurves) -> Self {
         self.warnings.extend(curves.is_torn.then(|| equilibrium::TORN.to_owned()));
@@ -101,15 +105,16 @@ impl ExchangeSummary {
         Self { heat_capacity_peak: peak, curves: points, density_of_states, ..self }
     }
 
-    /// With the potential of mean force of the exchange.
+    /// Adds the potential of mean force of the exchange.
     #[must_use]
     pub(super) fn with_mean_force(mut self, found: MeanForce) -> Self {
         self.warnings.extend(found.is_torn.then(|| equilibrium::TORN_WINDOWS.to_owned()));
         Self { potential_of_mean_force: found.points, ..self }
     }
 
-    /// Ascending temperatures from the lowest to the highest one of the exchange, as few as there can be with the same acceptance of all swaps, at least the one asked for: by the density of states.
-    /// `None` where that is unknown, or for a number that is not between 0 and 1.
+    /// Ascending temperatures from the lowest to the highest one of the exchange, as few as possible with
+    /// equal acceptance of all swaps, at least the given one. They follow from the density of states. `None`
+    /// if that is unknown, or for a number that is not between 0 and 1.
     #[must_use]
     pub fn temperatures_for(&self, acceptance: f64) -> Option<Vec<f64>> {
         let levels = self.density_of_states.iter().map(|level| (level.energy, level.log_density_of_states.mean));
@@ -120,9 +125,9 @@ impl ExchangeSummary {
         DensityOfStates::of_levels(levels).temperatures_for(ends(&temperatures), acceptance)
     }
 
-    /// As it is written.
+    /// The text of the file.
     pub(super) fn text(&self) -> String {
-        // Numbers and words, all of which JSON has.
+        // JSON can represent all these numbers and words.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 }

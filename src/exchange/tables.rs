@@ -1,4 +1,5 @@
-//! The tables of an exchange: `exchange.csv`, a row for each attempt to swap, `energies.csv`, the populations, `curves.csv` and `density_of_states.csv`.
+//! The tables of an exchange: `exchange.csv` with a row for each attempt to swap, the populations in
+//! `energies.csv`, `curves.csv` and `density_of_states.csv`.
 
 use std::fmt::Write;
 use std::str::Lines;
@@ -11,7 +12,7 @@ use super::results::{ExchangeResults, Population};
 use crate::analysis::statistics::Estimate;
 use crate::io::number::Cell;
 
-/// The first line of `exchange.csv`; temperatures and replicas count from 1.
+/// The first line of `exchange.csv`. Temperatures and replicas are counted from 1.
 pub(super) fn header(temperatures: usize, measured: &[&str]) -> String {
     let mut line = "time".to_owned();
     for place in 1..=temperatures {
@@ -26,7 +27,7 @@ pub(super) fn header(temperatures: usize, measured: &[&str]) -> String {
     line + "\n"
 }
 
-/// A line of it.
+/// A line of `exchange.csv`.
 pub(super) fn line(row: &ExchangeRow<'_>) -> String {
     let mut line = Cell(Some(row.time)).to_string();
     for (replica, energy) in row.replicas.iter().zip(row.potential) {
@@ -52,14 +53,15 @@ pub(super) fn places(line: &str, temperatures: usize) -> Option<(f64, Vec<usize>
     (replicas.len() == temperatures).then_some((time, replicas))
 }
 
-/// Reads the potential energies of a line at all temperatures, and the other measured values. Returns whether the line is complete.
+/// Reads the potential energies of a line at all temperatures, and the other quantities. Returns whether the
+/// line is complete.
 pub(super) fn numbers(line: &str, temperatures: usize, energies: &mut Vec<f64>, measured: &mut Vec<f64>) -> bool {
     energies.clear();
     measured.clear();
     let mut cells = line.split(',').skip(1).map(str::parse::<f64>).enumerate();
     let are_numbers = cells.all(|(at, cell)| {
         let list = if at < 2 * temperatures { &mut *energies } else { &mut *measured };
-        // Replicas and energies take turns.
+        // Replicas and energies alternate.
         cell.map(|number| {
             if at % 2 == 1 || at >= 2 * temperatures {
                 list.push(number)
@@ -70,7 +72,7 @@ pub(super) fn numbers(line: &str, temperatures: usize, energies: &mut Vec<f64>, 
     are_numbers && energies.len() == temperatures
 }
 
-/// Names of the columns of a point: without errors, and with them.
+/// Column names of a point: columns without errors first, then those with errors.
 fn heads_of(point: &ThermalPoint) -> String {
     let names = point.quantities().into_iter().map(|(name, _)| format!(",{name},{name}_error"));
     format!("temperature{}", names.collect::<String>())
@@ -90,13 +92,13 @@ pub(super) fn curves(points: &[ThermalPoint]) -> String {
     text
 }
 
-/// Reads the curves back; otherwise says what is wrong.
+/// Reads the curves back, or returns what is wrong.
 pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
     let (mut lines, heads) = (text.lines(), heads_of(&ThermalPoint::default()));
     let Some(others) = lines.next().and_then(|line| line.strip_prefix(heads.as_str())) else {
         return Err(format!("line 1: expected `{heads}` and others"));
     };
-    // An empty cell before the first comma, and then names and errors in turns.
+    // An empty cell before the first comma, then alternating names and errors.
     let names: Vec<&str> = others.split(',').skip(1).step_by(2).collect();
     read_lines(lines, "a temperature, and numbers with their errors", |cells| {
         let all = (0..4 + names.len()).map(|at| cells.estimate(2 * at + 1)).collect::<Option<Vec<_>>>()?;
@@ -116,7 +118,7 @@ pub(super) fn density_of_states(levels: &[LevelDensity]) -> String {
     text
 }
 
-/// Reads the density of states back; otherwise says what is wrong.
+/// Reads the density of states back, or returns what is wrong.
 pub(super) fn read_density_of_states(text: &str) -> Result<Vec<LevelDensity>, String> {
     read_lines(behind(text, DENSITY_HEADS)?, "an energy, and a number with its error", |cells| {
         Some(LevelDensity::new(cells.number(0)?, cells.estimate(1)?))
@@ -140,7 +142,7 @@ pub(super) fn mean_force(points: &[MeanForcePoint]) -> String {
     text
 }
 
-/// Reads the potential of mean force back; otherwise says what is wrong.
+/// Reads the potential of mean force back, or returns what is wrong.
 pub(super) fn read_mean_force(text: &str) -> Result<Vec<MeanForcePoint>, String> {
     let expected = "a distance and a width, and two numbers with their errors";
     read_lines(behind(text, MEAN_FORCE_HEADS)?, expected, |cells| {
@@ -169,7 +171,7 @@ pub(super) fn energies(results: &ExchangeResults) -> String {
     text
 }
 
-/// Reads the populations back; otherwise says what is wrong.
+/// Reads the populations back, or returns what is wrong.
 pub(super) fn read_energies(text: &str, results: &mut ExchangeResults) -> Result<(), String> {
     let temperatures = &mut results.temperatures;
     read_lines(behind(text, HEADS)?, "four numbers and a number or nothing", |cells| {
@@ -190,19 +192,19 @@ impl Cells<'_> {
         self.0.get(at)?.parse().ok()
     }
 
-    /// A mean, and behind it its error, which may be missing.
+    /// A mean and the error in the next cell, which may be missing.
     fn estimate(&self, at: usize) -> Option<Estimate> {
         Some(Estimate { mean: self.number(at)?, standard_error: self.number(at + 1) })
     }
 }
 
-/// The lines of a table behind its heads.
+/// The lines of a table after its header.
 fn behind<'t>(text: &'t str, heads: &str) -> Result<Lines<'t>, String> {
     let mut lines = text.lines();
     if lines.next() == Some(heads) { Ok(lines) } else { Err(format!("line 1: expected `{heads}`")) }
 }
 
-/// Makes something of each line behind the heads of a table; otherwise says what was expected.
+/// Parses each line after the header of a table, or returns what was expected.
 fn read_lines<T>(
     lines: Lines<'_>,
     expected: &str,

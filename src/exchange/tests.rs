@@ -1,4 +1,4 @@
-//! Exchanges that are interrupted, and run on any number of threads.
+//! Exchanges that are interrupted, on any number of threads.
 
 mod windows;
 
@@ -35,12 +35,12 @@ fn fluid(interval: f64, attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// Keeps rows and frames as text, and a checkpoint after it has been asked so often.
+/// Keeps rows and frames as text, and a checkpoint after every so many requests.
 struct Keeper {
     every: usize,
     asked: Cell<usize>,
     lines: Vec<String>,
-    /// The checkpoints, and how many lines there were.
+    /// The checkpoints, and the number of lines at each.
     kept: Vec<(Vec<u8>, usize)>,
 }
 
@@ -82,7 +82,7 @@ fn ran(exchange: Exchange, jobs: usize, every: usize) -> (Exchange, Keeper) {
     (exchange, keeper)
 }
 
-/// `g(r) exp(U / T)` of a pair is one number, and all its separations within the cutoff are counted.
+/// `g(r) exp(U / T)` of a pair is constant, and all its separations within the cutoff are counted.
 #[test]
 fn instruments_see_the_replica_that_is_at_their_temperature() {
     let (edge, cutoff) = (4.2, 2.1);
@@ -139,7 +139,7 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
     assert!(worst < 4.0, "{worst}");
 }
 
-/// Intervals of some events, and of more than there are between two questions whether to pause.
+/// Intervals of a few events, and of more than are executed between two checks for a pause.
 #[test]
 fn what_is_interrupted_goes_on_to_the_same_bits() {
     for (interval, attempts, every) in [(0.5, 20, 5), (100.0, 2, 1)] {
@@ -155,7 +155,7 @@ fn what_is_interrupted_goes_on_to_the_same_bits() {
         for jobs in [1, 2] {
             let (paused, keeper) = ran(Exchange::new(scene.clone()).unwrap(), jobs, every);
             assert!(keeper.lines == told.lines && postcard::to_allocvec(&paused).unwrap() == end);
-            // The number of calls depends on the clock if there are several threads.
+            // With several threads, the number of calls depends on the clock.
             let fewest = if jobs == 1 { 3 } else { 1 };
             assert!(keeper.kept.len() >= fewest, "{} checkpoints", keeper.kept.len());
             for (bytes, lines) in keeper.kept.iter().rev().take(3) {
@@ -167,7 +167,7 @@ fn what_is_interrupted_goes_on_to_the_same_bits() {
     }
 }
 
-/// Also where weights are being learned, and with weights.
+/// Includes the phase in which weights are learned, and the phase with weights.
 #[test]
 fn a_multicanonical_exchange_goes_on_to_the_same_bits() {
     let mut parts = fluid(0.2, 10).into_parts();
@@ -191,7 +191,7 @@ fn a_multicanonical_exchange_goes_on_to_the_same_bits() {
     }
 }
 
-/// When weights begin, the velocities of all replicas are those of the heat bath that they get.
+/// When weights begin, the velocities of all replicas match their new heat bath.
 #[test]
 fn replicas_have_the_highest_temperature_when_weights_begin() {
     let mut parts = fluid(0.2, 10).into_parts();

@@ -1,22 +1,23 @@
-//! The way of each replica through the temperatures, or through the energies: round trips from the upper end to the lower one and back.
+//! The walk of each replica through the temperatures or energies: round trips from the upper end to the lower
+//! one and back.
 
 use serde::{Deserialize, Serialize};
 
-/// Where a replica has come from.
+/// The end that a replica visited last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum Heading {
     /// Neither end yet.
     Nowhere,
     /// From the upper end.
     Down,
-    /// From the lower end, which it came to from the upper one.
+    /// From the lower end, reached from the upper one.
     Up,
 }
 
 /// Round trips of all replicas between the ends of the temperatures, of the windows, or of the energies.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Walk {
-    /// Places of the highest and of the lowest temperature, or of the last and of the first window.
+    /// Indices of the highest and the lowest temperature, or of the last and the first window.
     ends: [usize; 2],
     /// By replica.
     headings: Vec<Heading>,
@@ -24,7 +25,7 @@ pub(super) struct Walk {
 }
 
 impl Walk {
-    /// Of replicas at temperatures that ascend or descend; of windows at one temperature their places ascend.
+    /// For ascending or descending temperatures. Windows at one temperature are in ascending order.
     pub fn new(temperatures: &[f64]) -> Self {
         let count = temperatures.len();
         let last = count - 1;
@@ -39,7 +40,7 @@ impl Walk {
         self.visit(lowest, [true, false], is_measured);
     }
 
-    /// Takes note of a replica that is at the lower end or at the upper one.
+    /// Records whether a replica is at the lower end or at the upper one.
     pub fn visit(&mut self, replica: usize, [is_low, is_high]: [bool; 2], is_measured: bool) {
         let heading = &mut self.headings[replica];
         if is_high {
@@ -63,7 +64,7 @@ mod tests {
     #[test]
     fn a_trip_begins_and_ends_at_the_highest_temperature() {
         let mut walk = Walk::new(&[1.0, 2.0, 3.0]);
-        // Replica 0 goes from the lowest temperature to the highest, down and up again.
+        // Replica 0 goes from the lowest temperature to the highest, down, and up again.
         for places in [[0, 1, 2], [1, 0, 2], [1, 2, 0], [1, 0, 2], [0, 1, 2], [1, 0, 2]] {
             walk.see(&places, true);
         }

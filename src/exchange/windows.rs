@@ -1,4 +1,4 @@
-//! Windows of a distance: how replicas come into them, and when neighbours are swapped.
+//! Windows of a distance: how replicas reach them, and when neighbours are swapped.
 
 use super::error::Unprepared;
 use super::replicas::Exchange;
@@ -10,15 +10,17 @@ fn is_within(distance: f64, [lower, upper]: [f64; 2]) -> bool {
     (lower..=upper).contains(&distance)
 }
 
-/// Part of a window that a replica on its way into it may go back: a distance that is squeezed between what is reached and what cannot be passed would be reflected ever more often.
+/// Fraction of a window by which a replica on its way into it may go back. Without this, a distance caught
+/// between the nearest value so far and an obstacle would be reflected more and more often.
 const BACK: f64 = 0.1;
 
-/// The window that a replica has on its way into another one: as wide as it must be for the distance that it has reached, and no wider than the one that it had.
+/// The temporary window of a replica on its way into another one: wide enough for the distance reached so
+/// far, and no wider than its previous window.
 fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f64; 2] {
     if is_within(distance, window) {
         return window;
     }
-    // Beyond half a period the nearest image is another one from time to time, and no distance is held.
+    // Beyond half a period, the nearest image changes from time to time, and the distance is not held.
     let half = 0.5 * space.periods().min();
     if distance >= half {
         return had;
@@ -29,7 +31,8 @@ fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f
 }
 
 impl Exchange {
-    /// Holds the distance of each replica in the window of its place, or in one that is extended to the present distance.
+    /// Holds the distance of each replica in the window of its place, or in one extended to the present
+    /// distance.
     pub(super) fn begin_windows(&mut self) {
         let Some(UmbrellaPlan { between, windows, .. }) = self.plan.umbrella.clone() else { return };
         for (place, window) in windows.into_iter().enumerate() {
@@ -43,7 +46,8 @@ impl Exchange {
         }
     }
 
-    /// Samples the distances of all replicas. A replica outside of its window gets an extended window up to its present distance.
+    /// Samples the distances of all replicas. A replica outside its window gets a window extended to its
+    /// present distance.
     pub(super) fn see_distances(&mut self) {
         let Some(umbrella) = &self.plan.umbrella else { return };
         for (place, window) in umbrella.windows.iter().enumerate() {
@@ -58,12 +62,12 @@ impl Exchange {
         }
     }
 
-    /// Whether the replicas of two neighbouring windows have distances that are in both: that of either in the window of the other.
+    /// Whether the distances of the replicas in two neighbouring windows lie in both windows.
     pub(super) fn are_in_both(&self, windows: &[[f64; 2]], lower: usize) -> bool {
         is_within(self.distances[lower], windows[lower + 1]) && is_within(self.distances[lower + 1], windows[lower])
     }
 
-    /// Gives the replicas of two neighbouring windows that of the other.
+    /// Exchanges the windows of the replicas in two neighbouring windows.
     pub(super) fn swap_windows(&mut self, lower: usize) {
         self.distances.swap(lower, lower + 1);
         let Some(umbrella) = &self.plan.umbrella else { return };
@@ -73,7 +77,7 @@ impl Exchange {
         }
     }
 
-    /// Refuses a replica that is not in its window after half of the equilibration.
+    /// Rejects a replica that is outside its window after half of the equilibration.
     pub(super) fn check_windows(&self) -> Result<(), Unprepared> {
         let Some(umbrella) = self.plan.umbrella.as_ref().filter(|_| self.attempts >= self.equilibration / 2) else {
             return Ok(());

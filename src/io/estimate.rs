@@ -44,7 +44,7 @@ const PROGRAM: f64 = 12e6;
 const PARTICLE: f64 = 250.0;
 
 /// Memory of a triangle of a curved mesh, with its edges and corners, the tree that finds them, and what `carom check` looks at `[bytes]`.
-const TRIANGLE: f64 = 1_500.0;
+const TRIANGLE: f64 = 1_000.0;
 
 /// Memory of a particle in the copy that looks ahead where instruments have to know how long a run will last `[bytes]`.
 const COPY: f64 = 250.0;

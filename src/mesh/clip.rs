@@ -1,4 +1,4 @@
-//! Cuts meshes off at planes.
+//! Clips meshes at planes.
 
 use crate::Vector;
 use crate::model::TriangleMesh;
@@ -6,7 +6,7 @@ use crate::model::TriangleMesh;
 /// Half space of all points `x` with `normal . x >= offset`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct HalfSpace {
-    /// A direction of length 1 into it.
+    /// Unit vector that points into it.
     pub normal: Vector,
     /// Distance of its face from the origin, along the normal `[length]`.
     pub offset: f64,
@@ -19,7 +19,8 @@ impl HalfSpace {
     }
 }
 
-/// Part of a mesh that lies in all half spaces. Points no farther outside than `tolerance` count as inside, so that a surface in a face is kept.
+/// Part of a mesh inside all half spaces. Points up to `tolerance` outside count as inside, so that a surface
+/// in a face is kept.
 pub(crate) fn clipped(mesh: &TriangleMesh, spaces: &[HalfSpace], tolerance: f64) -> TriangleMesh {
     let is_inside = |point: &Vector| spaces.iter().all(|space| space.depth(point) >= -tolerance);
     if mesh.vertices.iter().all(is_inside) {
@@ -32,7 +33,7 @@ pub(crate) fn clipped(mesh: &TriangleMesh, spaces: &[HalfSpace], tolerance: f64)
     TriangleMesh::welded(pieces)
 }
 
-/// Part of a convex polygon that lies in all half spaces (Sutherland and Hodgman); empty if there is none.
+/// Part of a convex polygon inside all half spaces (Sutherland and Hodgman); empty if there is none.
 pub(crate) fn cut(mut polygon: Vec<Vector>, spaces: &[HalfSpace], tolerance: f64) -> Vec<Vector> {
     for space in spaces {
         let mut kept = Vec::with_capacity(polygon.len() + 1);
@@ -55,7 +56,7 @@ pub(crate) fn cut(mut polygon: Vec<Vector>, spaces: &[HalfSpace], tolerance: f64
     polygon
 }
 
-/// Triangles of a convex polygon, all with its first corner.
+/// Triangles of a convex polygon, all including its first corner.
 pub(crate) fn fan(polygon: &[Vector]) -> impl Iterator<Item = [Vector; 3]> + '_ {
     let rest = polygon.get(1..).unwrap_or_default();
     let triangles = rest.windows(2).filter_map(|pair| Some([*polygon.first()?, *pair.first()?, *pair.get(1)?]));
@@ -71,7 +72,7 @@ mod tests {
         let cube = TriangleMesh::cuboid(&Vector::zeros(), &Vector::repeat(2.0));
         let above = HalfSpace { normal: Vector::z(), offset: 0.5 };
         let upper = clipped(&cube, &[above], 1e-12);
-        // The lid of area 4 and four sides of height 1.5; no new side is made.
+        // The lid of area 4 and four sides of height 1.5. No new side is created.
         assert!((upper.area() - (4.0 + 4.0 * 3.0)).abs() < 1e-12);
         assert!(upper.all_corners().flatten().all(|corner| corner.z >= 0.5 - 1e-12));
         let oblique = HalfSpace { normal: Vector::new(1.0, 1.0, 0.0).normalize(), offset: 2.0_f64.sqrt() };

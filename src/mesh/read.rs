@@ -1,13 +1,13 @@
 //! Files of triangle meshes: STL, binary and text, and Wavefront OBJ.
 //!
-//! | format | precision | refused, beyond what is malformed |
+//! | format | precision | rejected, besides malformed files |
 //! |---|---|---|
-//! | binary STL | coordinates are `f32`, which `f64` holds exactly | less than the header's number of triangles needs, or 50 bytes more |
+//! | binary STL | coordinates are `f32`, which `f64` represents exactly | fewer bytes than the header's number of triangles needs, or at least 50 more |
 //! | text STL | nearest `f64` | end of the file before `endsolid` |
-//! | OBJ | nearest `f64` | numbers of vertices that the file does not have; faces that are not flat or that cross themselves |
+//! | OBJ | nearest `f64` | vertex numbers that do not exist; faces that are not flat or that cross themselves |
 //!
-//! Names, colours, texture coordinates and normals are passed over: a normal follows from the order of the corners. Nothing in a file
-//! decides how much memory is set aside; what is read grows with what has been seen.
+//! Names, colours, texture coordinates and normals are ignored. The normal follows from the order of the
+//! corners. Memory grows with the data that has been read, never with a number announced in the file.
 
 mod error;
 mod obj;
@@ -23,12 +23,14 @@ pub use polygon::PolygonProblem;
 
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Reads a mesh. The extension, of whichever case, says whether the content is STL or OBJ; whether STL is binary follows from its content.
+/// Reads a mesh. The extension, in any case, tells whether the content is STL or OBJ. The content tells
+/// whether STL is binary.
 ///
-/// Corners with the same coordinates become one vertex. Triangles with two identical vertices are kept.
+/// Corners with equal coordinates become one vertex. Triangles with two identical vertices are kept.
 ///
 /// # Errors
-/// [`MeshFileError`] with the name, the line or the number of the triangle, what was found and what was expected.
+/// [`MeshFileError`] with the name, the line or the number of the triangle, what was found and what was
+/// expected.
 pub fn read_mesh(name_for_errors: &str, extension: &str, content: &[u8]) -> Result<TriangleMesh, MeshFileError> {
     let read = || {
         let format = extension.trim_start_matches('.').to_ascii_lowercase();
@@ -49,7 +51,7 @@ pub fn read_mesh(name_for_errors: &str, extension: &str, content: &[u8]) -> Resu
     read().map_err(|problem| MeshFileError { name: name_for_errors.to_owned(), problem })
 }
 
-/// Number of bytes that [`read_mesh`] passes over behind the triangles of a binary STL; zero for other files.
+/// Number of bytes that [`read_mesh`] ignores after the triangles of a binary STL file; zero for other files.
 #[must_use]
 pub fn unread_bytes(extension: &str, content: &[u8]) -> usize {
     let is_stl = extension.trim_start_matches('.').eq_ignore_ascii_case("stl");

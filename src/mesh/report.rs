@@ -1,4 +1,4 @@
-//! Faults of a mesh, and its measures: volume, walls, gaps, points inside.
+//! Faults of a mesh, and its measures: volume, wall thickness, gaps, points inside.
 
 mod crossing;
 mod finding;
@@ -41,14 +41,14 @@ pub struct TriangleFault {
 pub struct PairFault {
     /// Their number.
     pub count: usize,
-    /// Numbers of the first two, from 0, the smaller one first.
+    /// Indices of the first two, from 0, the smaller one first.
     pub first: Option<[usize; 2]>,
 }
 
-/// Report of a mesh. Everything is decided exactly but what is measured: areas, volumes and distances. Coordinates below `1e-90` count as
-/// zero.
+/// Report of a mesh. All decisions are exact; areas, volumes and distances are rounded. Coordinates below
+/// `1e-90` count as zero.
 ///
-/// A mesh with [`unusable`](Self::unusable) triangles has its vertices and triangles counted, and nothing else.
+/// For a mesh with [`unusable`](Self::unusable) triangles, only vertices and triangles are counted.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MeshReport {
     /// Number of vertices.
@@ -62,43 +62,46 @@ pub struct MeshReport {
     pub bounds: [Vector; 2],
     /// Area of all triangles `[length^2]`.
     pub area: f64,
-    /// Enclosed volume `[length^3]`, negative if the normals point inwards; of closed and consistently oriented meshes.
+    /// Enclosed volume `[length^3]`, negative if the normals point inwards; only for closed and consistently
+    /// oriented meshes.
     pub volume: Option<f64>,
-    /// Edges on one triangle.
+    /// Edges with a single triangle.
     pub open_edges: EdgeFault,
-    /// Edges on more than two triangles.
+    /// Edges with more than two triangles.
     pub crowded_edges: EdgeFault,
     /// Edges between two triangles with opposite orientations.
     pub turned_edges: EdgeFault,
-    /// Number of parts that share no vertex with each other.
+    /// Number of parts without a common vertex.
     pub parts: usize,
     /// Triangles of zero area, or of less than `1e-12` of the square of their longest side.
     pub degenerate: TriangleFault,
-    /// Triangles with the same three vertices as one before them, in any order.
+    /// Triangles with the same three vertices as an earlier one, in any order.
     pub duplicates: PairFault,
-    /// Triangles that meet where they do not share a vertex or an edge. Those whose corners are on a line meet nothing.
+    /// Triangles that meet outside a common vertex or edge. Triangles whose corners are on a line are
+    /// ignored.
     pub self_intersections: PairFault,
-    /// Whether all pairs were looked at, for self-intersections and for distances: the search ends at [`MOST_INTERSECTIONS`] and at
-    /// [`MOST_PAIRS`].
+    /// Whether all pairs were tested, for self-intersections and for distances. The search ends at
+    /// [`MOST_INTERSECTIONS`] and at [`MOST_PAIRS`].
     pub is_searched: bool,
     /// Smallest distance between triangles that face each other, across the solid or across the outside.
     pub thinnest: Option<Thinnest>,
-    /// Smallest thickness of the enclosed solid; of closed and consistently oriented meshes.
+    /// Smallest thickness of the enclosed solid; only for closed and consistently oriented meshes.
     pub wall: Option<Thinnest>,
-    /// Smallest gap between surfaces outside of the enclosed solid; of closed and consistently oriented meshes.
+    /// Smallest gap between surfaces outside the enclosed solid; only for closed and consistently oriented
+    /// meshes.
     pub gap: Option<Thinnest>,
 }
 
-/// Largest number of self-intersections that are counted: a mesh with more is no surface, and to find all of them takes the square of the number of
-/// triangles.
+/// Largest number of self-intersections that are counted. A mesh with more is not a surface, and finding all
+/// of them takes a time quadratic in the number of triangles.
 pub const MOST_INTERSECTIONS: usize = 1_000_000;
 
-/// Largest number of pairs of triangles with overlapping boxes that are tested for self-intersections, and of triangles that are tested against
-/// rays. A mesh of a million triangles needs a tenth; tens of thousands of needles that are not along an axis, all of whose boxes
-/// overlap, may need more.
+/// Largest number of pairs of triangles with overlapping boxes that are tested for self-intersections, and of
+/// triangles that are tested against rays. A mesh of a million triangles needs a tenth of it. Tens of
+/// thousands of needles that are not parallel to an axis, whose boxes all overlap, may need more.
 pub const MOST_PAIRS: usize = 100_000_000;
 
-/// Which way the normals of a closed mesh point.
+/// Direction of the normals of a closed mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Orientation {
     /// The enclosed volume is positive.
@@ -108,7 +111,8 @@ pub enum Orientation {
 }
 
 impl MeshReport {
-    /// Looks at a mesh. The time grows as `n log n` with the number of triangles, and with the number of pairs whose boxes overlap.
+    /// Examines a mesh. The time grows as `n log n` with the number of triangles, and with the number of
+    /// pairs whose boxes overlap.
     #[must_use]
     pub fn of(mesh: &TriangleMesh) -> Self {
         let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
@@ -145,7 +149,7 @@ impl MeshReport {
         self.unusable.count == 0 && self.turned_edges.count == 0
     }
 
-    /// Which way the normals point, if the mesh is closed and consistently oriented and encloses a volume.
+    /// Direction of the normals, if the mesh is closed and consistently oriented and encloses a volume.
     #[must_use]
     pub fn orientation(&self) -> Option<Orientation> {
         match self.volume {
@@ -155,7 +159,7 @@ impl MeshReport {
         }
     }
 
-    /// Faults of the mesh, the worst first; nothing if it is fit for use as a closed surface.
+    /// Faults of the mesh, the worst first; empty if it can be used as a closed surface.
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         finding::of(self)

@@ -6,13 +6,15 @@ use crate::Vector;
 use crate::base::numbers::{id, trunc_to_usize};
 use crate::model::TriangleMesh;
 
-/// A circle has no more sides.
+/// Maximum number of sides of a circle.
 const MOST_SIDES: f64 = 4096.0;
 
-/// Triangles of a line that is turned about an axis. `profile` has distances from the axis and heights along it; vertices are on the circles that its points
-/// draw, and the triangles nowhere farther from the round surface than `tolerance`, `r (1 - cos(pi / n))` for `n` sides. None if that takes too many.
+/// Triangles of a profile rotated about an axis. `profile` holds distances from the axis and heights along
+/// it. Vertices are on the circles described by its points, and the triangles deviate from the round surface
+/// by at most `tolerance`, `r (1 - cos(pi / n))` for `n` sides. `None` if that needs too many sides.
 ///
-/// A profile that ends where it begins is closed: a ring. All circles have as many sides, so that pieces of the line join without gaps. The triangles look away from the axis where the line goes up.
+/// A profile that ends where it begins is closed: a ring. All circles have equally many sides, so that pieces
+/// of the profile join without gaps. Where the profile goes up, triangles face away from the axis.
 pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tolerance: f64) -> Option<TriangleMesh> {
     let up = axis.try_normalize(0.0)?;
     let largest = profile.iter().map(|[radius, _]| *radius).fold(0.0, f64::max);
@@ -21,7 +23,7 @@ pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tol
         return None;
     }
     let sides = trunc_to_usize(sides);
-    // Any direction across; of the axes the one that is least along.
+    // Any perpendicular direction, starting from the coordinate axis least parallel to the given one.
     let mut least = Vector::zeros();
     least[up.iamin()] = 1.0;
     let x = up.cross(&least).normalize();
@@ -91,7 +93,7 @@ mod tests {
         let mesh = revolution(&Vector::zeros(), &Vector::z(), &profile, 0.01).unwrap();
         let is_closed = |uses: &[EdgeUse]| uses.len() == 2 && uses[0].is_forward != uses[1].is_forward;
         assert!(mesh.edges().iter().all(is_closed));
-        // It looks outwards: a cone and parts of two.
+        // It faces outwards: a cone and parts of two.
         let volume = mesh.enclosed_volume();
         let exact = PI / 3.0 * (1.0 + 1.0 + 0.5 + 0.25);
         assert!((volume / exact - 1.0).abs() < 0.02, "{volume} {exact}");

@@ -9,7 +9,7 @@ use crate::model::TriangleMesh;
 /// Ratio of the golden section: corners of an icosahedron are at `(0, 1, phi)` and the like.
 const GOLDEN: f64 = 1.618_033_988_749_895;
 
-/// Triangles of an icosahedron, with normals outwards.
+/// Triangles of an icosahedron with outward normals.
 const FACES: [[u32; 3]; 20] = [
     [0, 11, 5],
     [0, 5, 1],
@@ -33,7 +33,7 @@ const FACES: [[u32; 3]; 20] = [
     [9, 8, 1],
 ];
 
-/// Sphere of `20 x 4^subdivisions` triangles that look outwards.
+/// Sphere of `20 x 4^subdivisions` triangles with outward normals.
 pub fn icosphere(centre: &Vector, radius: f64, subdivisions: u32) -> Option<TriangleMesh> {
     let (a, b) = (1.0, GOLDEN);
     let corners = [
@@ -70,7 +70,7 @@ pub fn icosphere(centre: &Vector, radius: f64, subdivisions: u32) -> Option<Tria
     Some(TriangleMesh { vertices: directions.iter().map(|direction| centre + direction * radius).collect(), triangles })
 }
 
-/// A box that looks outwards.
+/// A box with outward normals.
 pub fn cuboid(lower: &Vector, upper: &Vector) -> Option<TriangleMesh> {
     Some(TriangleMesh::cuboid(lower, upper))
 }
@@ -80,7 +80,7 @@ pub fn disc(centre: &Vector, axis: &Vector, radius: f64, tolerance: f64) -> Opti
     revolution(centre, axis, &[[0.0, 0.0], [radius, 0.0]], tolerance)
 }
 
-/// A ring around an axis, with a circle as its section.
+/// A ring around an axis with a circular section.
 pub fn torus(centre: &Vector, axis: &Vector, major: f64, minor: f64, tolerance: f64) -> Option<TriangleMesh> {
     let sides = 64;
     let point = |k: u32| {

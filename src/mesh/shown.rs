@@ -1,16 +1,18 @@
-//! Surfaces of a scene as triangles, to be looked at.
+//! Surfaces of a scene as triangles, for pictures.
 //!
 //! | surface | its triangles |
 //! |---|---|
 //! | mesh | its own |
-//! | sphere, capsule | a surface of revolution with 23 to 100 sides, more where it is large; a capsule of radius 0 is a thin rod |
-//! | cylinder | the part in the region; at open sides it ends across its axis |
+//! | sphere, capsule | a surface of revolution with 23 to 100 sides, more if it is large; a capsule of radius 0 is a thin rod |
+//! | cylinder | the part inside the region; at open sides it ends perpendicular to its axis |
 //! | plane | the polygon in which it cuts the region |
 //!
-//! The region is the box, and on open sides what holds the particles as well. A plane just beyond an open side is shown with the region enlarged to it. Where the
-//! box is periodic, what sticks out of it is shown where it comes in again. Normals point to the particles, where these are on one side only.
+//! The region is the box, extended on open sides to hold the particles. For a plane just beyond an open side,
+//! the region is enlarged to include it. In a periodic box, parts outside the box are shown at their images
+//! inside. Normals point to the particles if these are on one side only.
 //!
-//! In a flat scene a surface is a narrow strip along its section, on the side away from the particles; in a scene on a line nothing is shown.
+//! In a flat scene, a surface is a narrow strip along its section, on the side away from the particles. In a
+//! scene on a line, nothing is shown.
 
 mod section;
 #[cfg(test)]
@@ -26,25 +28,27 @@ use crate::base::numbers::{trunc_to_i32, trunc_to_u32};
 use crate::model::space::Boundary;
 use crate::model::{Scene, SceneSurface, SurfaceShape, TriangleMesh};
 
-/// Distance of triangles from a round surface, relative to the diagonal of the region: a part of a pixel of most pictures.
+/// Deviation of triangles from a round surface, relative to the diagonal of the region: a fraction of a pixel
+/// in most pictures.
 const TOLERANCE: f64 = 2e-4;
 
-/// The least and the largest of that distance, relative to the radius of the surface: 100 sides and 23.
+/// Smallest and largest deviation relative to the radius of the surface: 100 sides and 23.
 const RELATIVE: [f64; 2] = [5e-4, 1e-2];
 
-/// Radius at which a capsule without one is shown, relative to the diagonal of the region.
+/// Displayed radius of a capsule of radius 0, relative to the diagonal of the region.
 const THIN: f64 = 1.5e-3;
 
-/// Rounding of coordinates, relative to the diagonal of the region and its distance from the origin: a plane in a side of the box is in the box.
+/// Rounding of coordinates, relative to the diagonal of the region and its distance from the origin. A plane
+/// in a side of the box counts as inside.
 const ROUNDING: f64 = 1e-9;
 
-/// Triangles of each surface of a scene, with its name; without triangles if it is out of sight.
+/// Triangles of each surface of a scene, with its name; no triangles if it is out of sight.
 pub fn shown(scene: &Scene) -> impl Iterator<Item = (&str, Cow<'_, TriangleMesh>)> {
     let region = Region::of(scene);
     scene.surfaces().iter().map(move |surface| (surface.name.as_str(), region.triangles(surface)))
 }
 
-/// Part of space in which surfaces of unlimited extent are shown.
+/// Part of space in which unbounded surfaces are shown.
 #[derive(Debug, Clone)]
 struct Region {
     lower: Vector,
@@ -77,7 +81,7 @@ impl Region {
         }
     }
 
-    /// Distance of triangles from a round surface of some radius.
+    /// Permitted deviation of triangles from a round surface of the given radius.
     fn tolerance(&self, radius: f64) -> f64 {
         let [least, most] = RELATIVE;
         (TOLERANCE * self.diagonal()).clamp(least * radius, most * radius)
@@ -95,7 +99,7 @@ impl Region {
         ROUNDING * (self.diagonal() + self.lower.amax().max(self.upper.amax()))
     }
 
-    /// Its sides, or those of them that a test picks by axis and by whether it is the upper one.
+    /// Its sides, restricted to those that a test selects by axis and by whether it is the upper one.
     fn sides(&self, is_wanted: impl Fn(usize, usize) -> bool) -> Vec<HalfSpace> {
         let all = (0..3).flat_map(|k| [(k, 0), (k, 1)]).filter(|&(k, side)| is_wanted(k, side));
         all.map(|(k, side)| {
@@ -168,13 +172,13 @@ impl Region {
         clipped(&tube, &self.sides(|k, side| !self.is_open(k, side)), self.rounding())
     }
 
-    /// A capsule, or a sphere where both ends are one.
+    /// A capsule, or a sphere if both ends are equal.
     fn capsule(&self, ends: &[Vector; 2], radius: f64) -> TriangleMesh {
         let span = ends[1] - ends[0];
         let length = span.norm();
         let axis = if length > 0.0 { span } else { Vector::z() };
         let tolerance = self.tolerance(radius);
-        // From pole to equator as large as the sides.
+        // From pole to equator, steps are as large as the sides.
         let half = trunc_to_u32((0.25 * PI / (2.0 * tolerance / radius).sqrt()).ceil()).clamp(4, 100);
         let arc = |step: u32| {
             // Exactly on the axis at the poles.
@@ -189,11 +193,11 @@ impl Region {
         revolution(&ends[0], &axis, &profile, tolerance).unwrap_or_default()
     }
 
-    /// A mesh in the box along periodic axes: what sticks out of one side comes in at the other.
+    /// A mesh in the box along periodic axes: parts beyond one side appear at the other.
     fn within_periods<'s>(&self, mesh: Cow<'s, TriangleMesh>) -> Cow<'s, TriangleMesh> {
         let (size, bounds, rounding) = (self.upper - self.lower, mesh.bounds(), self.rounding());
         let is_periodic = |k: usize| self.boundary[k] == Boundary::Periodic;
-        // Shifts of the images in periods. An image that only touches the box does not count.
+        // Shifts of the images in periods. An image that only touches the box is left out.
         let shifts = [0, 1, 2].map(|k| {
             let first = (self.lower[k] + rounding - bounds[1][k]) / size[k];
             let last = (self.upper[k] - rounding - bounds[0][k]) / size[k];
@@ -217,7 +221,7 @@ impl Region {
     }
 }
 
-/// Two directions across one of length 1; the three are right-handed in the order first, second, given.
+/// Two directions perpendicular to a unit vector. The first, the second and the given one are right-handed.
 fn across(up: &Vector) -> (Vector, Vector) {
     let mut least = Vector::zeros();
     least[up.iamin()] = 1.0;
@@ -225,7 +229,7 @@ fn across(up: &Vector) -> (Vector, Vector) {
     (x, up.cross(&x))
 }
 
-/// A closed mesh, turned inside out where particles are inside.
+/// A closed mesh, turned inside out if particles are inside.
 fn facing(mut mesh: TriangleMesh, is_inside: bool) -> TriangleMesh {
     if is_inside {
         mesh.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));

@@ -1,4 +1,4 @@
-//! Binary STL, as other programs read it.
+//! Writes binary STL for other programs.
 
 use std::io::{self, Write};
 
@@ -7,7 +7,7 @@ use thiserror::Error;
 use crate::Vector;
 use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 
-/// Text in front of the triangles. Other programs take a file that begins with `solid` for text.
+/// Text before the triangles. Other programs treat a file that begins with `solid` as text.
 const HEADER: &[u8; 5] = b"carom";
 
 /// Error of writing a mesh.
@@ -20,16 +20,16 @@ pub enum WriteStlError {
     /// The format has 32 bits for the number of triangles.
     #[error("the mesh has {0} triangles, expected 4294967295 at most")]
     Count(usize),
-    /// A corner is missing, not finite or beyond what `f32` holds.
+    /// A corner is missing, not finite or beyond the range of `f32`.
     #[error("triangle {0} (from 0) has a corner that is no finite number of 32 bits, expected magnitudes up to 3.4e38")]
     Triangle(usize),
 }
 
-/// Writes a mesh. Coordinates are rounded to `f32`, so that vertices closer to each other than `1e-7` of their distance from the origin
-/// may become one.
+/// Writes a mesh. Coordinates are rounded to `f32`, so that vertices closer to each other than `1e-7` of
+/// their distance from the origin may coincide.
 ///
 /// # Errors
-/// [`WriteStlError`]: nothing is written where a triangle has no finite `f32` corners.
+/// [`WriteStlError`]. Nothing is written if a triangle has no finite `f32` corners.
 pub fn write_stl(mesh: &TriangleMesh, output: &mut impl Write) -> Result<(), WriteStlError> {
     let triangles = mesh.triangles.len();
     let count = u32::try_from(triangles).map_err(|_| WriteStlError::Count(triangles))?;
@@ -54,7 +54,7 @@ pub fn write_stl(mesh: &TriangleMesh, output: &mut impl Write) -> Result<(), Wri
     Ok(())
 }
 
-/// Nearest number of 32 bits.
+/// Nearest 32-bit number.
 #[expect(clippy::cast_possible_truncation, reason = "the format has no more bits")]
 fn single(x: f64) -> f32 {
     x as f32

@@ -1,30 +1,32 @@
-//! Barostat: the settings of volume moves, which hold the pressure.
+//! Barostat: the settings of volume moves, which control the pressure.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::limits::is_positive;
 
-/// Barostat of the isothermal-isobaric ensemble: at even times the volume is changed by Monte Carlo moves, beside the heat bath that holds the
-/// temperature.
+/// Barostat of the isothermal-isobaric ensemble. At regular times the volume is changed by Monte Carlo moves,
+/// while the heat bath controls the temperature.
 ///
-/// A move proposes `ln V' = ln V + a (2 u - 1)`, with `u` uniform in `[0, 1)`. It scales the centres of all molecules, keeps velocities, bonds and all that is
-/// inside of a molecule, and is accepted with the probability `min(1, exp(-(dU + P dV) / T + (N + 1) ln(V' / V)))`, where `N` is the number of molecules
-/// and a particle without bonds is one. `V` is the volume, in two dimensions the area, in one the length of the box.
+/// A move proposes `ln V' = ln V + a (2 u - 1)`, with `u` uniform in `[0, 1)`. It scales the centres of all
+/// molecules and keeps velocities, bonds and the interior of molecules. It is accepted with the probability
+/// `min(1, exp(-(dU + P dV) / T + (N + 1) ln(V' / V)))`, where `N` is the number of molecules; a particle
+/// without bonds counts as one. `V` is the volume of the box, its area in two dimensions, its length in one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Barostat {
     /// Pressure `P` `[energy / length^D]`.
     pub pressure: f64,
     /// Time between two moves `[time]`.
     pub interval: f64,
-    /// Largest change `a` of the logarithm of the volume in a move; `None` finds one in the stages that are not measured.
+    /// Largest change `a` of the logarithm of the volume in a move; `None` tunes it in the stages that are
+    /// not measured.
     pub amplitude: Option<f64>,
 }
 
-/// Largest amplitude: a factor of 7.4 of the volume.
+/// Largest amplitude: a factor of 7.4 in volume.
 pub(crate) const LARGEST_AMPLITUDE: f64 = 2.0;
 
-/// Number of a barostat that it cannot have.
+/// Invalid barostat parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("the {name} of the barostat is {value}, expected {expected}")]
 #[non_exhaustive]
@@ -33,12 +35,12 @@ pub struct BarostatError {
     pub name: &'static str,
     /// Its value.
     pub value: f64,
-    /// Values that it can have, in words.
+    /// Valid values, in words.
     pub expected: &'static str,
 }
 
 impl Barostat {
-    /// Whether its settings are valid, whatever it acts on.
+    /// Rejects invalid settings, regardless of the system.
     pub(crate) fn check(&self) -> Result<(), BarostatError> {
         let number = "a number from 1e-50 to 1e50";
         let pressure = "a number from 1e-50 to 1e50: without a pressure from outside the volume has no end";
@@ -56,7 +58,7 @@ impl Barostat {
     }
 }
 
-/// Volume moves of a stage: how many there were, and how large.
+/// Statistics of the volume moves of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct VolumeMoves {
@@ -64,14 +66,15 @@ pub struct VolumeMoves {
     pub attempted: u64,
     /// Moves that were accepted.
     pub accepted: u64,
-    /// Moves to boxes below the smallest one, in which a pair would meet in two images: where there are many, the ensemble ends there, and its pressure is not that of the barostat.
+    /// Moves to boxes below the smallest one, in which a pair would meet in two images. If there are many,
+    /// this limit distorts the ensemble, and the pressure is not that of the barostat.
     pub too_small: u64,
     /// Largest change of the logarithm of the volume in a move, at the end of the stage.
     pub amplitude: f64,
 }
 
 impl VolumeMoves {
-    /// Part of the moves that were accepted; `None` without any.
+    /// Fraction of accepted moves; `None` without moves.
     #[must_use]
     pub fn acceptance(&self) -> Option<f64> {
         (self.attempted > 0).then(|| self.accepted as f64 / self.attempted as f64)

@@ -1,4 +1,4 @@
-//! Which particles hang together, and in which order.
+//! Connected components of bonded particles.
 
 use std::collections::VecDeque;
 
@@ -8,19 +8,19 @@ use super::ParticleId;
 use crate::Vector;
 use crate::base::numbers::id;
 
-/// Particles that are connected by bonds.
+/// Particles connected by bonds.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Component {
-    /// Their ids, each later than one that it is bonded to; a linear chain from one end to the other.
+    /// Their ids, each after a particle that it is bonded to; a linear chain from one end to the other.
     pub ids: Vec<u32>,
-    /// For each, where in `ids` that one is; the first one is its own.
+    /// For each, the index in `ids` of that particle; the first one is its own.
     pub parents: Vec<u32>,
     /// Whether it is a chain with two ends.
     pub is_linear: bool,
 }
 
 impl Component {
-    /// A component of all particles of a group, by their places in it; `None` if bonds do not hold them together.
+    /// A component of all particles of a group, by their indices in it; `None` if bonds do not connect them.
     pub fn of_group(group: &[ParticleId], bonds: impl Iterator<Item = [ParticleId; 2]>) -> Option<Self> {
         if group.len() == 1 {
             return Some(Self::side_by_side(1));
@@ -79,7 +79,7 @@ pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component>
     components
 }
 
-/// Where the partners of each particle begin, and the partners.
+/// The start of each particle's partners in an array, and the array.
 fn adjacency(particles: usize, bonds: &[[u32; 2]]) -> (Vec<usize>, Vec<u32>) {
     let mut starts = vec![0; particles + 1];
     bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);

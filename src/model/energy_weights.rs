@@ -2,28 +2,30 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Two energies are the same level where they differ by less than this part of themselves: rounding of their sums.
+/// Two energies belong to the same level if they differ by less than this fraction: the rounding of their
+/// sums.
 const SAME: f64 = 1e-9;
 
-/// Weights of a multicanonical ensemble: a configuration of the potential energy `U` has the probability density `exp(-w(U))`, where `w(E)` is a function of the
-/// energy alone.
+/// Weights of a multicanonical ensemble. A configuration with the potential energy `U` has the probability
+/// density `exp(-w(U))`, where `w(E)` depends on the energy alone.
 ///
-/// `w` is linear between its nodes, and outside of them that of a canonical ensemble: below with the slope `1 / T` of one temperature, above with that of another. With the logarithm of
-/// the density of states at the nodes, all energies between them are visited equally often.
+/// `w` is linear between its nodes. Outside of them it is that of a canonical ensemble: below with the slope
+/// `1 / T` of one temperature, above with that of another. If `w` is the logarithm of the density of states
+/// at the nodes, all energies between them are visited equally often.
 ///
 /// B. A. Berg and T. Neuhaus, Phys. Rev. Lett. 68, 9 (1992), [doi:10.1103/PhysRevLett.68.9](https://doi.org/10.1103/PhysRevLett.68.9).
 #[doc(alias = "multicanonical")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EnergyWeights {
-    /// Energies, which ascend, and `w` there.
+    /// Ascending energies, and `w` there.
     nodes: Vec<(f64, f64)>,
-    /// Slopes below and above of them `[1 / energy]`.
+    /// Slopes below and above the nodes `[1 / energy]`.
     slopes: [f64; 2],
 }
 
 impl EnergyWeights {
-    /// Of nodes, `(E, w(E))` with ascending energies `[energy]`, and of the temperatures of the canonical ensembles below and above of them `[energy]`. Without a node, `w` is zero at
-    /// the energy zero.
+    /// From nodes, `(E, w(E))` with ascending energies `[energy]`, and the temperatures of the canonical
+    /// ensembles below and above them `[energy]`. Without nodes, `w` is zero at zero energy.
     #[must_use]
     pub fn new(nodes: Vec<(f64, f64)>, temperatures: [f64; 2]) -> Self {
         let nodes = if nodes.is_empty() { vec![(0.0, 0.0)] } else { nodes };
@@ -48,7 +50,8 @@ impl EnergyWeights {
         &self.nodes
     }
 
-    /// Whether an energy is that of the lowest node or below, and whether it is that of the highest or above `[energy]`.
+    /// Whether an energy is at the lowest node or below, and whether it is at the highest node or above
+    /// `[energy]`.
     #[must_use]
     pub fn is_beyond(&self, energy: f64) -> [bool; 2] {
         let [first, last] = [self.nodes.first(), self.nodes.last()].map(|node| node.map_or(0.0, |node| node.0));

@@ -1,4 +1,4 @@
-//! Errors of potentials. The library returns them and prints nothing.
+//! Errors of potentials.
 
 use thiserror::Error;
 
@@ -9,7 +9,7 @@ pub enum PotentialError {
     /// There is no discontinuity.
     #[error("a potential needs at least one radius")]
     NoRadius,
-    /// The two lists do not fit together.
+    /// The lengths of the two lists do not match.
     #[error("{radii} radii need {} energies (one more than radii), but there are {energies}", radii + 1)]
     Count {
         /// Number of radii.
@@ -25,7 +25,7 @@ pub enum PotentialError {
         /// The value.
         radius: f64,
     },
-    /// The radii do not fall.
+    /// The radii are not in descending order.
     #[error("radius number {} is {radius}, expected less than the one outside of it, {outer}", index + 1)]
     Order {
         /// Position in the list, from 0.
@@ -46,7 +46,7 @@ pub enum PotentialError {
     /// Every energy is infinite.
     #[error("every energy is infinite, so the pair could be nowhere")]
     Inaccessible,
-    /// The energy at infinite distance is neither 0 nor a bond's barrier.
+    /// The energy at infinite distance is neither 0 nor the barrier of a bond.
     #[error("the outermost energy is {energy}, expected 0 (pairs far apart do not interact) or +inf (a bond)")]
     Outside {
         /// The value.

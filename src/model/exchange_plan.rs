@@ -3,31 +3,34 @@
 use super::UmbrellaPlan;
 use serde::{Deserialize, Serialize};
 
-/// Replica exchange plan of a scene (parallel tempering): a replica for each temperature, or for each window of a distance, and when neighbours are swapped.
+/// Replica exchange plan of a scene (parallel tempering): a replica for each temperature, or for each window
+/// of a distance, and the times of swaps between neighbours.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExchangePlan {
-    /// Temperatures, ascending or descending; those next to each other are neighbours. Of umbrella windows the one that all have `[energy]`.
+    /// Ascending or descending temperatures. Adjacent ones are neighbours. For umbrella windows, their common
+    /// temperature `[energy]`.
     pub temperatures: Vec<f64>,
     /// Between two attempts to swap `[time]`.
     pub interval: f64,
     /// Mean rate of collisions of each particle with the heat bath of its replica `[1 / time]`.
     pub rate: f64,
-    /// How replicas sample the energies between those of the temperatures.
+    /// Ensemble in which replicas sample the energies between those of the temperatures.
     pub ensemble: ExchangeEnsemble,
-    /// Windows of a distance, of the ensemble [`ExchangeEnsemble::Umbrella`].
+    /// Windows of a distance, for the ensemble [`ExchangeEnsemble::Umbrella`].
     pub umbrella: Option<UmbrellaPlan>,
 }
 
-/// Ensemble in which replicas are measured.
+/// Ensemble in which replicas are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ExchangeEnsemble {
-    /// At each temperature a canonical ensemble, whose replicas are swapped.
+    /// A canonical ensemble at each temperature, with swaps of replicas.
     #[default]
     Canonical,
     /// All replicas in one multicanonical ensemble, which visits all energies between those of the temperatures equally often.
     Multicanonical,
-    /// In each window of a distance a canonical ensemble with the distance in that window, at one temperature, whose replicas are swapped: umbrella sampling.
+    /// Umbrella sampling: a canonical ensemble in each window of a distance, at one temperature, with swaps
+    /// of replicas.
     Umbrella,
 }
 
@@ -55,16 +58,17 @@ impl ExchangePlan {
     }
 }
 
-/// The lowest and the highest of temperatures that ascend or descend `[energy]`; of none, zeros.
+/// The lowest and the highest of ascending or descending temperatures `[energy]`; zeros for an empty list.
 pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
     let [first, last] = [temperatures.first(), temperatures.last()].map(|it| it.copied().unwrap_or(0.0));
     [first.min(last), first.max(last)]
 }
 
-/// Relative round-off of a number of intervals, because of decimal fractions.
+/// Relative round-off in a number of intervals, due to decimal fractions.
 const ROUNDING: f64 = 1e-9;
 
-/// More than any computer does, and few enough that each has a stream of random numbers for each of its replicas.
+/// More than any computer can do, and few enough that each attempt has its own random stream for each
+/// replica.
 pub(crate) const MOST_ATTEMPTS: f64 = 1e12;
 
 /// Most temperatures.

@@ -1,4 +1,4 @@
-//! The files that a scene reads, and whether they are still what they were.
+//! The files that a scene reads, and whether they have changed.
 
 use std::fs;
 use std::io;
@@ -15,13 +15,14 @@ pub struct InputFile {
     pub path: String,
     /// Checksum of its content: `crc32:` and eight hexadecimal digits.
     pub checksum: String,
-    /// Names of columns that the scene does not use; empty for a file that a run remembers.
+    /// Names of columns that the scene does not use; empty for a file recorded by a run.
     #[serde(skip)]
     pub unused: Vec<String>,
-    /// Number of bytes behind the triangles of a mesh that the scene does not use; zero for a file that a run remembers.
+    /// Number of unused bytes after the triangles of a mesh; zero for a file recorded by a run.
     #[serde(skip)]
     pub extra_bytes: usize,
-    /// Number of vertices of a mesh that were merged into others because the scene asks for it; zero for a file that a run remembers.
+    /// Number of vertices of a mesh merged into others at the scene's request; zero for a file recorded by a
+    /// run.
     #[serde(skip)]
     pub merged_vertices: usize,
 }
@@ -39,19 +40,20 @@ impl InputFile {
         }
     }
 
-    /// A checkpoint, which ends with a checksum of all that stands before.
+    /// A checkpoint, which ends with a checksum of everything before.
     pub(crate) fn of_checkpoint(path: &Path, checksum: u32) -> Self {
         Self { checksum: spelled(checksum), ..Self::new(path, &[]) }
     }
 
-    /// The checksum of what the file holds now, if that is another; `None` where it is the same.
+    /// The checksum of the file's present content if it has changed; `None` if it is the same.
     ///
     /// # Errors
     /// If the file cannot be read.
     pub fn changed(&self) -> io::Result<Option<String>> {
         let content = fs::read(&self.path)?;
         let now = match content.split_last_chunk::<4>() {
-            // A checkpoint ends with a checksum, so that the one of the whole is the same for all.
+            // A checkpoint ends with its own checksum. The checksum of the whole file would be the same for
+            // all checkpoints.
             Some((rest, end)) if checksum(rest).to_le_bytes() == *end => word(rest),
             _ => word(&content),
         };
@@ -59,7 +61,7 @@ impl InputFile {
     }
 }
 
-/// A checksum as scenes have it.
+/// A checksum in the format of scenes.
 pub(crate) fn word(content: &[u8]) -> String {
     spelled(checksum(content))
 }
@@ -68,7 +70,7 @@ pub(crate) fn spelled(checksum: u32) -> String {
     format!("crc32:{checksum:08x}")
 }
 
-/// Whether a word can be a checksum.
+/// Whether a word has the format of a checksum.
 pub(crate) fn is_checksum(word: &str) -> bool {
     let is_digit = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
     word.strip_prefix("crc32:").is_some_and(|digits| digits.len() == 8 && digits.chars().all(is_digit))

@@ -1,21 +1,21 @@
-//! Plan of the page on which a scene runs, and of the pictures that its player shows first.
+//! Plan of the live page of a scene, and of the initial view of its player.
 
 use serde::{Deserialize, Serialize};
 
-/// Plan of the page on which a scene runs.
+/// Plan of the live page of a scene.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 #[non_exhaustive]
 pub struct LivePlan {
     /// Text about the scene, in Markdown.
     pub description: Option<String>,
-    /// Simulated time in a second of the page `[time / second]`.
+    /// Simulated time per second of the page `[time / second]`.
     pub speed: Option<f64>,
     /// Property that particles are coloured by.
     pub colour: Option<Colouring>,
     /// Azimuth and elevation of the camera `[degrees]`.
     pub view: Option<[f64; 2]>,
-    /// Keys of the scene that have sliders; the page chooses some where there are none.
+    /// Keys of the scene that have sliders. The page chooses some if there are none.
     pub sliders: Vec<Slider>,
 }
 
@@ -30,7 +30,7 @@ pub enum Colouring {
     Speed,
     /// Number of particles near them.
     Neighbours,
-    /// Where they were at the start, along the vertical axis.
+    /// Their initial position along the vertical axis.
     History,
 }
 
@@ -41,7 +41,7 @@ pub enum Colouring {
 pub struct Slider {
     /// Path of the key, such as `dynamics.gravity.2`.
     pub key: String,
-    /// Name beside the slider; the key if it is `None`.
+    /// Label of the slider; the key if it is `None`.
     pub label: Option<String>,
     /// Value at its lower end.
     pub from: f64,

@@ -152,7 +152,7 @@ pub struct Transport {
     pub span: Option<f64>,
 }
 
-/// Distributions of the path and of the time between two Core contacts of a particle.
+/// Distributions of the path and the time between two Core contacts of a particle.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FreePaths {
@@ -162,7 +162,7 @@ pub struct FreePaths {
     pub bins: Option<u64>,
 }
 
-/// Distributions of speeds in windows of time, beside Maxwell's.
+/// Distributions of speeds in windows of time, compared with Maxwell's.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Speeds {

@@ -1,14 +1,15 @@
-//! Molecules: particles that bonds hold together, and which a change of the volume moves as one.
+//! Molecules: particles connected by bonds, which a volume move shifts as one.
 
 use super::components::{Component, components};
 use super::scene::{Bond, Scene};
 use super::space::{Space, minimum_image};
 use crate::Vector;
 
-/// Molecules of a scene. A particle without bonds is one; a bond that two particles can leave joins nothing.
+/// Molecules of a scene. A particle without bonds is a molecule. A bond that its particles can leave does not
+/// count.
 #[derive(Debug, Clone)]
 pub(crate) struct Molecules {
-    /// Molecules of two particles and more.
+    /// Molecules of two or more particles.
     components: Vec<Component>,
     /// Mass of each particle `[mass]`.
     masses: Vec<f64>,
@@ -25,7 +26,8 @@ impl Molecules {
         Self { count: masses.len() - joined, components, masses }
     }
 
-    /// A bond of the scene that closes a ring around its periodic box, if there is one. Bonds would then have other lengths in another volume.
+    /// A bond of the scene that closes a ring around the periodic box, if there is one. Its length would
+    /// depend on the volume.
     pub fn bond_around_the_box(&self, scene: &Scene) -> Option<Bond> {
         let positions: Vec<Vector> = scene.particles.iter().map(|particle| particle.position).collect();
         let periods = scene.space.periods();
@@ -44,8 +46,9 @@ impl Molecules {
         held(scene).find(goes_around).copied()
     }
 
-    /// Positions in another box of the same shape and lower corner: centres of mass are scaled with the box, and molecules keep their shapes. Each position has
-    /// the image numbers that it had, and so may be outside of the box.
+    /// Positions in another box of the same shape and lower corner. Centres of mass are scaled with the box,
+    /// and molecules keep their shapes. Image numbers are unchanged, so that positions may lie outside the
+    /// box.
     pub fn scaled(&self, positions: &[Vector], from: &Space, to: &Space) -> Vec<Vector> {
         let (lower, periods) = (from.lower, from.periods());
         let factor = Vector::from_fn(|k, _| if from.size[k] > 0.0 { to.size[k] / from.size[k] } else { 1.0 });
@@ -61,7 +64,7 @@ impl Molecules {
             let shift = centre.component_mul(&factor) - centre;
             for (&id, step) in component.ids.iter().zip(&path) {
                 let position = positions[id as usize];
-                // Periods between the particle and where it is beside the first one.
+                // Periods between the particle and its image next to the first one.
                 let turns = Vector::from_fn(|k, _| {
                     if periods[k].is_finite() { ((first[k] + step[k] - position[k]) / periods[k]).round() } else { 0.0 }
                 });
@@ -132,7 +135,7 @@ mod tests {
             let steps = [Vector::zeros(), bond(at, 0, 1, box_), bond(at, 0, 1, box_) + bond(at, 1, 2, box_)];
             at[0] + (steps[1] * 2.9 + steps[2] * 1.3) / 5.5
         };
-        // Beside the first particle, which keeps its image.
+        // Next to the first particle, which keeps its image.
         let apart = centre(&scaled, 1) - centre(&positions, 0) * factor;
         assert!(minimum_image(apart, &periods[1]).xy().norm() < 1e-13, "{apart}");
     }

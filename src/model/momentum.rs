@@ -1,6 +1,7 @@
 //! External influences on the total momentum.
 
 use crate::Vector;
+use crate::model::potential::Potential;
 use crate::model::space::Boundary;
 use crate::model::{InteractionId, Scene, Species, Thermostat};
 
@@ -8,19 +9,19 @@ use crate::model::{InteractionId, Scene, Species, Thermostat};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Influence {
-    /// Walls that reflect: each along its own axis.
+    /// Reflecting walls, each along its own axis.
     Walls,
-    /// Contacts with walls that the TC model alters: along the axes of the wall.
+    /// Contacts with walls that the TC model alters, along the axes of the wall.
     SlidingContacts,
     /// Walls that give new velocities, in all directions.
     ThermalWalls,
-    /// Surfaces that are no walls of the box, in all directions.
+    /// Surfaces other than walls of the box, in all directions.
     Surfaces,
     /// Acceleration, along its own axes.
     Gravity,
     /// Static particles that moving ones meet or are bonded to.
     StaticParticles,
-    /// An Andersen thermostat, which gives single particles new velocities, in the measurement.
+    /// An Andersen thermostat in the measurement, which gives single particles new velocities.
     AndersenCollisions,
 }
 
@@ -61,8 +62,8 @@ impl Scene {
         self.interactions.iter().all(|interaction| interaction.restitution == 1.0)
     }
 
-    /// The axes along which nothing from outside changes the total momentum of the particles that move in the last measurement, in a
-    /// sheared box that relative to what streams; never those that are flat.
+    /// The axes along which the total momentum of the moving particles is conserved in the last measurement,
+    /// in a sheared box relative to the streaming velocity. Flat axes are never included.
     #[must_use]
     pub fn conserved_axes(&self) -> [bool; 3] {
         self.conserved_axes_with(self.run.thermostat.as_ref())
@@ -76,24 +77,25 @@ impl Scene {
         })
     }
 
-    /// Velocity of what streams at a position of a sheared box: `rate (y - y_middle)` along x; zero in a box at rest `[length / time]`.
+    /// Streaming velocity at a position of a sheared box: `rate (y - y_middle)` along x; zero in a box at
+    /// rest `[length / time]`.
     #[must_use]
     pub fn streaming_velocity(&self, position: &Vector) -> Vector {
         let middle = self.space.lower.y + 0.5 * self.space.size.y;
         self.shear_rate.map_or_else(Vector::zeros, |rate| Vector::new(rate * (position.y - middle), 0.0, 0.0))
     }
 
-    /// Whether contacts that are possible lose energy in the measurement, and nothing supplies any: a thermostat, a sheared box, a thermal wall, a surface that
-    /// moves, gravity.
-    /// Such a system cools for ever.
+    /// Whether contacts may lose energy in the measurement and nothing supplies any: no thermostat, sheared
+    /// box, thermal wall, moving surface or gravity. Such a system cools forever.
     #[must_use]
     pub fn cools_for_ever(&self) -> bool {
         let falls = self.influences().iter().any(|(what, _)| *what == Influence::Gravity);
         !falls && self.loses_energy() && !self.is_heated_with(self.run.thermostat.as_ref())
     }
 
-    /// Whether a stage with this thermostat can come to a steady state: contacts that lose energy are supplied with it. Gravity does so for ever only along an
-    /// axis that is periodic; elsewhere what falls comes to rest, or leaves.
+    /// Whether a stage with this thermostat can reach a steady state, in which lost energy is supplied again.
+    /// Gravity supplies energy forever only along a periodic axis. Otherwise, falling particles come to rest
+    /// or leave.
     pub(crate) fn has_steady_state_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let is_periodic = |axis: usize| self.space.boundary[axis] == Boundary::Periodic;
         let falls_for_ever =
@@ -101,14 +103,31 @@ impl Scene {
         falls_for_ever || !self.loses_energy() || self.is_heated_with(thermostat)
     }
 
-    /// Whether events neither supply heat nor lose it in a stage with this thermostat: it may scale all velocities, no more.
+    /// Whether events neither supply nor lose heat in a stage with this thermostat. Scaling of all velocities
+    /// is allowed.
     pub(crate) fn conserves_heat_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let heats = |what: Influence| matches!(what, Influence::ThermalWalls | Influence::AndersenCollisions);
         let is_heated = self.influences_with(thermostat).iter().any(|(what, _)| heats(*what));
         !is_heated && self.shear_rate.is_none() && !self.has_moving_surfaces() && !self.loses_energy()
     }
 
-    /// Whether a contact that is possible loses energy.
+    /// Whether contacts only exchange velocities in a stage with this thermostat: equal hard particles on a
+    /// line.
+    ///
+    /// Each velocity is then conserved, as if the particles passed through each other, and time averages
+    /// depend on the initial velocities.
+    pub(crate) fn only_exchanges_velocities_with(&self, thermostat: Option<&Thermostat>) -> bool {
+        if self.space.dimensions() != 1 || !self.conserves_heat_with(thermostat) {
+            return false;
+        }
+        let species = self.particles.iter().map(|particle| &self.species[particle.species.0 as usize]);
+        let mut masses = species.filter(|species| !species.is_static()).map(|species| species.mass);
+        let Some(first) = masses.next() else { return false };
+        let is_hard = |potential: &Potential| potential.energies().iter().all(|u| *u == 0.0 || u.is_infinite());
+        masses.all(|mass| mass == first) && self.interactions.iter().all(|interaction| is_hard(&interaction.potential))
+    }
+
+    /// Whether a possible contact loses energy.
     fn loses_energy(&self) -> bool {
         let loses_at_walls = self.space.boundary.iter().flat_map(Boundary::restitutions).flatten().any(|e| e < 1.0)
             || self.surfaces.iter().any(|surface| surface.law.dissipates());
@@ -128,13 +147,13 @@ impl Scene {
         thermostat.is_some() || moves || influences.any(|(what, _)| what == Influence::ThermalWalls)
     }
 
-    /// The accelerations of all species that move `[length / time^2]`.
+    /// The accelerations of all moving species `[length / time^2]`.
     pub(crate) fn accelerations(&self) -> impl Iterator<Item = Vector> + '_ {
         let moving = self.species.iter().filter(|species| !species.is_static());
         moving.map(|species| species.acceleration).chain(self.run.gravities())
     }
 
-    /// Whether some particle that moves interacts with one that does not.
+    /// Whether some moving particle interacts with a static one.
     fn meets_static_particles(&self) -> bool {
         if !self.species.iter().any(Species::is_static) {
             return false;

@@ -14,20 +14,20 @@ pub struct Region {
     pub upper: Vector,
 }
 
-/// Limits of the audit of a run, in place of those that follow from round-off. All are relative.
+/// Limits of the audit of a run, which replace those from round-off. All are relative.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct AuditPlan {
     /// Largest error of the energy ledger.
     pub energy: Option<f64>,
     /// Largest drift of the momentum.
     pub momentum: Option<f64>,
-    /// Deepest overlap, of the distance of the discontinuity.
+    /// Deepest overlap, relative to the distance of the discontinuity.
     pub overlap: Option<f64>,
 }
 
 impl Region {
-    /// Whether a point is inside; the lower faces belong to the box, the upper ones to its neighbour. Along flat axes
-    /// everything is.
+    /// Whether a point is inside. The lower faces belong to the box, the upper ones to its neighbour. Flat
+    /// axes are ignored.
     #[must_use]
     pub fn contains(&self, point: &Vector) -> bool {
         let Self { lower, upper } = self;
@@ -35,38 +35,39 @@ impl Region {
     }
 }
 
-/// A region in which a run counts particles: a container that fills, a half of the space.
+/// A region in which a run counts particles, such as a container or half of the box.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CountRegion {
     /// Name of the column, unique in the scene.
     pub name: String,
-    /// Where.
+    /// The region.
     pub space: CountSpace,
 }
 
-/// Space in which centres of particles are counted.
+/// Region in which centres of particles are counted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum CountSpace {
     /// A box.
     Box(Region),
-    /// Inside of a closed mesh, in three dimensions.
+    /// Inside a closed mesh, in three dimensions.
     Mesh(TriangleMesh),
 }
 
 /// Output plan of a scene: what to write, at intervals of simulated time `[time]`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct OutputPlan {
-    /// Between two rows of `thermo.csv`, in all stages; `None` lets the run choose some 200 rows in each.
+    /// Interval of rows in `thermo.csv`, in all stages; `None` lets the run choose about 200 rows in each.
     pub thermo_interval: Option<f64>,
-    /// Between two frames of `trajectory.xyz`; `None` lets the run choose some 20 frames, no more than fit into 200 MB.
+    /// Interval of frames in `trajectory.xyz`; `None` lets the run choose about 20 frames, but no more than
+    /// fit into 200 MB.
     pub frame_interval: Option<f64>,
-    /// Where to count particles, a column of `thermo.csv` each.
+    /// Regions in which to count particles, each a column of `thermo.csv`.
     pub regions: Vec<CountRegion>,
     /// Whether every physical event is written to `contacts.csv`.
     pub has_contacts: bool,
     /// Whether every event is written to the folder `events`, with positions and velocities.
     pub has_event_log: bool,
-    /// Formats that the trajectory is converted to at the end.
+    /// Formats to which the trajectory is converted at the end.
     pub formats: Vec<Format>,
 }
 
@@ -84,7 +85,7 @@ pub enum Format {
     Npy,
     /// A table with a line per particle and frame.
     Csv,
-    /// Extended XYZ again: a piece of the trajectory.
+    /// Extended XYZ, for an extract of the trajectory.
     Xyz,
 }
 

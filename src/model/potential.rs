@@ -1,4 +1,4 @@
-//! Pair potentials: steps at a list of radii, with an energy between each two.
+//! Pair potentials: step functions given by radii and energies.
 
 use crate::model::error::PotentialError;
 use serde::{Deserialize, Serialize};
@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 /// `s_{k+1} <= r < s_k` and `U_0` outside. One type covers hard spheres, wells, shoulders, bonds and stepped
 /// approximations of smooth potentials (Bannerman and Strobl, section 1).
 ///
-/// The *pair state* `k` counts the radii that a pair has been captured through. In state `k` the pair can reach the
-/// outer discontinuity `s_k` from inside, and the inner one `s_{k+1}` from outside.
+/// The *pair state* `k` is the number of radii that the pair has been captured through. In state `k` the pair
+/// can reach the outer discontinuity `s_k` from inside, and the inner one `s_{k+1}` from outside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Potential {
     radii: Vec<f64>,
@@ -21,9 +21,10 @@ impl Potential {
     /// A potential from its radii, outermost first, and the energies outside and inside of each.
     ///
     /// # Errors
-    /// [`PotentialError`] if there is no radius, if the radii are not finite, positive and falling, if there is not one
-    /// energy more than radii, if an energy is NaN or negative infinity, if two infinite energies stand side by side,
-    /// or if a finite energy lies inside of an infinite one that no pair could have crossed.
+    /// [`PotentialError`] if there is no radius, if the radii are not finite, positive and descending, if
+    /// there is not exactly one more energy than radii, if an energy is NaN or negative infinity, if two
+    /// adjacent energies are infinite, or if a finite energy lies inside an infinite one that no pair could
+    /// have crossed.
     pub fn new(radii: Vec<f64>, energies: Vec<f64>) -> Result<Self, PotentialError> {
         if radii.is_empty() {
             return Err(PotentialError::NoRadius);
@@ -55,7 +56,7 @@ impl Potential {
         Ok(Self { radii, energies })
     }
 
-    /// Makes all radii larger by a positive factor.
+    /// Multiplies all radii by a positive factor.
     pub(crate) fn grow(&mut self, factor: f64) {
         self.radii.iter_mut().for_each(|radius| *radius *= factor);
     }
@@ -68,7 +69,7 @@ impl Potential {
         Self::new(vec![diameter], vec![0.0, f64::INFINITY])
     }
 
-    /// A hard core of `diameter` in a well that reaches to `lambda * diameter` and is `well_depth` deep.
+    /// A hard core of `diameter` in a well of depth `well_depth` that reaches to `lambda * diameter`.
     ///
     /// # Errors
     /// [`PotentialError`] if the diameter is not positive or `lambda <= 1`.
@@ -76,7 +77,7 @@ impl Potential {
         Self::new(vec![lambda * diameter, diameter], vec![0.0, -well_depth, f64::INFINITY])
     }
 
-    /// A hard core of `diameter` inside a shoulder `height` high that reaches to `lambda * diameter`.
+    /// A hard core of `diameter` inside a shoulder of height `height` that reaches to `lambda * diameter`.
     ///
     /// # Errors
     /// [`PotentialError`] if the diameter is not positive or `lambda <= 1`.
@@ -84,7 +85,7 @@ impl Potential {
         Self::square_well(diameter, lambda, -height)
     }
 
-    /// Penetrable spheres: a core of `diameter` that costs `height` to enter.
+    /// Penetrable spheres: a core of `diameter` with the finite energy `height`.
     ///
     /// # Errors
     /// [`PotentialError`] if the diameter is not positive or the height not finite.
@@ -102,14 +103,14 @@ impl Potential {
 
     /// Lennard-Jones in steps of equal width between the cut-off and a hard core.
     ///
-    /// `u(r) = 4 eps [(sigma/r)^12 - (sigma/r)^6]`, cut at `cutoff` (not shifted). Each step's energy is the average of
-    /// `u` over the volume of its shell, `3 int u r^2 dr / (r_a^3 - r_b^3)`, so that the energy of a pair spread evenly over
-    /// the shell is exact (Chapela, Scriven and Davis, J. Chem. Phys. 91, 4307, 1989). The core stands where the pair's
-    /// potential reaches `core_energy`.
+    /// `u(r) = 4 eps [(sigma/r)^12 - (sigma/r)^6]`, cut at `cutoff` (not shifted). The energy of each step is
+    /// the average of `u` over the volume of its shell, `3 int u r^2 dr / (r_a^3 - r_b^3)`, so that the
+    /// energy of a pair spread evenly over the shell is exact (Chapela, Scriven and Davis, J. Chem. Phys. 91,
+    /// 4307, 1989). The core is placed where the potential reaches `core_energy`.
     ///
     /// # Errors
-    /// [`PotentialError`] if a length or energy is not positive and finite, there is no step, or the cut-off lies
-    /// inside of the core.
+    /// [`PotentialError`] if a length or energy is not positive and finite, there is no step, or the cut-off
+    /// lies inside the core.
     pub fn stepped_lennard_jones(
         diameter: f64,
         well_depth: f64,
@@ -165,7 +166,7 @@ impl Potential {
         &self.energies
     }
 
-    /// The outermost radius: beyond it an uncaptured pair feels nothing `[length]`.
+    /// The outermost radius. Uncaptured pairs beyond it do not interact `[length]`.
     #[must_use]
     pub fn range(&self) -> f64 {
         self.radii[0]
@@ -177,7 +178,7 @@ impl Potential {
         (self.energies[self.radii.len()] == f64::INFINITY).then(|| self.radii[self.radii.len() - 1])
     }
 
-    /// Whether a pair in state 0 can only ever bounce off the one discontinuity.
+    /// Whether the only discontinuity is a hard core.
     #[must_use]
     pub fn is_hard_sphere(&self) -> bool {
         self.energies[1] == f64::INFINITY
@@ -189,9 +190,10 @@ impl Potential {
         self.energies[0] == f64::INFINITY
     }
 
-    /// The highest pair state, and so the lowest, that a pair can be in.
+    /// The lowest and the highest state that a pair can have.
     ///
-    /// States with infinite energy are not accessible: a hard core ends the range from inside, a bond from outside.
+    /// States with infinite energy are not accessible. A hard core limits them from inside, a bond from
+    /// outside.
     #[must_use]
     pub fn accessible_states(&self) -> std::ops::RangeInclusive<usize> {
         let lowest = usize::from(self.energies[0].is_infinite());
@@ -199,9 +201,9 @@ impl Potential {
         lowest..=highest
     }
 
-    /// The state of a pair that starts at `distance`: the one time that a distance decides it.
+    /// The state of a pair that starts at `distance`. At no other time does the distance decide the state.
     ///
-    /// The accessible state nearest to it if the distance is forbidden.
+    /// If the distance is forbidden, the nearest accessible state.
     #[must_use]
     pub fn state_at(&self, distance: f64) -> usize {
         let captured = self.radii.iter().take_while(|&&radius| distance < radius).count();
@@ -209,7 +211,7 @@ impl Potential {
         captured.clamp(*states.start(), *states.end())
     }
 
-    /// How deep `distance` lies in the forbidden region, relative to the discontinuity it violates; 0 if allowed.
+    /// Depth of `distance` in the forbidden region, relative to the discontinuity it violates; 0 if allowed.
     #[must_use]
     pub fn violation_at(&self, distance: f64) -> f64 {
         let inside = self.core().map_or(0.0, |core| (core - distance) / core);
@@ -263,7 +265,7 @@ mod tests {
         let sum: f64 =
             (0..40).map(|k| lj.energies()[k + 1] * (lj.radii()[k].powi(3) - lj.radii()[k + 1].powi(3)) / 3.0).sum();
         let exact = |r: f64| 4.0 * (r.powi(-9) / -9.0 + r.powi(-3) / 3.0);
-        // Rounding of some forty terms of size one.
+        // Rounding of about forty terms of size one.
         assert!((sum - (exact(cutoff) - exact(core))).abs() < 1e-13);
         let at_core = 4.0 * (core.powi(-12) - core.powi(-6));
         assert!((at_core - 50.0).abs() < 1e-11);

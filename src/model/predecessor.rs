@@ -8,36 +8,39 @@ use super::{InputFile, InteractionId, ParticleId};
 
 /// Predecessor of a run: the run whose last state is the start of a scene.
 ///
-/// Particles, bonds, box and time of that state are those of the scene; what else belongs to it is kept here until a simulation has begun.
+/// Particles, bonds, box and time of that state are in the scene. The rest is stored here until a simulation
+/// has begun.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Predecessor {
-    /// Its checkpoint, with the checksum that the checkpoint ends with.
+    /// Its checkpoint, with the checksum at its end.
     pub checkpoint: InputFile,
-    /// Number of random streams that its thermostats, and those of its own predecessors, may have used. Later streams are unused.
+    /// Number of random streams that its thermostats, and those of its own predecessors, may have used. Later
+    /// streams are unused.
     pub(crate) streams: usize,
-    /// `None` where a simulation has begun from it.
+    /// `None` once a simulation has begun from it.
     #[serde(skip)]
     pub(crate) state: Option<Arc<LastState>>,
 }
 
-/// Last state of a run, besides particles, bonds, box and time.
+/// Last state of a run, except particles, bonds, box and time.
 #[derive(Debug, PartialEq)]
 pub(crate) struct LastState {
     /// Periods travelled by each particle.
     pub images: Vec<[i32; 3]>,
-    /// The pairs that were not in state 0, ascending.
+    /// The pairs that were not in state 0, in ascending order.
     pub captured: Vec<([ParticleId; 2], u16)>,
-    /// For each interaction of the scene, whether its pairs had the same discontinuities. If so, they keep their states.
+    /// For each interaction of the scene, whether its pairs had the same discontinuities. If so, they keep
+    /// their states.
     pub is_kept: Vec<bool>,
     /// Differences from that run, in words.
     pub differences: Vec<&'static str>,
-    /// The whole simulation, serialized; `None` where something differs that it depends on.
+    /// The whole simulation, serialized; `None` if the scene differs in something that it depends on.
     pub simulation: Option<Vec<u8>>,
 }
 
 impl LastState {
-    /// The state of a pair that keeps it; `None` of one whose distance decides.
+    /// The state of a pair that keeps it; `None` if the distance decides.
     pub fn state_of(&self, pair: [ParticleId; 2], interaction: InteractionId) -> Option<u16> {
         let is_kept = self.is_kept.get(interaction.0 as usize).copied().unwrap_or(false);
         let [a, b] = pair;
@@ -47,8 +50,8 @@ impl LastState {
 }
 
 impl Predecessor {
-    /// Differences between the scene and that run, in words, that require a new engine to start from its last state. Empty without any, or where
-    /// a simulation has begun already.
+    /// Differences between the scene and that run, in words, that require a new engine to start from its last
+    /// state. Empty without differences, or after a simulation has begun.
     #[must_use]
     pub fn differences(&self) -> &[&'static str] {
         self.state.as_ref().map_or(&[], |state| &state.differences)

@@ -1,4 +1,4 @@
-//! The random numbers of a start: one seed, one stream per purpose, the same on every platform.
+//! Random numbers of a start: one seed, one stream per purpose, equal on every platform.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::Vector;
 use crate::model::space::{Boundary, Space};
 
-/// Purpose of random numbers. Each purpose has its own stream, so that a change of one part of a scene leaves the others as they
-/// were.
+/// Purpose of random numbers. Each purpose has its own stream, so that a change of one part of a scene leaves
+/// the others unchanged.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Purpose {
     Placement,
@@ -19,17 +19,17 @@ pub(crate) enum Purpose {
     Exchange,
     /// Thermal surfaces.
     Surface,
-    /// Samples that are drawn again for errors.
+    /// Resamples for errors.
     Bootstrap,
-    /// Velocities that are drawn again on the way.
+    /// Velocities that are redrawn during a run.
     Thermalizing,
     /// Volume moves of a barostat.
     Volume,
 }
 
 impl Purpose {
-    /// The number of the stream for one group. Numbers never change, so that a scene keeps its start: what came later than the
-    /// first four has numbers far behind theirs.
+    /// The number of the stream for a group. Numbers never change, so that a scene keeps its start. Purposes
+    /// added after the first four have much larger numbers.
     fn stream(self, group: usize) -> u64 {
         match self {
             Self::Growth => (1 << 63) + group as u64,
@@ -55,7 +55,8 @@ impl Random {
         Self(generator)
     }
 
-    /// Goes to the numbers of the `count`-th event of a particle in this stream, which do not depend on what happens to others: 64 of each, for `2^29` events.
+    /// Moves to the numbers of the `count`-th event of a particle in this stream, independently of other
+    /// particles: 64 numbers for each of `2^29` events.
     pub(crate) fn seek(&mut self, particle: u32, count: u32) {
         let block = (u128::from(particle) << 32) + u128::from(count << 3);
         self.0.set_word_pos(16 * block);
@@ -73,13 +74,13 @@ impl Random {
         number
     }
 
-    /// Exponential with mean 1; never infinite, because what `uniform` gives stays below 1.
+    /// Exponential with mean 1. It is never infinite, because `uniform` stays below 1.
     pub(crate) fn exponential(&mut self) -> f64 {
         -libm::log1p(-self.uniform())
     }
 
-    /// Normal with mean 0 and variance 1, by Marsaglia's polar method. The logarithm is `libm`'s, because the
-    /// platforms' differ in the last bit.
+    /// Normal with mean 0 and variance 1, by Marsaglia's polar method. The logarithm is from `libm`, because
+    /// those of platforms differ in the last bit.
     pub(crate) fn normal(&mut self) -> f64 {
         loop {
             let (x, y) = (2.0 * self.uniform() - 1.0, 2.0 * self.uniform() - 1.0);

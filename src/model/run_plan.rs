@@ -1,4 +1,4 @@
-//! The stages of a run: what is done to a system before and while it is measured.
+//! The stages of a run: preparation, equilibration and measurement.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,13 +7,13 @@ use super::thermostat::Thermostat;
 use super::threads::Threads;
 use crate::Vector;
 
-/// Name in tables of the equilibration before the last measurement.
+/// Name of the equilibration before the last measurement, in tables.
 pub(crate) const EQUILIBRATION: &str = "equilibration";
 
-/// Name in tables of the last measurement.
+/// Name of the last measurement, in tables.
 pub(crate) const MEASUREMENT: &str = "measurement";
 
-/// Limit of a stage: a time, after a number of physical events, or at whichever comes first.
+/// Limit of a stage: a time, a number of physical events, or whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Limit {
     /// Simulated time from the start of the stage `[time]`.
@@ -39,21 +39,22 @@ impl Limit {
 /// Run plan of a scene: its stages, equilibration, limit and thermostat.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RunPlan {
-    /// Stages before the run, one after the other.
+    /// Stages before the run, in order.
     pub stages: Vec<StagePlan>,
-    /// Simulated then, without measuring.
+    /// Simulated before the measurement.
     pub equilibration: Limit,
-    /// Whether the equilibration ends when no observable drifts, at its limit at the latest.
+    /// Whether the equilibration ends once no observable drifts, at its limit at the latest.
     pub until_stationary: bool,
-    /// The measurement, at the end.
+    /// Limit of the final measurement.
     pub limit: Limit,
     /// Thermostat of the measurement.
     pub thermostat: Option<Thermostat>,
     /// Barostat of the measurement.
     pub barostat: Option<Barostat>,
-    /// Gravity of the last equilibration and measurement, in place of that of the species; of all stages or of none `[length / time^2]`.
+    /// Gravity of the last equilibration and measurement, which replaces that of the species. Either all
+    /// stages have it or none `[length / time^2]`.
     pub gravity: Option<Vector>,
-    /// Threads that everything of it runs on.
+    /// Number of threads for the whole run.
     pub threads: Threads,
 }
 
@@ -64,7 +65,8 @@ impl RunPlan {
         Equilibration { limit: self.equilibration, until_stationary: self.until_stationary }
     }
 
-    /// The number of the first stream of random numbers of a stage, which is that of the last equilibration for as many as there are.
+    /// Index of the first random stream of a stage. For an index equal to the number of stages, it is that of
+    /// the last equilibration.
     pub(crate) fn first_stream_of(&self, stage: usize) -> usize {
         self.stages.iter().take(stage).map(StagePlan::streams).sum()
     }
@@ -74,7 +76,8 @@ impl RunPlan {
         self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
     }
 
-    /// Name of the first stage, as surfaces have it: that of what comes after the listed ones is `measurement`.
+    /// Name of the first stage, as used for surfaces. Everything after the listed stages is called
+    /// `measurement`.
     pub(crate) fn first_stage(&self) -> &str {
         self.stages.first().map_or(MEASUREMENT, |stage| &stage.name)
     }
@@ -85,7 +88,7 @@ impl RunPlan {
         self.has_thermostat_or_growth() || self.gravities().next().is_some()
     }
 
-    /// Whether some stage has a thermostat or a growth.
+    /// Whether some stage has a thermostat or growing diameters.
     pub(crate) fn has_thermostat_or_growth(&self) -> bool {
         let has_any = |stage: &StagePlan| stage.thermostat.is_some() || stage.growth.is_some();
         self.thermostat.is_some() || self.stages.iter().any(has_any)
@@ -102,7 +105,7 @@ impl RunPlan {
         self.stages.iter().map(|stage| stage.gravity).chain([self.gravity]).flatten()
     }
 
-    /// Whether some thermostat gives single particles new velocities in any stage.
+    /// Whether a thermostat gives single particles new velocities in any stage.
     #[must_use]
     pub fn has_andersen(&self) -> bool {
         let thermostats = self.stages.iter().map(|stage| &stage.thermostat).chain([&self.thermostat]);
@@ -113,17 +116,17 @@ impl RunPlan {
 /// One stage before the last measurement.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StagePlan {
-    /// Its name in progress and reports.
+    /// Its name in progress reports and results.
     pub name: String,
-    /// When it ends at the latest; of a measured stage that is the end of its measurement.
+    /// Its latest end; for a measured stage, the end of its measurement.
     pub limit: Limit,
-    /// A thermostat.
+    /// Thermostat of the stage.
     pub thermostat: Option<Thermostat>,
-    /// A barostat, beside a thermostat.
+    /// Barostat of the stage, which needs a thermostat.
     pub barostat: Option<Barostat>,
-    /// Gravity during the stage, in place of that of the species `[length / time^2]`.
+    /// Gravity during the stage, which replaces that of the species `[length / time^2]`.
     pub gravity: Option<Vector>,
-    /// How the diameters grow.
+    /// Growth of the diameters.
     pub growth: Option<Growth>,
     /// The equilibration before its measurement; `None` for a stage that is not measured.
     pub measured: Option<Equilibration>,
@@ -151,30 +154,30 @@ impl StagePlan {
 pub struct Equilibration {
     /// Limit of its duration.
     pub limit: Limit,
-    /// Whether it ends when no observable drifts.
+    /// Whether it ends once no observable drifts.
     pub until_stationary: bool,
 }
 
 impl Equilibration {
-    /// Whether there is none.
+    /// Whether there is no equilibration.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// Streams of random numbers of an equilibration and a measurement, which have one each.
+/// Number of random streams of an equilibration and its measurement.
 const EQUILIBRATION_AND_MEASUREMENT: usize = 2;
 
 /// Lubachevsky-Stillinger growth of the diameters: B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990),
 /// [doi:10.1007/BF01025983](https://doi.org/10.1007/BF01025983).
 ///
-/// All grow by the same factor, `1 + rate (t - t_0)` of what they were at the start `t_0` of the stage.
+/// All diameters grow by the same factor, `1 + rate (t - t_0)` relative to the start `t_0` of the stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Growth {
-    /// Growth of the diameters in a unit of time, relative to those at the start of the stage `[1 / time]`.
+    /// Growth rate of the diameters, relative to those at the start of the stage `[1 / time]`.
     pub rate: f64,
-    /// When they have grown enough.
+    /// Target at which the growth ends.
     pub until: GrowthTarget,
 }
 
@@ -184,6 +187,6 @@ pub struct Growth {
 pub enum GrowthTarget {
     /// The fraction of the box that the particles fill.
     PackingFraction(f64),
-    /// The compressibility factor `p V / (N k T)`; it diverges where the particles jam.
+    /// The compressibility factor `p V / (N k T)`, which diverges at jamming.
     CompressibilityFactor(f64),
 }

@@ -1,4 +1,4 @@
-//! A scene: everything that decides a trajectory, in reduced units.
+//! A scene: everything that determines a trajectory, in reduced units.
 
 use std::f64::consts::PI;
 
@@ -20,18 +20,18 @@ pub struct SpeciesId(pub u32);
 pub struct InteractionId(pub u32);
 
 impl InteractionId {
-    /// As the event loop writes it; a scene has no more interactions than these numbers.
+    /// As a number of the event loop. A scene has no more interactions than fit.
     pub(crate) fn narrow(self) -> u16 {
         u16::try_from(self.0).unwrap_or(u16::MAX)
     }
 }
 
-/// Index into [`Scene::particles`], and the particle's name in every output.
+/// Index into [`Scene::particles`], and the particle's id in every output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct ParticleId(pub u32);
 
-/// A species: mass, diameter and acceleration of particles of one kind.
+/// A species: mass, diameter and acceleration of its particles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Species {
@@ -39,14 +39,14 @@ pub struct Species {
     pub name: String,
     /// Mass `[mass]`; infinite for a static species.
     pub mass: f64,
-    /// Diameter `[length]`: contact with walls at half of it, and the size in pictures.
+    /// Diameter `[length]`. Contact with walls is at half of it, and pictures show this size.
     pub diameter: f64,
     /// Constant acceleration `[length / time^2]`: gravity, unless the species is static.
     pub acceleration: Vector,
 }
 
 impl Species {
-    /// Whether particles of this species never move: a surface, a pivot.
+    /// Whether particles of this species never move, like a surface or a pivot.
     #[must_use]
     pub fn is_static(&self) -> bool {
         self.mass.is_infinite()
@@ -66,7 +66,7 @@ pub struct Interaction {
     pub potential: Potential,
     /// Ratio of the normal speeds after and before a contact with an infinite barrier, in `[0, 1]`.
     pub restitution: f64,
-    /// Name, for bonds; several have the same where it stands for pairs of different diameters.
+    /// Name, for bonds. Several interactions may share it, for pairs of different diameters.
     pub name: Option<String>,
 }
 
@@ -90,19 +90,22 @@ pub struct Particle {
     pub velocity: Vector,
 }
 
-/// Declares a scene and its parts, which have the same fields: open there, and here shown by methods of the same names, with the type behind `=>`.
+/// Declares a scene and its parts, which have the same fields. They are public in the parts. For the scene,
+/// methods of the same names return them, with the type after `=>`.
 macro_rules! scene {
     ($($(#[$doc:meta])* $field:ident: $type:ty => $view:ident $shown:ty,)*) => {
-        /// A validated scene: everything that decides a trajectory, and what is to be measured and written.
+        /// A validated scene: everything that determines a trajectory, and what to measure and write.
         ///
-        /// [`SceneBuilder`](crate::scene::SceneBuilder) makes one in code, [`Scene::from_file`] from a file, and [`Scene::new`] from the
-        /// changed [`SceneParts`] of another one; all of them check it.
+        /// [`SceneBuilder`](crate::scene::SceneBuilder) creates a scene in code, [`Scene::from_file`] from a
+        /// file, and [`Scene::new`] from the modified [`SceneParts`] of another scene. All of them validate
+        /// it.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         pub struct Scene {
             $($(#[$doc])* pub(crate) $field: $type,)*
         }
 
-        /// The parts of a scene, to be changed: [`Scene::into_parts`] takes a scene apart, [`Scene::new`] checks what became of it.
+        /// The parts of a scene, for changes: [`Scene::into_parts`] takes a scene apart, and [`Scene::new`]
+        /// validates the modified parts.
         #[derive(Debug, Clone, PartialEq, Default)]
         #[non_exhaustive]
         pub struct SceneParts {
@@ -125,7 +128,7 @@ macro_rules! scene {
                 SceneParts { $($field),* }
             }
 
-            /// Puts the parts together as they are.
+            /// Assembles the parts without validation.
             pub(crate) fn of_parts(parts: SceneParts) -> Self {
                 let SceneParts { $($field),* } = parts;
                 Self { $($field),* }
@@ -138,7 +141,7 @@ macro_rules! scene {
 }
 
 scene! {
-    /// Name: the folder of a run.
+    /// Name, also of the folder of a run.
     name: String => lent &str,
     /// Seed of all random numbers.
     seed: u64 => copy u64,
@@ -150,52 +153,54 @@ scene! {
     species: Vec<Species> => lent &[Species],
     /// The interactions of species and bonds; [`InteractionId`] is an index into them.
     interactions: Vec<Interaction> => lent &[Interaction],
-    /// The interactions of each two species; those without one pass through each other.
+    /// The interaction of each pair of species. Pairs without one pass through each other.
     table: SpeciesPairs<InteractionId> => lent &SpeciesPairs<InteractionId>,
     /// Pairs of particles that interact differently from their species.
     bonds: Vec<Bond> => lent &[Bond],
     /// The particles at the start; [`ParticleId`] is an index into them.
     particles: Vec<Particle> => lent &[Particle],
-    /// The surfaces among the particles.
+    /// The surfaces made of static particles.
     static_surfaces: Vec<StaticSurface> => lent &[StaticSurface],
     /// Surfaces that particles meet, besides the walls of the box.
     surfaces: Vec<SceneSurface> => lent &[SceneSurface],
-    /// For each axis, temperature of its lower and its upper wall `[energy]`; `None` where it reflects, and where there is no wall.
+    /// For each axis, the temperatures of its lower and upper wall `[energy]`; `None` if the wall reflects,
+    /// or if there is none.
     wall_temperatures: [[Option<f64>; 2]; 3] => copy [[Option<f64>; 2]; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
     shear_rate: Option<f64> => copy Option<f64>,
-    /// Displacement at the start of the next image up along y, along x; 0 unless the box is sheared `[length]`.
+    /// Initial displacement along x of the next image along y; 0 unless the box is sheared `[length]`.
     displacement: f64 => copy f64,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
     contact_time: Option<f64> => copy Option<f64>,
-    /// Whether overlaps at the start are left to the stable rule instead of being an error.
+    /// Whether overlaps at the start are resolved by the stable rule instead of being an error.
     allow_invalid_start: bool => copy bool,
-    /// When the audit of a run fails.
+    /// Limits of the audit of a run.
     audit: AuditPlan => copy AuditPlan,
-    /// The stages of a run, and how long it lasts.
+    /// The stages of a run, and its length.
     run: RunPlan => lent &RunPlan,
     /// Output plan: the files that a run writes.
     output: OutputPlan => lent &OutputPlan,
     /// Measurement plan: the instruments of a run.
     measure: MeasurementPlan => lent &MeasurementPlan,
-    /// Replicas at several temperatures, for [`Exchange`](crate::exchange::Exchange); `None` where the scene is run as it is.
+    /// Replicas at several temperatures, for [`Exchange`](crate::exchange::Exchange); `None` without an
+    /// exchange.
     exchange: Option<ExchangePlan> => optional Option<&ExchangePlan>,
-    /// The page on which the scene runs.
+    /// The live page of the scene.
     live: LivePlan => lent &LivePlan,
-    /// The files that the particles come from.
+    /// The files that the scene has read.
     inputs: Vec<InputFile> => lent &[InputFile],
-    /// The run whose last state is the start; `None` for a start of its own.
+    /// The run whose last state is the start; `None` if there is none.
     predecessor: Option<Predecessor> => optional Option<&Predecessor>,
 }
 
 impl Scene {
-    /// The number of the first stream of random numbers of its thermostats: those before it are the predecessor's.
+    /// Index of the first random stream of its thermostats. Earlier ones belong to the predecessor.
     pub(crate) fn first_stream(&self) -> usize {
         self.predecessor.as_ref().map_or(0, |run| run.streams)
     }
 
-    /// Number of the first stream of random numbers that no thermostat of its run has: each stage has one, and so have equilibrations and measurements.
-    /// A scene that starts from its end has its own from there on.
+    /// Index of the first random stream that no thermostat of its run uses. Each stage, equilibration and
+    /// measurement has one. A scene that continues from the end of this run starts there.
     #[must_use]
     pub fn next_stream(&self) -> usize {
         self.first_stream() + self.run.streams()
@@ -206,26 +211,27 @@ impl Scene {
         self.predecessor.as_ref()?.state.as_deref()
     }
 
-    /// Drops what only the start of a simulation needs.
+    /// Drops the data that only the start of a simulation needs.
     pub(crate) fn forget_last_state(&mut self) {
         if let Some(run) = &mut self.predecessor {
             run.state = None;
         }
     }
 
-    /// Makes all diameters and hard cores larger by a factor.
+    /// Multiplies all diameters and hard cores by a factor.
     pub(crate) fn grow(&mut self, factor: f64) {
         self.species.iter_mut().for_each(|species| species.diameter *= factor);
         self.interactions.iter_mut().for_each(|interaction| interaction.potential.grow(factor));
     }
 
-    /// Whether anything acts from outside, other than surfaces at rest: a thermostat, a growth, a sheared box, a thermal or moving surface.
+    /// Whether anything acts from outside, except surfaces at rest: a thermostat, growing diameters, a
+    /// sheared box, a thermal or moving surface.
     #[must_use]
     pub fn is_driven(&self) -> bool {
         self.run.is_driven() || self.shear_rate.is_some() || self.has_thermal_walls() || self.has_moving_surfaces()
     }
 
-    /// Whether some surface moves at some time.
+    /// Whether some surface ever moves.
     #[must_use]
     pub fn has_moving_surfaces(&self) -> bool {
         self.surfaces.iter().any(SceneSurface::moves)
@@ -249,7 +255,7 @@ impl Scene {
         self.particles.iter().map(volume).sum::<f64>() / self.space.volume()
     }
 
-    /// The interaction of two species, if they have one.
+    /// The interaction of two species; `None` if they do not interact.
     #[must_use]
     pub fn interaction_of(&self, a: SpeciesId, b: SpeciesId) -> Option<InteractionId> {
         self.table.get(a.0 as usize, b.0 as usize)
@@ -268,7 +274,8 @@ impl Scene {
         potentials.chain(diameters).fold(0.0, f64::max)
     }
 
-    /// The largest distance at which uncaptured pairs of two species interact, negative if they never do `[length]`.
+    /// The largest distance at which uncaptured pairs of two species interact; negative if they never do
+    /// `[length]`.
     #[must_use]
     pub fn range(&self, a: SpeciesId, b: SpeciesId) -> f64 {
         let is_static = |id: SpeciesId| self.species[id.0 as usize].is_static();

@@ -9,9 +9,9 @@ pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 /// Boundary condition at one face of the box: open, or a wall with a coefficient of restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Face {
-    /// Nothing: the particle flies on and is still simulated.
+    /// No boundary. Particles fly on and are still simulated.
     Open,
-    /// A flat wall. A particle meets it when its surface does, half a diameter before its centre.
+    /// A flat wall. A particle touches it when its centre is half a diameter away.
     Wall {
         /// Ratio of the normal speeds after and before a contact, in `[0, 1]`.
         restitution: f64,
@@ -21,7 +21,8 @@ pub enum Face {
 /// Boundary condition along one axis: periodic, bounded or flat.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub enum Boundary {
-    /// Periodic boundary: particles that leave on one side enter on the other; pairs use the minimum image.
+    /// Periodic boundary: particles that leave on one side enter on the other. Pairs interact by the minimum
+    /// image.
     #[default]
     Periodic,
     /// The two sides of the box, each open or a wall.
@@ -31,8 +32,8 @@ pub enum Boundary {
         /// The side at the upper corner.
         upper: Face,
     },
-    /// No extent: every particle stays exactly at the lower corner's coordinate, with zero velocity.
-    /// One flat axis makes a two-dimensional scene, two make a line.
+    /// No extent: every particle stays exactly at the coordinate of the lower corner, with zero velocity. One
+    /// flat axis makes a two-dimensional scene, two make a line.
     Flat,
 }
 
@@ -40,7 +41,7 @@ impl Boundary {
     /// Both sides open.
     pub const OPEN: Self = Self::Bounded { lower: Face::Open, upper: Face::Open };
 
-    /// Restitution of the lower and the upper side; `None` where there is no wall.
+    /// Restitution of the lower and the upper side; `None` if it is not a wall.
     pub(crate) fn restitutions(&self) -> [Option<f64>; 2] {
         let of = |face: &Face| if let Face::Wall { restitution } = face { Some(*restitution) } else { None };
         match self {
@@ -49,7 +50,7 @@ impl Boundary {
         }
     }
 
-    /// Both sides walls of the same restitution.
+    /// Walls of the same restitution on both sides.
     #[must_use]
     pub const fn walls(restitution: f64) -> Self {
         Self::Bounded { lower: Face::Wall { restitution }, upper: Face::Wall { restitution } }
@@ -61,8 +62,8 @@ impl Boundary {
 pub struct Space {
     /// Lower corner `[length]`.
     pub lower: Vector,
-    /// Edge lengths `[length]`; 0 along flat axes, positive elsewhere. Along an open axis the length only
-    /// sizes the grid of cells and the picture.
+    /// Edge lengths `[length]`; 0 along flat axes, otherwise positive. Along an open axis, the length only
+    /// determines the grid of cells and the picture.
     pub size: Vector,
     /// Boundary conditions, per axis.
     pub boundary: [Boundary; 3],
@@ -123,7 +124,8 @@ impl Space {
         !matches!(self.boundary[axis], Boundary::Bounded { .. }) || self.walls(axis) == 2
     }
 
-    /// The length along an axis that centres of particles of some diameter can be in: each wall keeps them a radius away `[length]`.
+    /// Length along an axis that the centres of particles of a given diameter can reach: each wall keeps them
+    /// a radius away `[length]`.
     #[must_use]
     pub fn accessible_length(&self, axis: usize, diameter: f64) -> f64 {
         match self.walls(axis) {
@@ -132,22 +134,23 @@ impl Space {
         }
     }
 
-    /// The volume, area or length that centres of particles of some diameter can be in `[length^D]`.
+    /// Volume, area or length that the centres of particles of a given diameter can reach `[length^D]`.
     #[must_use]
     pub fn accessible_volume(&self, diameter: f64) -> f64 {
         let axes = (0..3).filter(|&axis| self.boundary[axis] != Boundary::Flat);
         axes.map(|axis| self.accessible_length(axis, diameter)).product()
     }
 
-    /// The area of a wall across an axis that centres of particles of some diameter can come to, half a diameter in front of it
-    /// `[length^(D - 1)]`; `None` where it has no end, because a side across another axis is open.
+    /// Area of a wall across an axis that the centres of particles of a given diameter can reach, half a
+    /// diameter in front of it `[length^(D - 1)]`; `None` if it is infinite because a side across another
+    /// axis is open.
     #[must_use]
     pub fn accessible_area(&self, axis: usize, diameter: f64) -> Option<f64> {
         self.area(axis, |other| self.accessible_length(other, diameter))
     }
 
-    /// The area of a wall across an axis `[length^(D - 1)]`, 1 where nothing is across another axis; `None` where it has no end, because a
-    /// side across another axis is open.
+    /// Area of a wall across an axis `[length^(D - 1)]`, 1 on a line; `None` if it is infinite because a side
+    /// across another axis is open.
     #[must_use]
     pub fn wall_area(&self, axis: usize) -> Option<f64> {
         self.area(axis, |other| self.size[other])
@@ -164,15 +167,15 @@ impl Space {
         self.boundary.iter().all(|b| matches!(b, Boundary::Periodic | Boundary::Flat))
     }
 
-    /// Whether all edges have the same length within round-off, as of a density; never where an axis is flat.
+    /// Whether all edges have the same length within round-off. Never if an axis is flat.
     #[must_use]
     pub fn is_cube(&self) -> bool {
         const ROUNDING: f64 = 1e-9;
         self.size.max() - self.size.min() <= ROUNDING * self.size.max()
     }
 
-    /// The largest coordinate of a side that particles are wrapped at, 0 if there is none: what a coordinate has lost to rounding is a unit in the
-    /// last place of it, however small the coordinate is since `[length]`.
+    /// The largest coordinate of a side at which particles are wrapped; 0 if there is none. Wrapping rounds a
+    /// coordinate to a unit in the last place of this, however small the coordinate is later `[length]`.
     #[must_use]
     pub(crate) fn farthest_side(&self) -> f64 {
         let upper = self.upper();
@@ -180,7 +183,8 @@ impl Space {
         periodic.map(|axis| self.lower[axis].abs().max(upper[axis].abs())).fold(0.0, f64::max)
     }
 
-    /// The image of a position that lies in the box along periodic axes, and on the plane or line along flat ones.
+    /// The image of a position that lies inside the box along periodic axes, and at the lower corner's
+    /// coordinate along flat ones.
     #[must_use]
     pub(crate) fn wrapped(&self, mut position: Vector) -> Vector {
         for k in 0..3 {
@@ -200,24 +204,24 @@ impl Space {
         position
     }
 
-    /// Periods along the axes `[length]`; infinite where an axis is not periodic.
+    /// Periods along the axes `[length]`; infinite along axes that are not periodic.
     #[must_use]
     pub fn periods(&self) -> Vector {
         Vector::from_fn(|k, _| if self.boundary[k] == Boundary::Periodic { self.size[k] } else { f64::INFINITY })
     }
 }
 
-/// The shortest of the images of one coordinate of a separation; see [`minimum_image`].
+/// The shortest image of a coordinate of a separation; see [`minimum_image`].
 #[inline]
 #[must_use]
 pub fn minimum_image_along(x: f64, period: f64) -> f64 {
     x - if x.abs() > 0.5 * period { period.copysign(x) } else { 0.0 }
 }
 
-/// The shortest of the images of a separation, exactly antisymmetric in the separation.
+/// The shortest image of a separation. It is exactly antisymmetric in the separation.
 ///
-/// Needs every coordinate within one period of the shortest image, which holds for particles that are
-/// kept inside the box to within less than half a period.
+/// Requires every coordinate to be within one period of the shortest image. This holds for particles that are
+/// inside the box to within less than half a period.
 #[inline]
 #[must_use]
 pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
@@ -227,11 +231,12 @@ pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
     separation
 }
 
-/// [`minimum_image`] in a sheared box, whose next image up along y is displaced along x by `displacement` `[length]`.
+/// [`minimum_image`] in a sheared box. The next image along y is displaced by `displacement` along x
+/// `[length]`.
 ///
-/// First the image along y is chosen, which takes its displacement with it, then those along x and z. That is the shortest image
-/// wherever one is shorter than half of the shortest period. Needs a displacement of at most half a period, as
-/// [`displacement_within_period`] gives; 0 is a box at rest.
+/// The image along y is chosen first, together with its displacement, then those along x and z. The result is
+/// the shortest image whenever one is shorter than half of the shortest period. Requires a displacement of at
+/// most half a period, as from [`displacement_within_period`]; 0 for a box at rest.
 #[inline]
 #[must_use]
 pub fn nearest_image(mut separation: Vector, periods: &Vector, displacement: f64) -> Vector {
@@ -241,7 +246,7 @@ pub fn nearest_image(mut separation: Vector, periods: &Vector, displacement: f64
     minimum_image(separation, periods)
 }
 
-/// A displacement along x less whole periods, in `(-period / 2, period / 2]`.
+/// A displacement along x, less whole periods, in `(-period / 2, period / 2]`.
 #[must_use]
 pub fn displacement_within_period(displacement: f64, period: f64) -> f64 {
     let rest = libm::fmod(displacement, period);
@@ -258,7 +263,7 @@ pub fn displacement_within_period(displacement: f64, period: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The shortest of the images up to two periods away along each axis, from the definition of a sheared lattice.
+    /// The shortest image within two periods along each axis, from the definition of a sheared lattice.
     fn shortest(separation: &Vector, size: &Vector, displacement: f64) -> f64 {
         let mut shortest = f64::INFINITY;
         for (i, j, k) in (-2..=2).flat_map(|i| (-2..=2).flat_map(move |j| (-2..=2).map(move |k| (i, j, k)))) {
@@ -275,7 +280,7 @@ mod tests {
         for displacement in [0.0, 0.7, -1.9, 2.4, -2.9, 3.0] {
             let mut near = 0;
             for index in 0..20_000_u32 {
-                // Separations of two points in the box are spread evenly by these multiples.
+                // These multiples spread separations of two points in the box evenly.
                 let part = |factor: f64| 2.0 * (f64::from(index) * factor).fract() - 1.0;
                 let apart = Vector::new(part(0.754_878), part(0.569_84), part(0.430_16)).component_mul(&size);
                 let nearest = nearest_image(apart, &size, displacement);
@@ -284,7 +289,7 @@ mod tests {
                 let expected = shortest(&apart, &size, displacement);
                 if expected < 2.0 {
                     near += 1;
-                    // Some sums of numbers below 20.
+                    // A few sums of numbers below 20.
                     assert!((nearest.norm() - expected).abs() < 1e-14, "{apart} {displacement}: {nearest} {expected}");
                 }
             }
@@ -313,7 +318,7 @@ mod tests {
             (7.0, -3.0),
             (-5.0, 5.0),
             (25.0, 5.0),
-            // Turned round, it rounds to the upper side.
+            // When wrapped, it rounds to the upper side.
             ((-3.0_f64).next_down(), -3.0),
         ] {
             assert_eq!(x(given), Vector::new(expected, 12.0, 1.0), "{given}");

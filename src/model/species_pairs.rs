@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Largest number of species for a dense table. With more species, only pairs with a value take memory.
+/// Largest number of species for a dense table. With more species, only pairs with a value use memory.
 const FEW: usize = 256;
 
-/// A symmetric table over pairs of species: an interaction or a distance for each, or none.
+/// A symmetric table over pairs of species, such as interactions or distances. Pairs may have no value.
 ///
-/// The memory for it grows with the number of pairs that have a value, not with the square of that of the species.
+/// Its memory grows with the number of pairs with a value, not with the square of the number of species.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesPairs<T> {
     species: usize,
@@ -19,7 +19,7 @@ pub struct SpeciesPairs<T> {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum Values<T> {
-    /// `species x species`, row by row, where the lower index names the row.
+    /// `species x species`, row by row; the lower index is the row.
     All(Vec<Option<T>>),
     /// By the lower and the higher index.
     Some(BTreeMap<(u32, u32), T>),
@@ -58,7 +58,7 @@ impl<T: Copy> SpeciesPairs<T> {
         }
     }
 
-    /// Gives two species a value.
+    /// Sets the value of two species.
     pub fn set(&mut self, a: usize, b: usize, value: T) {
         let (a, b) = (a.min(b), a.max(b));
         match &mut self.values {
@@ -69,7 +69,7 @@ impl<T: Copy> SpeciesPairs<T> {
         }
     }
 
-    /// All pairs that have a value, each once, ascending.
+    /// All pairs with a value, each once, in ascending order.
     pub fn iter(&self) -> impl Iterator<Item = ([usize; 2], T)> + Clone + '_ {
         let (all, some) = match &self.values {
             Values::All(values) => (Some(values), None),
@@ -82,7 +82,7 @@ impl<T: Copy> SpeciesPairs<T> {
         few.chain(entries.map(|(&(a, b), &value)| ([a as usize, b as usize], value)))
     }
 
-    /// Other values for the same pairs, or none for those that `of` has none for.
+    /// The table with each value replaced by `of`. Pairs for which `of` returns `None` have no value.
     #[must_use]
     pub fn map<U: Copy>(&self, of: impl Fn(T) -> Option<U>) -> SpeciesPairs<U> {
         let mut mapped = SpeciesPairs::new(self.species);

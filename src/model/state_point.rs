@@ -1,12 +1,13 @@
-//! The state point of a system as one number, so that random numbers of different state points are independent at equal seeds.
+//! The state point of a system as a number. With it, random numbers of different state points are independent
+//! at equal seeds.
 
 use super::Scene;
 use super::space::Boundary;
 
 /// A hash of the physics of a system.
 ///
-/// Two systems that differ in it draw different random numbers from the same seed. Neither names nor the order of species count, nor species without
-/// particles, nor how a run is divided into stages.
+/// Systems with different hashes draw different random numbers from the same seed. Names, the order of
+/// species, species without particles and the division into stages do not affect it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct StatePoint(u64);
 
@@ -59,7 +60,7 @@ impl StatePoint {
         Self::of(scene, &population)
     }
 
-    /// The same with more numbers, whose order counts.
+    /// Adds numbers. Their order matters.
     pub fn with(self, values: &[f64]) -> Self {
         values.iter().fold(self, |hash, value| hash.and((value + 0.0).to_bits()))
     }
@@ -69,7 +70,8 @@ impl StatePoint {
         self.and(seed).0
     }
 
-    /// The finalizer of SplitMix64, a bijection of 64 bits in which each bit depends on all (G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014,
+    /// The finalizer of SplitMix64, a bijection of 64 bits in which each bit depends on all others (G. L.
+    /// Steele, D. Lea, C. H. Flood, OOPSLA 2014,
     /// [doi:10.1145/2660193.2660195](https://doi.org/10.1145/2660193.2660195)).
     fn and(self, word: u64) -> Self {
         let mut hash = (self.0 ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -79,7 +81,7 @@ impl StatePoint {
     }
 }
 
-/// A hash of several things in any order.
+/// A hash of several parts, independent of their order.
 fn sum(parts: impl Iterator<Item = StatePoint>) -> u64 {
     parts.fold(0, |sum: u64, part| sum.wrapping_add(part.0))
 }
@@ -93,7 +95,8 @@ mod tests {
 
     const UNLIKE: [f64; 2] = [0.8, 0.75];
 
-    /// Two species with three particles; the restitution and the distance of contact of unlike pairs.
+    /// Two species with three particles. `unlike` holds the restitution and the contact distance of unlike
+    /// pairs.
     fn scene(names: [&str; 2], masses: [f64; 2], unlike: [f64; 2]) -> SceneBuilder {
         let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
         let diameter = |mass: f64| if mass < 1.0 { 0.5 } else { 1.0 };

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{ParticleId, SpeciesId};
 
-/// A static-sphere surface: spheres that cover a shape and do not move.
+/// A static-sphere surface: immobile spheres that cover a shape.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct StaticSurface {
@@ -16,8 +16,8 @@ pub struct StaticSurface {
     pub species: SpeciesId,
     /// Ids of its spheres.
     pub particles: Range<u32>,
-    /// Largest circumradius of a hole between them `[length]`; `None` for spheres at given places.
+    /// Largest circumradius of a hole between them `[length]`; `None` for spheres at given positions.
     pub hole: Option<f64>,
-    /// The spheres along each of its open ends.
+    /// The spheres along each of its open rims.
     pub rims: Vec<Vec<ParticleId>>,
 }

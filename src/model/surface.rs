@@ -1,11 +1,12 @@
-//! Surfaces that particles meet, besides the walls of the box: planes, spheres, cylinders, capsules and meshes of triangles.
+//! Surfaces that particles meet, besides the walls of the box: planes, spheres, cylinders, capsules and
+//! triangle meshes.
 
 use serde::{Deserialize, Serialize};
 
 use super::{SpeciesId, SurfaceMotion, TriangleMesh};
 use crate::Vector;
 
-/// A surface: a shape, the species that meet it, how it answers a contact, and how it moves.
+/// A surface: a shape, the species that meet it, its law of contact, and its motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SceneSurface {
@@ -15,11 +16,12 @@ pub struct SceneSurface {
     pub shape: SurfaceShape,
     /// The species that meet it; empty for all.
     pub species: Vec<SpeciesId>,
-    /// How it answers a contact.
+    /// Its law of contact.
     pub law: SurfaceLaw,
-    /// Names of the stages in which it is there, `measurement` for what comes after those that are listed; empty for all.
+    /// Names of the stages in which it is present; `measurement` for everything after the listed stages;
+    /// empty for all.
     pub stages: Vec<String>,
-    /// Its motions in order of time. They do not overlap. The shape is that before the first one.
+    /// Its motions in order of time. They do not overlap. The shape is the one before the first motion.
     pub motions: Vec<SurfaceMotion>,
 }
 
@@ -30,13 +32,13 @@ impl SceneSurface {
         Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new(), motions: Vec::new() }
     }
 
-    /// Whether it is there in a stage of this name.
+    /// Whether it is present in a stage of this name.
     #[must_use]
     pub fn is_in(&self, stage: &str) -> bool {
         self.stages.is_empty() || self.stages.iter().any(|name| name == stage)
     }
 
-    /// Whether it is there in some stages only.
+    /// Whether it is present in some stages only.
     #[must_use]
     pub fn comes_and_goes(&self) -> bool {
         !self.stages.is_empty()
@@ -55,15 +57,15 @@ impl SceneSurface {
     }
 }
 
-/// How a surface answers a contact.
+/// Law of contact of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum SurfaceLaw {
-    /// It reflects.
+    /// Reflection.
     Reflecting {
         /// Ratio of the normal speeds after and before, in `[0, 1]`.
         restitution: f64,
     },
-    /// It gives velocities from the flux of a gas of this temperature.
+    /// Velocities from the flux of a gas at this temperature.
     Thermal {
         /// `[energy]`
         temperature: f64,
@@ -87,11 +89,11 @@ impl SurfaceLaw {
     }
 }
 
-/// The shape of a surface. Spheres touch it where the distance of their centre is their radius.
+/// The shape of a surface. Spheres touch it when their centre is one radius away.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum SurfaceShape {
-    /// A half space: particles are on the side that the normal points to.
+    /// A half space. Particles are on the side to which the normal points.
     Plane {
         /// A point of the plane `[length]`.
         point: Vector,
@@ -107,7 +109,7 @@ pub enum SurfaceShape {
         /// Whether particles are inside.
         is_inside: bool,
     },
-    /// A cylinder without ends, met from outside or from inside.
+    /// An infinite cylinder, met from outside or from inside.
     Cylinder {
         /// A point of its axis `[length]`.
         point: Vector,
@@ -118,7 +120,8 @@ pub enum SurfaceShape {
         /// Whether particles are inside.
         is_inside: bool,
     },
-    /// The places at a distance from a line between two ends: a cylinder with half spheres at its ends, met from outside; a bare line for radius 0.
+    /// All places at a distance from a line between two ends: a cylinder with hemispherical ends, met from
+    /// outside; a bare line for radius 0.
     Capsule {
         /// `[length]`
         ends: [Vector; 2],

@@ -1,4 +1,4 @@
-//! Motions of surfaces: translations, oscillations and rotations, one after the other.
+//! Motions of surfaces: translations, oscillations and rotations, in sequence.
 
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
@@ -7,39 +7,39 @@ use std::f64::consts::TAU;
 use crate::Vector;
 use crate::base::numbers::trunc_to_usize;
 
-/// One motion of a surface, from a time until another. Before, between and after its motions a surface rests.
+/// A motion of a surface from one time to another. Outside its motions a surface rests.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceMotion {
     /// Simulated time at which it begins `[time]`.
     pub from: f64,
-    /// Simulated time at which it ends; infinite if it goes on for ever `[time]`.
+    /// Simulated time at which it ends; infinite if it never ends `[time]`.
     #[serde(with = "endless")]
     pub until: f64,
-    /// The motion between.
+    /// Kind of motion.
     pub kind: MotionKind,
 }
 
-/// A motion, by the time `t` since it began.
+/// A motion as a function of the time `t` since it began.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum MotionKind {
-    /// By `u(t) = v t + a t^2 / 2`.
+    /// Displacement `u(t) = v t + a t^2 / 2`.
     Translation {
         /// Velocity `v` at its beginning `[length / time]`.
         velocity: Vector,
         /// Constant acceleration `a` `[length / time^2]`.
         acceleration: Vector,
     },
-    /// By `u(t) = A (sin(2 pi f t + phase) - sin(phase))`.
+    /// Displacement `u(t) = A (sin(2 pi f t + phase) - sin(phase))`.
     Oscillation {
         /// `A` `[length]`.
         amplitude: Vector,
         /// Periods per time, `f` `[1 / time]`.
         frequency: f64,
-        /// In turns: a quarter starts at the highest place.
+        /// Phase in turns: a quarter starts at the highest place.
         phase: f64,
     },
-    /// By the angle `2 pi f t` about an axis, counterclockwise seen against it.
+    /// Rotation by the angle `2 pi f t` about an axis, counterclockwise as seen from its tip.
     Rotation {
         /// A point of the axis `[length]`.
         point: Vector,
@@ -57,7 +57,7 @@ impl MotionKind {
         matches!(self, Self::Translation { .. })
     }
 
-    /// Periods or turns per time, where it has them, without their sign `[1 / time]`.
+    /// Periods or turns per time, if there are any, without sign `[1 / time]`.
     #[must_use]
     pub fn frequency(&self) -> Option<f64> {
         match self {
@@ -67,7 +67,7 @@ impl MotionKind {
     }
 }
 
-/// A time that may be infinite, which JSON has no number for.
+/// A time that may be infinite, which JSON cannot represent as a number.
 mod endless {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -80,12 +80,12 @@ mod endless {
     }
 }
 
-/// Where a surface is: at `R x + d` for the places `x` of its shape.
+/// Place of a surface: a point `x` of its shape is at `R x + d`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// `R`.
     pub rotation: Matrix3<f64>,
-    /// Whether `R` is another matrix than that of no rotation.
+    /// Whether `R` differs from the identity.
     pub is_turned: bool,
     /// `d` `[length]`.
     pub displacement: Vector,
@@ -98,25 +98,25 @@ impl Default for Pose {
 }
 
 impl Pose {
-    /// The place in space of a place of the shape.
+    /// Converts a point of the shape to space.
     #[must_use]
     pub fn place(&self, position: &Vector) -> Vector {
         self.direction(position) + self.displacement
     }
 
-    /// The direction in space of one of the shape.
+    /// Converts a direction of the shape to space.
     #[must_use]
     pub fn direction(&self, vector: &Vector) -> Vector {
         if self.is_turned { self.rotation * vector } else { *vector }
     }
 
-    /// The place of the shape at a place in space.
+    /// Converts a point in space to the frame of the shape.
     #[must_use]
     pub fn place_of_shape(&self, position: &Vector) -> Vector {
         self.direction_of_shape(&(position - self.displacement))
     }
 
-    /// The direction of the shape along one in space.
+    /// Converts a direction in space to the frame of the shape.
     #[must_use]
     pub fn direction_of_shape(&self, vector: &Vector) -> Vector {
         if self.is_turned { self.rotation.tr_mul(vector) } else { *vector }
@@ -138,9 +138,9 @@ impl Pose {
 /// The motion of a surface at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
-    /// Where it is.
+    /// Its place.
     pub pose: Pose,
-    /// Velocity of the point that `origin` names `[length / time]`.
+    /// Velocity of the point `origin` `[length / time]`.
     pub velocity: Vector,
     /// Acceleration of that point `[length / time^2]`.
     pub acceleration: Vector,
@@ -157,20 +157,21 @@ impl Moment {
         self.velocity + self.spin.cross(&(position - self.origin))
     }
 
-    /// Position and velocity as the surface sees them.
+    /// Position and velocity in the frame of the surface.
     #[must_use]
     pub fn seen(&self, position: &Vector, velocity: &Vector) -> (Vector, Vector) {
         let apart = velocity - self.velocity_at(position);
         (self.pose.place_of_shape(position), self.pose.direction_of_shape(&apart))
     }
 
-    /// A velocity in space, from one that the surface sees at a place in space `[length / time]`.
+    /// The velocity in space, from one in the frame of the surface at a place in space `[length / time]`.
     #[must_use]
     pub fn velocity_of(&self, position: &Vector, seen: &Vector) -> Vector {
         self.pose.direction(seen) + self.velocity_at(position)
     }
 
-    /// Acceleration that the surface sees, with those of its rotation: `a - A - W x (W x r) - 2 W x v'` `[length / time^2]`.
+    /// Acceleration in the frame of the surface, including those due to its rotation: `a - A - W x (W x r) -
+    /// 2 W x v'` `[length / time^2]`.
     #[must_use]
     pub fn acceleration_seen(&self, position: &Vector, velocity: &Vector, acceleration: &Vector) -> Vector {
         let arm = position - self.origin;
@@ -188,12 +189,12 @@ pub struct Piece {
     /// `[time]`
     pub until: f64,
     start: Pose,
-    /// None at rest.
+    /// `None` at rest.
     pub kind: Option<MotionKind>,
 }
 
 impl Piece {
-    /// Where the surface is, and how it moves, at a time of this piece.
+    /// Place and motion of the surface at a time of this piece.
     #[must_use]
     pub fn at(&self, time: f64) -> Moment {
         let still = Moment {
@@ -234,7 +235,8 @@ impl Piece {
     }
 }
 
-/// Sine and cosine of an angle in turns, with the same bits on every machine, and with the digits of small angles also after many of them.
+/// Sine and cosine of an angle in turns. The bits are equal on every machine, and precision is kept after
+/// many turns.
 pub(crate) fn sine_and_cosine(turns: f64) -> (f64, f64) {
     let quarters = 4.0 * (turns - turns.floor());
     if quarters == quarters.floor() {
@@ -248,13 +250,13 @@ pub(crate) fn sine_and_cosine(turns: f64) -> (f64, f64) {
 pub(crate) fn turn(axis: &Vector, (sin, cos): (f64, f64)) -> Matrix3<f64> {
     let mut matrix = axis.cross_matrix() * sin + axis * axis.transpose() * (1.0 - cos);
     for k in 0..3 {
-        // Along the axis nothing is rounded.
+        // The component along the axis is not rounded.
         matrix[(k, k)] = 1.0 - (1.0 - cos) * (1.0 - axis[k] * axis[k]);
     }
     matrix
 }
 
-/// The motions of a surface with the rests between them: for every time there is one piece.
+/// The motions of a surface and the rests between them. Every time belongs to exactly one piece.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline {
     /// The rest before all motions.
@@ -264,7 +266,7 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// The timeline of motions in order of time, which do not overlap.
+    /// The timeline of motions, which are in order of time and do not overlap.
     #[must_use]
     pub fn of(motions: &[SurfaceMotion]) -> Self {
         let rest = |from: f64, start: Pose| Piece { from, until: f64::INFINITY, start, kind: None };
@@ -290,7 +292,7 @@ impl Timeline {
         self.later.get(begun.wrapping_sub(1)).unwrap_or(&self.first)
     }
 
-    /// Where the surface is, and how it moves, at a time.
+    /// Place and motion of the surface at a time.
     #[must_use]
     pub fn at(&self, time: f64) -> Moment {
         self.piece_at(time).at(time)
@@ -346,7 +348,7 @@ mod tests {
         for kind in [oscillation, rotation] {
             let timeline = Timeline::of(&[SurfaceMotion { from: 0.5, until: f64::INFINITY, kind }]);
             let (place, time, step) = (Vector::new(0.2, -0.4, 1.3), 2.3, 1e-4);
-            // A particle that flies straight ahead, as the surface sees it.
+            // A particle that flies straight, in the frame of the surface.
             let (position, velocity) = (|t: f64| place + Vector::new(0.3, 0.2, -0.1) * t, Vector::new(0.3, 0.2, -0.1));
             let seen = |t: f64| timeline.at(time + t).pose.place_of_shape(&position(t));
             let moment = timeline.at(time);

@@ -1,4 +1,4 @@
-//! Thermostats: their settings, and on what they can act.
+//! Thermostats: their settings, and the systems that they can act on.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -10,21 +10,21 @@ use super::space::{Boundary, Space};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Thermostat {
-    /// Particles get velocities from the Maxwell distribution, each at random times: H. C. Andersen, J. Chem. Phys. 72, 2384 (1980),
-    /// [doi:10.1063/1.439486](https://doi.org/10.1063/1.439486).
+    /// Particles get new velocities from the Maxwell distribution at random times: H. C. Andersen, J. Chem.
+    /// Phys. 72, 2384 (1980), [doi:10.1063/1.439486](https://doi.org/10.1063/1.439486).
     Andersen {
         /// Temperature `[energy]`.
         temperature: f64,
         /// Mean rate of collisions of each particle with the bath `[1 / time]`.
         rate: f64,
-        /// The components that are drawn again.
+        /// The components that are drawn anew.
         axes: [bool; 3],
     },
-    /// All velocities are scaled to the temperature at even times.
+    /// All velocities are scaled to the temperature at regular times.
     Rescaling {
         /// Temperature `[energy]`.
         temperature: f64,
-        /// Between two scalings `[time]`.
+        /// Interval between two scalings `[time]`.
         interval: f64,
     },
 }
@@ -33,7 +33,7 @@ pub enum Thermostat {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ThermostatError {
-    /// One of its numbers is not positive, or too large or small for one.
+    /// One of its numbers is not positive, or out of range.
     #[error("the {name} of the thermostat is {value}, expected a number from 1e-50 to 1e50")]
     Number {
         /// Its name: temperature, rate or interval.
@@ -44,16 +44,16 @@ pub enum ThermostatError {
     /// A heat bath acts along no axis.
     #[error("the heat bath has no axes, expected at least one")]
     NoAxis,
-    /// A heat bath has axes along which nothing moves only.
+    /// A heat bath acts only along axes without motion.
     #[error("the heat bath has flat axes only, expected an axis along which particles move")]
     FlatAxes,
-    /// A heat bath has no particle to give a velocity to.
+    /// A heat bath has no moving particle to act on.
     #[error("the heat bath acts on particles that move, and there are none")]
     NothingMoves,
-    /// A rescaling has no temperature to scale: particles accelerate, or fewer than two of them move.
+    /// A rescaling has no temperature to scale: particles accelerate, or fewer than two move.
     #[error("to scale velocities takes a temperature, that of two or more particles that move without gravity")]
     NoTemperature,
-    /// Velocities are scaled by the caller: that is no heat bath of a simulation.
+    /// Rescaling is left to the caller. It is not a heat bath of a simulation.
     #[error(
         "a simulation has no thermostat that scales velocities: call Simulation::scale_velocities at its times, or use run::Run"
     )]
@@ -61,7 +61,7 @@ pub enum ThermostatError {
 }
 
 impl Thermostat {
-    /// Whether its settings are valid, whatever it acts on.
+    /// Rejects invalid settings, regardless of the system.
     pub(crate) fn check(&self) -> Result<(), ThermostatError> {
         let number =
             |name, value| if is_positive(value) { Ok(()) } else { Err(ThermostatError::Number { name, value }) };
@@ -78,7 +78,7 @@ impl Thermostat {
         }
     }
 
-    /// The thermostat as it acts on `moving` particles in a space. A heat bath leaves out flat axes, along which nothing moves.
+    /// The thermostat as it acts on `moving` particles in a space. Flat axes are removed from a heat bath.
     pub(crate) fn settled(self, space: &Space, moving: usize, is_accelerated: bool) -> Result<Self, ThermostatError> {
         self.check()?;
         match self {

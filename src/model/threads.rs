@@ -1,27 +1,28 @@
-//! Threads: how many a system is spread over.
+//! Number of threads for a system.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Domains of fewer particles than this on average have been no faster than one engine for all, or hardly so.
+/// With fewer particles per domain than this, domains were no faster than one engine, or hardly.
 pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
 
-/// Number of threads for one system. The results have the same bits for any number.
+/// Number of threads for a system. The results have the same bits for any number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Threads {
-    /// So many, from 1 to 64.
+    /// This number, from 1 to 64.
     Number(usize),
-    /// As many as there are cores, but one for each 250,000 particles at most: below that it does not pay.
+    /// One for each core, but at most one per 250,000 particles, below which threads do not pay.
     Auto,
 }
 
 impl Threads {
-    /// The largest number of threads, of all processes together: each has a domain, and sets of domains are bits of a number.
+    /// The largest number of threads, of all processes together. Each has a domain, and sets of domains are
+    /// the bits of an integer.
     pub const MOST: usize = 64;
 
-    /// The number of threads for a number of particles on a machine with a number of cores.
+    /// The number of threads for a number of particles on a machine with `cores`.
     #[must_use]
     pub fn of(self, particles: usize, cores: usize) -> usize {
         let number = match self {

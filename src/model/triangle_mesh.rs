@@ -15,24 +15,27 @@ use serde::{Deserialize, Serialize};
 use super::limits::LARGEST;
 use crate::Vector;
 
-/// The most triangles of a mesh: the numbers of their vertices, three times as many at most, fit 32 bits.
+/// The largest number of triangles. The indices of their vertices, at most three times as many, fit in 32
+/// bits.
 pub const MOST_TRIANGLES: usize = 1 << 28;
 
-/// Largest magnitude of a coordinate `[length]`: squares of areas and products of volumes stay far from overflow.
+/// Largest magnitude of a coordinate `[length]`. Squares of areas and products of volumes then stay far from
+/// overflow.
 pub const LARGEST_COORDINATE: f64 = LARGEST;
 
-/// Surface of triangles that share vertices. Seen from the side to which the normal points, corners follow each other counterclockwise.
+/// Surface of triangles that share vertices. Corners are counterclockwise as seen from the tip of the normal.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TriangleMesh {
     /// Positions `[length]`.
     pub vertices: Vec<Vector>,
-    /// Numbers of the three vertices of each triangle.
+    /// Indices of the three vertices of each triangle.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl TriangleMesh {
-    /// Triangles with the corners of a list, in its order. Corners with the same coordinates are one vertex, also where zeros differ in sign; vertices are
-    /// numbered in the order in which they appear first. Triangles beyond [`MOST_TRIANGLES`] are left out.
+    /// Triangles from a list of corners, in its order. Corners with equal coordinates become one vertex,
+    /// including zeros of different sign. Vertices are numbered in the order of their first appearance.
+    /// Triangles beyond [`MOST_TRIANGLES`] are dropped.
     #[must_use]
     pub fn welded(corners: impl Iterator<Item = [Vector; 3]>) -> Self {
         let mut welder = Welder::default();
@@ -40,17 +43,17 @@ impl TriangleMesh {
         welder.finish()
     }
 
-    /// A box of twelve triangles that look outwards.
+    /// A box of twelve triangles with outward normals.
     #[must_use]
     pub fn cuboid(lower: &Vector, upper: &Vector) -> Self {
         let at = |k: u32| Vector::from_fn(|axis, _| if k >> axis & 1 == 1 { upper[axis] } else { lower[axis] });
-        // Counterclockwise seen from outside: across x, y, z, below and above.
+        // Counterclockwise as seen from outside: across x, y, z, lower and upper.
         let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         Self { vertices: (0..8).map(at).collect(), triangles }
     }
 
-    /// Whether all corners are vertices that there are, at finite places.
+    /// Whether all corners are existing vertices at finite positions.
     #[must_use]
     pub(crate) fn is_sound(&self) -> bool {
         let is_vertex = |&number: &u32| (number as usize) < self.vertices.len();
@@ -58,7 +61,7 @@ impl TriangleMesh {
             && self.vertices.iter().all(|vertex| vertex.amax() <= LARGEST_COORDINATE)
     }
 
-    /// Corners of the triangle of this number; NaN where there is no such triangle or vertex.
+    /// Corners of a triangle; NaN if the triangle or a vertex does not exist.
     #[must_use]
     pub fn corners(&self, triangle: usize) -> [Vector; 3] {
         self.triangles.get(triangle).map_or([Vector::repeat(f64::NAN); 3], |numbers| self.at(numbers))
@@ -73,7 +76,8 @@ impl TriangleMesh {
         numbers.map(|number| self.vertices.get(number as usize).copied().unwrap_or(Vector::repeat(f64::NAN)))
     }
 
-    /// The first triangle whose vertices are missing, not finite, or beyond [`LARGEST_COORDINATE`], if there is one.
+    /// The first triangle whose vertices are missing, not finite, or beyond [`LARGEST_COORDINATE`]; `None` if
+    /// all are usable.
     #[must_use]
     pub fn first_unusable(&self) -> Option<usize> {
         let is_usable = |corner: &Vector| corner.iter().all(|x| x.abs() <= LARGEST_COORDINATE);
@@ -88,8 +92,8 @@ impl TriangleMesh {
         corners.fold([first; 2], |[lower, upper], corner| [lower.inf(&corner), upper.sup(&corner)])
     }
 
-    /// The mesh scaled about the origin, then rotated, then moved. A negative scale mirrors; corners are reversed then, so that normals that point outwards
-    /// still do.
+    /// The mesh scaled about the origin, then rotated, then translated. A negative scale mirrors it; the
+    /// order of corners is then reversed, so that outward normals stay outward.
     #[must_use]
     pub fn transformed(&self, scale: f64, rotation: &Rotation3<f64>, translation: &Vector) -> Self {
         let moved = |vertex: &Vector| rotation * (vertex * scale) + translation;
@@ -117,14 +121,14 @@ impl TriangleMesh {
         self.all_corners().map(|corners| 0.5 * twice_area(&corners).norm()).sum()
     }
 
-    /// Edges in the order of their vertices, with the triangles on them.
+    /// Edges in the order of their vertices, with their triangles.
     #[must_use]
     pub fn edges(&self) -> Edges {
         Edges::of(&self.triangles)
     }
 }
 
-/// Normal of a triangle, twice as long as its area is large `[length^2]`.
+/// Normal of a triangle, whose length is twice the area `[length^2]`.
 #[must_use]
 pub fn twice_area([a, b, c]: &[Vector; 3]) -> Vector {
     (b - a).cross(&(c - a))

@@ -4,26 +4,28 @@ use serde::{Deserialize, Serialize};
 
 use super::ParticleId;
 
-/// Umbrella sampling plan: the distance of two particles, or of the centres of mass of two groups, and the windows that it is held in.
+/// Umbrella sampling plan: the distance of two particles, or of the centres of mass of two groups, and the
+/// windows in which it is held.
 ///
 /// G. M. Torrie and J. P. Valleau, J. Comput. Phys. 23, 187 (1977), [doi:10.1016/0021-9991(77)90121-8](https://doi.org/10.1016/0021-9991(77)90121-8).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct UmbrellaPlan {
-    /// The two groups: of one particle each, or of several.
+    /// The two groups of one or more particles.
     pub between: [Vec<ParticleId>; 2],
-    /// Lower and upper end of each window, both ascending, so that each overlaps with the next one `[length]`.
+    /// Lower and upper end of each window, both ascending. Adjacent windows overlap `[length]`.
     pub windows: Vec<[f64; 2]>,
-    /// Bins of the distance over all windows together, about; ends of windows are edges of bins.
+    /// Approximate number of bins over all windows together. Ends of windows are edges of bins.
     pub bins: usize,
 }
 
-/// Bins if nothing else is asked for.
+/// Default number of bins.
 pub(crate) const USUAL_BINS: usize = 100;
 
-/// Most bins.
+/// Maximum number of bins.
 pub(crate) const MOST_BINS: usize = 2000;
 
-/// Most particles of a group: the centre of mass is found again whenever one of them changes its velocity.
+/// Maximum number of particles in a group. The centre of mass is computed again whenever a member changes its
+/// velocity.
 pub(crate) const MOST_MEMBERS: usize = 1000;
 
 impl UmbrellaPlan {
@@ -35,7 +37,7 @@ impl UmbrellaPlan {
         [from, to]
     }
 
-    /// Edges of the bins, among which are all ends of windows `[length]`.
+    /// Edges of the bins, including all ends of windows `[length]`.
     pub(crate) fn edges(&self) -> Vec<f64> {
         let mut ends: Vec<f64> = self.windows.iter().flatten().copied().collect();
         ends.sort_by(f64::total_cmp);

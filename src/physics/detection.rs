@@ -1,24 +1,25 @@
-//! When is the next event? From a relative state to a time from now, or none.
+//! Detection: the time to the next event, from a relative state; `None` if there is none.
 //!
 //! One rule decides, for every discontinuity that a pair can reach (paper, section 1):
 //!
 //! > A pair interacts at the first time at which its overlap function `f <= 0` and `df/dt < 0`.
 //!
-//! An invalid state that improves is left alone; one that does not gets an interaction now. Nothing here depends on absolute
-//! time, particle ids or boxes. At a zero of `df/dt` the next derivative that is not zero decides whether `f` falls at once.
+//! An invalid state that improves is left alone. One that gets worse interacts immediately. Nothing here
+//! depends on absolute time, particle ids or boxes. At a zero of `df/dt`, the next derivative that is not
+//! zero decides whether `f` falls at once.
 //!
-//! The answer is that of exact arithmetic, or that for coefficients which differ from the exact ones by no more than their
-//! rounding, where every component is zero or between `1e-50` and `1e50` in magnitude (shown by the test target
-//! `oracle`). Scenes with larger numbers are refused: products of four would overflow.
+//! The answer is that of exact arithmetic, or the exact one for coefficients that differ by no more than
+//! their rounding, if every component is zero or between `1e-50` and `1e50` in magnitude (shown by the test
+//! target `oracle`). Scenes with larger numbers are rejected, because products of four would overflow.
 //!
 //! | module | pairs | paper |
 //! |---|---|---|
 //! | [`inertial`] | no relative acceleration | Algorithms 2 and 3 |
 //! | [`accelerated`] | constant relative acceleration | Algorithms 4, 5 and 6 |
-//! | [`plane`] | a particle and a flat wall, or the side of a cell | the rule in one dimension |
+//! | [`plane`] | a particle and a flat wall, or the face of a cell | the rule in one dimension |
 //! | [`feature`] | a particle and a point, line or face of a surface, with its ends | Algorithms 2 to 6 on the motion across it |
-//! | `never` | proofs that there is no event in all the time to come | |
-//! | [`stretch`] | when an overlap function asks for an event, and where the feature has to be | |
+//! | `never` | proofs that there is never an event | |
+//! | [`stretch`] | when an overlap function requires an event, and which part of a feature it is on | |
 //! | [`roots`] | | bracketed roots of polynomials |
 
 pub mod accelerated;

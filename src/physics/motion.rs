@@ -11,7 +11,7 @@ pub fn stream_position(position: &Vector, velocity: &Vector, acceleration: &Vect
     position + (velocity + acceleration * (0.5 * dt)) * dt
 }
 
-/// The motion of particle i as seen from particle j: `r_ij = r_i - r_j`, `v_ij = v_i - v_j`, both at the same time.
+/// The motion of particle i relative to particle j at the same time: `r_ij = r_i - r_j`, `v_ij = v_i - v_j`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RelativeState {
     /// Separation `r_ij` `[length]`.

@@ -1,9 +1,9 @@
 //! Overlap functions: positive in valid states, negative in invalid ones, zero on the discontinuity.
 //!
-//! `f+(dt) = |r_ij(dt)|^2 - s^2` for a pair that belongs outside of the distance `s`, and `f- = -f+` for one that belongs
-//! inside (paper, equation 5). The type says how the pair moves: [`Quadratic`] where the two fall alike or not at
-//! all, [`Quartic`] where they accelerate relative to each other. The detection algorithms take one or the other, which
-//! is the paper's `Require` line.
+//! `f+(dt) = |r_ij(dt)|^2 - s^2` for a pair that belongs outside the distance `s`, and `f- = -f+` for one
+//! that belongs inside (paper, equation 5). The type tells how the pair moves: [`Quadratic`] without relative
+//! acceleration, [`Quartic`] with it. Each detection algorithm takes one of the two, which corresponds to the
+//! paper's `Require` line.
 
 use crate::Vector;
 use crate::physics::motion::RelativeState;
@@ -19,7 +19,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// `+1` or `-1`: what turns `f+` into this side's overlap function.
+    /// `+1` or `-1`, the factor that turns `f+` into the overlap function of this side.
     #[inline]
     #[must_use]
     pub fn sign(self) -> f64 {

@@ -1,7 +1,8 @@
 //! Response at a discontinuity: Core, Capture, Release or Bounce.
 //!
-//! An entry of the event queue says only that a pair reaches a discontinuity from one side. When that time has come, the energy
-//! step and the radial kinetic energy decide the outcome (theory: Bannerman and Strobl, section 1).
+//! A prediction only states that a pair reaches a discontinuity from one side. When the event is executed,
+//! the energy step and the radial kinetic energy decide the outcome (theory: Bannerman and Strobl, section
+//! 1).
 
 use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};
@@ -11,24 +12,25 @@ use serde::{Deserialize, Serialize};
 pub enum Outcome {
     /// Reflection off an infinite inner barrier, with restitution.
     Core,
-    /// The pair goes one step inwards.
+    /// The pair moves one step inwards.
     Capture,
-    /// The pair goes one step outwards.
+    /// The pair moves one step outwards.
     Release,
-    /// Reflection off a finite step that is too high, or off the infinite end of a bond (with restitution).
+    /// Reflection by a finite step that is too high, or by the infinite end of a bond (with restitution).
     Bounce,
 }
 
-/// Radial state of a pair at a discontinuity: what the outcome depends on.
+/// Radial state of a pair at a discontinuity, which determines the outcome.
 ///
-/// The radial motion is `B = v . r`, as in the overlap function, rather than `vn = B / |r|`. Contacts have `|r|` next to the
-/// discontinuity's distance, often 1, where the square root of a float rounds down more often than up. A unit normal from
-/// it is too long by a quarter of a rounding in the mean, and each reflection along it adds `4 mu vn^2` times that much
-/// energy: a hard-sphere fluid would heat by 3e-16 kT per event. With `B` and `|r|^2` no square root is needed. Both may be taken
-/// along any vector that points along `r_ij`, whatever its length.
+/// The radial motion is `B = v . r`, as in the overlap function, instead of `vn = B / |r|`. At a contact,
+/// `|r|` is close to the discontinuity's distance, often 1, where the square root of a float rounds down more
+/// often than up. A unit normal computed from it is too long by a quarter of a rounding on average, and each
+/// reflection along it adds `4 mu vn^2` times that much energy: a hard-sphere fluid would heat by 3e-16 kT
+/// per event. `B` and `|r|^2` need no square root. Both may be taken along any vector parallel to `r_ij`, of
+/// any length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approach {
-    /// `B = v_ij . r_ij` `[length^2 / time]`, negative where the pair approaches.
+    /// `B = v_ij . r_ij` `[length^2 / time]`, negative if the pair approaches.
     pub radial: f64,
     /// `|r_ij|^2` `[length^2]`.
     pub squared: f64,
@@ -36,7 +38,7 @@ pub struct Approach {
     pub reduced_mass: f64,
 }
 
-/// An outcome with the radial motion after it.
+/// An outcome and the radial motion after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
     /// Outcome of the event.
@@ -45,7 +47,7 @@ pub struct Response {
     pub radial: f64,
 }
 
-/// Decides what a pair does at a discontinuity.
+/// Decides the response of a pair at a discontinuity.
 ///
 /// `energy_step` is `dU`, the potential energy beyond the discontinuity less the one before it `[energy]`. In terms of
 /// `vn = v_ij . rhat = B / |r|`:
@@ -74,12 +76,12 @@ pub fn respond(side: Side, energy_step: f64, approach: &Approach, restitution: f
         Side::Positive => Outcome::Capture,
         Side::Negative => Outcome::Release,
     };
-    // The pair goes on across the discontinuity, also from a turning point, where it has no speed of its own yet.
+    // The pair crosses the discontinuity, even from a turning point, where it has no speed of its own.
     Response { outcome, radial: -side.sign() * beyond.sqrt() }
 }
 
-/// A pair that does not go towards the invalid side, at a turning point within round-off, keeps its velocity: to reverse it
-/// would drive the pair in.
+/// At a turning point, a pair that does not move towards the invalid side, within round-off, keeps its
+/// velocity. Reversing it would drive the pair in.
 #[inline]
 fn reflect(side: Side, radial: f64, restitution: f64) -> f64 {
     if radial * side.sign() < 0.0 { -restitution * radial } else { radial }
@@ -90,25 +92,26 @@ fn reflect(side: Side, radial: f64, restitution: f64) -> f64 {
 pub struct Leaving {
     /// Normal speed away from the barrier `[length / time]`.
     pub speed: f64,
-    /// Factor of the relative tangential velocity; 1 except for contacts that slide.
+    /// Factor of the relative tangential velocity; 1 except for sliding contacts.
     pub tangential_scale: f64,
 }
 
-/// Contacts that would follow each other this many times in one contact time are sliding, not bouncing.
+/// Contacts that would repeat this often within a contact time are sliding, not bouncing.
 const SLIDING: f64 = 64.0;
 
 /// A contact with an infinite barrier under the TC model of Luding and McNamara (Granular Matter 1, 113, 1998).
 ///
-/// `approach >= 0` is the normal speed with which the pair arrives, `tangential` the relative speed along the barrier, and
-/// `closing` the relative acceleration that brings it back to the barrier, centrifugal or gravity
-/// (`[length / time^2]`, negative if it drives the pair away).
+/// `approach >= 0` is the normal speed of approach, `tangential` the relative speed along the barrier, and
+/// `closing` the relative acceleration towards the barrier, centrifugal or gravity (`[length / time^2]`,
+/// negative if it drives the pair away).
 ///
-/// A contact is elastic when either particle had its previous one less than `contact_time` ago (`is_recent`). That alone
-/// leaves a gap: a restitution near 0 leaves no speed that a later elastic contact could preserve, and the events never
-/// end. So a contact never takes more speed than leaves the pair away for one contact time, `closing * contact_time / 2`. A
-/// pair that arrives with next to no normal speed, sliding along the barrier, has a small part of its tangential motion turned
-/// into the normal direction, at constant kinetic energy, as the paper proposes for contacts without normal velocity. Neither
-/// ever adds energy.
+/// A contact is elastic if either particle had its previous one less than `contact_time` ago (`is_recent`).
+/// That alone leaves a gap: with a restitution near 0 there is no speed left that a later elastic contact
+/// could preserve, and the events never end. A contact therefore leaves at least the speed that keeps the
+/// pair apart for one contact time, `closing * contact_time / 2`. If a pair slides along the barrier and
+/// arrives with hardly any normal speed, a small part of its tangential motion is turned into the normal
+/// direction, at constant kinetic energy, as the paper proposes for contacts without normal velocity. Neither
+/// rule ever adds energy.
 #[inline]
 #[must_use]
 pub fn tc_contact(
@@ -155,7 +158,7 @@ mod tests {
 
     #[test]
     fn a_pair_that_recedes_within_rounding_keeps_its_velocity_one_float_either_side_of_rest() {
-        // A turning point: to reverse it would drive the pair to the invalid side.
+        // A turning point. Reversing it would drive the pair to the invalid side.
         for least in [0.0, f64::MIN_POSITIVE] {
             assert_eq!(outcome_and_normal_velocity(Side::Positive, f64::INFINITY, least, 1.0), (Outcome::Core, least));
             assert_eq!(
@@ -194,7 +197,7 @@ mod tests {
             assert_eq!(outcome_and_normal_velocity(Side::Negative, f64::INFINITY, -vn, 0.5).1, -vn);
             assert_eq!(outcome_and_normal_velocity(Side::Positive, 1.0, vn, 0.5).1, vn);
         }
-        // A step down is always taken, or the pair would stay at it for ever.
+        // A downward step is always taken. Otherwise the pair would stay at it forever.
         assert_eq!(outcome_and_normal_velocity(Side::Positive, -1.0, 0.0, 0.5).1, -2.0);
     }
 

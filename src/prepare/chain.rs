@@ -1,4 +1,4 @@
-//! Chains: straight ones, and random ones that grow where they overlap nothing.
+//! Chains: straight ones, and random ones that grow without overlaps.
 
 use crate::Vector;
 use crate::base::numbers::index;
@@ -9,13 +9,13 @@ use crate::prepare::NoPlace;
 use crate::prepare::packing::insertion::draw;
 use crate::prepare::packing::occupancy::Occupancy;
 
-/// Attempts to place one chain before it is given up; each tries several directions for every particle.
+/// Maximum number of attempts to place a chain. Each tries several directions for every particle.
 const CHAIN_ATTEMPTS: usize = 2_000;
 
-/// Directions to try for the next particle of a chain before the chain starts afresh.
+/// Directions to try for the next particle before the chain is started again.
 const DIRECTIONS: usize = 50;
 
-/// Positions of a straight chain, neighbours `spacing` apart.
+/// Positions of a straight chain with neighbours `spacing` apart.
 pub(crate) fn straight(start: &Vector, direction: &Vector, length: u64, spacing: f64) -> Vec<Vector> {
     let step = direction.normalize() * spacing;
     (0..length).map(|k| start + step * k as f64).collect()
@@ -27,14 +27,14 @@ pub(crate) struct Links {
     pub spacing: f64,
     pub radius: f64,
     pub species: u32,
-    /// Contact of two particles of a chain that are not neighbours `[length]`.
+    /// Contact distance of two particles of a chain that are not neighbours `[length]`.
     pub contact: f64,
 }
 
 /// Grows `count` chains, one after the other.
 ///
 /// # Errors
-/// [`NoPlace::NoRoom`] if one finds no place.
+/// [`NoPlace::NoRoom`] if a chain cannot be placed.
 pub(crate) fn grow_all(
     links: &Links,
     count: u64,
@@ -52,7 +52,7 @@ pub(crate) fn grow_all(
     Ok(positions)
 }
 
-/// Grows one chain from a random place, bead by bead in random directions, where it overlaps nothing.
+/// Grows a chain from a random position, bead by bead in random directions, without overlaps.
 fn grow(links: &Links, occupancy: &mut Occupancy<'_>, random: &mut Random) -> Option<Vec<Vector>> {
     let chain = (0..CHAIN_ATTEMPTS).find_map(|_| try_to_grow(links, occupancy, random))?;
     for position in &chain {
@@ -82,14 +82,14 @@ fn try_to_grow(links: &Links, occupancy: &Occupancy<'_>, random: &mut Random) ->
     Some(chain)
 }
 
-/// Whether a particle would overlap its chain, except for the neighbour that it is bonded to.
+/// Whether a particle would overlap its chain, except the neighbour that it is bonded to.
 fn meets_itself(chain: &[Vector], position: &Vector, contact: f64, space: &Space) -> bool {
     let others = &chain[..chain.len().saturating_sub(1)];
     let periods = space.periods();
     others.iter().any(|other| minimum_image(position - other, &periods).norm_squared() < contact * contact)
 }
 
-/// Whether a particle keeps clear of walls and, along open axes, inside of the box.
+/// Whether a particle is clear of walls and, along open axes, inside the box.
 fn is_inside(position: &Vector, radius: f64, space: &Space) -> bool {
     (0..3).all(|k| {
         let range = space.lower[k] + radius..=space.upper()[k] - radius;
@@ -120,7 +120,7 @@ mod tests {
         for (i, a) in beads.iter().enumerate() {
             for (j, b) in beads[..i].iter().enumerate() {
                 let distance = minimum_image(a - b, &periods).norm();
-                // Coordinates up to 9 round by some 1e-15.
+                // Coordinates up to 9 are rounded by about 1e-15.
                 assert!(distance >= 1.0 - 1e-14, "{i} {j}: {distance}");
                 assert!(i - j > 1 || i.is_multiple_of(10) || (distance - 1.1).abs() < 1e-14, "{i} {j}: {distance}");
             }

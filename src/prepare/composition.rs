@@ -1,4 +1,4 @@
-//! Mixtures: whole numbers of particles in given shares, their mean volume, and the box that they need.
+//! Mixtures: integer numbers of particles in given shares, their mean volume, and the size of their box.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -9,7 +9,8 @@ use crate::model::space::Boundary;
 use crate::model::{Region, Space, Species, SpeciesId};
 use crate::prepare::lattice::root;
 
-/// Whole numbers in these shares that add up to `count`: rounded down, the rest to the largest remainders.
+/// Integers in these shares that add up to `count`: rounded down, with the rest given to the largest
+/// remainders.
 pub(crate) fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(SpeciesId, usize)> {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let exact: Vec<f64> = shares.iter().map(|(_, share)| share / total * count as f64).collect();
@@ -27,12 +28,12 @@ pub(crate) fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(S
     shares.iter().zip(numbers).map(|((species, _), number)| (*species, number)).collect()
 }
 
-/// The shares that whole numbers of particles have, so that the box fits them exactly.
+/// The actual shares of the integer numbers of particles, so that the box fits them exactly.
 pub(crate) fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(SpeciesId, f64)> {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let numbers = whole_numbers(&shares, index(count));
     let is_exact = |((_, share), (_, number)): (&(SpeciesId, f64), &(SpeciesId, usize))| {
-        // But for rounding, which would change the last digits of the box for nothing.
+        // A difference due to rounding would only change the last digits of the box.
         (share / total * count as f64 - *number as f64).abs() < 1e-6
     };
     if shares.iter().zip(&numbers).all(is_exact) {
@@ -47,8 +48,8 @@ pub(crate) fn mean_volume(shares: &[(SpeciesId, f64)], species: &[Species], dime
     shares.iter().map(|(id, share)| share / total * own_volume(species[id.0 as usize].diameter, dimensions)).sum()
 }
 
-/// The largest packing fraction of a mixture, by its number of species: `pi / (3 sqrt 2)` of equal spheres, `pi / (2 sqrt 3)` of equal disks. Mixtures
-/// can fill the holes as well.
+/// The largest packing fraction of a mixture, by its number of species: `pi / (3 sqrt 2)` for equal spheres,
+/// `pi / (2 sqrt 3)` for equal disks. Mixtures can fill the holes as well.
 pub(crate) fn largest_packing_fraction(dimensions: usize, species: usize) -> f64 {
     match (dimensions, species) {
         (3, 1) => PI / (3.0 * SQRT_2),

@@ -31,7 +31,7 @@ pub enum Lattice {
     /// Two sites per cell of `1 x sqrt(3)`: the densest in a scene with one flat axis.
     #[doc(alias = "triangular")]
     Hexagonal,
-    /// Even distances, in a scene with two flat axes.
+    /// Equal distances, in a scene with two flat axes.
     Line,
 }
 
@@ -81,19 +81,19 @@ pub(crate) struct Sites {
     pub count: usize,
     /// Diameter of the largest `[length]`.
     pub diameter: f64,
-    /// The distance that all sites keep `[length]`; none where overlaps do not matter.
+    /// Minimum distance of all sites `[length]`; `None` if overlaps do not matter.
     pub contact: Option<f64>,
 }
 
 /// The sites of a lattice that is stretched over a region.
 ///
 /// # Errors
-/// [`NoPlace::TooTight`] where they are closer than contact.
+/// [`NoPlace::TooTight`] if sites are closer than contact.
 pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sites) -> Result<Vec<Vector>, NoPlace> {
     let Sites { count, diameter, contact } = sites;
     let fit = Fit::new(lattice, space, region, diameter, count);
     match contact {
-        // Sites at exactly the contact distance, within round-off, are not too close.
+        // Sites exactly at the contact distance, within round-off, are not too close.
         Some(contact) if fit.spacing < contact * (1.0 - 1e-12) => {
             Err(NoPlace::TooTight { count, spacing: fit.spacing, contact })
         }
@@ -101,14 +101,14 @@ pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sit
     }
 }
 
-/// One axis of the region, as the lattice sees it.
+/// An axis of the region, as used by the lattice.
 #[derive(Clone, Copy)]
 struct Axis {
     /// Which of x, y, z.
     index: usize,
-    /// Where the first site may stand.
+    /// Lowest possible coordinate of a site.
     lower: f64,
-    /// Distance over which the sites may spread.
+    /// Length over which sites can be distributed.
     length: f64,
     /// Whether the site after the last is the image of the first.
     is_closed: bool,
@@ -142,9 +142,11 @@ struct Fit {
 }
 
 impl Fit {
-    /// The number of cells per axis, out of those with sites enough, for which nearest sites are farthest apart.
+    /// Chooses the number of cells per axis that maximizes the distance of nearest sites, among those with
+    /// enough sites.
     ///
-    /// Sites fill a periodic axis evenly; along any other, the outermost keep half a `diameter` to the region's sides.
+    /// Sites fill a periodic axis evenly. Along any other axis, the outermost stay half a `diameter` from the
+    /// region's sides.
     fn new(lattice: Lattice, space: &Space, region: &Region, diameter: f64, count: usize) -> Self {
         let basis = lattice.basis();
         let moving = (0..3).filter(|&k| space.boundary[k] != Boundary::Flat);
@@ -168,7 +170,7 @@ impl Fit {
             .zip(lattice.edges())
             .map(|(axis, relative)| {
                 let ideal = axis.length / (edge * relative);
-                // Never more cells than particles, so that a flat region cannot ask for infinitely many.
+                // At most as many cells as particles, so that a flat region cannot require infinitely many.
                 let ideal = if ideal.is_finite() { trunc_to_usize(ideal).min(count) } else { count };
                 (ideal.saturating_sub(1).max(1)..=ideal + 2).collect()
             })
@@ -232,7 +234,7 @@ impl Fit {
         self.cells.iter().product::<usize>() * self.lattice.basis().len()
     }
 
-    /// The positions, one per particle; sites in excess stay empty, evenly spread.
+    /// The positions, one per particle. Excess sites are left empty at even spacing.
     fn sites(&self) -> Vec<Vector> {
         let basis = self.lattice.basis();
         let sites = self.all();
@@ -245,7 +247,7 @@ impl Fit {
                 for (k, axis) in self.axes.iter().enumerate() {
                     let coordinate = (cell % self.cells[k]) as f64 + offset[k];
                     cell /= self.cells[k];
-                    // A single layer between two sides stands in the middle.
+                    // A single layer between two sides is in the middle.
                     let along = if edges[k].is_finite() { coordinate * edges[k] } else { 0.5 * axis.length };
                     let centring = if axis.is_closed { 0.5 * (1.0 - axis.top) * edges[k] } else { 0.0 };
                     position[axis.index] = axis.lower + along + centring;

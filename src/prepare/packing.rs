@@ -1,4 +1,4 @@
-//! Random packings: insertion one by one, and compression of small spheres where that finds no room.
+//! Random packings: sequential insertion, and compression of small spheres if there is no room for that.
 
 pub(crate) mod compression;
 pub(crate) mod insertion;
@@ -22,21 +22,21 @@ pub(crate) struct RandomFill<'a> {
     pub contacts: &'a Contacts,
     pub space: &'a Space,
     pub region: FillRegion,
-    /// Whether random insertion one by one is enough.
+    /// Whether to place as many as fit by sequential insertion.
     pub as_many_as_fit: bool,
-    /// Whether the whole box is theirs, without other particles.
+    /// Whether the whole box is available, without other particles.
     pub has_box: bool,
     pub seed: u64,
-    /// Index of the group of particles, which has random numbers of its own.
+    /// Index of the group of particles, which has its own random numbers.
     pub group: usize,
 }
 
 impl RandomFill<'_> {
-    /// Places one by one, or all together where that is too dense and they have a periodic box for themselves. Of as many as fit there may be fewer
-    /// than kinds.
+    /// Places particles one by one, or all together if that is too dense and they have a periodic box to
+    /// themselves. With `as_many_as_fit`, the result may be shorter than `kinds`.
     ///
     /// # Errors
-    /// [`NoPlace`] if there is no room for them, or not for a single one of as many as fit.
+    /// [`NoPlace`] if there is no room for them; with `as_many_as_fit`, if not a single one fits.
     pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, NoPlace> {
         let dense = if self.as_many_as_fit { None } else { self.compression() };
         if let Some(dense) = &dense
@@ -63,7 +63,7 @@ impl RandomFill<'_> {
         self.species[kind.0 as usize].diameter
     }
 
-    /// Compression of the fill, which needs a periodic box without anything else in it.
+    /// Compression of the fill; `None` unless it has an empty periodic box.
     fn compression(&self) -> Option<Compression<'_>> {
         let is_moving = self.kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
         (self.has_box && self.space.is_fully_periodic() && is_moving).then(|| {
@@ -80,7 +80,7 @@ mod tests {
     use crate::model::{Particle, Region};
     use crate::prepare::packing::occupancy::first_overlap;
 
-    /// Spheres of diameter 1 at random in a periodic cube that they fill to a packing fraction.
+    /// Spheres of diameter 1 at random in a periodic cube, at a given packing fraction.
     fn fill(count: usize, packing_fraction: f64, has_box: bool) -> Result<Vec<Vector>, NoPlace> {
         let species = [Species { name: "A".to_owned(), mass: 1.0, diameter: 1.0, acceleration: Vector::zeros() }];
         let kinds = vec![SpeciesId(0); count];

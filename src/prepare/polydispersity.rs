@@ -1,15 +1,16 @@
-//! Distributions of diameters, cut into classes: each class is a species of its own.
+//! Distributions of diameters, divided into classes. Each class is a species.
 //!
-//! A class is a range of quantiles, `[k/n, (k+1)/n]` of `n`, and its diameter is the mean of that range. So all classes have the same
-//! share, and their mean is exactly that of the distribution; their variance lacks the one within the classes.
+//! A class is a range of quantiles, `[k/n, (k+1)/n]` of `n`, and its diameter is the mean over that range.
+//! All classes therefore have equal shares, and their mean is exactly that of the distribution. Their
+//! variance lacks the variance within the classes.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Spheres of one size among those of a distribution.
+/// Spheres of one size from a distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Class {
     pub diameter: f64,
-    /// Of the number of particles; the shares add up to 1 within round-off.
+    /// Share of the number of particles. The shares add up to 1 within round-off.
     pub share: f64,
 }
 
@@ -19,9 +20,11 @@ pub(crate) fn uniform(lower: f64, upper: f64, classes: u64) -> Vec<f64> {
     (0..classes).map(|k| lower + (k as f64 + 0.5) * width).collect()
 }
 
-/// Diameters of the classes of a Gaussian distribution, cut at 0: of the part above it, in equal shares of that part `[length]`.
+/// Diameters of the classes of a Gaussian distribution truncated at 0, in equal shares of the part above 0
+/// `[length]`.
 ///
-/// The mean between the quantiles `a` and `b` of a part `w` is `mean + deviation (g(a) - g(b)) / w` with the density `g`.
+/// The mean between the quantiles `a` and `b`, which enclose a share `w`, is `mean + deviation (g(a) - g(b))
+/// / w` with the density `g`.
 pub(crate) fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     let cut = normal_distribution(-mean / deviation);
     let share = (1.0 - cut) / classes as f64;
@@ -36,8 +39,9 @@ pub(crate) fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
 
 /// Diameters of the classes of a lognormal distribution `[length]`.
 ///
-/// `mean` and `deviation` are those of the diameter. Its logarithm has the variance `s^2 = ln(1 + deviation^2 / mean^2)`, and the mean between
-/// the quantiles `a` and `b` of a share `1/n` is `n mean [P(b - s) - P(a - s)]` with the normal distribution `P`.
+/// `mean` and `deviation` are those of the diameter. Its logarithm has the variance `s^2 = ln(1 + deviation^2
+/// / mean^2)`, and the mean between the quantiles `a` and `b` of a share `1/n` is `n mean [P(b - s) - P(a -
+/// s)]` with the normal distribution function `P`.
 pub(crate) fn lognormal(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     let width = libm::log1p((deviation / mean) * (deviation / mean)).sqrt();
     let edge = |k: u64| match k {
@@ -53,13 +57,15 @@ pub(crate) fn mean_diameter(classes: &[Class]) -> f64 {
     classes.iter().map(|class| class.share * class.diameter).sum()
 }
 
-/// The mass of a particle of a class where one of the mean diameter has `mass`: of the same material, so that masses go with the volumes.
+/// The mass of a particle of a class if one of the mean diameter has `mass`. The material is the same, so
+/// that masses are proportional to volumes.
 pub(crate) fn mass_of(class: &Class, mean_diameter: f64, mass: f64, dimensions: usize) -> f64 {
     mass * libm::pow(class.diameter / mean_diameter, dimensions as f64)
 }
 
-/// All numbers below `count`, any first few of them spread evenly and in pairs about the middle: where a number of particles is not a
-/// multiple of that of the classes, the first classes have one more, and the mean diameter should not feel it.
+/// All numbers below `count`, ordered so that the first few are always spread evenly, in pairs around the
+/// middle. If the number of particles is not a multiple of the number of classes, the first classes get one
+/// more, and the mean diameter should hardly change.
 pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed =
@@ -76,9 +82,9 @@ fn normal_distribution(z: f64) -> f64 {
     0.5 * libm::erfc(-z * FRAC_1_SQRT_2)
 }
 
-/// Where that share is `share`, by bisection down to neighbouring numbers.
+/// The quantile of a share, by bisection down to adjacent floats.
 fn normal_quantile(share: f64) -> f64 {
-    // Beyond, nothing is left in double precision.
+    // Beyond these, double precision has nothing left.
     let (mut lower, mut upper) = (-40.0, 40.0);
     loop {
         let middle = 0.5 * (lower + upper);
@@ -116,11 +122,12 @@ mod tests {
             let diameters = of(2.0, 0.2, 64);
             assert!(diameters.windows(2).all(|pair| pair[0] < pair[1]));
             let (mean, deviation) = mean_and_deviation(&diameters);
-            // Of sums of 64 differences of numbers up to 64.
+            // Sums of 64 differences of numbers up to 64.
             assert!((mean - 2.0).abs() < 1e-13, "{mean}");
-            // The outermost two of n classes hold most of what is within: a tail beyond z has the variance 1 / z^2 about its mean, or
-            // less, here z = 2.15; the others share a range of 2 z, so that theirs is (2 z / n)^2 / 12. Of a lognormal, the tails are
-            // stretched by up to exp(2 * 0.1 * z).
+            // The outermost two of n classes contribute most of the variance within classes. A tail beyond z
+            // has at most the variance 1 / z^2 about its mean, here with z = 2.15; the others share a range
+            // of 2 z, so that theirs is (2 z / n)^2 / 12. The tails of a lognormal are stretched by up to
+            // exp(2 * 0.1 * z).
             let z: f64 = 2.15;
             let within = (2.0 / 64.0 / (z * z) + (2.0 * z / 64.0).powi(2) / 12.0) * libm::exp(2.0 * width * z);
             let lost = 1.0 - (deviation / 0.2) * (deviation / 0.2);
@@ -137,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_gaussian_is_cut_at_zero() {
-        // Half of it, whose mean is sqrt(2 / pi) deviations; nothing is below 0.
+        // Half of the distribution, whose mean is sqrt(2 / pi) deviations; nothing is below 0.
         let diameters = gaussian(1e-9, 1.0, 64);
         let (mean, deviation) = mean_and_deviation(&diameters);
         assert!((mean - (2.0 / PI).sqrt()).abs() < 1e-8, "{mean}");

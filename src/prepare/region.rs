@@ -1,4 +1,4 @@
-//! Regions that a fill takes: boxes, and the insides of cylinders, cones and spheres.
+//! Regions to fill: boxes, and the interiors of cylinders, cones and spheres.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use crate::model::space::{Boundary, Space};
 use crate::prepare::composition;
 use crate::prepare::packing::insertion;
 
-/// Part of a length by which a site may be outside by rounding.
+/// Fraction of a length by which rounding may put a site outside.
 const ROUNDING: f64 = 1e-12;
 
 /// A region to fill. In two dimensions a cylinder is a strip, a cone a trapezium and a sphere a disk.
@@ -18,7 +18,7 @@ const ROUNDING: f64 = 1e-12;
 pub enum FillRegion {
     /// A box, aligned with the axes.
     Box(Region),
-    /// The inside of a cone's frustum: of a cylinder if the radii are equal.
+    /// The interior of a conical frustum; of a cylinder if the radii are equal.
     Cone {
         /// Centre of the first end `[length]`.
         base: Vector,
@@ -29,7 +29,7 @@ pub enum FillRegion {
         /// Distance of the ends along the axis `[length]`.
         length: f64,
     },
-    /// The inside of a sphere.
+    /// The interior of a sphere.
     Sphere {
         /// Its centre `[length]`.
         centre: Vector,
@@ -75,7 +75,7 @@ impl FillRegion {
             Self::Cone { base, axis, radii, length } => {
                 let axis = axis.normalize();
                 [0, 1, 2].map(|k| {
-                    // Extent of a disk of radius 1 across the axis.
+                    // Extent of a disk of radius 1 perpendicular to the axis.
                     let reach = (1.0 - axis[k] * axis[k]).max(0.0).sqrt();
                     let places = [base[k], base[k] + length * axis[k]];
                     let low = (places[0] - radii[0] * reach).min(places[1] - radii[1] * reach);
@@ -86,7 +86,7 @@ impl FillRegion {
         Region { lower: Vector::from(ends.map(|end| end[0])), upper: Vector::from(ends.map(|end| end[1])) }
     }
 
-    /// Whether a particle is inside of it with its surface.
+    /// Whether a particle lies inside, including its surface.
     pub(crate) fn holds(&self, position: &Vector, particle: f64) -> bool {
         match self {
             Self::Box(region) => (0..3).all(|k| (region.lower[k]..=region.upper[k]).contains(&position[k])),
@@ -104,25 +104,26 @@ impl FillRegion {
         }
     }
 
-    /// Distance from the axis of a cone of the centre of a particle that touches its surface `[length]`.
+    /// Distance from the axis of a cone to the centre of a particle in contact with its surface `[length]`.
     fn room_at(&self, along: f64, particle: f64) -> f64 {
         let Self::Cone { radii: [a, b], length, .. } = self else { return 0.0 };
         a + (b - a) * along / length - particle * libm::hypot(1.0, (b - a) / length)
     }
 
-    /// The stretch of the axis of a cone on which centres of particles can be.
+    /// The part of a cone's axis on which centres of particles can be.
     fn stretch(&self, particle: f64) -> Option<[f64; 2]> {
         let Self::Cone { radii: [a, b], length, .. } = self else { return None };
         let ends = [particle, length - particle];
         let room = ends.map(|end| self.room_at(end, particle));
-        // Where the surface is as far away as the particle's; nothing is cut off where both ends are wide enough.
+        // The height at which the surface is one particle radius away. Nothing is cut off if both ends are
+        // wide enough.
         let slope = (b - a) / length;
         let apex = ends[0] - room[0] / slope;
         let [low, high] = [if room[0] < 0.0 { apex } else { ends[0] }, if room[1] < 0.0 { apex } else { ends[1] }];
         (ends[0] <= ends[1] && room[0].max(room[1]) >= 0.0).then_some([low, high])
     }
 
-    /// Whether there is a place for a particle.
+    /// Whether a particle fits in.
     pub(crate) fn has_room(&self, particle: f64) -> bool {
         match self {
             Self::Box(_) => true,
@@ -131,7 +132,8 @@ impl FillRegion {
         }
     }
 
-    /// A place drawn evenly, with the surface of the particle inside; one that it has room for, [`Self::has_room`].
+    /// A uniformly distributed position with the particle's surface inside. The particle must fit,
+    /// [`Self::has_room`].
     pub(crate) fn draw(&self, space: &Space, particle: f64, random: &mut Random) -> Vector {
         match self {
             Self::Box(region) => insertion::draw(region, space, particle, random),
@@ -151,7 +153,7 @@ impl FillRegion {
                 loop {
                     let along = low + (high - low) * random.uniform();
                     let across = disk(&axis, space, random) * widest;
-                    // A third is accepted, at least: so much of a cylinder a cone is.
+                    // At least a third is accepted, the ratio of a cone's volume to a cylinder's.
                     if across.norm() <= self.room_at(along, particle).max(0.0) || widest == 0.0 {
                         return base + axis * along + across;
                     }
@@ -161,13 +163,13 @@ impl FillRegion {
     }
 }
 
-/// A place in the disk of radius 1 at right angles to an axis; in two dimensions a line.
+/// A position in the unit disk perpendicular to an axis; in two dimensions on a line.
 fn disk(axis: &Vector, space: &Space, random: &mut Random) -> Vector {
     let reach = if space.dimensions() == 3 { random.uniform().sqrt() } else { random.uniform() };
     loop {
         let direction = random.direction(space);
         let across = direction - axis * axis.dot(&direction);
-        // Nearly along the axis there would be only rounding.
+        // Nearly parallel directions would leave only rounding errors.
         if across.norm_squared() > 1e-12 {
             return across.normalize() * reach;
         }
@@ -234,7 +236,7 @@ mod tests {
                     assert!(shape.holds(&place, particle), "{shape:?}: {place}");
                     even += place.x;
                 }
-                // The mean of x is that of points of the box around it that are inside.
+                // The mean of x is that of points of the bounding box that are inside.
                 let bounds = FillRegion::Box(shape.bounds(&space));
                 let (mut sum, mut inside) = (0.0, 0.0);
                 while inside < f64::from(count) {
@@ -245,7 +247,7 @@ mod tests {
                     }
                 }
                 let (even, expected) = (even / f64::from(count), sum / inside);
-                // A deviation of at most 3 in each of two means of 4000.
+                // At most 3 standard deviations for each of two means of 4000.
                 assert!(
                     (even - expected).abs() < 4.0 * 3.0 * (2.0 / inside).sqrt(),
                     "{shape:?}: {even} {expected} {middle}"
@@ -261,7 +263,7 @@ mod tests {
         let cone = |radii, length| FillRegion::Cone { base: Vector::zeros(), axis: Vector::z(), radii, length };
         assert!(cone([1.0, 1.0], 5.0).has_room(1.0) && !cone([1.0, 1.0], 5.0).has_room(1.01));
         assert!(cone([3.0, 3.0], 1.0).has_room(0.5) && !cone([3.0, 3.0], 1.0).has_room(0.51));
-        // The inscribed circle of a triangle of base 6 and height 4: area 12 by half of the perimeter, 8.
+        // The inscribed circle of a triangle of base 6 and height 4: the area 12 over half the perimeter, 8.
         assert!(cone([3.0, 0.0], 4.0).has_room(1.499) && !cone([3.0, 0.0], 4.0).has_room(1.501));
         assert!(cone([0.0, 3.0], 4.0).has_room(1.499) && !cone([0.0, 3.0], 4.0).has_room(1.501));
     }

@@ -1,8 +1,8 @@
-//! Particles that rest on something when a scene starts: in contact with what does not move, pushed against it by their weight.
+//! Particles at rest in contact at the start of a scene, pushed by their weight against something immobile.
 //!
-//! A sphere with the normal speed `v` that falls back with the acceleration `a` is in contact again after `2 v / a` (theory: free fall). At rest this is no time
-//! at all, so that the events never come to an end; just above rest there are so many that the time hardly advances, and the TC model makes all of them
-//! elastic.
+//! A sphere with the normal speed `v` that falls back with the acceleration `a` is in contact again after `2
+//! v / a` (theory: free fall). At rest this time is zero, so that events never end. Just above rest, there
+//! are so many events that time hardly advances, and the TC model makes all of them elastic.
 
 use crate::Vector;
 use crate::base::numbers::id;
@@ -15,7 +15,7 @@ use crate::model::{ParticleId, Scene, SpeciesId};
 pub(crate) enum Ground {
     /// A wall of the box: its axis, and whether it is the upper one.
     Wall(u8, bool),
-    /// A surface of the scene, by its name.
+    /// A surface of the scene, by name.
     Surface(String),
     /// A static particle.
     Particle(ParticleId),
@@ -37,13 +37,13 @@ pub(crate) struct Resting {
 /// Gaps up to the rounding of coordinates are contacts.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// A particle that is in contact again within so small a part of the contact time of the TC model rests.
+/// A particle is at rest if it is in contact again within this fraction of the contact time of the TC model.
 const OF_CONTACT_TIME: f64 = 1e-4;
 
-/// The same, of the time in which a particle falls by its diameter, where there is no contact time.
+/// The same as a fraction of the time in which a particle falls by its diameter, without a contact time.
 const OF_FALL: f64 = 1e-8;
 
-/// All particles that rest on something that does not move, each once.
+/// All particles at rest on something immobile, each listed once.
 pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
     let rows: Vec<SpeciesId> = (0..scene.species.len()).map(|row| SpeciesId(id(row))).collect();
     let surfaces = Surfaces::of(scene, &rows);
@@ -54,7 +54,7 @@ pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
             continue;
         }
         let radius = 0.5 * species.diameter;
-        // A scene with more species was refused.
+        // A scene with more species was rejected.
         let row = u16::try_from(particle.species.0).unwrap_or(u16::MAX);
         let around = radius * (1.0 + ROUNDING);
         surfaces.for_each_near((&particle.position, around), row, surfaces.start_time(), |surface, position| {
@@ -75,7 +75,7 @@ pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
     found.into_iter().flatten().collect()
 }
 
-/// Adds the particles that rest on static ones.
+/// Adds the particles at rest on static ones.
 fn rest_on_particles(scene: &Scene, found: &mut [Option<Resting>]) {
     let species = |number: u32| {
         let of = scene.particles[number as usize].species;
@@ -113,7 +113,7 @@ fn rest_on_particles(scene: &Scene, found: &mut [Option<Resting>]) {
     });
 }
 
-/// Takes note of a particle that is in contact with something in the direction against the normal, if it rests there.
+/// Records a particle in contact with something on the side opposite to the normal, if it is at rest there.
 fn note(scene: &Scene, found: &mut Option<Resting>, number: usize, normal: &Vector, ground: impl Fn() -> Ground) {
     let particle = &scene.particles[number];
     let species = &scene.species[particle.species.0 as usize];
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn particles_rest_on_walls_surfaces_and_static_particles() {
-        // At a distance of half a diameter from the plane z = x - 15.
+        // Half a diameter from the plane z = x - 15.
         let on_slope = 15.0 + 1.0 - libm::sqrt(0.5);
         let scene = scene(
             &[
@@ -194,7 +194,7 @@ mod tests {
                 ([5.0, 5.0, 6.5], REST),
                 // On another grain, which falls as fast.
                 ([2.0, 2.0, 1.5], REST),
-                // Under the ceiling, below the static particle, and beside it.
+                // Below the ceiling, below the static particle, and beside it.
                 ([9.0, 9.0, 19.5], REST),
                 ([5.0, 5.0, 3.5], REST),
                 ([6.5, 5.0, 5.0], REST),

@@ -1,9 +1,10 @@
-//! Surfaces made of static spheres, laid out so that nothing that should be held can leak.
+//! Surfaces made of static spheres, arranged so that they do not leak.
 //!
-//! A sphere whose contact distance with the static spheres is `s` passes through a hole between them only if the hole's
-//! circumradius `R`, the distance from its middle to the nearest static spheres, exceeds `s`. Rows of spheres at most `d`
-//! apart along the row and `h` from row to row leave holes of `R <= sqrt(d^2 + h^2) / 2`, however the rows are shifted:
-//! an empty circle cuts no chord longer than `d` out of either row, so its centre lies at most `h / 2` from both.
+//! A sphere whose contact distance with the static spheres is `s` passes through a hole between them only if
+//! the hole's circumradius `R`, the distance from its middle to the nearest static spheres, exceeds `s`. Rows
+//! of spheres at most `d` apart along the row and `h` from row to row leave holes of `R <= sqrt(d^2 + h^2) /
+//! 2`, for any shift of the rows: an empty circle cuts no chord longer than `d` out of either row, so its
+//! centre is at most `h / 2` from both.
 
 pub(crate) mod curve;
 pub(crate) mod leak;
@@ -16,14 +17,15 @@ use crate::base::numbers::trunc_to_usize;
 use crate::model::{Space, Species, SpeciesId};
 use crate::prepare::packing::occupancy::Contacts;
 
-/// Holes are this much smaller than the contact distance unless a scene sets the spacing itself. A particle's centre
-/// then sinks by at most `1 - sqrt(1 - 0.65^2) = 24 %` of the contact distance between static spheres, so that the surface
-/// is smooth as well as tight.
+/// Default ratio of a hole to the contact distance. A particle's centre then sinks between static spheres by
+/// at most `1 - sqrt(1 - 0.65^2) = 24 %` of the contact distance, so that the surface is smooth as well as
+/// tight.
 const HOLE_TO_CONTACT: f64 = 0.65;
 
-/// The largest spacing of a square grid that a surface of this species uses by itself `[length]`: no moving species passes it.
+/// The default spacing of a square grid for a surface of this species `[length]`, the largest at which no
+/// moving species passes.
 pub(crate) fn tight_spacing(surface: SpeciesId, species: &[Species], contacts: &Contacts) -> f64 {
-    // The smallest that meets the surface decides: it is the first to leak.
+    // The smallest species that meets the surface decides, because it would leak first.
     let moving = (0..species.len()).filter(|&other| !species[other].is_static());
     let contacts = moving.map(|other| contacts.get(other, surface.0 as usize)).filter(|contact| *contact > 0.0);
     default_spacing(contacts.reduce(f64::min).unwrap_or(species[surface.0 as usize].diameter))
@@ -37,14 +39,14 @@ fn default_spacing(contact: f64) -> f64 {
 /// One side of a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct BoxSide {
-    /// The axis across it: 0, 1 or 2.
+    /// The axis normal to it: 0, 1 or 2.
     pub axis: usize,
     /// Whether it is the side at the upper corner.
     pub is_upper: bool,
 }
 
 impl BoxSide {
-    /// The lower and the upper side across each axis.
+    /// The lower and the upper side along each axis.
     pub(crate) const ALL: [Self; 6] = [
         Self { axis: 0, is_upper: false },
         Self { axis: 0, is_upper: true },
@@ -66,7 +68,7 @@ pub enum Surface {
         /// The two edges that start there.
         edges: [Vector; 2],
     },
-    /// The sides of a box, except for the open ones.
+    /// The sides of a box, except the open ones.
     Box {
         /// Lower corner.
         lower: Vector,
@@ -75,7 +77,7 @@ pub enum Surface {
         /// Sides that are left out.
         open: Vec<BoxSide>,
     },
-    /// A cone's frustum without ends: a funnel, or a cylinder if the radii are equal.
+    /// A conical frustum without ends: a funnel, or a cylinder if the radii are equal.
     Cone {
         /// Centre of the first end.
         base: Vector,
@@ -105,7 +107,7 @@ pub enum Surface {
         /// Its radius.
         radius: f64,
     },
-    /// The sides of a rectangle of disks in a plane, except for the open ones.
+    /// The sides of a rectangle of disks in a plane, except the open ones.
     Rectangle {
         /// Lower corner.
         lower: Vector,
@@ -114,7 +116,7 @@ pub enum Surface {
         /// Sides that are left out.
         open: Vec<BoxSide>,
     },
-    /// Spheres at given places.
+    /// Spheres at given positions.
     Points(Vec<Vector>),
 }
 
@@ -122,14 +124,15 @@ pub enum Surface {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Layout {
     pub points: Vec<Vector>,
-    /// Largest circumradius of a hole; `None` if the spheres are not laid out as a surface.
+    /// Largest circumradius of a hole; `None` if the spheres do not form a surface.
     pub hole: Option<f64>,
-    /// Indices of the spheres along each open end.
+    /// Indices of the spheres along each open rim.
     pub rims: Vec<Vec<usize>>,
 }
 
 impl Surface {
-    /// About how many spheres the surface needs, and never less than half of it: to refuse a surface before it is made.
+    /// Approximate number of spheres of the surface, never less than half of it, to reject a surface before
+    /// it is created.
     pub(crate) fn estimate(&self, spacing: f64) -> f64 {
         let patch = |a: f64, b: f64| (a / spacing + 2.0) * (b / spacing + 2.0);
         match self {
@@ -147,17 +150,18 @@ impl Surface {
         }
     }
 
-    /// Whether it is one of the shapes of a plane.
+    /// Whether it is one of the plane shapes.
     pub(crate) fn is_plane_curve(&self) -> bool {
         matches!(self, Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. })
     }
 
-    /// The spacing with the holes that a square grid has with another one: along a curve, `R = d / 2` in place of `d / sqrt(2)`.
+    /// The spacing that gives the same holes as a square grid with spacing `of_grid`: along a curve, `R = d /
+    /// 2` instead of `d / sqrt(2)`.
     pub(crate) fn spacing(&self, of_grid: f64) -> f64 {
         if self.is_plane_curve() { SQRT_2 * of_grid } else { of_grid }
     }
 
-    /// The spheres, neighbours at most `spacing` apart. Shapes of a plane need a space of two dimensions.
+    /// The spheres, with neighbours at most `spacing` apart. Plane shapes need a two-dimensional space.
     pub(crate) fn layout(&self, spacing: f64, space: &Space) -> Layout {
         let axes = curve::plane_axes(space).unwrap_or([0, 1]);
         match self {
@@ -175,7 +179,7 @@ impl Surface {
 
 /// Number of equal intervals of at most `spacing`.
 fn intervals(length: f64, spacing: f64) -> usize {
-    // The rounding of a length that is a whole number of spacings must not add an interval.
+    // The rounding of a length that is a multiple of the spacing must not add an interval.
     trunc_to_usize((length / spacing - 1e-9).ceil()).max(1)
 }
 
@@ -197,8 +201,9 @@ fn plane(corner: &Vector, edges: &[Vector; 2], spacing: f64) -> Layout {
     layout
 }
 
-/// Circumradius of the holes of a grid of parallelograms: that of the triangle of its edges and the shorter diagonal,
-/// `R = |a| |b| |a - b| / (2 |a x b|)`, which is not obtuse if both diagonals are longer than the edges.
+/// Circumradius of the holes in a grid of parallelograms: that of the triangle of its edges and the shorter
+/// diagonal, `R = |a| |b| |a - b| / (2 |a x b|)`, which is not obtuse if both diagonals are longer than the
+/// edges.
 fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     let b = if a.dot(b) < 0.0 { -b } else { *b };
     let diagonal = a - b;
@@ -207,12 +212,13 @@ fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     if diagonal.norm_squared() + a.norm_squared().min(b.norm_squared()) >= longest * longest {
         circumradius
     } else {
-        // Slanted rows: `h` between rows is less than the edge, so the bound for rows of any shift holds with it.
+        // Slanted rows: the distance `h` between rows is less than the edge, so the bound for shifted rows
+        // holds with the edge.
         0.5 * libm::hypot(a.norm(), b.norm())
     }
 }
 
-/// The sides share one division of each edge, so that they join in common spheres.
+/// The sides share the divisions of each edge, so that they join in common spheres.
 fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layout {
     let size = upper - lower;
     let cells = [0, 1, 2].map(|k| intervals(size[k], spacing));
@@ -248,7 +254,8 @@ fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layo
     layout
 }
 
-/// One ring of spheres; every other ring is turned by half a step, which makes most holes smaller than the bound.
+/// A ring of spheres. Every other ring is turned by half a step, which makes most holes smaller than the
+/// bound.
 fn ring(centre: &Vector, [u, v]: &[Vector; 2], radius: f64, spacing: f64, turn: f64) -> (Vec<Vector>, f64) {
     let count = if radius > 0.0 { intervals(TAU * radius, spacing) } else { 1 };
     let points = (0..count)
@@ -260,7 +267,7 @@ fn ring(centre: &Vector, [u, v]: &[Vector; 2], radius: f64, spacing: f64, turn: 
     (points, TAU * radius / count as f64)
 }
 
-/// Two directions at right angles to `axis` and to each other.
+/// Two directions perpendicular to `axis` and to each other.
 fn across(axis: &Vector) -> [Vector; 2] {
     let least = if axis.x.abs() <= axis.y.abs() && axis.x.abs() <= axis.z.abs() {
         Vector::x()
@@ -302,7 +309,7 @@ fn sphere(centre: &Vector, radius: f64, spacing: f64) -> Layout {
     let mut widest: f64 = 0.0;
     for row in 0..=rows {
         let angle = 0.5 * TAU * row as f64 / rows as f64;
-        // The sine of pi is not exactly zero; the pole is one sphere.
+        // The sine of pi is not exactly zero. The pole is a single sphere.
         let across = if row == 0 || row == rows { 0.0 } else { radius * libm::sin(angle) };
         let height = Vector::z() * (radius * libm::cos(angle));
         let (points, step) = ring(&(centre + height), &directions, across, spacing, 0.5 * (row % 2) as f64);
@@ -318,12 +325,12 @@ mod tests {
     use super::*;
     use crate::model::random::{Purpose, Random};
 
-    /// Distance from a place to the nearest sphere.
+    /// Distance from a position to the nearest sphere.
     fn nearest(points: &[Vector], at: &Vector) -> f64 {
         points.iter().map(|point| (point - at).norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The largest hole seen from random places on the surface, which must not exceed the one that is claimed.
+    /// The largest hole, seen from random positions on the surface, must not exceed the claimed one.
     fn check(surface: &Surface, spacing: f64, on_surface: impl Fn(&mut Random) -> Vector) {
         let layout = surface.layout(spacing, &Space::periodic_cube(1.0));
         let claimed = layout.hole.unwrap();

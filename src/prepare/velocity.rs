@@ -1,7 +1,8 @@
 //! Velocities at the start: Maxwell velocities, or equal speeds in random directions.
 //!
-//! Maxwell velocities have normal components of variance `T / m`, no net momentum where that is conserved, and exactly the temperature that is
-//! asked for. Equal speeds are exactly those asked for, and so is their energy: directions are chosen so that the momentum is zero.
+//! Maxwell velocities have normal components of variance `T / m`, no net momentum along axes where it is
+//! conserved, and exactly the requested temperature. Equal speeds have exactly the requested value, and
+//! directions are chosen so that the net momentum is zero.
 
 mod anew;
 
@@ -13,7 +14,8 @@ use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Particle, Scene, Species};
 
-/// Draws velocities for the moving ones among `particles`, at rest as a whole and exactly at a temperature, `T = 2 K / (D (N - 1))`.
+/// Draws velocities for the moving particles of `particles`, without net momentum and exactly at a
+/// temperature, `T = 2 K / (D (N - 1))`.
 pub(crate) fn maxwell(
     particles: &mut [Particle],
     species: &[Species],
@@ -27,7 +29,7 @@ pub(crate) fn maxwell(
     settle(particles, &[all], species, &Cloud { temperature, conserved, dimensions: space.dimensions() });
 }
 
-/// Particles of one temperature around one common velocity, from one or more groups of the scene.
+/// Particles of one temperature around a common velocity, from one or more groups of the scene.
 struct Cloud {
     temperature: f64,
     /// Axes along which their momentum is conserved.
@@ -35,24 +37,25 @@ struct Cloud {
     dimensions: usize,
 }
 
-/// The velocities that particles of one group start with: Maxwell velocities or equal speeds, around a common velocity.
+/// The initial velocities of a group: Maxwell velocities or equal speeds, around a common velocity.
 pub(crate) struct Drawn {
     /// Ids of the particles.
     pub ids: Range<usize>,
-    /// Index of the group, which has random numbers of its own.
+    /// Index of the group, which has its own random numbers.
     pub group: usize,
-    /// `[energy]`; without one, and without a speed, they only have the common velocity.
+    /// Temperature `[energy]`. Without it, and without a speed, particles only have the common velocity.
     pub temperature: Option<f64>,
-    /// Equal speed of all, where there is no temperature `[length / time]`.
+    /// Equal speed of all, if there is no temperature `[length / time]`.
     pub speed: Option<f64>,
-    /// `[length / time]`
+    /// Common velocity `[length / time]`.
     pub velocity: Vector,
 }
 
-/// Gives groups of particles their velocities: those of their temperature, the one that they share, and that of what streams in a sheared
-/// box.
+/// Sets the velocities of groups: thermal velocities, the common velocity, and the streaming velocity of a
+/// sheared box.
 ///
-/// Particles with the same temperature and velocity form one cloud, whatever the number of groups.
+/// Particles with the same temperature and common velocity form one cloud, even if they belong to several
+/// groups.
 pub(crate) fn set_velocities(groups: &[Drawn], scene: &mut Scene) {
     let (conserved, dimensions) = (scene.conserved_axes(), scene.space.dimensions());
     let Scene { particles, species, space, seed, shear_rate, .. } = scene;
@@ -89,7 +92,7 @@ fn mass(particle: &Particle, species: &[Species]) -> f64 {
     species[particle.species.0 as usize].mass
 }
 
-/// Independent normal components of variance `T / m`, zero along flat axes; static particles stay at rest.
+/// Independent normal components of variance `T / m`, zero along flat axes. Static particles stay at rest.
 fn draw(particles: &mut [Particle], species: &[Species], space: &Space, temperature: f64, random: &mut Random) {
     for particle in particles {
         let m = mass(particle, species);
@@ -99,11 +102,12 @@ fn draw(particles: &mut [Particle], species: &[Species], space: &Space, temperat
     }
 }
 
-/// Gives all that move the same speed, in random directions that add up to no momentum.
+/// Gives all moving particles the same speed, in random directions without net momentum.
 ///
-/// To subtract the velocity of the centre of mass would make speeds differ. So directions come in pairs of opposite ones, between particles of
-/// one species that are chosen at random; where their number is odd, the last three are at 120 degrees to each other in a random plane. The
-/// momentum is then zero for any masses. A particle that is alone in its species, and on a line the last of an odd number, keeps its own.
+/// Subtracting the velocity of the centre of mass would make speeds differ. Instead, directions are opposite
+/// in randomly chosen pairs of particles of one species. If their number is odd, the last three are at 120
+/// degrees to each other in a random plane. The momentum is then zero for any masses. A single particle of a
+/// species, and on a line the last of an odd number, keeps its own direction.
 fn equal_speeds(particles: &mut [Particle], species: &[Species], space: &Space, speed: f64, random: &mut Random) {
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); species.len()];
     for (index, particle) in particles.iter().enumerate().filter(|(_, particle)| mass(particle, species).is_finite()) {
@@ -143,10 +147,11 @@ fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
     [first, across * sine - first * cosine, -across * sine - first * cosine].map(|direction| direction.normalize())
 }
 
-/// Removes the total momentum along the axes on which it is conserved, and scales velocities to exactly the temperature, `T = 2 K / f`.
+/// Removes the total momentum along the axes on which it is conserved, and scales velocities to exactly the
+/// temperature, `T = 2 K / f`.
 ///
-/// `N` moving particles have `D N` degrees of freedom, less one for each conserved component of the momentum, and nothing else:
-/// `f = D N - c`, as in the temperature that is measured. A single particle keeps its own, `T = 2 K / D`.
+/// `N` moving particles have `D N` degrees of freedom, less one for each conserved component of the momentum:
+/// `f = D N - c`, as in the measured temperature. A single particle keeps its momentum, `T = 2 K / D`.
 fn settle(particles: &mut [Particle], members: &[Range<usize>], species: &[Species], cloud: &Cloud) {
     let moving = || members.iter().cloned().flatten();
     let (mut momentum, mut total_mass, mut count) = (Vector::zeros(), 0.0, 0_usize);
@@ -227,7 +232,7 @@ mod tests {
         assert!((particles[1].velocity.norm_squared() - 4.5).abs() < 1e-13);
     }
 
-    /// Velocities of `numbers` particles of masses .7, 3 and 11, at a speed of 1.3.
+    /// Velocities of particles with masses .7, 3 and 11, in these numbers, at a speed of 1.3.
     fn equal(numbers: [usize; 3], boundary: [Boundary; 3], seed: u64) -> Vec<(f64, Vector)> {
         let species: Vec<Species> = [0.7, 3.0, 11.0]
             .iter()
@@ -252,7 +257,7 @@ mod tests {
                 let started = equal(numbers, boundary, 1);
                 assert_eq!(started.len(), numbers.iter().sum::<usize>());
                 for (_, velocity) in &started {
-                    // A direction is normalised, and scaled.
+                    // A direction is normalized and scaled.
                     assert!((velocity.norm() / 1.3 - 1.0).abs() < 4.0 * f64::EPSILON, "{velocity}");
                     assert!((0..3).all(|k| boundary[k] != flat || velocity[k] == 0.0));
                 }
@@ -281,7 +286,8 @@ mod tests {
                     count += 1.0;
                 }
             }
-            // <u_x^2> = 1 / D and <u_x^4> = 3 / (D (D + 2)); of pairs, half are independent, with deviations below 0.36 each.
+            // <u_x^2> = 1 / D and <u_x^4> = 3 / (D (D + 2)). Half of the paired directions are independent,
+            // with deviations below 0.36 each.
             let error = 4.0 * 0.36 / (0.5_f64 * count).sqrt();
             assert!((square / count - 1.0 / dimensions).abs() < error, "{}", square / count);
             assert!((fourth / count - 3.0 / (dimensions * (dimensions + 2.0))).abs() < error, "{}", fourth / count);
@@ -309,7 +315,7 @@ mod tests {
         );
     }
 
-    /// The momentum, and twice the kinetic energy, of two fills of 10 and 6 with masses .7 and 3.
+    /// The momentum, and twice the kinetic energy, of two fills of 10 and 6 particles with masses .7 and 3.
     fn two_fills(boundary: [Boundary; 3]) -> (Vector, f64) {
         let hard = || Potential::hard_sphere(1.0).unwrap();
         let scene = SceneBuilder::new("two_fills")

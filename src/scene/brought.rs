@@ -1,4 +1,4 @@
-//! Files that a scene reads: from the disk, or in a browser from the page.
+//! Files that a scene reads: from disk, or from the page in a browser.
 
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use std::fs::read;
@@ -20,7 +20,7 @@ mod brought {
         static BROUGHT: RefCell<BTreeMap<PathBuf, Vec<u8>>> = RefCell::default();
     }
 
-    /// Gives scenes a file, under the path by which they name it.
+    /// Provides a file for scenes, under the path by which they name it.
     pub fn bring(path: &Path, content: Vec<u8>) {
         BROUGHT.with_borrow_mut(|files| files.insert(path.to_owned(), content));
     }

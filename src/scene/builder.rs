@@ -17,7 +17,8 @@ use crate::scene::unvalidated::{
     UnvalidatedBond, UnvalidatedStart,
 };
 
-/// Builder of a scene: collects its parts; [`SceneBuilder::build`] checks them and places the particles.
+/// Builder of a scene. It collects the parts; [`SceneBuilder::build`] validates them and places the
+/// particles.
 ///
 /// Ids count from 0 in the order in which particles are added.
 ///
@@ -37,25 +38,26 @@ use crate::scene::unvalidated::{
 #[derive(Debug, Clone, PartialEq)]
 #[must_use = "a builder does nothing until `build`"]
 pub struct SceneBuilder {
-    /// Parts of the scene that it has already; the size of the box, species, interactions, bonds and particles follow from what is below.
+    /// Parts of the scene known so far. Species, interactions, bonds, particles and the size of the box
+    /// follow from the fields below.
     pub(crate) parts: SceneParts,
-    /// `None` derives it from the one fill that has a count and a density.
+    /// Size of the box; `None` derives it from the only fill with a count and a density.
     pub(crate) size: Option<Vector>,
     pub(crate) gravity: Vector,
     pub(crate) species: Vec<SpeciesDraft>,
     pub(crate) interactions: Vec<InteractionDraft>,
     pub(crate) groups: Vec<LocatedGroup>,
-    /// Numbers of groups by the table of a scene file that has such.
+    /// Number of groups by their table in a scene file.
     pub(crate) entries: BTreeMap<&'static str, usize>,
-    /// The id of the next particle; `None` behind a group of any number of particles.
+    /// The id of the next particle; `None` after a group of unknown size.
     pub(crate) next_id: Option<u64>,
-    /// The first group whose ids were asked for and are not known.
+    /// The first group whose ids were requested but are unknown.
     pub(crate) unnumbered: Option<ConfigPath>,
     pub(crate) bonds: Vec<UnvalidatedBond>,
-    /// Surfaces besides those of the parts, and whether the scene says which there are.
+    /// Surfaces besides those of the parts.
     pub(crate) surfaces: Vec<SurfaceDraft>,
     pub(crate) has_surfaces: bool,
-    /// The run that it starts from, in place of groups.
+    /// The run that it starts from, instead of groups.
     pub(crate) start: Option<UnvalidatedStart>,
     pub(crate) origins: Origins,
 }
@@ -94,7 +96,7 @@ impl SceneBuilder {
         }
     }
 
-    /// The builder of a scene that has its species; interactions, bonds and particles stay parts.
+    /// A builder for a scene with validated species. Interactions, bonds and particles remain parts.
     pub(crate) fn of_parts(parts: SceneParts) -> Self {
         let species = parts.species.iter().map(SpeciesDraft::of).collect();
         Self { size: Some(parts.space.size), species, parts, ..Self::new("") }
@@ -109,17 +111,18 @@ impl SceneBuilder {
         allow_invalid_start(allow: bool) => parts.allow_invalid_start;
         /// Boundary conditions of a box whose size follows from a fill.
         boundary(boundary: [Boundary; 3]) => parts.space.boundary;
-        /// The acceleration of every species that moves and has none of its own `[length / time^2]`.
+        /// The acceleration of every moving species without one of its own `[length / time^2]`.
         gravity(gravity: Vector) => gravity;
-        /// Shears the box: `v_x = rate (y - y_middle)` streams, and images above and below slide along x `[1 / time]`.
+        /// Shears the box: the streaming velocity is `v_x = rate (y - y_middle)`, and images above and below
+        /// slide along x `[1 / time]`.
         shear(rate: f64) => parts.shear_rate;
-        /// Displacement along x of the next image up of a sheared box at the start `[length]`.
+        /// Initial displacement along x of the next image along y in a sheared box `[length]`.
         displacement(displacement: f64) => parts.displacement;
-        /// Switches the TC model on `[time]`.
+        /// Contact time of the TC model, which it switches on `[time]`.
         contact_time(time: f64) => parts.contact_time;
-        /// Page on which the scene runs.
+        /// Plan of the live page.
         live(live: LivePlan) => parts.live;
-        /// When the run's audit fails.
+        /// Limits of the run's audit.
         audit(audit: AuditPlan) => parts.audit;
         /// The plan of the run.
         run(run: RunPlan) => parts.run;
@@ -127,24 +130,26 @@ impl SceneBuilder {
         output(output: OutputPlan) => parts.output;
         /// Measurement plan.
         measure(plan: MeasurementPlan) => parts.measure;
-        /// Replicas at several temperatures, which are swapped: [`Exchange`](crate::exchange::Exchange) runs them.
+        /// Replicas at several temperatures with swaps, to be run by [`Exchange`](crate::exchange::Exchange).
         #[doc(alias = "parallel tempering")]
         exchange(plan: ExchangePlan) => parts.exchange;
     }
 
-    /// The box. Without it, a periodic cube follows from the one fill that has a count and a density.
+    /// The box. Without it, a periodic cube follows from the only fill with a count and a density.
     pub fn space(mut self, space: Space) -> Self {
         self.size = Some(space.size);
         self.parts.space = space;
         self
     }
 
-    /// Makes both walls of an axis (0, 1, 2) thermal: a particle leaves them with a velocity of this temperature `[energy]`.
+    /// Makes both walls of an axis (0, 1, 2) thermal: particles leave them with velocities of this
+    /// temperature `[energy]`.
     pub fn wall_temperature(self, axis: usize, temperature: f64) -> Self {
         self.wall_temperatures(axis, [Some(temperature); 2])
     }
 
-    /// Makes the lower and the upper wall of an axis (0, 1, 2) thermal, each with its own temperature `[energy]`; without one, it reflects.
+    /// Makes the lower and the upper wall of an axis (0, 1, 2) thermal, each with its own temperature
+    /// `[energy]`. A wall without one reflects.
     pub fn wall_temperatures(mut self, axis: usize, temperatures: [Option<f64>; 2]) -> Self {
         if let Some(walls) = self.parts.wall_temperatures.get_mut(axis) {
             *walls = temperatures;
@@ -152,25 +157,25 @@ impl SceneBuilder {
         self
     }
 
-    /// A species that moves.
+    /// Adds a moving species.
     pub fn species(mut self, name: &str, mass: f64, diameter: f64) -> Self {
         self.insert_species(SpeciesDraft::new(name).mass(mass).diameter(diameter));
         self
     }
 
-    /// A species that never moves.
+    /// Adds a species that never moves.
     pub fn static_species(mut self, name: &str, diameter: f64) -> Self {
         self.insert_species(SpeciesDraft::new(name).diameter(diameter).fixed());
         self
     }
 
-    /// Inserts a species, and gives its id.
+    /// Adds a species and returns its id.
     pub fn insert_species(&mut self, species: SpeciesDraft) -> SpeciesId {
         self.species.push(species);
         SpeciesId(id(self.species.len() - 1))
     }
 
-    /// Interaction of two species: a potential and a restitution.
+    /// Adds an interaction of two species: a potential and a restitution.
     pub fn interaction(mut self, first: &str, second: &str, potential: Potential, restitution: f64) -> Self {
         self.insert_interaction(InteractionDraft::new(potential).between(first, second).restitution(restitution));
         self
@@ -182,73 +187,77 @@ impl SceneBuilder {
         self
     }
 
-    /// An interaction for bonds, by name.
+    /// Adds a named interaction for bonds.
     pub fn bond_interaction(mut self, name: &str, potential: Potential, restitution: f64) -> Self {
         self.insert_interaction(InteractionDraft::new(potential).named(name).restitution(restitution));
         self
     }
 
-    /// Inserts an interaction of two species, of bonds, or of both.
+    /// Adds an interaction of two species, of bonds, or of both.
     pub fn insert_interaction(&mut self, interaction: InteractionDraft) {
         self.interactions.push(interaction);
     }
 
-    /// A surface that particles meet.
+    /// Adds a surface that particles meet.
     pub fn surface(mut self, surface: SurfaceDraft) -> Self {
         self.insert_surface(surface);
         self
     }
 
-    /// Inserts a surface that particles meet.
+    /// Adds a surface that particles meet.
     pub fn insert_surface(&mut self, surface: SurfaceDraft) {
         self.has_surfaces = true;
         self.surfaces.push(surface);
     }
 
-    /// One particle.
+    /// Adds a particle.
     pub fn particle(mut self, species: &str, position: Vector, velocity: Vector) -> Self {
         self.push("particle", Group::Listed(Listed::one(species, position, velocity)));
         self
     }
 
-    /// Inserts a particle, and gives its id. [`Self::build`] refuses it behind a fill or a surface of any number of particles.
+    /// Adds a particle and returns its id. [`Self::build`] rejects it after a fill or a surface of unknown
+    /// size.
     pub fn insert_particle(&mut self, species: &str, position: Vector, velocity: Vector) -> ParticleId {
         self.insert("particle", Group::Listed(Listed::one(species, position, velocity)))
     }
 
-    /// Particles of one species by number and density; the size of the box follows if it is not given.
+    /// Adds particles of one species by number and density. The size of the box follows if it is not given.
     pub fn fill(self, arrangement: impl Into<Arrangement>, species: &str, count: u64, amount: Amount) -> Self {
         self.add_fill(Fill::new(arrangement, species).count(count).amount(amount))
     }
 
-    /// Many particles.
+    /// Adds many particles.
     pub fn add_fill(mut self, fill: Fill) -> Self {
         self.push("fill", Group::Fill(fill));
         self
     }
 
-    /// Inserts many particles, and gives the id of the first one; [`Self::build`] refuses what [`Self::insert_particle`] says.
+    /// Adds many particles and returns the id of the first one. [`Self::build`] rejects the same cases as for
+    /// [`Self::insert_particle`].
     pub fn insert_fill(&mut self, fill: Fill) -> ParticleId {
         self.insert("fill", Group::Fill(fill))
     }
 
-    /// Maxwell velocities for the fills and chains added so far that have neither a temperature nor a speed yet `[energy]`.
+    /// Sets Maxwell velocities for all fills and chains added so far that have neither a temperature nor a
+    /// speed `[energy]`.
     pub fn temperature(mut self, temperature: f64) -> Self {
         self.at_rest().for_each(|start| *start.0 = Some(temperature));
         self
     }
 
-    /// Equal speeds in random directions for the fills and chains added so far that have neither a temperature nor a speed yet
-    /// `[length / time]`.
+    /// Sets equal speeds in random directions for all fills and chains added so far that have neither a
+    /// temperature nor a speed `[length / time]`.
     ///
-    /// Directions come in pairs of opposite ones, three at 120 degrees where a species has an odd number, so that each speed is exactly this
-    /// one and the momentum is zero; on a line, the last of an odd number keeps its momentum.
+    /// Directions are opposite in pairs; if a species has an odd number of particles, three are at 120
+    /// degrees to each other. Each speed is therefore exactly this one and the momentum is zero. On a line,
+    /// the last particle of an odd number keeps its momentum.
     pub fn speed(mut self, speed: f64) -> Self {
         self.at_rest().for_each(|start| *start.1 = Some(speed));
         self
     }
 
-    /// Temperature and speed of each fill and chain that has neither yet.
+    /// Temperature and speed of each fill and chain with neither of them.
     fn at_rest(&mut self) -> impl Iterator<Item = (&mut Option<f64>, &mut Option<f64>)> {
         self.groups.iter_mut().filter_map(|placed| match &mut placed.group {
             Group::Fill(Fill { temperature: t @ None, speed: v @ None, .. })
@@ -257,37 +266,38 @@ impl SceneBuilder {
         })
     }
 
-    /// Bonded chains.
+    /// Adds bonded chains.
     pub fn chain(mut self, chain: Chain) -> Self {
         self.push("chain", Group::Chain(chain));
         self
     }
 
-    /// Inserts bonded chains, and gives the id of the first particle, which the others follow chain by chain; [`Self::build`] refuses what
-    /// [`Self::insert_particle`] says.
+    /// Adds bonded chains and returns the id of the first particle. The others follow chain by chain.
+    /// [`Self::build`] rejects the same cases as for [`Self::insert_particle`].
     pub fn insert_chain(&mut self, chain: Chain) -> ParticleId {
         self.insert("chain", Group::Chain(chain))
     }
 
-    /// A surface of static spheres.
+    /// Adds a surface of static spheres.
     pub fn static_surface(mut self, surface: SurfaceFill) -> Self {
         self.push("mesh", Group::Surface(surface));
         self
     }
 
-    /// A bond between two particles, by a named interaction.
+    /// Adds a bond between two particles, by a named interaction.
     pub fn bond(mut self, first: u32, second: u32, interaction: &str) -> Self {
         self.insert_bond([first, second].map(ParticleId), interaction);
         self
     }
 
-    /// Inserts a bond between two particles, by a named interaction.
+    /// Adds a bond between two particles, by a named interaction.
     pub fn insert_bond(&mut self, pair: [ParticleId; 2], interaction: &str) {
         let at = ConfigPath::entry("bond", self.bonds.len());
         self.bonds.push(UnvalidatedBond { pair: pair.map(|id| id.0), interaction: interaction.to_owned(), at });
     }
 
-    /// Adds particles that start together, an entry of a table of a scene file. Says which id the first of them has, if that is known.
+    /// Adds a group of particles, an entry of a table of a scene file. Returns the id of the first one, if
+    /// known.
     pub(crate) fn push(&mut self, table: &'static str, group: Group) -> Option<u64> {
         let number = self.entries.entry(table).or_default();
         let at = ConfigPath::entry(table, *number);
@@ -295,7 +305,7 @@ impl SceneBuilder {
         self.push_at(at, group)
     }
 
-    /// Adds particles that start together, which stand at some place. Says which id the first of them has, if that is known.
+    /// Adds a group of particles at a config path. Returns the id of the first one, if known.
     pub(crate) fn push_at(&mut self, at: ConfigPath, group: Group) -> Option<u64> {
         let first = self.next_id;
         let count = match &group {
@@ -309,9 +319,9 @@ impl SceneBuilder {
         first
     }
 
-    /// Adds particles that start together, and gives the id of the first of them.
+    /// Adds a group of particles and returns the id of the first one.
     fn insert(&mut self, table: &'static str, group: Group) -> ParticleId {
-        // More particles than ids are refused with the scene.
+        // More particles than ids are rejected with the scene.
         let first = self.push(table, group).map(|first| ParticleId(u32::try_from(first).unwrap_or(u32::MAX)));
         if let (None, Some(last)) = (first, self.groups.last()) {
             self.unnumbered.get_or_insert_with(|| last.at.clone());

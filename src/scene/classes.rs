@@ -1,4 +1,4 @@
-//! Species with a distribution of diameters become several species, wherever a scene names them.
+//! Replaces species with a distribution of diameters by several species, wherever a scene names them.
 
 use crate::prepare::polydispersity::{Class, mass_of, mean_diameter, spread};
 use crate::scene::SceneBuilder;
@@ -8,13 +8,13 @@ use crate::scene::limits::positive;
 use crate::scene::unvalidated::{Fill, Group, InteractionDraft, LocatedGroup, Model, SpeciesDraft};
 use crate::scene::validate::measure;
 
-/// Species of one scene, where some have a distribution: their pairs, 32,896, have to be countable in 16 bits.
+/// Maximum number of species in a scene with distributions. Their 32,896 pairs must be countable in 16 bits.
 const MOST_SPECIES: usize = 256;
 
 /// A species with a distribution of diameters.
 #[derive(Debug)]
 pub(crate) struct Distributed {
-    /// Among the species that were typed.
+    /// Index among the species of the file.
     pub index: usize,
     pub name: String,
     pub classes: Vec<Class>,
@@ -27,7 +27,7 @@ impl Distributed {
     }
 }
 
-/// Puts the classes where the species were named.
+/// Replaces distributed species by their classes wherever they are named.
 pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
     if distributed.is_empty() {
         return Ok(());
@@ -72,8 +72,8 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
     Ok(())
 }
 
-/// Puts the classes of a distribution that a run had in the place of its name in the interactions: the species of the run have the names of the
-/// classes alone, `grain-1`, `grain-2` and so on.
+/// Replaces the name of a distribution in interactions by the classes that a run had. The species of the run
+/// only have the names of the classes, `grain-1`, `grain-2` and so on.
 pub(crate) fn expand_families(scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let is_known = |name: &str| scene.species.iter().any(|species| species.name == name);
     let is_new = |names: &[Distributed], name: &str| named(names, name).is_none() && !is_known(name);
@@ -151,7 +151,7 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
         };
         let is_alike = species[0] == species[1];
         let (first, second) = (names(0), names(1));
-        // One of them keeps the name, for bonds, which make their potentials from it.
+        // One of them keeps the name, for bonds, which derive their potentials from it.
         let mut name = draft.name.clone();
         for (k, a) in first.iter().enumerate() {
             for b in second.iter().skip(if is_alike { k } else { 0 }) {
@@ -165,7 +165,7 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
     Ok(())
 }
 
-/// Pairs of classes differ in what follows from their diameters, so nothing else may say it.
+/// Pairs of classes have different contact distances, so an explicit one is rejected.
 fn check_diameter(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = "no length of its own: it follows from the diameters of each two classes of a distribution";
     let (key, value) = match (&draft.model, draft.diameter) {
@@ -190,7 +190,7 @@ fn expand_fill(fill: &mut Fill, distributed: &[Distributed], at: &ConfigPath) ->
     Ok(())
 }
 
-/// Where the species and interactions of a builder stand in its file, by index; empty where they have the same index.
+/// Indices of the species and interactions of a builder in its file; empty if they are unchanged.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Origins {
     species: Vec<usize>,

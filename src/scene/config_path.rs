@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-/// One key or index of a [`ConfigPath`].
+/// A key or an index of a [`ConfigPath`].
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PathStep {
@@ -15,8 +15,8 @@ pub enum PathStep {
 
 /// Config path of a value in a scene, such as `interaction[0].restitution`.
 ///
-/// Scenes built in code have the same paths as scenes from a file, so an error reads the same; a file can show the
-/// line as well.
+/// Scenes built in code have the same paths as scenes from a file, so that errors read the same. For a file,
+/// the line is shown as well.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct ConfigPath(Vec<PathStep>);
 
@@ -45,7 +45,7 @@ impl ConfigPath {
         Self::root().key(table).index(index)
     }
 
-    /// The place that has another index in the top-level array `table`, where `indices` has one for it.
+    /// The path with another index in the top-level array `table`, if `indices` has one for it.
     #[must_use]
     pub(crate) fn entry_moved(&self, table: &str, indices: &[usize]) -> Self {
         let mut steps = self.0.clone();

@@ -1,4 +1,4 @@
-//! A scene whose start is the end of a run: what it takes from there, and what no longer fits.
+//! A scene that starts from the end of a run: what it inherits, and what no longer fits.
 
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -26,13 +26,13 @@ use crate::scene::source::Source;
 use crate::scene::unvalidated::{SpeciesDraft, UnvalidatedStart};
 use crate::scene::validate::start::Configuration;
 
-/// A run that has ended, and the checksum of that state.
+/// A run that has ended, and the checksum of its last state.
 pub(crate) struct LastRun {
     pub simulation: Simulation,
     pub checkpoint: InputFile,
 }
 
-/// Particles as a run has left them.
+/// Particles at the end of a run.
 struct Left {
     particles: Vec<Particle>,
     images: Vec<[i32; 3]>,
@@ -43,11 +43,11 @@ fn at_start() -> ConfigPath {
 }
 
 impl Scene {
-    /// Reads a scene from its text, with some of its values replaced, that goes on from where a simulation is: particles, bonds and static meshes are those
-    /// of the simulation, in place of all that the text has of them.
+    /// Reads a scene from its text, with overrides, that continues from the present state of a simulation.
+    /// Particles, bonds and static meshes are those of the simulation and replace those of the text.
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake, or if the state does not fit.
+    /// [`SceneError`] with the first mistake, also if the state does not fit.
     pub(crate) fn from_toml_after(
         text: &str,
         name: &Path,
@@ -89,7 +89,7 @@ impl SceneBuilder {
         next.starting_from(&last).map_err(|error| next.origins.located(error))
     }
 
-    /// Builder in which everything that the scene leaves out is as in the run.
+    /// A builder in which everything that the scene leaves out is taken from the run.
     fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Result<Self, SceneError> {
         let (mut next, run) = (self.clone(), simulation.scene());
         (next.parts.start_time, next.parts.displacement) = (simulation.time(), simulation.displacement());
@@ -148,7 +148,8 @@ impl SceneBuilder {
             static_surfaces: static_surfaces(run, &particles, &species)?,
             starts: vec![(0, at_start())],
         };
-        // Pairs that are captured across a side that opens are far apart, and pairs across one that becomes periodic may be near.
+        // Pairs captured across a side that opens are far apart, and pairs across a side that becomes
+        // periodic may be near.
         let is_kept = if has_same_periods(&space, &run.space) {
             kept(run, &species, &interactions, &bonds)
         } else {
@@ -167,7 +168,7 @@ impl SceneBuilder {
         let displacement = self.parts.displacement;
         let start = Configuration { groups, interactions, space, displacement, surfaces };
         self.check_plan(&start)?;
-        // No place is worse than in the run otherwise.
+        // Otherwise no position can be worse than in the run.
         if !is_as_it_was {
             self.check_places(&start)?;
         }
@@ -175,7 +176,7 @@ impl SceneBuilder {
         scene.particles = particles;
         scene.inputs.insert(0, last.checkpoint.clone());
         let differences = differences(&scene, run);
-        // Serialising a state in memory cannot fail.
+        // Serializing a state in memory cannot fail.
         let simulation = if differences.is_empty() { postcard::to_allocvec(&last.simulation).ok() } else { None };
         let captured = last.simulation.captured_pairs();
         let state = Some(Arc::new(LastState { images, captured, is_kept, differences, simulation }));
@@ -185,7 +186,7 @@ impl SceneBuilder {
     }
 }
 
-/// The surfaces of a run, for the species that have the same names here.
+/// The surfaces of a run, for the species with the same names here.
 fn surfaces_of(run: &Scene, species: &[Species]) -> Vec<SceneSurface> {
     let here = |id: &SpeciesId| {
         let there = run.species.get(id.0 as usize)?;
@@ -200,7 +201,7 @@ fn surfaces_of(run: &Scene, species: &[Species]) -> Vec<SceneSurface> {
     run.surfaces.iter().filter(meets_some).map(of_here).collect()
 }
 
-/// The surfaces of a run, with the species that their spheres have here.
+/// The static surfaces of a run, with the species of their spheres here.
 fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> Result<Vec<StaticSurface>, SceneError> {
     let mut surfaces = run.static_surfaces.clone();
     for surface in &mut surfaces {
@@ -214,7 +215,7 @@ fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> 
     Ok(surfaces)
 }
 
-/// The flat axes are those of the run.
+/// Requires the flat axes of the run.
 fn check_flat_axes(boundary: &[Boundary; 3], run: &Space) -> Result<(), SceneError> {
     let word = |boundary: Boundary| if boundary == Boundary::Flat { "flat" } else { "not flat" };
     for (k, axis) in AXES.into_iter().enumerate() {
@@ -227,7 +228,7 @@ fn check_flat_axes(boundary: &[Boundary; 3], run: &Space) -> Result<(), SceneErr
     Ok(())
 }
 
-/// The box is that of the run.
+/// Requires the box of the run.
 fn check_box(space: &Space, run: &Space) -> Result<(), SceneError> {
     for (key, here, there) in [("size", space.size, run.size), ("lower", space.lower, run.lower)] {
         if let Some(k) = (0..3).find(|&k| here[k] != there[k]) {
@@ -264,7 +265,7 @@ fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<L
                 _ => {}
             }
         }
-        // Species without particles need no other of the same name.
+        // Species without particles need no counterpart of the same name.
         let species = of_run.get(now.species.0 as usize).copied().flatten().unwrap_or(SpeciesId(0));
         left.particles.push(Particle { species, position, velocity: now.velocity });
         left.images.push(image);
@@ -277,7 +278,7 @@ fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<L
     Ok(left)
 }
 
-/// The bonds of a run, each held by the interaction of the same name.
+/// The bonds of a run, each with the interaction of the same name.
 fn bonds(run: &Scene, particles: &[Particle], interactions: &mut Interactions<'_>) -> Result<Vec<Bond>, SceneError> {
     let mut bonds = Vec::with_capacity(run.bonds.len());
     for bond in &run.bonds {
@@ -290,14 +291,14 @@ fn bonds(run: &Scene, particles: &[Particle], interactions: &mut Interactions<'_
     Ok(bonds)
 }
 
-/// Whether two potentials divide distances in the same way, with the same hard cores and ends.
+/// Whether two potentials have the same discontinuities, hard cores and ends.
 fn are_alike(a: &Potential, b: &Potential) -> bool {
     let are_finite =
         |potential: &Potential| potential.energies().iter().map(|energy| energy.is_finite()).collect::<Vec<_>>();
     a.radii() == b.radii() && a.is_bond() == b.is_bond() && are_finite(a) == are_finite(b)
 }
 
-/// For each interaction, whether all of its pairs had the same discontinuities in the run.
+/// For each interaction, whether all its pairs had the same discontinuities in the run.
 fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds: &[Bond]) -> Vec<bool> {
     let in_run: HashMap<&str, usize> = run.species.iter().enumerate().map(|(k, it)| (it.name.as_str(), k)).collect();
     let mut is_kept = vec![true; interactions.len()];
@@ -324,7 +325,7 @@ fn has_same_periods(one: &Space, other: &Space) -> bool {
     periodic(one) == periodic(other)
 }
 
-/// Whether no particle comes nearer to a wall than in the run.
+/// Whether walls are no closer to any particle than in the run.
 fn has_same_walls(run: &Scene, species: &[Species], space: &Space) -> bool {
     let diameters: HashMap<&str, f64> = run.species.iter().map(|it| (it.name.as_str(), it.diameter)).collect();
     let walls = |space: &Space| [0, 1, 2].map(|axis| space.walled_sides(axis));
@@ -332,7 +333,7 @@ fn has_same_walls(run: &Scene, species: &[Species], space: &Space) -> bool {
         && walls(space) == walls(&run.space)
 }
 
-/// Differences between a scene and a run on which the dynamics depends, in words.
+/// Differences between a scene and a run that affect the dynamics, in words.
 fn differences(scene: &Scene, run: &Scene) -> Vec<&'static str> {
     let is_driven_by_walls = scene.has_thermal_walls();
     let differences = [

@@ -1,4 +1,5 @@
-//! A start from frames, with their bonds and their box: those of files in extended XYZ, and one in the memory of a program.
+//! A start from frames, with their bonds and their box: from extended XYZ files, or from the memory of a
+//! program.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -21,14 +22,14 @@ use crate::trajectory::extended_xyz::{Beside, FrameReader, ReadError};
 use crate::trajectory::frame::FrameParticle;
 use crate::trajectory::{Frame, compressed};
 
-/// A frame, and what is known about it.
+/// A frame and what is known about it.
 #[derive(Debug)]
 struct Start<'f> {
     frame: Cow<'f, Frame>,
     has_box: bool,
     has_radii: bool,
     beside: Beside,
-    /// The line of a file with the box and the bonds.
+    /// Line of the file with the box and the bonds.
     comment: usize,
 }
 
@@ -37,7 +38,7 @@ struct Start<'f> {
 struct Origin {
     at: ConfigPath,
     path: Option<PathBuf>,
-    /// The interaction that is to hold its bonds.
+    /// The interaction for its bonds.
     bond: Option<String>,
 }
 
@@ -50,7 +51,7 @@ impl Origin {
     }
 }
 
-/// Frames that a scene starts from, and what it says of the box.
+/// Frames that a scene starts from, and what it specifies about the box.
 pub(super) struct Frames<'a> {
     pub given: Option<&'a GivenParticles>,
     pub files: &'a [CoordinatesFile],
@@ -59,7 +60,7 @@ pub(super) struct Frames<'a> {
     pub may_give_box: bool,
 }
 
-/// Adds the particles and the bonds of frames to a scene, and their box if nothing else says how large it is.
+/// Adds the particles and bonds of frames to a scene, and their box if nothing else determines its size.
 pub(super) fn add(frames: &Frames<'_>, scene: &mut SceneBuilder) -> Result<Vec<RadiiAndMasses>, SceneError> {
     let mut sizes = Vec::with_capacity(frames.files.len());
     if let Some(given) = frames.given {
@@ -123,8 +124,8 @@ fn add_start(
     Ok(())
 }
 
-/// Makes the box that of a frame. Sides that the scene does not mention are those of the frame, except for walls, which it does not have
-/// from open sides; sides that are flat have no extent.
+/// Takes the box from a frame. Sides that the scene does not mention are taken from the frame; a frame cannot
+/// distinguish walls from open sides, so they are open. Flat axes have no extent.
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let boundary = scene.parts.space.boundary;
     scene.size = Some(Vector::from_fn(|k, _| if boundary[k] == Boundary::Flat { 0.0 } else { frame.size[k] }));
@@ -144,8 +145,8 @@ fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Resul
     Ok(())
 }
 
-/// Adds the bonds of a frame: each is held by an interaction of the scene that has the name in the file, or the one that the scene
-/// names for all of them.
+/// Adds the bonds of a frame. Each gets the scene's interaction with the name in the file, or the one that
+/// the scene names for all.
 fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let frame = &*start.frame;
     if frame.bonds.is_empty() {
@@ -201,7 +202,7 @@ fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Re
     Ok(())
 }
 
-/// Path and checksum of a file, which must have the checksum that the scene has for it.
+/// Path and checksum of a file. The checksum must be the one in the scene, if it has one.
 pub(super) fn unchanged(
     path: &Path,
     text: &[u8],
@@ -219,7 +220,7 @@ pub(super) fn unchanged(
     Err(SceneError::new(at.key("checksum"), kind))
 }
 
-/// A frame, or the line and what is wrong with it.
+/// A frame, or the line and the mistake.
 fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
     let open = || compressed::unpacked(text).map_err(|error| (1, error.to_string()));
     let lines = || open().map_or(1, |text| BufReader::new(text).split(b'\n').map_while(Result::ok).count().max(1));

@@ -1,4 +1,4 @@
-//! Errors of a scene: where they are, and what was expected instead.
+//! Errors of a scene: their positions, and what was expected.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -30,22 +30,22 @@ pub enum SceneErrorKind {
     /// The file is empty.
     #[error("the scene is empty")]
     Empty,
-    /// Not TOML, or a value of the wrong type.
+    /// Invalid TOML, or a value of the wrong type.
     #[error("{message}")]
     Syntax { message: String },
-    /// A key that means nothing here.
+    /// An unknown key.
     #[error("unknown key `{key}`")]
     UnknownKey { key: String, nearest: Option<String>, known: Vec<String> },
-    /// A key that another key's value has no use for.
+    /// A key that does not apply to the value of another key.
     #[error("`{key}` does not belong to {context}")]
     Misplaced { key: &'static str, context: String, known: Vec<&'static str> },
-    /// A key that is needed.
+    /// A missing key.
     #[error("`{key}` is missing: {why}")]
     Missing { key: &'static str, why: String },
-    /// A value outside of its range.
+    /// A value outside its range.
     #[error("is {value}, expected {expected}")]
     Value { value: String, expected: String },
-    /// A word that is not one of the known ones.
+    /// An unknown word.
     #[error("unknown {what} `{word}`")]
     UnknownWord { what: &'static str, word: String, nearest: Option<String>, known: Vec<String> },
     /// A name given twice.
@@ -54,24 +54,24 @@ pub enum SceneErrorKind {
     /// Two species can meet and have no interaction.
     #[error("species `{first}` and `{second}` can meet, but no [[interaction]] says what happens then")]
     NoInteraction { first: String, second: String },
-    /// Not a potential.
+    /// An invalid potential.
     #[error(transparent)]
     Potential(#[from] PotentialError),
-    /// A periodic axis on which a pair could meet twice.
+    /// A periodic axis along which a pair could meet in two images.
     #[error(
         "the box is {size} long along periodic {axis}, expected at least {needed}, twice the longest range {range}"
     )]
     SmallBox { axis: char, size: f64, range: f64, needed: f64 },
-    /// Two particles inside of their core.
+    /// Two particles with overlapping cores.
     #[error(
         "particles {first} and {second} overlap at the start: {distance} apart where {contact} is needed, a gap of {}",
         distance - contact
     )]
     Overlap { first: u32, second: u32, distance: f64, contact: f64 },
-    /// A particle that reaches through a wall.
+    /// A particle that overlaps a wall.
     #[error("particle {particle} reaches {depth} through the {side} wall of {axis}")]
     InWall { particle: u32, axis: char, side: &'static str, depth: f64 },
-    /// A particle that reaches through a surface that is no wall of the box.
+    /// A particle that overlaps a surface other than a wall of the box.
     #[error("particle {particle} reaches {depth} through surface `{surface}`")]
     InSurface { particle: u32, surface: String, depth: f64 },
     /// A bond to a particle that does not exist.
@@ -83,7 +83,7 @@ pub enum SceneErrorKind {
     /// A bond that is too short or too long at the start.
     #[error("particles {first} and {second} start {distance} apart, but their bond holds from {shortest} to {longest}")]
     BondLength { first: u32, second: u32, distance: f64, shortest: f64, longest: f64 },
-    /// More than spheres can fill.
+    /// A packing fraction above the densest packing.
     #[error("a packing fraction of {value} is impossible: equal spheres fill at most {limit}")]
     PackingFraction { value: f64, limit: f64 },
     /// A lattice whose sites are too close.
@@ -94,45 +94,45 @@ pub enum SceneErrorKind {
     /// A region that is smaller than a particle.
     #[error("the region has no room for a particle of diameter {diameter}: expected a larger one")]
     RegionTooSmall { diameter: f64 },
-    /// A region without room for more.
+    /// A region without room for more particles.
     #[error("only {placed} of {count} fitted: {attempts} random attempts found no place for the next one")]
     NoRoom { placed: usize, count: usize, attempts: usize },
-    /// Growing spheres that jam before they have their size.
+    /// Growing spheres that jam before they reach their size.
     #[error("a random packing fraction of {wanted:.4} was not reached: these particles jam at {reached:.4}")]
     Jammed { wanted: f64, reached: f64 },
-    /// More particles than the memory is meant for.
+    /// More particles than fit into memory.
     #[error("{particles} particles need about {} GiB, more than there are here: {} GiB", bytes >> 30, budget >> 30)]
     TooMany { particles: u64, bytes: u64, budget: u64 },
-    /// A coordinate file that cannot be understood.
+    /// An invalid coordinate file.
     #[error("{}, line {line}: {problem}", path.display())]
     Coordinates { path: PathBuf, line: usize, problem: String },
-    /// Particles that a program has given, and that do not fit the scene.
+    /// Particles from a program that do not fit the scene.
     #[error("{problem}")]
     Particles { problem: String },
-    /// A mesh file that cannot be understood.
+    /// An invalid mesh file.
     #[error("{}: {problem}", path.display())]
     Mesh { path: PathBuf, problem: Box<MeshFileProblem> },
-    /// A coordinate file whose content is not the one that the scene was meant for.
+    /// A coordinate file with another checksum than the scene requires.
     #[error("{} is not the file that it was: its checksum is {found}, expected {expected}", path.display())]
     InputChanged { path: PathBuf, found: String, expected: String },
-    /// A scene that starts from a run, read by what reads no runs.
+    /// A scene that starts from a run, where runs cannot be read.
     #[error("the scene starts from the run in {}, expected one with particles of its own", path.display())]
     NeedsRun { path: PathBuf },
-    /// A run that nothing can start from.
+    /// A run that cannot be started from.
     #[error("nothing can start from {}: {problem}", path.display())]
     NoStart { path: PathBuf, problem: String, cure: String },
-    /// A run that is not at the state that the scene starts from.
+    /// A run whose state differs from the one the scene starts from.
     #[error("the run in {} is not at the state that it was: the checksum of its checkpoint is {found}, expected {expected}", path.display())]
     RunChanged { path: PathBuf, found: String, expected: String },
-    /// An override that leads nowhere.
+    /// An override of something that does not exist.
     #[error("cannot set `{key}`: {problem}")]
     Override { key: String, problem: String },
 }
 
-/// Most characters of a value that are shown.
+/// Maximum number of displayed characters of a value.
 const MOST_SHOWN: usize = 100;
 
-/// A value, or its beginning and how long it is.
+/// A value, or its beginning and its length.
 fn shortened(value: String) -> String {
     let count = value.chars().count();
     if count <= MOST_SHOWN {
@@ -143,12 +143,12 @@ fn shortened(value: String) -> String {
 }
 
 impl SceneErrorKind {
-    /// A value outside of its range.
+    /// A value outside its range.
     pub(crate) fn value(value: impl fmt::Display, expected: impl Into<String>) -> Self {
         Self::Value { value: shortened(value.to_string()), expected: expected.into() }
     }
 
-    /// Help: the likely cure, where there is one.
+    /// The likely cure, if there is one.
     fn help(&self) -> Option<String> {
         match self {
             Self::UnknownKey { key, .. } if not_there(key).is_some() => not_there(key).map(str::to_owned),
@@ -193,7 +193,7 @@ impl SceneErrorKind {
     }
 }
 
-/// Explains keys for features that other programs have and Carom has not, with the alternative.
+/// Explains keys of features that other programs have and Carom lacks, with the alternative.
 fn not_there(key: &str) -> Option<&'static str> {
     Some(match key {
         "inlet" | "inlets" | "outlet" | "outlets" | "insertion" | "recirculate" => {
@@ -236,7 +236,7 @@ impl From<NoPlace> for SceneErrorKind {
     }
 }
 
-/// Refuses a value outside of its range.
+/// Error for a value outside its range.
 pub(crate) fn refuse<T>(
     at: ConfigPath,
     value: impl fmt::Display,
@@ -245,12 +245,12 @@ pub(crate) fn refuse<T>(
     Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
 }
 
-/// Error of a table without a key that it needs.
+/// Error for a missing key.
 pub(crate) fn missing(at: &ConfigPath, key: &'static str, why: impl Into<String>) -> SceneError {
     SceneError::new(at.clone(), SceneErrorKind::Missing { key, why: why.into() })
 }
 
-/// Error of a word that is not one of `known`, with the nearest of them.
+/// Error for an unknown word, with the nearest known one.
 pub(crate) fn unknown<'a>(
     at: &ConfigPath,
     what: &'static str,
@@ -272,7 +272,7 @@ fn one_of<S: AsRef<str>>(words: &[S]) -> String {
     }
 }
 
-/// The known word most like `word`, if one is alike.
+/// The known word most similar to `word`, if any is similar.
 pub(crate) fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> {
     // Jaro-Winkler similarity of unrelated key names stays below 0.7, one or two typos above 0.8.
     const ALIKE: f64 = 0.75;
@@ -286,8 +286,8 @@ pub(crate) fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> 
 
 /// Error in a scene, with the config path of the value and its line in the file.
 ///
-/// Displays as one line. As a [`miette::Diagnostic`] it also shows the file, the line with the value underlined, and
-/// what to do about it.
+/// Displays as one line. As a [`miette::Diagnostic`] it also shows the file, the line with the value
+/// underlined, and a cure.
 #[derive(Debug)]
 pub struct SceneError(Box<Inner>);
 
@@ -301,7 +301,7 @@ struct Inner {
 }
 
 impl SceneError {
-    /// A mistake at a place of the scene.
+    /// A mistake at a config path.
     pub(crate) fn new(at: ConfigPath, kind: impl Into<SceneErrorKind>) -> Self {
         Self(Box::new(Inner { kind: kind.into(), at, source: None, others: Vec::new() }))
     }
@@ -312,7 +312,7 @@ impl SceneError {
         &self.0.kind
     }
 
-    /// Error with every place that it names moved.
+    /// The error with all its config paths moved.
     pub(crate) fn moved(mut self, to: impl Fn(&ConfigPath) -> ConfigPath) -> Self {
         self.0.at = to(&self.0.at);
         if let SceneErrorKind::Duplicate { first, .. } = &mut self.0.kind {
@@ -321,7 +321,7 @@ impl SceneError {
         self
     }
 
-    /// Where in the scene; the root if no one place is to blame.
+    /// Config path of the value; the root if the mistake is not at a single value.
     #[must_use]
     pub fn config_path(&self) -> &ConfigPath {
         &self.0.at
@@ -335,9 +335,9 @@ impl SceneError {
         Some(1 + before.iter().filter(|&&byte| byte == b'\n').count())
     }
 
-    /// Error with the text that contains it.
+    /// The error with the text that contains it.
     pub(crate) fn in_source(mut self, name: &str, text: Arc<String>, span: std::ops::Range<usize>) -> Self {
-        // The length is the same, so that the span stays valid.
+        // The length is unchanged, so that the span stays valid.
         let text = match printable(&text) {
             Cow::Borrowed(_) => text,
             Cow::Owned(safe) => Arc::new(safe),
@@ -347,13 +347,13 @@ impl SceneError {
         self
     }
 
-    /// Error with further mistakes in the same text.
+    /// The error with further mistakes in the same text.
     pub(crate) fn with_others(mut self, others: Vec<Self>) -> Self {
         self.0.others = others;
         self
     }
 
-    /// Further mistakes in the same text, in its order: keys that are unknown, and values of another type.
+    /// Further mistakes in the same text, in its order: unknown keys, and values of the wrong type.
     #[must_use]
     pub fn others(&self) -> &[Self] {
         &self.0.others

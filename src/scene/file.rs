@@ -1,4 +1,4 @@
-//! File of a scene: its TOML, key by key, before anything is made of it.
+//! The file format of a scene: its TOML, key by key, before validation.
 //!
 //! The comments of the fields, with their units, and the ranges beside them are also what an editor shows: they are the
 //! descriptions and the limits of [`schema`](fn@crate::scene::schema).

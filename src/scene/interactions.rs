@@ -13,20 +13,20 @@ use crate::scene::limits::{above_one, finite, positive, positive_if_given, resti
 use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{InteractionDraft, Model};
 
-/// The most steps of a stepped potential: more are a slip of the keyboard.
+/// Maximum number of steps of a stepped potential. More are a typing mistake.
 pub(crate) const MOST_STEPS: usize = 10_000;
 
-/// The most interactions of a scene, one for each pair of species and each diameter, and the most species: the event
-/// loop numbers both with 16 bits.
+/// Maximum number of interactions of a scene, one for each pair of species and each diameter, and of species.
+/// The event loop numbers both with 16 bits.
 pub(crate) const MOST_KINDS: usize = 1 << 16;
 
-/// The interactions in use. One draft makes several if it stands for pairs of different diameters.
+/// The interactions in use. A draft becomes several if it applies to pairs of different diameters.
 pub(crate) struct Interactions<'a> {
     drafts: &'a [InteractionDraft],
     pub species: &'a [Species],
     list: Vec<Interaction>,
     made: HashMap<(usize, u64), Option<InteractionId>>,
-    /// For each two species, whether and how they interact; the outer `None` if nothing says.
+    /// For each pair of species, whether and how they interact; the outer `None` if it is unspecified.
     table: SpeciesPairs<Option<InteractionId>>,
 }
 
@@ -78,7 +78,7 @@ impl<'a> Interactions<'a> {
         Ok(())
     }
 
-    /// The interaction that a draft means for two species; pairs of equal diameter share it.
+    /// The interaction of a draft for two species. Pairs of equal diameter share it.
     fn make(&mut self, index: usize, a: usize, b: usize) -> Result<Option<InteractionId>, SceneError> {
         let draft = &self.drafts[index];
         let additive = 0.5 * (self.species[a].diameter + self.species[b].diameter);
@@ -102,7 +102,7 @@ impl<'a> Interactions<'a> {
             );
         }
         let steps = potential.as_ref().map_or(0, |potential| potential.radii().len());
-        // A stepped Lennard-Jones potential has its core besides.
+        // A stepped Lennard-Jones potential also has its core.
         if steps > MOST_STEPS + 1 {
             let expected = format!("a number of radii from 1 to {}", MOST_STEPS + 1);
             let at = ConfigPath::entry("interaction", index).key("radii");
@@ -116,7 +116,7 @@ impl<'a> Interactions<'a> {
         Ok(id)
     }
 
-    /// Interactions and a table of species that are complete already.
+    /// From validated interactions and their table.
     pub(crate) fn given(
         list: Vec<Interaction>,
         table: &SpeciesPairs<InteractionId>,
@@ -151,7 +151,7 @@ impl<'a> Interactions<'a> {
         })
     }
 
-    /// Whether there is an interaction of this number.
+    /// Whether an interaction with this id exists.
     pub(crate) fn has(&self, id: InteractionId) -> bool {
         (id.0 as usize) < self.list.len()
     }
@@ -166,12 +166,12 @@ impl<'a> Interactions<'a> {
         self.table.iter().filter_map(|(pair, id)| Some((pair, id?)))
     }
 
-    /// Interaction by its id, of those made so far.
+    /// An interaction by id, among those created so far.
     pub(crate) fn get(&self, id: InteractionId) -> &Interaction {
         &self.list[id.0 as usize]
     }
 
-    /// The distances that cores of species keep.
+    /// Contact distances of the cores.
     pub(crate) fn contacts(&self) -> Contacts {
         Contacts::of(self.table.map(|id| self.get(id?).potential.core()))
     }
@@ -182,12 +182,13 @@ impl<'a> Interactions<'a> {
         meeting.filter_map(|(_, id)| Some(self.get(id?).potential.range())).fold(0.0, f64::max)
     }
 
-    /// Whether all of them are hard spheres, and none is a bond.
+    /// Whether all interactions are hard spheres, and none is a bond.
     pub(crate) fn are_hard_spheres(&self) -> bool {
         self.list.iter().all(|it| it.potential.is_hard_sphere() && !it.potential.is_bond())
     }
 
-    /// Refuses two species that can meet without an interaction: `counts` are the particles of each.
+    /// Rejects pairs of species that can meet but have no interaction; `counts` are the numbers of particles
+    /// of each species.
     pub(crate) fn check_complete(&self, counts: &[usize]) -> Result<(), SceneError> {
         let present: Vec<usize> = (0..counts.len()).filter(|&species| counts[species] > 0).collect();
         for (k, &a) in present.iter().enumerate() {
@@ -203,13 +204,13 @@ impl<'a> Interactions<'a> {
         Ok(())
     }
 
-    /// The interactions and the table of species.
+    /// The interactions and their table.
     pub(crate) fn finish(self) -> (Vec<Interaction>, SpeciesPairs<InteractionId>) {
         (self.list, self.table.map(|id| id))
     }
 }
 
-/// The species of this name.
+/// The species with this name.
 pub(crate) fn species_named(species: &[Species], name: &str, at: &ConfigPath) -> Result<SpeciesId, SceneError> {
     let found = species.iter().position(|candidate| candidate.name == name);
     let known = || species.iter().map(|candidate| candidate.name.as_str());

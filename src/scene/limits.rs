@@ -1,4 +1,4 @@
-//! Which numbers a scene may contain.
+//! Permitted numbers in a scene.
 
 use crate::Vector;
 use crate::base::memory;
@@ -9,17 +9,19 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
-/// Memory that a particle takes in a simulation, with its prediction and lists `[bytes]`: measured, at
-/// most, for hard spheres at a packing fraction of 0.5 (250), with instruments, before which a copy looks ahead (530), and from a random start (560).
+/// Memory per particle in a simulation, with its prediction and lists `[bytes]`. Measured maxima for hard
+/// spheres at a packing fraction of 0.5: 250, with instruments that need a copy for a look ahead 530, and
+/// from a random start 560.
 const BYTES_PER_PARTICLE: u64 = 600;
 
-/// Largest number of particles: up to eight cells and eight places in blocks for each must fit in 32 bits.
+/// Maximum number of particles. Up to eight cells and eight slots in blocks per particle must be numbered in
+/// 32 bits.
 const MOST_PARTICLES: u64 = 500_000_000;
 
-/// Memory that two species take in the tables that the event loop looks pairs up in, both ways `[bytes]`.
+/// Memory per pair of species in the tables of the event loop, in both orders `[bytes]`.
 const BYTES_PER_PAIR: u64 = 64;
 
-/// Largest number of species with particles: their numbers have 16 bits.
+/// Maximum number of species with particles, which have 16-bit numbers.
 const MOST_ROWS: u64 = 1 << 16;
 
 /// Rejects numbers of particles that exceed the memory of the machine or the range of the engine's ids, before anything is allocated.
@@ -39,7 +41,7 @@ fn affordable_with(particles: u64, budget: u64, at: &ConfigPath) -> Result<(), S
     Ok(())
 }
 
-/// Refuses more species with particles than tables of their pairs have room for.
+/// Rejects more species with particles than the tables of pairs have room for.
 pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
     let (species, budget) = (species as u64, memory::total());
     let bytes = species.saturating_mul(species).saturating_mul(BYTES_PER_PAIR);
@@ -59,30 +61,30 @@ fn check(value: f64, is_good: bool, expected: &str, at: ConfigPath) -> Result<f6
     if is_good { Ok(value) } else { refuse(at, shortest(value), expected) }
 }
 
-/// Expected value in a message: a number of this kind, or if it is of this kind, one in this range.
+/// Expected value for a message: the kind of number, or the range if the kind is right.
 fn instead(is_of_kind: bool, kind: &'static str, range: &'static str) -> &'static str {
     if is_of_kind { range } else { kind }
 }
 
-/// A number, neither NaN nor infinite.
+/// Requires a number that is neither NaN nor infinite.
 pub(crate) fn finite(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let expected = instead(value.is_finite(), "a finite number", "a number from -1e50 to 1e50");
     check(value, value.abs() <= LARGEST, expected, at)
 }
 
-/// A number above zero.
+/// Requires a positive number.
 pub(crate) fn positive(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 0.0 && value.is_finite();
     let expected = instead(is_of_kind, "a positive finite number", "a number from 1e-50 to 1e50");
     check(value, is_positive(value), expected, at)
 }
 
-/// A number above zero, where it is given.
+/// Requires a positive number, if given.
 pub(crate) fn positive_if_given(value: Option<f64>, at: ConfigPath) -> Result<(), SceneError> {
     value.map_or(Ok(()), |value| positive(value, at).map(drop))
 }
 
-/// Two corners of a box, the upper one above the lower one along some axes.
+/// Requires two corners of a box, the upper one above the lower one along the given axes.
 pub(crate) fn corners(
     lower: &Vector,
     upper: &Vector,
@@ -97,26 +99,26 @@ pub(crate) fn corners(
     }
 }
 
-/// Zero or a number above it.
+/// Requires zero or a positive number.
 pub(crate) fn not_negative(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 0.0 && value.is_finite();
     let expected = instead(is_of_kind, "zero or a positive finite number", "zero or a number up to 1e50");
     check(value, (0.0..=LARGEST).contains(&value), expected, at)
 }
 
-/// A ratio of speeds.
+/// Requires a ratio of speeds.
 pub(crate) fn restitution(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     check(value, (0.0..=1.0).contains(&value), "a number from 0 to 1", at)
 }
 
-/// A ratio above one.
+/// Requires a ratio above one.
 pub(crate) fn above_one(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 1.0 && value.is_finite();
     let expected = instead(is_of_kind, "a finite number above 1", "a number above 1, up to 1e50");
     check(value, value > 1.0 && value <= LARGEST, expected, at)
 }
 
-/// Three finite numbers.
+/// Requires three finite numbers.
 pub(crate) fn finite_vector(vector: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
     for (k, &component) in vector.iter().enumerate() {
         finite(component, at.index(k))?;
@@ -124,7 +126,7 @@ pub(crate) fn finite_vector(vector: &Vector, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
-/// Three finite numbers. Along flat axes they must equal those of `flat`.
+/// Requires three finite numbers. Along flat axes they must equal those of `flat`.
 pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(vector, at)?;
     for k in 0..3 {
@@ -136,7 +138,7 @@ pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &C
     Ok(())
 }
 
-/// A velocity of a species that moves, or none.
+/// Rejects a velocity for a static species.
 pub(crate) fn motion(species: &Species, velocity: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
     if species.is_static() && *velocity != Vector::zeros() {
         return refuse(at.clone(), format!("{:?}", velocity.as_slice()), "none: a static species stays");
@@ -205,7 +207,7 @@ mod tests {
         assert!(with_any_memory(MOST_PARTICLES).is_ok());
         let error = with_any_memory(MOST_PARTICLES + 1).unwrap_err().to_string();
         assert!(error.contains("a scene of 500000001 particles, expected at most 500000000"), "{error}");
-        // Cells and places in blocks keep their numbers below the one that stands for none.
+        // The numbers of cells and slots stay below the marker for none.
         assert!(8 * MOST_PARTICLES + 64 < u64::from(u32::MAX));
     }
 }

@@ -1,34 +1,35 @@
-//! Names: they stand in files, tables, pages and on terminals, and must mean nothing else there.
+//! Names: permitted characters in files, tables, pages and terminals.
 
 use std::collections::HashMap;
 
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
-/// The longest name of one word, and the longest of several, in characters.
+/// Maximum length of a one-word name, and of a name of several words, in characters.
 const LONGEST_WORD: usize = 64;
 const LONGEST_WORDS: usize = 100;
 
-/// Regular expressions of names for the JSON Schema of scenes, of a kind that all its readers have: characters that are not ASCII may be letters there.
+/// Regular expressions of names for the JSON Schema of scenes, in a dialect that all its readers support.
+/// Characters that are not ASCII may be letters.
 pub(crate) const WORD: &str = r"^[^\x00-/:-@\[-`{-\x7f][^\x00-'*,/:-@\[-\^`{-\x7f]{0,63}$";
 pub(crate) const WORDS: &str =
     r"^[^\x00-/:-@\[-`{-\x7f]([^\x00-\x1f!-'*,/:-@\[-\^`{-\x7f]{0,98}[^\x00-'*,/:-@\[-\^`{-\x7f])?$";
 pub(crate) const SCENE: &str = "^[A-Za-z0-9_-]{1,100}$";
 
-/// Names of entries that have to differ, and their entries.
+/// Names that must differ, and the entries that have them.
 #[derive(Default)]
 pub(crate) struct Taken<'n>(HashMap<&'n str, ConfigPath>);
 
 impl<'n> Taken<'n> {
-    /// Takes the name of an entry, unless another one has it.
+    /// Registers the name of an entry. It must not be taken.
     pub fn take(&mut self, name: &'n str, entry: &ConfigPath) -> Result<(), SceneError> {
         let Some(first) = self.0.insert(name, entry.clone()) else { return Ok(()) };
         Err(SceneError::new(entry.key("name"), SceneErrorKind::Duplicate { name: name.to_owned(), first }))
     }
 }
 
-/// A name that stands in columns of trajectories, in lists with blanks between, and in tables: no formula of a spreadsheet begins with
-/// a letter or a digit.
+/// Requires a name that can be used in columns of trajectories, in lists separated by spaces, and in tables.
+/// No spreadsheet formula begins with a letter or a digit.
 pub(crate) fn word(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = format!(
         "a name of up to {LONGEST_WORD} letters, digits and any of `_ - + . ( )` that begins with a letter or a digit"
@@ -36,7 +37,7 @@ pub(crate) fn word(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     check(is_name(name, LONGEST_WORD, |_| false), name, expected, at)
 }
 
-/// A name that stands in messages and at the head of a column, also of several words.
+/// Requires a name for messages and headers of columns, possibly of several words.
 pub(crate) fn words(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = format!(
         "a name of up to {LONGEST_WORDS} letters, digits, blanks and any of `_ - + . ( )` that begins with a letter or a digit"
@@ -53,7 +54,7 @@ fn check(is_good: bool, name: &str, expected: String, at: &ConfigPath) -> Result
     if is_good {
         return Ok(());
     }
-    // A name that is too long, or has control characters, is not shown as it is.
+    // A name that is too long, or contains control characters, is not shown verbatim.
     let mut shown: String = name.chars().take(40).flat_map(char::escape_debug).collect();
     if name.chars().nth(40).is_some() {
         shown += "...";

@@ -1,4 +1,5 @@
-//! Parses the tables of a scene file into an unvalidated scene: words become variants, and every variant has the keys that it needs.
+//! Parses the tables of a scene file into an unvalidated scene: words become variants, and each variant has
+//! the keys that it needs.
 
 mod count;
 pub(crate) mod diameter;
@@ -31,10 +32,10 @@ use crate::scene::given::GivenParticles;
 pub(crate) use crate::scene::schema::words;
 use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
 
-/// Kinds of an entry, and the keys that each of them takes.
+/// Kinds of an entry, and the keys of each.
 type Kinds = [(&'static str, &'static [&'static str])];
 
-/// The keys of an entry that depend on its kind, with the values of those that are given.
+/// The keys of an entry that depend on its kind, with the values given.
 pub(super) struct Keys<'k> {
     pub at: &'k ConfigPath,
     pub context: String,
@@ -43,7 +44,8 @@ pub(super) struct Keys<'k> {
 }
 
 impl<'k> Keys<'k> {
-    /// The kind that an entry names under `what`, one of `kinds`, and its keys. Refuses other words, and given keys that are those of other kinds.
+    /// The kind that an entry names under `what`, one of `kinds`, and its keys. Rejects other words, and keys
+    /// of other kinds.
     pub fn of_kind(
         kinds: &Kinds,
         what: &'static str,
@@ -54,7 +56,7 @@ impl<'k> Keys<'k> {
         let Some(&(word, known)) = kinds.iter().find(|(known, _)| *known == word) else {
             return Err(unknown(&at.key(what), what, word, words(kinds)));
         };
-        // A table has those that are given; what was read from TOML can be written as such.
+        // Keys that are not given are left out. Everything read from TOML can be written as TOML.
         let values = Table::try_from(entry).unwrap_or_default();
         let all = kinds.iter().flat_map(|(_, keys)| *keys).copied().collect();
         let keys = Self { at, context: format!("{what} = \"{word}\""), all, values };
@@ -62,7 +64,7 @@ impl<'k> Keys<'k> {
         Ok((word, keys))
     }
 
-    /// Refuses every given key that is not among those of the kind.
+    /// Rejects every given key that the kind does not have.
     pub fn allow(&self, known: &[&'static str]) -> Result<(), SceneError> {
         match self.all.iter().copied().find(|key| self.has(key) && !known.contains(key)) {
             None => Ok(()),
@@ -78,13 +80,13 @@ impl<'k> Keys<'k> {
         self.values.contains_key(key)
     }
 
-    /// The value of a key that the kind needs, of the type that it has in the entry.
+    /// The value of a key required by the kind, with its type in the entry.
     pub fn need<T: DeserializeOwned>(&self, key: &'static str) -> Result<T, SceneError> {
         let value = self.values.get(key).and_then(|value| value.clone().try_into().ok());
         value.ok_or_else(|| missing(self.at, key, format!("{} needs it", self.context)))
     }
 
-    /// The vector of a key that the kind needs.
+    /// The vector of a key required by the kind.
     pub fn vector(&self, key: &'static str) -> Result<Vector, SceneError> {
         self.need(key).map(vector)
     }
@@ -95,7 +97,7 @@ impl<'k> Keys<'k> {
     }
 }
 
-/// The variant that a word stands for.
+/// The variant for a word.
 fn variant<'t, T>(
     table: &'t [(&'static str, T)],
     what: &'static str,
@@ -110,7 +112,7 @@ fn vector(components: [f64; 3]) -> Vector {
     Vector::from(components)
 }
 
-/// The parts of the scene in a file, with particles that a program gives. `directory` is where relative paths start.
+/// The parts of the scene in a file, with particles from a program. Relative paths start at `directory`.
 pub(crate) fn parts(
     file: SceneFile,
     name: &str,
@@ -142,7 +144,7 @@ pub(crate) fn parts(
         let (position, velocity) = (vector(particle.position), vector(particle.velocity));
         scene.push("particle", Group::Listed(Listed::one(&particle.species, position, velocity)));
     }
-    // With a fill, the box follows from that.
+    // With a fill, the box follows from the fill.
     let frames = Frames { given, files: &file.file, directory, space: &space, may_give_box: file.fill.is_empty() };
     let sizes = coordinates::add(&frames, &mut scene)?;
     for (index, chain) in file.chain.into_iter().enumerate() {
@@ -178,7 +180,7 @@ pub(crate) fn parts(
     Ok(scene)
 }
 
-/// The plan, and the files that it is from.
+/// The plan, and the files that it was read from.
 fn parse_output(output: OutputFile, directory: &Path) -> Result<(OutputPlan, Vec<InputFile>), SceneError> {
     let format = |(index, word): (usize, &String)| {
         let at = ConfigPath::root().key("output").key("formats").index(index);
@@ -208,7 +210,7 @@ fn parse_species(species: SpeciesFile, at: &ConfigPath) -> Result<(SpeciesDraft,
     let SpeciesFile { name, diameter, mass, is_static, acceleration } = species;
     let (diameter, classes) = match diameter {
         DiameterFile::Number(diameter) => (diameter, None),
-        // Every class will have its own.
+        // Each class will have its own diameter.
         DiameterFile::Distribution(file) => (0.0, Some(diameter::parse_distribution(file, &at.key("diameter"))?)),
     };
     let draft = SpeciesDraft { name, mass, diameter, is_static, acceleration: acceleration.map(vector) };

@@ -1,4 +1,4 @@
-//! The record of a scene as it is run: its file with everything applied that replaced a value.
+//! The record of a scene as it is run: its file with all overrides applied.
 
 use std::path::Path;
 
@@ -19,11 +19,11 @@ const HEADER: &str = "\
 ";
 
 impl Scene {
-    /// The TOML from which this scene can be made again, wherever it is kept.
+    /// TOML from which this scene can be read again, wherever it is stored.
     ///
-    /// `path` and `overrides` are those that the scene was read from. The overrides are applied, the name and the limits of the
-    /// run are the scene's, relative paths of coordinate files and runs become absolute, and these have the checksums of what was read. Comments are
-    /// lost.
+    /// `path` and `overrides` are those that the scene was read from. The overrides are applied, the name and
+    /// the limits of the run are the scene's, relative paths of coordinate files and runs become absolute,
+    /// and these get the checksums of the files read. Comments are lost.
     ///
     /// # Errors
     /// The errors of [`Scene::from_file_with`], if the file has changed.
@@ -32,18 +32,19 @@ impl Scene {
         self.record_of(read_text(path)?, path, overrides)
     }
 
-    /// TOML of [`Self::record`] from a text that has been read from `path`, or stands for it.
+    /// TOML of [`Self::record`] for a text that was read from `path`, or replaces it.
     ///
     /// # Errors
-    /// As [`Scene::from_toml_with`], if the text is not that of the scene.
+    /// As [`Scene::from_toml_with`], if the text is not the scene's.
     pub fn record_of(&self, text: String, path: &Path, overrides: &[(&str, &str)]) -> Result<String, SceneError> {
         self.record_with(text, path, overrides, None)
     }
 
-    /// TOML of [`Self::record_of`] with the particles that a program has given to the text, if it has.
+    /// TOML of [`Self::record_of`] with the particles that a program has added, if any.
     ///
     /// # Errors
-    /// As [`Self::record_of`]; [`SceneErrorKind::Particles`] if tables cannot hold what was given: images of a sheared box that are displaced.
+    /// As [`Self::record_of`]; [`SceneErrorKind::Particles`] if the tables cannot represent them: displaced
+    /// images of a sheared box.
     pub fn record_with(
         &self,
         text: String,
@@ -94,7 +95,7 @@ impl Scene {
         Ok(format!("{HEADER}{text}{listed}"))
     }
 
-    /// Puts what a program has given into the tables of a record; what comes back is to stand behind them.
+    /// Writes particles from a program to the tables of a record. Returns text to append to it.
     fn put_particles(&self, given: KeptParticles<'_>, table: &mut Table) -> Result<String, SceneError> {
         match given {
             KeptParticles::InFile(name, content) => {
@@ -116,7 +117,7 @@ impl Scene {
                 }
                 given.put_box(self, table);
                 let first = table.get("particle").and_then(Value::as_array).map_or(0, Vec::len);
-                // An empty list that is written as such could not be gone on with.
+                // A list written as empty could not be extended.
                 table.retain(|key, value| {
                     !["particle", "bond"].contains(&key) || value.as_array().is_none_or(|it| !it.is_empty())
                 });
@@ -126,13 +127,13 @@ impl Scene {
     }
 }
 
-/// Tables of a list that name a file.
+/// Tables of a list with a file name.
 fn with_path(list: &mut Value) -> Vec<&mut Table> {
     let tables = list.as_array_mut().into_iter().flatten().filter_map(Value::as_table_mut);
     tables.filter(|table| table.contains_key("path")).collect()
 }
 
-/// Makes a path that starts at a folder start at the root.
+/// Makes a path absolute that is relative to a folder.
 fn make_absolute(name: &mut String, directory: &Path) {
     if let Ok(absolute) = std::path::absolute(directory.join(&*name))
         && let Some(absolute) = absolute.to_str()
@@ -148,7 +149,7 @@ pub(crate) fn with_limit(record: &str, limit: Limit) -> Result<String, toml::de:
     Ok(format!("{HEADER}{table}"))
 }
 
-/// The record of a scene except for the limit of the measurement; a text that is no record, as it is.
+/// The record of a scene without the limit of the measurement. Other text is returned unchanged.
 pub(crate) fn without_limit(record: &str) -> String {
     with_limit(record, Limit::default()).unwrap_or_else(|_| record.to_owned())
 }
@@ -195,7 +196,7 @@ mod tests {
         let record = built.record(&scene, &[]).unwrap();
         let again = Scene::from_toml(record.clone(), "elsewhere/scene.toml").unwrap();
         assert_eq!(again, built);
-        // A file that is replaced is not the one of the record, though the scene alone takes it.
+        // A replaced file does not match the record, although the scene alone accepts it.
         std::fs::write(directory.path().join("start.xyz"), coordinates.replace("4 4 4 1", "4 4 4 2")).unwrap();
         let error = Scene::from_toml(record, "elsewhere/scene.toml").unwrap_err().to_string();
         assert!(error.contains("start.xyz is not the file that it was: its checksum is crc32:"), "{error}");

@@ -1,4 +1,4 @@
-//! Regions of fills: shapes with an extent, inside of the box.
+//! Validates the regions of fills: shapes with an extent, inside the box.
 
 use crate::Vector;
 use crate::model::Region;
@@ -9,7 +9,7 @@ use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::limits::{AXES, corners, not_negative, on_flat_axes, positive};
 use crate::scene::unvalidated::Fill;
 
-/// The region of a fill, the whole box if it has none.
+/// The region of a fill; the whole box if it has none.
 pub(crate) fn region(fill: &Fill, space: &Space, at: &ConfigPath) -> Result<FillRegion, SceneError> {
     let Some(region) = fill.region else {
         return Ok(FillRegion::Box(Region { lower: space.lower, upper: space.upper() }));
@@ -38,7 +38,7 @@ fn check_box(region: &Region, space: &Space, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
-/// Whether a coordinate is outside of the box, on an axis that has sides.
+/// Whether a coordinate is outside the box, along an axis with sides.
 fn is_outside(value: f64, axis: usize, space: &Space, rounding: f64) -> bool {
     let (lower, upper) = (space.lower[axis] - rounding, space.upper()[axis] + rounding);
     space.boundary[axis] != Boundary::OPEN && !(lower..=upper).contains(&value)
@@ -75,11 +75,11 @@ fn check_shape(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<()
     Ok(())
 }
 
-/// Refuses shapes that reach beyond the sides of the box.
+/// Rejects shapes that extend beyond the sides of the box.
 fn check_inside(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let bounds = region.bounds(space);
     for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Flat) {
-        // An end at a side may be beyond it by the rounding of a direction.
+        // An end at a side may exceed it by the rounding of a direction.
         let rounding = 1e-12 * (bounds.upper[k] - bounds.lower[k] + bounds.lower[k].abs());
         for value in [bounds.lower[k], bounds.upper[k]] {
             if is_outside(value, k, space, rounding) {

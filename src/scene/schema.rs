@@ -1,4 +1,4 @@
-//! The JSON Schema of the scene file, from the types that it is read into and the tables of words it is read with.
+//! The JSON Schema of the scene file, derived from its Rust types and the tables of words.
 
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
@@ -7,12 +7,12 @@ use serde_json::{Map, Value, json};
 
 use crate::scene::file::SceneFile;
 
-/// The JSON Schema (draft 2020-12) of scene files: every key with its description and unit, its type, range and
-/// default, and the words that it can have.
+/// The JSON Schema (draft 2020-12) of scene files: every key with its description and unit, type, range and
+/// default, and permitted words.
 ///
-/// A scene that it refuses has a mistake. One that it accepts may still have one, since it does not have what one
-/// part of a scene demands of another: the last word is that of [`Scene::from_toml`](crate::model::Scene::from_toml).
-/// In JSON, which has no infinity, an infinite energy is null.
+/// A scene that violates it has a mistake. A scene that satisfies it may still have one, because relations
+/// between parts of a scene are not included. [`Scene::from_toml`](crate::model::Scene::from_toml) decides.
+/// JSON has no infinity, so an infinite energy is null.
 ///
 /// ```
 /// let schema = carom::scene::schema();
@@ -30,7 +30,7 @@ pub(crate) fn words<T>(table: &[(&'static str, T)]) -> Vec<&'static str> {
     table.iter().map(|(word, _)| *word).collect()
 }
 
-/// For each kind of a table, that the keys of other kinds have no place.
+/// For each kind in a table, the rule that keys of other kinds are not permitted.
 pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])]) -> Vec<Value> {
     let rule = |&(word, known): &(&'static str, &[&'static str])| {
         let others = table.iter().flat_map(|(_, keys)| *keys).filter(|other| !known.contains(other));
@@ -41,8 +41,8 @@ pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])])
     table.iter().map(rule).collect()
 }
 
-/// Takes out what comes from Rust and means nothing in TOML: names of number formats, line breaks of comments, and null
-/// for a key that is not given.
+/// Removes Rust specifics without a meaning in TOML: names of number formats, line breaks of comments, and
+/// null for missing keys.
 fn plain(schema: &mut Schema) {
     schema.remove("format");
     if let Some(Value::String(text)) = schema.get_mut("description") {
@@ -54,9 +54,9 @@ fn plain(schema: &mut Schema) {
     }
 }
 
-/// A property as it is where it is given.
+/// The schema of a property when it is given.
 fn given(property: &mut Map<String, Value>) {
-    // A list without tables is empty.
+    // A list of tables without entries is empty.
     let has_tables = property.get("items").is_some_and(|items| items["type"] == "object");
     if property.get("default").is_some_and(|default| default.is_null() || has_tables) {
         property.remove("default");

@@ -1,6 +1,7 @@
-//! The text of a scene: the file and what overrides replace in it, with the place of every value.
+//! The text of a scene: the file and its overrides, with the position of every value.
 //!
-//! Overrides are read as if they stood behind the file's text, so that one range of bytes names a place in either.
+//! Overrides are treated as if they followed the file's text, so that one range of bytes identifies a
+//! position in either.
 
 mod mistakes;
 
@@ -20,9 +21,9 @@ use crate::scene::file::SceneFile;
 struct Override {
     key: String,
     value: String,
-    /// Where its text starts, behind the file and the overrides before it.
+    /// Position of its text, after the file and earlier overrides.
     start: usize,
-    /// `v=value`, preceded by blanks so that the value has its place in the whole.
+    /// `v=value`, padded with spaces so that the value has its position in the whole text.
     padded: String,
 }
 
@@ -36,7 +37,7 @@ impl Override {
     fn parsed(&self) -> Spanned<DeValue<'_>> {
         if let Ok(document) = DeTable::parse(&self.padded) {
             let mut table = document.into_inner().into_iter();
-            // A value with line breaks could contain further keys: that is not one value.
+            // A value with line breaks could contain further keys, so it would not be a single value.
             if let (Some((_, value)), None) = (table.next(), table.next()) {
                 return value;
             }
@@ -45,13 +46,13 @@ impl Override {
     }
 }
 
-/// Override after which particles, bonds and time are those of a run.
+/// Override after which particles, bonds and time are taken from a run.
 const START: &str = "start.from";
 
-/// Tables and keys of a file that have no place beside [`START`].
+/// Tables and keys of a file that conflict with [`START`].
 const BEFORE_START: [&str; 7] = ["particle", "file", "chain", "fill", "mesh", "bond", "start_time"];
 
-/// A scene's text under its name.
+/// A scene's text and its name.
 pub(crate) struct Source {
     name: String,
     text: Arc<String>,
@@ -74,7 +75,7 @@ impl Source {
         Self { name: name.to_owned(), text: Arc::new(text), overrides }
     }
 
-    /// Reads the text, with the overrides, as the file of a scene.
+    /// Reads the text, with the overrides, as a scene file.
     ///
     /// # Errors
     /// [`SceneErrorKind::Syntax`], [`SceneErrorKind::UnknownKey`], [`SceneErrorKind::Empty`] or
@@ -85,24 +86,25 @@ impl Source {
             return Err(self.at(SceneError::new(ConfigPath::root(), SceneErrorKind::Empty), 0..0));
         }
         if let Some(range) = tree.get_ref().values().find_map(too_large) {
-            // The record of a run could not hold it.
+            // The record of a run could not store it.
             let message = format!("expected a whole number up to {}", i64::MAX);
             return Err(self.at(SceneError::new(ConfigPath::root(), SceneErrorKind::Syntax { message }), range));
         }
         SceneFile::deserialize(Deserializer::from(tree)).map_err(|error| self.mistakes(&error))
     }
 
-    /// Adds the text and the place in it to an error.
+    /// Adds the text and the position in it to an error.
     pub(crate) fn located(&self, error: SceneError) -> SceneError {
         if error.has_source() {
             return error;
         }
-        // Reading it a second time is cheaper than keeping the tree of a good scene.
+        // Parsing it a second time is cheaper than keeping the tree of a valid scene.
         let range = self.tree().map_or(0..0, |tree| range_of(error.config_path(), &tree));
         self.at(error, range)
     }
 
-    /// The file with what replaces its values. Where overrides start it from the end of a run, it has no particles of its own.
+    /// The parsed file with the overrides applied. If they start it from a run, its own particles are
+    /// removed.
     ///
     /// # Errors
     /// [`SceneErrorKind::Syntax`] or [`SceneErrorKind::Override`].
@@ -133,15 +135,15 @@ impl Source {
         self.overrides.iter().any(|this| this.key.split('.').map(str::trim).eq(START.split('.')))
     }
 
-    /// Tables and keys of the file that the scene has not, because overrides start it from the end of a run.
+    /// Tables and keys of the file that are left out because overrides start the scene from a run.
     #[cfg(feature = "cli")]
     pub(crate) fn left_out(&self) -> Vec<&'static str> {
         let Some(document) = DeTable::parse(&self.text).ok().filter(|_| self.is_started()) else { return Vec::new() };
         BEFORE_START.into_iter().filter(|key| document.get_ref().contains_key(*key)).collect()
     }
 
-    /// Where a key leads, with the number of an entry in place of its name: two keys with the same place are the same value. What is not there yet is
-    /// named as the key names it.
+    /// The steps that a key leads to, with indices of entries instead of their names, so that two keys of the
+    /// same value are equal. Parts that do not exist are kept as written.
     pub(crate) fn place(&self, key: &str) -> Vec<String> {
         let tree = self.tree().ok();
         let mut parts = key.split('.').map(|part| part.trim().to_owned());
@@ -167,7 +169,7 @@ impl Source {
         self.at(SceneError::new(ConfigPath::root(), kind), range)
     }
 
-    /// The text that contains a range: the file, or the override.
+    /// The error with the text that contains a range: the file, or the override.
     fn at(&self, error: SceneError, range: Range<usize>) -> SceneError {
         match self.overrides.iter().rev().find(|this| range.start >= this.start) {
             Some(this) => {
@@ -184,7 +186,7 @@ impl Source {
     }
 }
 
-/// Puts a value where the keys lead, through tables by key and through arrays by index or by the entry's `name`.
+/// Sets a value at a path, through tables by key and through arrays by index or by the entry's `name`.
 fn set<'t>(
     table: &mut DeTable<'t>,
     keys: &[&str],
@@ -227,7 +229,7 @@ fn set_in<'t>(
     }
 }
 
-/// The place of an entry among others, by its `name` or its number.
+/// Index of an entry, given by its `name` or its number.
 fn index_of(array: &[Spanned<DeValue<'_>>], word: &str) -> Option<usize> {
     let named = |element: &Spanned<DeValue<'_>>| {
         let table = element.get_ref().as_table();
@@ -236,7 +238,7 @@ fn index_of(array: &[Spanned<DeValue<'_>>], word: &str) -> Option<usize> {
     array.iter().position(named).or_else(|| word.parse().ok())
 }
 
-/// The place of a whole number within a value that is larger than any that a file can have.
+/// The position of an integer within a value that exceeds the largest permitted one.
 fn too_large(value: &Spanned<DeValue<'_>>) -> Option<Range<usize>> {
     match value.get_ref() {
         DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix()).is_err().then(|| value.span()),
@@ -246,7 +248,7 @@ fn too_large(value: &Spanned<DeValue<'_>>) -> Option<Range<usize>> {
     }
 }
 
-/// The value at a place, or the innermost table on the way there.
+/// The range of the value at a config path, or of the innermost table on the way there.
 fn range_of(at: &ConfigPath, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
     let mut found: Option<&Spanned<DeValue<'_>>> = None;
     for (depth, step) in at.steps().iter().enumerate() {
@@ -264,7 +266,8 @@ fn range_of(at: &ConfigPath, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
     found.map_or(0..0, Spanned::span)
 }
 
-/// The kind of a mistake that TOML or serde found in a piece of text. Their messages name keys in backticks, first the one in question.
+/// The kind of a mistake that TOML or serde found in a text. Their messages name keys in backticks, the
+/// relevant one first.
 fn kind_of(message: &str, text: &str) -> SceneErrorKind {
     if message.starts_with("unknown field") {
         let mut words = message.split('`').skip(1).step_by(2).map(str::to_owned);
@@ -274,7 +277,7 @@ fn kind_of(message: &str, text: &str) -> SceneErrorKind {
         }
     }
     let mut message = message.trim().to_owned();
-    // `[species]` is one table, and its line the whole of what is wrong.
+    // `[species]` is a single table, and its line is the whole mistake.
     if message.starts_with("invalid type: map, expected a sequence") && text.starts_with('[') {
         let list = format!("`{text}` is one table, expected a list of tables: each begins with `[{text}]`");
         return SceneErrorKind::Syntax { message: list };

@@ -1,4 +1,4 @@
-//! Surfaces of static spheres: names of the sides of a box, and shapes with an extent.
+//! Validates surfaces of static spheres: names of the sides of a box, and shapes with an extent.
 
 use crate::Vector;
 use crate::model::space::Space;
@@ -26,7 +26,7 @@ impl Surface {
                 finite_vector(&edges[0], &at.key("edge_1"))?;
                 finite_vector(&edges[1], &at.key("edge_2"))?;
                 let area = edges[0].cross(&edges[1]).norm();
-                // Edges in one direction have an area of rounding only.
+                // Parallel edges have an area due to rounding only.
                 if area <= 1e-9 * edges[0].norm() * edges[1].norm() {
                     return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
                 }
@@ -58,7 +58,7 @@ impl Surface {
         Ok(())
     }
 
-    /// Checks a shape of a plane.
+    /// Validates a plane shape.
     fn check_in_plane(&self, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
         let Some(axes) = plane_axes(space) else {
             let (is_in, cure) = match space.dimensions() {
@@ -92,7 +92,7 @@ impl Surface {
     }
 }
 
-/// The open sides of a rectangle are sides that it has, and not all of them.
+/// The open sides of a rectangle must exist, and one must be closed.
 fn check_open_sides(open: &[BoxSide], axes: [usize; 2], at: &ConfigPath) -> Result<(), SceneError> {
     let sides = || BoxSide::NAMES.iter().filter(|(_, side)| axes.contains(&side.axis));
     if let Some((index, side)) = open.iter().enumerate().find(|(_, side)| !axes.contains(&side.axis)) {

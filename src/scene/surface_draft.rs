@@ -1,8 +1,8 @@
-//! Surfaces of a scene, before they are checked.
+//! Surfaces of a scene before validation.
 
 use crate::model::{SurfaceLaw, SurfaceMotion, SurfaceShape};
 
-/// A surface that particles meet, with the names of the species that do.
+/// A surface that particles meet, with the names of the species that meet it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceDraft {
     pub(crate) name: String,
@@ -10,7 +10,7 @@ pub struct SurfaceDraft {
     pub(crate) species: Vec<String>,
     pub(crate) law: SurfaceLaw,
     pub(crate) stages: Vec<String>,
-    /// Each with the stage since whose beginning its times count, if it has one.
+    /// Motions. Each may name a stage, to whose beginning its times refer.
     pub(crate) motions: Vec<(Option<String>, SurfaceMotion)>,
 }
 
@@ -22,41 +22,42 @@ impl SurfaceDraft {
         Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new(), motions: Vec::new() }
     }
 
-    /// With a ratio of the normal speeds after and before a contact, 0 to 1.
+    /// Sets the ratio of the normal speeds after and before a contact, 0 to 1.
     #[must_use]
     pub fn restitution(self, restitution: f64) -> Self {
         Self { law: SurfaceLaw::Reflecting { restitution }, ..self }
     }
 
-    /// With a temperature: particles leave it with velocities from the flux of a gas `[energy]`.
+    /// Sets a temperature: particles leave the surface with velocities from the flux of a gas `[energy]`.
     #[must_use]
     pub fn temperature(self, temperature: f64) -> Self {
         Self { law: SurfaceLaw::Thermal { temperature }, ..self }
     }
 
-    /// In one more stage of a run, where it is not there in all; `measurement` names what comes after those that the scene lists.
+    /// Adds a stage of a run in which it is present. Without any, it is present in all. `measurement` stands
+    /// for everything after the stages that the scene lists.
     #[must_use]
     pub fn during(mut self, stage: &str) -> Self {
         self.stages.push(stage.to_owned());
         self
     }
 
-    /// With one more motion, which begins when the one before it has ended, or later.
+    /// Adds a motion, which must begin after the previous one has ended.
     #[must_use]
     pub fn motion(mut self, motion: SurfaceMotion) -> Self {
         self.motions.push((None, motion));
         self
     }
 
-    /// With one more motion, whose times are since a stage has begun; `measurement` names what comes after those that the scene lists. The stages before it
-    /// end at given times.
+    /// Adds a motion whose times refer to the beginning of a stage. `measurement` stands for everything after
+    /// the stages that the scene lists. All earlier stages must end at given times.
     #[must_use]
     pub fn motion_in(mut self, stage: &str, motion: SurfaceMotion) -> Self {
         self.motions.push((Some(stage.to_owned()), motion));
         self
     }
 
-    /// Adds a species that meets the surface, if not all do.
+    /// Restricts it to species: adds one that meets the surface.
     #[must_use]
     pub fn only(mut self, species: &str) -> Self {
         self.species.push(species.to_owned());

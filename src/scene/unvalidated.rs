@@ -20,7 +20,7 @@ use crate::scene::diagnostic::{SceneError, missing, refuse};
 pub enum Amount {
     /// Number of particles per volume `[length^-D]`, `D` the number of axes that are not flat.
     NumberDensity(f64),
-    /// Fraction of the volume that the particles' own volumes add up to.
+    /// Sum of the particles' own volumes relative to the volume.
     PackingFraction(f64),
 }
 
@@ -51,9 +51,10 @@ pub struct Fill {
     pub count: Option<u64>,
     /// How dense; follows from `count` if it is not given.
     pub amount: Option<Amount>,
-    /// Whether fewer will do: as many as find a place one by one, at most as many as `count` or `amount` says, if one is given. At random only.
+    /// Whether to place only as many as fit one by one, at most those of `count` or `amount` if given. Only
+    /// at random.
     pub as_many_as_fit: bool,
-    /// Where; the whole box if it is not given. The particles stay inside of it with their surfaces, too.
+    /// Region; the whole box if `None`. Particles stay inside it including their surfaces.
     pub region: Option<FillRegion>,
     /// Temperature of their Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
     pub temperature: Option<f64>,
@@ -80,31 +81,31 @@ impl Fill {
         }
     }
 
-    /// With a number of particles.
+    /// Sets the number of particles.
     #[must_use]
     pub fn count(self, count: u64) -> Self {
         Self { count: Some(count), ..self }
     }
 
-    /// With a density.
+    /// Sets the density.
     #[must_use]
     pub fn amount(self, amount: Amount) -> Self {
         Self { amount: Some(amount), ..self }
     }
 
-    /// With as many as find a place at random, but not more than a number or a density says, if one is given.
+    /// Places as many as fit at random, but at most those of a number or density, if given.
     #[must_use]
     pub fn as_many_as_fit(self) -> Self {
         Self { as_many_as_fit: true, ..self }
     }
 
-    /// Inside of a box.
+    /// Restricts it to a box.
     #[must_use]
     pub fn region(self, lower: Vector, upper: Vector) -> Self {
         self.inside(FillRegion::Box(Region { lower, upper }))
     }
 
-    /// Inside of a region: a box, a cylinder, a cone or a sphere.
+    /// Restricts it to a region: a box, a cylinder, a cone or a sphere.
     #[must_use]
     pub fn inside(self, region: FillRegion) -> Self {
         Self { region: Some(region), ..self }
@@ -122,9 +123,10 @@ pub struct Chain {
     pub count: u64,
     /// The name of the interaction that bonds each particle to the next.
     pub bond: String,
-    /// Distance of neighbours at the start `[length]`; the middle of what the bond allows if it is not given.
+    /// Distance of neighbours at the start `[length]`; the middle of the bond's range if `None`.
     pub spacing: Option<f64>,
-    /// First particle and direction of a straight chain; without it chains grow at random where they overlap nothing.
+    /// First particle and direction of a straight chain; `None` for chains that grow at random without
+    /// overlaps.
     pub straight: Option<(Vector, Vector)>,
     /// Temperature of their Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
     pub temperature: Option<f64>,
@@ -141,7 +143,7 @@ pub struct SurfaceFill {
     pub species: String,
     /// Its shape.
     pub shape: Surface,
-    /// Largest distance of neighbouring spheres `[length]`; chosen so that nothing leaks if it is not given.
+    /// Largest distance of neighbouring spheres `[length]`; chosen so that nothing leaks if `None`.
     pub spacing: Option<f64>,
 }
 
@@ -150,7 +152,7 @@ pub struct SurfaceFill {
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the fields are those of the constructors of `Potential`")]
 pub enum Model {
-    /// They pass through each other.
+    /// No interaction: particles pass through each other.
     None,
     HardSphere,
     SquareWell {
@@ -164,7 +166,7 @@ pub enum Model {
     Penetrable {
         height: f64,
     },
-    /// From the diameter to `lambda` times the diameter.
+    /// Bond lengths from the diameter to `lambda` times the diameter.
     Bond {
         lambda: f64,
     },
@@ -174,7 +176,7 @@ pub enum Model {
         steps: usize,
         core_energy: f64,
     },
-    /// Complete without other keys.
+    /// A complete potential.
     Exact(Potential),
 }
 
@@ -185,7 +187,7 @@ impl From<Potential> for Model {
 }
 
 impl Model {
-    /// The potential of a pair with this diameter; `None` where they pass through each other.
+    /// The potential of a pair with this diameter; `None` if the pair passes through each other.
     pub(crate) fn potential(&self, diameter: f64) -> Result<Option<Potential>, PotentialError> {
         Ok(Some(match *self {
             Self::None => return Ok(None),
@@ -202,7 +204,7 @@ impl Model {
     }
 }
 
-/// A species of a scene that is being made: particles that move, with a mass and a diameter, or static ones.
+/// A species under construction: moving particles with a mass and a diameter, or static ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeciesDraft {
     pub(crate) name: String,
@@ -214,25 +216,25 @@ pub struct SpeciesDraft {
 }
 
 impl SpeciesDraft {
-    /// A species without a mass and a diameter yet.
+    /// A species without mass and diameter so far.
     #[must_use]
     pub fn new(name: &str) -> Self {
         Self { name: name.to_owned(), mass: None, diameter: 0.0, is_static: false, acceleration: None }
     }
 
-    /// With a mass `[mass]`, which every species that moves has.
+    /// Sets the mass `[mass]`, which every moving species needs.
     #[must_use]
     pub fn mass(self, mass: f64) -> Self {
         Self { mass: Some(mass), ..self }
     }
 
-    /// With a diameter `[length]`, which every species has.
+    /// Sets the diameter `[length]`, which every species needs.
     #[must_use]
     pub fn diameter(self, diameter: f64) -> Self {
         Self { diameter, ..self }
     }
 
-    /// With an acceleration of its own in place of gravity `[length / time^2]`.
+    /// Sets an acceleration that replaces gravity `[length / time^2]`.
     #[must_use]
     pub fn acceleration(self, acceleration: Vector) -> Self {
         Self { acceleration: Some(acceleration), ..self }
@@ -244,7 +246,7 @@ impl SpeciesDraft {
         Self { is_static: true, ..self }
     }
 
-    /// One that has been validated.
+    /// The draft of a validated species.
     pub(crate) fn of(species: &Species) -> Self {
         Self {
             name: species.name.clone(),
@@ -255,7 +257,7 @@ impl SpeciesDraft {
         }
     }
 
-    /// A mass, unless it is static.
+    /// Requires a mass, unless it is static.
     pub(crate) fn check_mass(&self, at: &ConfigPath) -> Result<(), SceneError> {
         match self.mass {
             None if !self.is_static => Err(missing(at, "mass", "every species that moves has one")),
@@ -265,7 +267,7 @@ impl SpeciesDraft {
     }
 }
 
-/// An interaction of a scene that is being made: of two species, of bonds, or of both.
+/// An interaction under construction: of two species, of bonds, or of both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InteractionDraft {
     /// For bonds.
@@ -297,13 +299,14 @@ impl InteractionDraft {
         Self { name: Some(name.to_owned()), ..self }
     }
 
-    /// With a distance of contact other than the mean diameter of the species, where the model has one `[length]`.
+    /// Sets the contact distance, which is the mean diameter of the species by default, if the model has one
+    /// `[length]`.
     #[must_use]
     pub fn diameter(self, diameter: f64) -> Self {
         Self { diameter: Some(diameter), ..self }
     }
 
-    /// With a ratio of the normal speeds after and before a contact with an infinite barrier, 0 to 1.
+    /// Sets the ratio of the normal speeds after and before a contact with an infinite barrier, 0 to 1.
     #[must_use]
     pub fn restitution(self, restitution: f64) -> Self {
         Self { restitution, ..self }
@@ -313,11 +316,11 @@ impl InteractionDraft {
 /// Particles at given positions.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Listed {
-    /// Names of species; some may have no particles.
+    /// Names of species. Some may have no particles.
     pub names: Vec<String>,
-    /// Their species are numbers of these names.
+    /// Their species are indices into these names.
     pub particles: Vec<Particle>,
-    /// Whether they are rows of arrays, in place of tables or a file.
+    /// Whether they are rows of arrays, instead of tables or a file.
     pub are_rows: bool,
 }
 
@@ -328,13 +331,14 @@ impl Listed {
         Self { names: vec![species.to_owned()], particles: vec![particle], are_rows: false }
     }
 
-    /// Where a value of the particle in some row stands: `position` of a table, or row of the array `positions`.
+    /// Config path of a value of a particle: a key such as `position` in a table, or a row of an array such
+    /// as `positions`.
     pub fn place(&self, at: &ConfigPath, keys: [&'static str; 2], row: usize) -> ConfigPath {
         if self.are_rows { at.key(keys[1]).index(row) } else { at.key(keys[0]) }
     }
 }
 
-/// One `[[bond]]`, unvalidated, or one of a coordinate file.
+/// A `[[bond]]` before validation, or a bond of a coordinate file.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnvalidatedBond {
     pub pair: [u32; 2],
@@ -342,7 +346,7 @@ pub(crate) struct UnvalidatedBond {
     pub at: ConfigPath,
 }
 
-/// A start from the end of a run, and what the scene says besides.
+/// A start from the end of a run, and what the scene adds.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnvalidatedStart {
     /// The folder of the run.
@@ -355,7 +359,7 @@ pub(crate) struct UnvalidatedStart {
     pub has_dynamics: bool,
 }
 
-/// Particles that start together.
+/// A group of particles from one entry.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Group {
     Listed(Listed),

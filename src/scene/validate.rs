@@ -1,4 +1,4 @@
-//! Validates the parts of an unvalidated scene, and makes a [`Scene`] of them.
+//! Validates the parts of a scene and creates a [`Scene`].
 
 mod barostat;
 mod exchange;
@@ -29,7 +29,7 @@ use crate::scene::unvalidated::{Group, SurfaceFill};
 use crate::scene::validate::start::Configuration;
 
 impl SceneBuilder {
-    /// Checks the parts and places the particles.
+    /// Validates the parts and places the particles.
     ///
     /// # Errors
     /// [`SceneError`] with the first mistake: its kind, and the config path of the value.
@@ -50,7 +50,7 @@ impl SceneBuilder {
         let surfaces = self.checked_surfaces(&species, &space)?;
         let groups = Groups::place(self, &species, (&space, &surfaces), &mut interactions)?;
         interactions.check_complete(&groups.counts(species.len()))?;
-        // A flat x has no period, and nothing slides along it.
+        // A flat x has no period, so nothing slides along it.
         let displacement = if self.parts.displacement == 0.0 {
             0.0
         } else {
@@ -65,7 +65,7 @@ impl SceneBuilder {
         self.settled(scene)
     }
 
-    /// Whether the box and the plan of the scene fit its particles and their interactions.
+    /// Checks that the box and the plan of the scene fit its particles and interactions.
     pub(super) fn check_plan(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
         let species = start.interactions.species;
         affordable_species(start.groups.counts(species.len()).iter().filter(|count| **count > 0).count())?;
@@ -75,7 +75,7 @@ impl SceneBuilder {
         self.check_displacement()
     }
 
-    /// Whether the places of particles are valid, if they have to be.
+    /// Checks that the positions of particles are valid, unless invalid starts are allowed.
     pub(super) fn check_places(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
         if self.parts.allow_invalid_start {
             return Ok(());
@@ -85,7 +85,7 @@ impl SceneBuilder {
         start::check_overlaps(start)
     }
 
-    /// The scene with thermostats that have something to act on, unless its plan does not fit all that is in it.
+    /// The scene with its thermostats resolved. Rejects a plan that does not fit the rest of the scene.
     pub(super) fn settled(&self, mut scene: Scene) -> Result<Scene, SceneError> {
         plan::check_start_time(&scene)?;
         plan::settle_gravity(&mut scene)?;
@@ -97,7 +97,7 @@ impl SceneBuilder {
         Ok(scene)
     }
 
-    /// The scene of parts that have been checked.
+    /// The scene from validated parts.
     pub(super) fn assembled(&self, start: Configuration<'_>) -> Scene {
         let Configuration { groups, interactions, space, displacement, surfaces } = start;
         let species = interactions.species.to_vec();
@@ -117,7 +117,7 @@ impl SceneBuilder {
         })
     }
 
-    /// Names besides those of the scene, the species and the regions.
+    /// Checks names other than those of the scene, the species and the regions.
     fn check_names(&self) -> Result<(), SceneError> {
         for (index, stage) in self.parts.run.stages.iter().enumerate() {
             names::words(&stage.name, &ConfigPath::entry("stage", index).key("name"))?;
@@ -164,7 +164,7 @@ impl SceneBuilder {
         self.parts.check_exchange()
     }
 
-    /// The species, with no acceleration yet.
+    /// The species, still without accelerations.
     pub(super) fn checked_species(&self) -> Result<Vec<Species>, SceneError> {
         if self.species.is_empty() {
             return Err(missing(&ConfigPath::root(), "species", "a scene needs at least one [[species]]"));
@@ -246,7 +246,7 @@ impl SceneBuilder {
     }
 }
 
-/// Boxes with an inside, whose names can stand at the head of a column.
+/// Requires boxes with an interior, whose names can be headers of columns.
 fn check_regions(regions: &[CountRegion]) -> Result<(), SceneError> {
     let mut taken = Taken::default();
     for (index, CountRegion { name, space }) in regions.iter().enumerate() {

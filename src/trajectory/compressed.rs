@@ -1,4 +1,4 @@
-//! Compressed text: gzip and Zstandard, told by the first bytes of a file, not by its name.
+//! Compressed text: gzip and Zstandard, recognized by the first bytes of a file, not by its name.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -10,21 +10,21 @@ use ruzstd::decoding::StreamingDecoder;
 /// Buffer of a file `[bytes]`.
 const BUFFER: usize = 1 << 16;
 
-/// The largest window of Zstandard that is unpacked `[bytes]`: what its own program does unasked.
+/// The largest window of Zstandard that is unpacked `[bytes]`: the default limit of its own program.
 const LARGEST_WINDOW: u64 = 1 << 27;
 
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 const ZSTANDARD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
-/// Whether something starts as a compressed file does.
+/// Whether data begin like a compressed file.
 pub(crate) fn is_compressed(start: &[u8]) -> bool {
     start.starts_with(&GZIP) || start.starts_with(&ZSTANDARD)
 }
 
-/// The text of a file, unpacked if it is compressed.
+/// Opens a text file. Compressed files are unpacked.
 ///
 /// # Errors
-/// If the file cannot be opened or read. What is wrong within a compressed file is an error of reading from it.
+/// If the file cannot be opened or read. Errors within a compressed file are reported when it is read.
 pub(crate) fn open(path: &Path) -> io::Result<Box<dyn BufRead>> {
     unpacked(BufReader::with_capacity(BUFFER, File::open(path)?))
 }
@@ -44,9 +44,9 @@ pub(crate) fn unpacked<'a>(mut packed: impl BufRead + 'a) -> io::Result<Box<dyn 
     Ok(Box::new(packed))
 }
 
-/// The frames of Zstandard in a file, one after the other.
+/// The consecutive Zstandard frames of a file.
 struct Frames<R: BufRead> {
-    /// None after an error.
+    /// `None` after an error.
     state: Option<State<R>>,
 }
 
@@ -129,7 +129,8 @@ mod tests {
             for cut in [5, 40, packed.len() / 2, packed.len() - 3] {
                 assert!(read(&packed[..cut]).is_err(), "{cut}");
             }
-            // Wherever a byte is changed, there is an error, or with a checksum the same text, and no panic.
+            // Each changed byte gives an error or, by chance of the checksum, the same text, and never a
+            // panic.
             for k in 0..60 {
                 let mut changed = packed.clone();
                 let at = 4 + k * 7_919 % (packed.len() - 4);

@@ -11,27 +11,28 @@
 //!
 //! | key | meaning |
 //! |---|---|
-//! | `Lattice` | the edges of the box, one vector after the other; along flat axes the largest diameter, because readers refuse a cell without volume; in a sheared box `Lx 0 0 d Ly 0 0 0 Lz`, where `d` is the displacement of the next image up |
+//! | `Lattice` | the edge vectors of the box in order; along flat axes the largest diameter, because readers reject a cell without volume; in a sheared box `Lx 0 0 d Ly 0 0 0 Lz`, where `d` is the displacement of the next image along y |
 //! | `Origin` | the lower corner of the box |
 //! | `Properties` | name, type (`S`, `R`, `I`, `L`) and number of each group of columns |
 //! | `Time` | simulated time |
 //! | `pbc` | whether each axis is periodic |
-//! | `flat` | whether each axis is flat; absent where none is |
+//! | `flat` | whether each axis is flat; absent if none is |
 //! | `species_table`, `static` | the names of the species in the order of the scene, and whether each never moves |
-//! | `species_mass` | the mass of each species, `inf` for those that never move; absent where one is not known |
-//! | `bonds` | the ids of the two ends of each bond, `0-1 1-2`; absent where there is none |
+//! | `species_mass` | the mass of each species, `inf` for species that never move; absent if one is unknown |
+//! | `bonds` | the ids of the two ends of each bond, `0-1 1-2`; absent without bonds |
 //! | `bond_table` | the names of the interactions that hold the bonds |
-//! | `bond_kind` | which of them holds each bond, counted from 0; absent where there is one |
-//! | `surfaces` | whether each surface of the scene is there; absent where all always are |
+//! | `bond_kind` | the index of the interaction of each bond; absent if there is only one |
+//! | `surfaces` | whether each surface of the scene is present; absent if all always are |
 //!
-//! The species is in the column `type`, because ASE takes only chemical symbols in one called `species`; the reader takes
-//! both names. `map_shift` has the periods that a particle has travelled since the start, which OVITO calls *Periodic Image*: its
-//! position plus these multiples of the vectors of `Lattice` is where it would be if it had never been wrapped, also in a sheared
-//! box. `masses` has the mass of each particle where ASE looks for it, and 0 for what never moves.
+//! The species is in the column `type`, because ASE accepts only chemical symbols in a column called
+//! `species`; the reader accepts both. `map_shift` holds the periods that a particle has travelled since the
+//! start, which OVITO calls *Periodic Image*. The position plus these multiples of the vectors of `Lattice`
+//! is the position without wrapping, also in a sheared box. `masses` holds the mass of each particle where
+//! ASE expects it, and 0 for static particles.
 //!
-//! Numbers are written with the fewest digits that give the same `f64` back, so a frame survives the file bit for bit.
-//! The reader takes the columns in any order and needs none but the positions: without `Properties` it expects plain
-//! XYZ, a name and three coordinates per line.
+//! Numbers are written with the fewest digits that read back as the same `f64`, so that a frame is preserved
+//! bit for bit. The reader accepts the columns in any order and requires only positions. Without `Properties`
+//! it expects plain XYZ, a name and three coordinates per line.
 
 mod comment;
 mod error;
@@ -54,7 +55,8 @@ pub(crate) use write::{FrameWriter, Heading};
 
 use super::{Frame, compressed};
 
-/// Longest line that is read `[bytes]`: some five million bonds, and a bound on what a file that is not text costs.
+/// Longest line that is read `[bytes]`. It is enough for about five million bonds, and limits the cost of a
+/// file that is not text.
 const LONGEST_LINE: u64 = 1 << 26;
 
 /// A frame selected from a trajectory.
@@ -62,12 +64,12 @@ const LONGEST_LINE: u64 = 1 << 26;
 pub struct Pick {
     /// The frame.
     pub frame: Frame,
-    /// Whether the file ends in the middle of a later frame, as it does when a run was killed.
+    /// Whether the file ends within a later frame, as after a killed run.
     pub is_truncated: bool,
 }
 
-/// The frame of a trajectory file that is nearest to a time `[time]`, or the last one. Of two frames equally near the
-/// earlier one in the file is picked. Holds no more than two frames at a time.
+/// The frame of a trajectory file that is nearest to a time `[time]`, or the last one. Of two equally near
+/// frames, the earlier one in the file is taken. At most two frames are in memory at a time.
 ///
 /// # Errors
 /// [`ReadError::Open`] if the file cannot be opened, [`ReadError::NoFrame`] if it holds no frame,

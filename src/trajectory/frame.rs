@@ -13,7 +13,7 @@ use crate::model::{ParticleId, Scene, SpeciesId};
 #[cfg(test)]
 mod tests;
 
-/// Names that columns, arrays and files of the formats have already.
+/// Names already used by columns, arrays and files of the formats.
 const TAKEN: [&str; 46] = [
     "bond_kinds",
     "bond_names",
@@ -70,14 +70,14 @@ pub struct FrameSpecies {
     pub name: String,
     /// Whether particles of this species never move: a static surface, a pivot.
     pub is_static: bool,
-    /// Mass `[mass]`, infinite where the species is static; `None` where a file does not say.
+    /// Mass `[mass]`, infinite for a static species; `None` if a file does not contain it.
     pub mass: Option<f64>,
 }
 
 /// A particle in a frame: id, species, radius, position and velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FrameParticle {
-    /// Its name in every output.
+    /// Its id, as in every output.
     pub id: ParticleId,
     /// Index into [`Frame::species`].
     pub species: SpeciesId,
@@ -102,7 +102,8 @@ pub struct Frame {
     pub size: Vector,
     /// Whether what leaves on one side enters on the other, per axis.
     pub periodic: [bool; 3],
-    /// Displacement of the next image of the box up along y, along x, in `(-L_x / 2, L_x / 2]`; 0 in a box at rest `[length]`.
+    /// Displacement along x of the next image of the box along y, in `(-L_x / 2, L_x / 2]`; 0 in a box at
+    /// rest `[length]`.
     pub displacement: f64,
     /// The species that the particles refer to.
     pub species: Vec<FrameSpecies>,
@@ -110,17 +111,17 @@ pub struct Frame {
     pub particles: Vec<FrameParticle>,
     /// The two ends of each bond.
     pub bonds: Vec<[ParticleId; 2]>,
-    /// The names of the interactions that hold them.
+    /// The names of the bonds' interactions.
     pub bond_names: Vec<String>,
-    /// Index into these of each bond; empty if a file does not give it.
+    /// Index of each bond into these; empty if a file does not contain it.
     pub bond_kinds: Vec<u32>,
-    /// Periods travelled by each particle along each axis, in their order; empty where a file does not say. With these
-    /// [`Frame::unwrapped`] undoes the wrapping.
+    /// Periods travelled by each particle along each axis, in the order of the particles; empty if a file
+    /// does not contain them. [`Frame::unwrapped`] uses them.
     #[doc(alias = "image flags")]
     pub images: Vec<[i32; 3]>,
-    /// Further scalars of each particle, in their order.
+    /// Further scalars of the particles.
     pub scalars: Vec<Scalar>,
-    /// By surface of the scene, whether it is there at this time; empty where all are.
+    /// For each surface of the scene, whether it is present at this time; empty if all are.
     pub surfaces: Vec<bool>,
 }
 
@@ -142,7 +143,7 @@ impl Frame {
         }
     }
 
-    /// All but the particles of a scene at its start: time, box, table and bonds.
+    /// Time, box, table and bonds of a scene at its start, without the particles.
     pub(crate) fn without_particles(scene: &Scene) -> Self {
         let (bond_names, bond_kinds) = Self::kinds_of_bonds(scene);
         Self {
@@ -170,7 +171,8 @@ impl Frame {
         }
     }
 
-    /// The names of the interactions that hold the bonds of a scene, and which of them holds each; nothing if one has no name.
+    /// The names of the interactions of a scene's bonds, and the index of each bond into them; empty if one
+    /// has no name.
     #[must_use]
     pub fn kinds_of_bonds(scene: &Scene) -> (Vec<String>, Vec<u32>) {
         let mut names: Vec<String> = Vec::new();
@@ -189,8 +191,8 @@ impl Frame {
         kinds.map_or_else(Default::default, |kinds| (names, kinds))
     }
 
-    /// Where the particle at a place of the list would be if it had never been wrapped `[length]`; its position where images are not
-    /// known. The vectors of the box are `(L_x, 0, 0)`, `(displacement, L_y, 0)` and `(0, 0, L_z)`.
+    /// Position of a particle, given by its index, without wrapping `[length]`; its position if images are
+    /// unknown. The vectors of the box are `(L_x, 0, 0)`, `(displacement, L_y, 0)` and `(0, 0, L_z)`.
     #[must_use]
     pub fn unwrapped(&self, place: usize) -> Vector {
         let position = self.particles[place].position;
@@ -200,11 +202,11 @@ impl Frame {
         })
     }
 
-    /// A position with periodic coordinates inside of the box `[length]`.
+    /// A position with periodic coordinates inside the box `[length]`.
     pub(crate) fn wrapped(&self, position: &Vector) -> Vector {
         let mut position = *position;
         if self.displacement != 0.0 {
-            // An image further down along y is displaced the other way along x.
+            // Images at lower y are displaced in the opposite direction along x.
             position.x -= self.displacement * ((position.y - self.lower.y) / self.size.y).floor();
         }
         Vector::from_fn(|k, _| {
@@ -233,18 +235,18 @@ impl Frame {
         Space { lower: self.lower, size: self.size, boundary: [0, 1, 2].map(boundary) }
     }
 
-    /// The shortest of the images of what separates two points of the box `[length]`.
+    /// The shortest image of a separation of two points in the box `[length]`.
     #[must_use]
     pub fn nearest_image(&self, separation: Vector) -> Vector {
         nearest_image(separation, &self.space().periods(), self.displacement)
     }
 
-    /// Extent of flat axes for readers that refuse a box without volume: the largest diameter, or 1.
+    /// Extent of flat axes for readers that reject a box without volume: the largest diameter, or 1.
     pub(super) fn thickness(&self) -> f64 {
         Self::thickness_for(self.particles.iter().map(|particle| particle.radius))
     }
 
-    /// Extent of flat axes for particles of some radii.
+    /// Extent of flat axes for particles of the given radii.
     pub(crate) fn thickness_for(radii: impl Iterator<Item = f64>) -> f64 {
         let widest = radii.map(|radius| 2.0 * radius).fold(0.0, f64::max);
         if widest > 0.0 && widest.is_finite() { widest } else { 1.0 }
@@ -259,20 +261,20 @@ impl Frame {
         (corner(extents.map(|(lower, _)| lower)), corner(extents.map(|(_, upper)| upper)))
     }
 
-    /// Whether a scalar can have this name in every format: a word that none of them uses otherwise.
+    /// Whether a scalar can have this name in every format: a word that no format uses otherwise.
     pub(super) fn is_name_of_scalar(name: &str) -> bool {
         let is_word = name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_');
         !name.is_empty() && is_word && !TAKEN.contains(&name.to_ascii_lowercase().as_str())
     }
 
-    /// The mass of each particle, if all are known; 0 for those that never move, with which sums stay finite.
+    /// The mass of each particle, if all are known; 0 for static ones, so that sums stay finite.
     pub(crate) fn masses(&self) -> Option<Vec<f64>> {
         let mass = |particle: &FrameParticle| self.species.get(particle.species.0 as usize)?.mass;
         let finite = |mass: f64| if mass.is_finite() { mass } else { 0.0 };
         self.particles.iter().map(|particle| mass(particle).map(finite)).collect()
     }
 
-    /// Whether a particle never moves; also false where its species is not in the table.
+    /// Whether a particle never moves; also false if its species is not in the table.
     #[must_use]
     pub fn is_static(&self, particle: &FrameParticle) -> bool {
         self.species.get(particle.species.0 as usize).is_some_and(|species| species.is_static)

@@ -52,6 +52,8 @@ pub struct ApplicableObservables {
     pub number_density: f64,
     /// Whether there can be a steady state: what is lost in contacts is supplied.
     pub has_steady_state: bool,
+    /// Whether contacts only exchange velocities, so that time averages depend on the start: equal hard particles on a line.
+    pub only_exchanges_velocities: bool,
     /// Time between two scalings of all velocities by a thermostat `[time]`; none without.
     pub(crate) scaling_interval: Option<f64>,
     /// The ensemble, where a barostat changes the volume.
@@ -118,6 +120,7 @@ impl ApplicableObservables {
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
             number_density: moving as f64 / scene.space.volume(),
             has_steady_state: true,
+            only_exchanges_velocities: false,
             scaling_interval: None,
             isobaric: None,
             filled: filled(scene),
@@ -150,6 +153,7 @@ impl ApplicableObservables {
         self.number_density = self.moving as f64 / scene.space.volume();
         self.conserved_axes = scene.conserved_axes_with(thermostat);
         self.has_steady_state = scene.has_steady_state_with(thermostat);
+        self.only_exchanges_velocities = scene.only_exchanges_velocities_with(thermostat);
         self.balanced_axis = walls::balanced(&self.walled_axes, thermostat);
         self.heated_axis = walls::heated(&self.heat_areas)
             .filter(|_| thermostat.is_none() && !self.is_sheared && scene.has_elastic_pairs());

@@ -45,6 +45,8 @@ pub(super) struct Conditions {
     pub dimensions: usize,
     /// Whether what is lost in contacts is supplied.
     pub has_steady_state: bool,
+    /// Whether contacts only exchange velocities.
+    pub only_exchanges_velocities: bool,
     /// In how many events each particle that moves took part, in the mean.
     pub events_per_particle: f64,
 }
@@ -63,10 +65,14 @@ impl Equilibrium {
     pub(crate) const COOLS: &str =
         "energy is lost in contacts and nothing supplies it, so that there is no steady state";
 
+    /// The reason for equal hard particles on a line.
+    const EXCHANGES: &str = "equal particles on a line only exchange velocities, so means depend on the start: \
+         take the scatter of several seeds as the error";
+
     /// From the verdict on each observable, by its name.
     #[must_use]
     pub(super) fn of(observables: &[(&'static str, Stationarity)], conditions: &Conditions) -> Self {
-        let &Conditions { dimensions, has_steady_state, events_per_particle } = conditions;
+        let &Conditions { dimensions, has_steady_state, only_exchanges_velocities, events_per_particle } = conditions;
         let words = |name: &str| name.replace('_', " ");
         let drifting = observables.iter().filter_map(|(name, stationarity)| match stationarity {
             Stationarity::Drifting(by) => {
@@ -89,6 +95,8 @@ impl Equilibrium {
             (verdict, drifting)
         } else if !drifting.is_empty() {
             (Answer::No, drifting)
+        } else if only_exchanges_velocities {
+            (Answer::Unknown, vec![Self::EXCHANGES.to_owned()])
         } else if !unknown.is_empty() {
             (Answer::Unknown, vec![format!("too short to tell for {}", unknown.join(", "))])
         } else if !fluctuates {
@@ -136,7 +144,12 @@ mod tests {
     #[test]
     fn less_than_an_event_of_each_particle_tells_nothing() {
         let text = |events_per_particle: f64| {
-            let conditions = Conditions { dimensions: 3, has_steady_state: true, events_per_particle };
+            let conditions = Conditions {
+                dimensions: 3,
+                has_steady_state: true,
+                only_exchanges_velocities: false,
+                events_per_particle,
+            };
             Equilibrium::of(&[("pressure", Stationarity::Drifting(0.5))], &conditions).to_string()
         };
         assert_eq!(text(0.5), "unknown (too short to tell: 0.5 events per particle, and 10 are needed)");
@@ -147,7 +160,12 @@ mod tests {
     fn what_drifts_comes_before_what_is_not_known() {
         let (stationary, unknown, constant) = (Stationarity::Stationary, Stationarity::Unknown, Stationarity::Constant);
         let drifting = Stationarity::Drifting(1.1234);
-        let conditions = Conditions { dimensions: 3, has_steady_state: true, events_per_particle: 10.0 };
+        let conditions = Conditions {
+            dimensions: 3,
+            has_steady_state: true,
+            only_exchanges_velocities: false,
+            events_per_particle: 10.0,
+        };
         let text = |all: &[(&'static str, Stationarity)]| Equilibrium::of(all, &conditions).to_string();
         assert_eq!(text(&[("temperature", constant), ("pressure", stationary)]), "yes");
         assert_eq!(
@@ -168,7 +186,12 @@ mod tests {
 
     #[test]
     fn what_only_loses_energy_or_has_hardly_begun_is_never_in_equilibrium() {
-        let steady = Conditions { dimensions: 3, has_steady_state: true, events_per_particle: 0.25 };
+        let steady = Conditions {
+            dimensions: 3,
+            has_steady_state: true,
+            only_exchanges_velocities: false,
+            events_per_particle: 0.25,
+        };
         let cooling = Conditions { has_steady_state: false, events_per_particle: 1e4, ..steady };
         let all = [("temperature", Stationarity::Stationary)];
         let short = Equilibrium::of(&all, &steady).to_string();

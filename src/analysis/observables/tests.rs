@@ -1,6 +1,7 @@
 //! Means of temperature and energy against integrals from event to event.
 
 use super::Observer;
+use crate::Vector;
 use crate::analysis::statistics::Stationarity;
 use crate::engine::{Simulation, Until};
 use crate::model::potential::Potential;
@@ -137,4 +138,49 @@ fn a_conserved_temperature_has_no_error_however_short_or_long_the_run_is() {
     let scene = elastic(cube, 40).build().unwrap();
     let faster = |simulation: &mut Simulation| simulation.scale_velocities(1.1, &crate::Vector::zeros());
     assert_eq!(of_temperature(&scene, None, 5, faster), (None, Stationarity::Unknown), "set by a program");
+}
+
+/// Three particles on a line, of which one has another mass, with hard cores or wells.
+fn on_a_line(mass: f64, potential: &Potential) -> SceneBuilder {
+    let boundary = [Boundary::Periodic, Boundary::Flat, Boundary::Flat];
+    let space = Space { boundary, size: Vector::new(9.0, 0.0, 0.0), ..Space::periodic_cube(9.0) };
+    let mut builder = SceneBuilder::new("line").space(space);
+    for (name, mass) in [("A", 1.3), ("B", mass)] {
+        builder = builder.species(name, mass, 1.0);
+    }
+    for pair in [["A", "A"], ["A", "B"], ["B", "B"]] {
+        builder = builder.interaction(pair[0], pair[1], potential.clone(), 1.0);
+    }
+    for (name, x, v) in [("A", 1.0, 0.9), ("A", 4.0, -0.4), ("B", 7.0, 0.2)] {
+        builder = builder.particle(name, Vector::new(x, 0.0, 0.0), Vector::new(v, 0.0, 0.0));
+    }
+    builder
+}
+
+#[test]
+fn equal_hard_particles_on_a_line_have_no_errors() {
+    let hard = Potential::hard_sphere(1.0).unwrap();
+    let well = Potential::square_well(1.0, 1.5, 0.2).unwrap();
+    let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true; 3] };
+    let observed = |builder: SceneBuilder, bath: Option<&Thermostat>| {
+        let mut simulation = Simulation::without_plan(builder.build().unwrap());
+        simulation.set_thermostat(bath, 0).unwrap();
+        let mut observer = Observer::new(simulation.scene());
+        observer.set_thermostat(simulation.scene(), bath);
+        for row in 0..400 {
+            simulation.advance(Until::time(2.5 * f64::from(row))).unwrap();
+            observer.row(&simulation);
+        }
+        let pressure = observer.estimates().into_iter().find(|(name, _)| *name == "pressure").unwrap().1;
+        let answer = observer.equilibrium(&observer.stationarity(), simulation.event_counts());
+        (pressure.standard_error.is_some(), answer.to_string())
+    };
+    let (has_error, answer) = observed(on_a_line(1.3, &hard), None);
+    assert!(!has_error && answer.contains("only exchange velocities"), "{answer}");
+    for (builder, bath) in
+        [(on_a_line(2.1, &hard), None), (on_a_line(1.3, &well), None), (on_a_line(1.3, &hard), Some(&bath))]
+    {
+        let (has_error, answer) = observed(builder, bath);
+        assert!(has_error && !answer.contains("exchange"), "{answer}");
+    }
 }

@@ -1,12 +1,14 @@
-//! Contacts that are passed over: a pair, or a particle and a wall, flies on into its overlap, and the audit has to find it.
+//! Skipped contacts: a pair, or a particle and a wall, flies on into an overlap, and the audit has to find
+//! it.
 //!
 //! Of each scene the next contact after some events is dropped: the predictions of both particles are put off, to a time at which the overlap
 //! has a depth that is chosen at random over eleven powers of ten. What happens in between, cell transitions and the events of others included, is
 //! the engine's own. Where one of the two meets another particle or wall first, the contact is due at once, as it would be if a prediction had missed
 //! it, or the two are driven apart, which no event of theirs can tell: these are counted by themselves.
 //!
-//! An overlap that is deeper than round-off must be counted at an event, without a look at all pairs, where round-off is counted here once more, with twice as many roundings and from all
-//! that moved since the start of the scene, so that it is no echo of what is tested.
+//! An overlap deeper than round-off must be counted at an event, without a search over all pairs. The test
+//! computes round-off independently: with twice as many roundings, and from everything that moved since the
+//! start of the scene.
 //!
 //! `CAROM_DROPS` is the number of scenes (20 unless given): `CAROM_DROPS=1000 cargo test --release --lib drops -- --nocapture`.
 
@@ -27,36 +29,36 @@ mod scenes;
 
 use scenes::Dice;
 
-/// A contact that was passed over.
+/// A contact that was skipped.
 struct Dropped {
-    /// How deep the overlap was when the contact came late, of the distance.
+    /// Depth of the overlap when the contact was executed late, relative to the distance.
     depth: f64,
-    /// Round-off bound of it.
+    /// Its round-off bound.
     round_off: f64,
-    /// Whether another event of one of the two came first.
+    /// Whether one of the two had another event first.
     is_disturbed: bool,
     /// Whether the rest of the run has an event in an invalid state.
     is_found: bool,
 }
 
-/// Who meets, where they would, and how fast the overlap deepens.
+/// A contact that is skipped: the participants, the time, and how fast the overlap deepens.
 struct Passing {
-    /// A particle, and its partner if that is one.
+    /// A particle and its partner, if there is one.
     who: [u32; 2],
-    /// The number of the surface, if that is what it meets.
+    /// Index of the surface, for a contact with a surface.
     surface: Option<u32>,
     time: f64,
     distance: f64,
-    /// Relative to the distance, by the time that it was passed.
+    /// Depth relative to the distance, as a function of the time since the contact.
     depth: Box<dyn Fn(f64) -> f64>,
     /// Duration for which it becomes deeper.
     deepens_for: f64,
     speed: f64,
-    /// All of the lengths that were rounded.
+    /// Largest length that was rounded.
     scale: f64,
 }
 
-/// The next contact of all.
+/// The next contact of the whole system.
 fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>) -> Option<Passing> {
     let predictions = &engine.schedule.predictions;
     let first =
@@ -66,7 +68,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     let time = Some(prediction.contact_time).filter(|time| time.is_finite())?;
     let space = &engine.state.space;
     let box_scale = 4.0 * space.farthest_side() + space.size.norm();
-    // Times are rounded as times since the epoch, or since earlier ones.
+    // Times are rounded relative to the current epoch or an earlier one.
     let clock = engine.elapsed() + (time - engine.clock.now) + engine.clock.last_reached;
     let me = engine.streamed(i, time);
     match prediction.contact {
@@ -169,7 +171,7 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
         return Err("no event in time");
     }
     let scale = passing.scale + engine.counts.accepted_overlap / f64::EPSILON;
-    // A cell transition may have found it before.
+    // A cell transition may have found it earlier.
     let depth = (passing.depth)(engine.clock.now - passing.time);
     if is_disturbed {
         let rest = Until { time: engine.time() + 10.0, events: engine.counts.executed + 1_000 };
@@ -232,6 +234,6 @@ fn a_contact_that_is_passed_over_is_found() {
     println!("left out: {left_out:?}\nby decade of depth: found, not found within round-off, not found beyond");
     decades.iter().for_each(|(decade, row)| println!("1e{decade}: {row:?}"));
     assert!(decades.values().all(|row| row[2] == 0));
-    // Bounds that explain everything would find nothing.
+    // A bound that explains everything would find nothing.
     assert!(within < judged, "{within} of {judged}");
 }

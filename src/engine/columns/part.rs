@@ -1,4 +1,4 @@
-//! A part of the particles, as an engine of its own.
+//! A subset of the particles as an engine of its own.
 
 use super::{Column, Order};
 use crate::engine::pairs::Pairs;
@@ -8,7 +8,8 @@ use crate::engine::sources::Sources;
 use crate::engine::state::State;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// An engine for some of the particles in a given order, without ids and global event sources. The queue is empty and keeps its settings.
+    /// An engine for some of the particles, in a given order, without ids and without event sources that act
+    /// on the whole system. The queue is empty and keeps its settings.
     pub(in crate::engine) fn part(&self, order: &Order) -> Self {
         let (state, sources) = (&self.state, &self.sources);
         Self {

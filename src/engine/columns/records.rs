@@ -1,4 +1,4 @@
-//! Records: everything about one particle, as it is taken out of an engine and put into one.
+//! Records: all data of one particle, to move it between engines.
 
 use crate::Vector;
 use crate::engine::columns::Order;
@@ -11,30 +11,30 @@ use crate::engine::prediction::{Contact, FIRST_ABSENT, Prediction, absent};
 use crate::engine::state::Body;
 use serde::{Deserialize, Serialize};
 
-/// Everything about one particle. Other particles that it names are ids.
+/// All data of one particle. Other particles are given by id.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Record {
     pub body: Body,
     /// Its number in memory.
     pub number: u32,
-    /// The row of the species; none where there is only one.
+    /// The row of the species; `None` if there is only one.
     pub species: Option<u16>,
     /// Periods travelled; `None` keeps the present ones, or zero for a new particle.
     pub images: Option<[i32; 3]>,
     /// Time of its last contact in the TC model, since the epoch.
     pub last_contact: f64,
-    /// Contacts with thermal surfaces so far.
+    /// Number of contacts with thermal surfaces so far.
     pub surface_contacts: u32,
-    /// States of its pairs; none where pairs have no states.
+    /// States of its pairs; `None` if pairs have no states.
     pub captured: Option<Vec<PairState>>,
-    /// Where neighbours look for it; none for where they do, or to follow from the position of a new one.
+    /// Cell or list centre; `None` keeps the present one, or derives it from the position of a new particle.
     pub place: Option<Place>,
-    /// Its prediction; none to be predicted now.
+    /// Its prediction; `None` if it has to be predicted now.
     pub prediction: Option<Prediction>,
 }
 
 impl Record {
-    /// A particle of an id at the beginning of its life, at a time since the epoch.
+    /// A new particle with the given id, at a time since the epoch.
     pub fn new(id: u32, position: Vector, velocity: Vector, time: f64) -> Self {
         Self {
             body: Body { position, velocity, time, events: 0, name: id },
@@ -57,8 +57,8 @@ impl Record {
         Self { number, body, prediction: Some(prediction), ..record }
     }
 
-    /// Gives the particles that it names other numbers; what has none is not there: a pair with it is
-    /// forgotten, and as a partner it keeps its number, as that of an absent one.
+    /// Renumbers the other particles in the record. Particles without a number are absent: pairs with them
+    /// are dropped, and an absent partner of a prediction keeps its number.
     pub fn renumber(&mut self, number: impl Fn(u32) -> Option<u32>) {
         if let Some(captured) = &mut self.captured {
             captured.retain_mut(|pair| number(pair.partner).map(|partner| pair.partner = partner).is_some());
@@ -79,7 +79,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for &particle in particles {
             let mut record = self.record(particle);
             if self.is_static(particle) {
-                // The pair states are stored with its partners.
+                // Pair states are stored with the partner.
                 let state =
                     |other| self.pairs.states.get(other, particle).map(|pair| PairState { partner: other, ..pair });
                 record.captured = Some(self.particles().filter(|&other| other != particle).filter_map(state).collect());
@@ -94,7 +94,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         records
     }
 
-    /// Takes particles out. Those that were to meet one of them are predicted again.
+    /// Removes particles. Particles that were predicted to meet one of them are predicted again.
     pub fn remove(&mut self, particles: &[u32]) {
         let count = self.state.bodies.len();
         let mut stays = vec![true; count];
@@ -112,9 +112,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Puts particles in: with ids that none has, where they overlap with none. Pairs with particles that are not there are forgotten.
+    /// Inserts particles. Their ids must be unused, and they must not overlap. Pairs with absent particles
+    /// are dropped.
     ///
-    /// A copy with its place and prediction continues with the same bits, if its partners are there.
+    /// A copied particle with its place and prediction continues with the same bits if its partners are
+    /// present.
     pub fn insert(&mut self, records: &[Record]) {
         let first = self.particles().end;
         for record in records {
@@ -138,7 +140,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The prediction of a particle that has just been put in, the first of them as number `first`; a static one is met by the predictions of others.
+    /// Predicts a particle that has just been inserted; `first` is the number of the first inserted one. A
+    /// static particle is found by the predictions of others.
     fn predict_inserted(&mut self, particle: u32, record: &Record, first: u32) {
         if self.is_static(particle) {
             let mut near = Candidates::default();

@@ -1,4 +1,5 @@
-//! Neither order in memory nor buckets decide a bit, and copies of all particles go on as these would have.
+//! Neither the order in memory nor the buckets change a bit, and copies of all particles continue as the
+//! originals would.
 
 use super::Order;
 use crate::Vector;
@@ -14,7 +15,8 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 use std::ops::ControlFlow;
 
-/// Events, last states and counts of a run that is put in a random order after every `every` events, with a number of buckets in its queue.
+/// Events, final state and counts of a run whose particles are shuffled after every `every` events, with a
+/// given number of buckets in the queue.
 fn run<const FALLING: bool, const TABLE: bool>(
     scene: &Scene,
     every: u64,
@@ -43,7 +45,7 @@ fn run<const FALLING: bool, const TABLE: bool>(
     (events, engine.snapshot(), engine.counts.totals)
 }
 
-/// Puts the particles in a random order: by other numbers in memory, or by taking all out and putting copies in.
+/// Shuffles the particles: by renumbering them in memory, or by removing all and inserting copies.
 fn shuffle<const FALLING: bool, const TABLE: bool>(engine: &mut Engine<FALLING, TABLE>, random: &mut Random) {
     let mut old: Vec<u32> = engine.particles().collect();
     for last in (1..old.len()).rev() {
@@ -90,7 +92,7 @@ pub(in crate::engine) fn spheres(potential: Potential, packing_fraction: f64, co
         .temperature(1.3)
 }
 
-/// Particles of a lattice that fly along its axes at one speed: many contacts are due at once.
+/// Lattice particles that fly along the axes with equal speeds, so that many contacts are due at once.
 fn at_once() -> Scene {
     let mut scene = SceneBuilder::new("lattice").space(Space::periodic_cube(12.0)).species("A", 1.0, 1.0).interaction(
         "A",
@@ -106,7 +108,8 @@ fn at_once() -> Scene {
     scene.build().unwrap()
 }
 
-/// Static spheres with low ids. Several particles reach each at once from all sides, again and again: only the higher ids distinguish these contacts.
+/// Static spheres with low ids. Several particles reach each of them simultaneously from all sides, many
+/// times. Only the higher ids distinguish these contacts.
 fn against_static_spheres() -> Scene {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let mut scene = SceneBuilder::new("static-spheres")

@@ -1,4 +1,4 @@
-//! Applies a change of velocities: the one place where an impulse acts.
+//! Applies a change of velocities. No other code applies impulses.
 
 use crate::Vector;
 use crate::engine::event::{CountedKind, Event, EventKind, Other, Outcome};
@@ -7,7 +7,7 @@ use crate::engine::parts::Engine;
 use crate::engine::surfaces::Surface;
 use std::ops::ControlFlow;
 
-/// Where the momentum of a particle comes from.
+/// The other party of a momentum exchange.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) enum With {
     /// Another particle, which gets the opposite impulse.
@@ -16,24 +16,24 @@ pub(in crate::engine) enum With {
     Surface(u32),
     /// A heat bath.
     Bath,
-    /// The other members of a distance that is held in a window.
+    /// The other particles of a distance that is held within a window.
     Restraint,
-    /// The program: velocities are set or scaled.
+    /// A program that sets or scales velocities.
     Program,
 }
 
-/// A change of velocities, and the energies that go with it.
+/// A change of velocities and the energies that belong to it.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Change {
-    /// Kind under which the event is counted; none for one that is no event.
+    /// The kind of event to count; `None` if it is not an event.
     pub counted: Option<CountedKind>,
     pub particle: u32,
     pub other: With,
-    /// Velocities afterwards, of the particle and of its partner `[length / time]`.
+    /// Velocities of the particle and its partner afterwards `[length / time]`.
     pub after: [Vector; 2],
     /// Momentum that the particle gains `[mass length / time]`.
     pub impulse: Vector,
-    /// From the other to the particle; its square.
+    /// Vector from the other to the particle, and its squared length.
     pub line: Vector,
     pub squared: f64,
     /// Distance of the discontinuity `[length]`.
@@ -49,7 +49,8 @@ pub(in crate::engine) struct Change {
 }
 
 impl Change {
-    /// A particle whose velocity becomes `after`, by nothing that is conserved: all that it gains is supplied.
+    /// A velocity change of one particle that is not caused by a conservative force. All energy that it gains
+    /// counts as supplied.
     #[inline]
     pub fn of_one(other: With, particle: u32, before: &Vector, after: Vector, inverse_mass: f64) -> Self {
         let gained = after - before;
@@ -71,7 +72,7 @@ impl Change {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Gives particles their velocities after a contact, voids their predictions, counts, and shows the event.
+    /// Writes the velocities after a contact, voids predictions, counts the event, and reports it.
     #[inline(always)]
     pub(in crate::engine) fn apply(&mut self, change: &Change, observe: &mut Observe<'_>) -> ControlFlow<()> {
         let before = self.change_velocities(change);
@@ -82,7 +83,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Writes the velocities, and returns those before.
+    /// Writes the velocities and returns the previous ones.
     #[inline(always)]
     fn change_velocities(&mut self, change: &Change) -> [Vector; 2] {
         let [of_particle, of_partner] = change.after;
@@ -94,7 +95,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Writes the velocity of one particle, whose prediction is void from now on, and returns that before.
+    /// Writes the velocity of one particle, voids its prediction, and returns the previous velocity.
     #[inline]
     fn change_velocity(&mut self, particle: u32, after: Vector) -> Vector {
         let body = &mut self.state.bodies[particle as usize];
@@ -102,7 +103,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         std::mem::replace(&mut body.velocity, after)
     }
 
-    /// The event, for observers. By value, so that without observers a change is never written to memory.
+    /// The event for observers. It is passed by value, so that a change is never written to memory without
+    /// observers.
     #[cold]
     #[inline(never)]
     fn event(&self, change: Change, kind: CountedKind, before: [Vector; 2]) -> Event {
@@ -143,7 +145,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Counts a change, and adds it to all sums.
+    /// Counts a change and adds it to all sums.
     #[inline(always)]
     fn account(&mut self, change: &Change, before: &[Vector; 2]) {
         let particle = change.particle;
@@ -171,7 +173,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds a change to the sums of the pressure between walls, and has a restraint look at it.
+    /// Adds a change to the sums for the pressure between walls, and informs a restraint.
     #[cold]
     #[inline(never)]
     fn watch(&mut self, change: Change, before: [Vector; 2]) {
@@ -187,7 +189,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds what a wall of the box has given to a particle to its sums.
+    /// Adds the impulse from a wall of the box to the sums.
     fn note_wall(&mut self, change: &Change, surface: u32) {
         let side = self.sources.surfaces.get(surface).and_then(|placed| placed.shape.side());
         let Some((axis, is_upper)) = side else { return };

@@ -1,4 +1,4 @@
-//! The frame of a contact of two particles: along which line they meet, and how fast.
+//! The frame of a pair contact: the line of centres and the relative motion.
 
 use crate::Vector;
 use crate::engine::audit::{Meeting, is_surely_round_off};
@@ -15,7 +15,7 @@ pub(in crate::engine) struct Frame {
     pub side: Side,
     /// `r_ij`.
     pub apart: Vector,
-    /// Along `r_ij`, `stretch` times as long; in the direction of approach where the two are at the same point.
+    /// `r_ij` times `stretch`; the direction of approach if both are at the same point.
     pub line: Vector,
     /// See [`stretch`].
     pub stretch: f64,
@@ -27,7 +27,7 @@ pub(in crate::engine) struct Frame {
     pub approach: Approach,
 }
 
-/// Factor of the line of centres, which makes its squared length an ordinary divisor.
+/// Factor that turns the squared length of the line of centres into an ordinary divisor.
 ///
 /// Spheres of diameter 1 meet at `|r|^2` within some floats of 1. To divide by `1 + k eps` rounds up more often than down, by
 /// a twentieth of a rounding in the mean, and that heats a fluid by the same amount in every event. Nine sixteenths spread
@@ -43,12 +43,12 @@ pub(in crate::engine) fn stretch(squared: f64) -> f64 {
 /// The digits of a float.
 const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 
-/// Floats on either side of a power of two that still round to one side: contacts are some tens of floats from their distance, and the
-/// bias falls with the number.
+/// Floats within this distance of a power of two are treated as next to it. Contacts are within some tens of
+/// floats of their distance, and the bias falls with the number.
 const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// A pair as it is now, both particles streamed to the same time.
+    /// A pair in its present state, both particles streamed to the same time.
     #[inline]
     pub(in crate::engine) fn frame(&self, i: u32, j: u32, side: Side, opening_speed: f64) -> Frame {
         let (a, b) = (&self.state.bodies[i as usize], &self.state.bodies[j as usize]);
@@ -66,7 +66,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Frame { i, j, side, apart, line, stretch, velocity, opening_speed, approach }
     }
 
-    /// Takes note of an overlap or a turning point, of a pair whose states were written so long ago.
+    /// Records an overlap or a turning point of a pair whose states were written `flown` ago.
     #[inline]
     pub(in crate::engine) fn note_state(&mut self, pair: &Frame, seen: &Discontinuity, flown: [f64; 2]) {
         let sign = pair.side.sign();

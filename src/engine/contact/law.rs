@@ -1,4 +1,4 @@
-//! Laws of contact: from a frame, the motion afterwards.
+//! Contact laws: from a frame, the velocities afterwards.
 //!
 //! Steps of a potential with constant restitution or the TC model, for pairs and for surfaces.
 
@@ -9,18 +9,18 @@ use crate::engine::parts::Engine;
 use crate::physics::overlap::Side;
 use crate::physics::response::{Leaving, Response, respond, tc_contact};
 
-/// Relative to the speeds of two particles, what the velocities of both leave uncertain of their difference: two roundings
-/// of each, of the last event and the one before.
+/// Uncertainty of a relative velocity, as a fraction of the speeds: two roundings of each velocity, by the
+/// last event and the one before.
 const LOST: f64 = 2.0 * f64::EPSILON;
 
-/// How particles come to a contact, for the TC model.
+/// The motion before a contact, for the TC model.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Arrival {
     /// Normal speed of approach `[length / time]`.
     pub speed: f64,
     /// Tangential speed `[length / time]`.
     pub tangential: f64,
-    /// Normal acceleration towards each other, which brings the two together again `[length / time^2]`.
+    /// Normal acceleration towards each other, which causes the next contact `[length / time^2]`.
     pub closing: f64,
 }
 
@@ -51,7 +51,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
         let closing = -side.sign() * (acceleration + tangential * pair.stretch / length);
         let arriving = (-side.sign() * vn).max(0.0);
-        // A static particle, like a wall, has no previous contact: it would make the contacts of all its partners elastic.
+        // A static particle, like a wall, has no previous contact. Otherwise it would make the contacts of
+        // all its partners elastic.
         let moving: &[u32] = match (self.is_static(i), self.is_static(j)) {
             (true, _) => &[j],
             (_, true) => &[i],
@@ -68,8 +69,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (response, leaving.tangential_scale)
     }
 
-    /// The normal speed with which a particle leaves a surface that reflects, and the factor of its tangential velocity. `velocity` is that before, as
-    /// the surface sees it, `vn` its part along the normal, which points away from the surface, `closing` the acceleration that brings it back.
+    /// The normal speed after a reflection from a surface, and the factor of the tangential velocity.
+    /// `velocity` is the velocity before, relative to the surface, and `vn` its component along the normal,
+    /// which points away from the surface. `closing` is the acceleration towards the surface.
     #[inline]
     pub(in crate::engine) fn leave_surface(
         &mut self,
@@ -88,7 +90,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
     }
 
-    /// The velocities of a pair afterwards, from the change of `v_ij` along `r_ij`, divided by its length, and the factor of the tangential part.
+    /// The velocities of a pair afterwards, from the change of `v_ij` along `r_ij` divided by its length, and
+    /// from the factor of the tangential part.
     #[inline]
     pub(in crate::engine) fn reflected(
         &self,
@@ -111,11 +114,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         after
     }
 
-    /// Takes note of an inelastic contact whose speed is lost in the rounding of the velocities.
+    /// Records an inelastic contact whose speed is lost in the rounding of the velocities.
     ///
-    /// Each contact of a collapse leaves a fraction of the speed before. In exact numbers that goes on for ever, in a
-    /// finite time; in rounded ones until the speeds have no digits left. Chance makes a contact that slow with a
-    /// probability of the square of [`LOST`].
+    /// In an inelastic collapse each contact leaves a fraction of the speed. In exact arithmetic that
+    /// continues forever within a finite time. With rounding it continues until the speeds have no digits
+    /// left. A chance contact is that slow with a probability of the square of [`LOST`].
     #[inline]
     fn note_lost_speed(&mut self, pair: &Frame, restitution: f64) {
         let approach = -pair.side.sign() * pair.approach.radial;
@@ -127,7 +130,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// A contact under the TC model, and its entry in the model's memory.
+    /// Applies the TC model to a contact and updates its memory.
     fn tc_model(&mut self, particles: &[u32], restitution: f64, arrival: Arrival, time: f64) -> Leaving {
         let Arrival { speed: approach, tangential, closing } = arrival;
         let Some(times) = &mut self.pairs.contact_times else {
@@ -143,9 +146,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Adds `change` to `v_i - v_j`, at constant total momentum.
     ///
-    /// The heavier particle takes its share `w / (w_i + w_j)`, and the lighter one what is left of the change: the two add up to all
-    /// of it. Two shares that are rounded each for itself do not, always by the same amount, and an elastic contact would have a
-    /// restitution of `1 +- eps` in every event.
+    /// The heavier particle gets its share `w / (w_i + w_j)`, and the lighter one the remainder, so that the
+    /// sum is exact. Two shares rounded separately would always miss it by the same amount, and an elastic
+    /// contact would have a restitution of `1 +- eps` in every event.
     #[inline]
     fn change_relative_velocity(&self, pair: &Frame, change: &Vector, velocities: &mut [Vector; 2]) {
         let (wi, wj) = (self.inverse_mass(pair.i), self.inverse_mass(pair.j));
@@ -156,11 +159,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         velocities[1] -= of_j;
     }
 
-    /// Rounds a reflection outwards: the pair must leave the discontinuity in the numbers that detection will see.
+    /// Rounds a reflection outwards: in the rounded numbers that detection sees, the pair must leave the
+    /// discontinuity.
     ///
-    /// A change below the spacing of the velocities' floats does nothing, and the same event would be due again for ever.
-    /// Changes of one such spacing, doubled until they count, change the energy by round-off only. At relative rest a pair
-    /// outside of its core stays where it is, but one at the end of its bond must come inside.
+    /// A change below the spacing of floats has no effect, and the same event would be due again forever.
+    /// Changes by this spacing, doubled until they have an effect, change the energy by round-off only. At
+    /// relative rest, a pair outside its core stays where it is. A pair at the end of its bond must move
+    /// inside.
     #[inline]
     fn separate(&self, pair: &Frame, velocities: &mut [Vector; 2]) {
         let &Frame { i, j, side, ref apart, ref line, opening_speed, ref approach, .. } = pair;
@@ -178,7 +183,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let speed = velocities[0].amax().max(velocities[1].amax());
         let mut change = side.sign() * f64::EPSILON * speed;
         let normal = line / approach.squared.sqrt();
-        // 52 doublings take a float's spacing to the float itself.
+        // After 52 doublings, the spacing of a float is as large as the float.
         for _ in 0..52 {
             self.change_relative_velocity(pair, &(normal * change), velocities);
             if !is_closing(velocities) {
@@ -188,7 +193,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The relative velocity of the images of two particles that meet now, from their velocities.
+    /// The relative velocity of the images that meet, from the velocities of the particles.
     #[inline]
     fn relative_velocity(&self, [i, j]: [u32; 2], velocities: &[Vector; 2]) -> Vector {
         let velocity = velocities[0] - velocities[1];

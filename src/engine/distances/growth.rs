@@ -1,4 +1,4 @@
-//! Diameters that grow: the discontinuities of all pairs move outwards at a constant speed.
+//! Growing diameters: the discontinuities of all pairs move outwards at a constant speed.
 
 mod contacts;
 
@@ -13,19 +13,20 @@ use crate::model::Growth;
 use crate::physics::detection::plane;
 use crate::physics::motion::RelativeState;
 
-/// Cells and lists reach for spheres that are larger by up to this factor. Smaller steps sort more often, larger ones search farther.
+/// Cells and lists are made for spheres that are larger by up to this factor. With a smaller factor they are
+/// rebuilt more often, with a larger one they search farther.
 const STAGE: f64 = 1.1;
 
-/// Diameters that are `1 + rate (t - start)` times those of the scene.
+/// Diameters are `1 + rate (t - start)` times those of the scene.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::engine) struct GrowingDiameters {
     /// `[1 / time]`
     pub rate: f64,
-    /// Since the epoch.
+    /// Time since the epoch.
     start: f64,
-    /// Cells and lists reach for diameters that are this factor times those of the scene,
+    /// Cells and lists are valid for diameters up to this factor times those of the scene.
     pub reach: f64,
-    /// which ends at this one.
+    /// Factor at which the growth ends.
     largest: f64,
 }
 
@@ -36,28 +37,29 @@ impl GrowingDiameters {
         1.0 + self.rate * (time - self.start)
     }
 
-    /// The factor of all diameters at a time since the epoch, and how fast it grows `[1, 1 / time]`.
+    /// The factor of all diameters at a time since the epoch, and its growth rate `[1, 1 / time]`.
     #[inline]
     pub fn factor(&self, time: f64) -> [f64; 2] {
         [self.scale(time), self.rate]
     }
 
-    /// Counts times from an epoch that is later by `shift`.
+    /// Shifts times to an epoch that is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         self.start -= shift;
     }
 
-    /// When the spheres will be as large as cells or lists reach, since the epoch; infinite if they are not to become larger.
+    /// Time since the epoch at which the spheres outgrow cells or lists; infinite if they do not.
     pub fn next_stage(&self) -> f64 {
         if self.reach < self.largest { self.start + (self.reach - 1.0) / self.rate } else { f64::INFINITY }
     }
 }
 
-/// Time from now until two spheres touch whose distance of contact is `distance` now and grows at `speed`.
+/// Time until two spheres touch whose contact distance is now `distance` and grows at `speed`.
 ///
-/// `f(t) = |r + v t|^2 - (s + u t)^2 = (r^2 - s^2) + 2 (r.v - s u) t + (v^2 - u^2) t^2`, and the rule of [`crate::physics::detection`]: the first
-/// time at which `f <= 0` and falling. The quadratic may open downwards, because every pair meets in the end; it is that of a ball
-/// over a floor, with any acceleration.
+/// `f(t) = |r + v t|^2 - (s + u t)^2 = (r^2 - s^2) + 2 (r.v - s u) t + (v^2 - u^2) t^2`, with the rule of
+/// [`crate::physics::detection`]: the first time at which `f <= 0` and falling. The quadratic may open
+/// downwards, because every pair meets in the end. It has the form of a ball above a floor, with an
+/// acceleration of either sign.
 #[inline]
 pub(in crate::engine) fn next_contact(state: &RelativeState, distance: f64, speed: f64) -> Option<f64> {
     let (r, v) = (&state.position, &state.velocity);
@@ -65,7 +67,7 @@ pub(in crate::engine) fn next_contact(state: &RelativeState, distance: f64, spee
     plane::next_event(height, 2.0 * (r.dot(v) - distance * speed), 2.0 * (v.norm_squared() - speed * speed))
 }
 
-/// Counts that outlive an engine.
+/// Counts that continue when an engine is replaced.
 #[derive(Debug, Clone)]
 pub(in crate::engine) struct Carried {
     event_counts: EventCounts,
@@ -75,7 +77,7 @@ pub(in crate::engine) struct Carried {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Counts that outlive the engine when another one takes over with other diameters.
+    /// Counts to carry over to an engine with other diameters.
     pub fn carried(&self) -> Carried {
         Carried {
             event_counts: self.counts.totals,
@@ -85,7 +87,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Goes on counting where another engine has stopped.
+    /// Continues the counts of another engine.
     pub fn carry(&mut self, carried: Carried, images: &[[i32; 3]]) {
         let wrapped = std::mem::take(&mut self.counts.totals);
         debug_assert_eq!(wrapped.physical(), 0, "it has just been made");
@@ -109,7 +111,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// Sorts the spheres again, when they have come to the size that cells or lists reach for.
+    /// Sorts the spheres again once they are as large as cells or lists allow.
     pub(in crate::engine) fn begin_distance_stage(&mut self) -> Result<Repredict, InvariantBroken> {
         let Some(growing) = &mut self.distances.growing else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
@@ -137,7 +139,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 impl Simulation {
     /// Lets all diameters grow from now on, to at most `largest` times what they are.
     ///
-    /// Only for hard spheres without gravity in a periodic box, as a scene with a stage of growth has been checked to be.
+    /// The scene has been checked: growth needs hard spheres without gravity in a periodic box.
     pub(crate) fn grow(&mut self, growth: &Growth, largest: f64) {
         with_engine!(&mut self.engine, engine => engine.grow(growth.rate, largest));
     }

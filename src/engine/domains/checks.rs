@@ -1,4 +1,4 @@
-//! In a debug build, and where a test asks for it, windows at random are done by one engine, too.
+//! In debug builds, and on request of a test, randomly chosen windows are repeated by a single engine.
 
 use super::Domains;
 use crate::engine::Until;
@@ -11,7 +11,7 @@ const ONE_OF: u64 = 32;
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     /// A copy of the whole engine that runs the next window serially, if that window is checked.
     pub(super) fn copy_to_check(&mut self, whole: &mut Engine<FALLING, TABLE>) -> Option<Engine<FALLING, TABLE>> {
-        // A pseudo-random choice, equal in all processes.
+        // A pseudo-random choice that is equal in all processes.
         let random = self.work.windows.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
         let checked = self.checked.filter(|checked| *checked != self.work.windows)?;
         if !random.is_multiple_of(ONE_OF) {
@@ -22,7 +22,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Some(whole.clone())
     }
 
-    /// Holds all that the domains have come to after a window against what one engine does until then.
+    /// Compares the complete state of the domains after a window with the single engine's.
     pub(super) fn check_window(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
@@ -34,7 +34,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let Some(cut) = &self.cut else { return };
         let time = whole.clock.start + (whole.clock.epoch + cut.now);
         let result = other.advance(Until { time, ..until }, &mut None);
-        // Where that time is rounded, it is another one.
+        // If this time is rounded, the comparison would be at another time.
         if other.clock.epoch != whole.clock.epoch || other.since_epoch(time) != cut.now || cut.now <= 0.0 {
             return;
         }
@@ -46,7 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     }
 }
 
-/// The state of a particle in an engine, without fields that have no meaning at present.
+/// The state of a particle in an engine, without fields that are unused at present.
 fn all_of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> String {
     let mut record = engine.record(particle);
     record.captured.iter_mut().for_each(|captured| captured.sort_by_key(|pair| pair.partner));

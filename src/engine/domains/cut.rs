@@ -1,4 +1,4 @@
-//! A system that is cut into domains, and one window of it. Each process has some of the domains.
+//! A system cut into domains, and one window of it. Each process has some of the domains.
 
 use super::domain::Domain;
 use super::exchange::{Compared, Published, Transfer};
@@ -12,27 +12,28 @@ use crate::engine::parts::Engine;
 use crate::engine::sources::andersen::Andersen;
 use std::time::Instant;
 
-/// A system that is cut.
+/// A system cut into domains.
 #[derive(Debug, Clone)]
 pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub regions: Regions,
     /// Domains of this process.
     pub domains: Vec<Domain<FALLING, TABLE>>,
-    /// Up to where all domains have come, since the epoch.
+    /// Time that all domains have reached, since the epoch.
     pub now: f64,
-    /// When the last step of all was.
+    /// Time of the last step.
     pub latest: f64,
     /// Steps of the epoch so far.
     pub steps: u64,
-    /// Whether the one engine has the state that the domains have, and whether it has all that it needs to go on from there.
+    /// Whether the single engine has the current state, and whether it has everything it needs to continue
+    /// from there.
     pub is_settled: bool,
     pub is_complete: bool,
-    /// Whether no window has agreed yet.
+    /// Whether no window has been accepted since the cut.
     pub is_fresh: bool,
-    /// Results of the last comparison: by domain of this process, and of all domains those that all processes are to know.
+    /// Results of the last comparison: by domain of this process, and the part that all processes need.
     pub compared: Vec<Compared>,
     pub outcomes: Vec<Outcome>,
-    /// The heat bath as it was before this window.
+    /// The heat bath before this window.
     pub bath: Option<Andersen>,
 }
 
@@ -40,13 +41,13 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
 pub enum End {
     /// All agree.
     Agreed,
-    /// Nothing can be done before this: a difference of copies, or a particle that came too far.
+    /// The window must end before this time: a copy differs, or a particle came too far.
     Difference(f64),
     Uncovered(f64),
 }
 
 impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
-    /// Draws the collisions with the heat bath of a window, for the domains that have their particles.
+    /// Draws the heat bath's collisions of a window and hands them to the domains that hold the particles.
     pub fn draw_collisions(&mut self, whole: &mut Engine<FALLING, TABLE>, stop: f64) {
         self.bath.clone_from(&whole.sources.andersen);
         if self.bath.is_none() {
@@ -62,7 +63,7 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
         }
     }
 
-    /// Has each domain run alone, and compares.
+    /// Runs each domain alone and compares the results.
     pub fn run(&mut self, team: &Team, stop: f64, is_observed: bool, work: &mut DomainWork) -> End {
         team.within(|| self.run_and_compare(team, stop, is_observed, work))
     }
@@ -106,7 +107,7 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
         team.each(self.domains.iter_mut().collect(), |domain| domain.undo(now));
     }
 
-    /// Makes all copies what their owners have.
+    /// Brings all copies up to date.
     pub fn exchange(&mut self, team: &Team) {
         team.within(|| self.refresh(team));
     }
@@ -120,7 +121,7 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
         team.each(self.domains.iter_mut().collect(), |domain| domain.refresh(&published, &transfers));
     }
 
-    /// Has all domains follow the whole into the next epoch.
+    /// Moves all domains to the next epoch, after the single engine.
     pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved, team: &Team) {
         let to_publish = team.each(self.domains.iter_mut().collect(), |domain| domain.follow(whole, moved));
         self.compared =

@@ -1,4 +1,4 @@
-//! A domain: an engine over the particles that it owns and copies of those around them, which runs alone for a window.
+//! A domain: an engine that owns particles, holds copies of those around them, and runs alone for a window.
 
 use super::exchange::Step;
 use super::log::Log;
@@ -14,18 +14,18 @@ use crate::engine::parts::{Counts, Engine};
 use crate::engine::prediction::{Due, absent};
 use crate::engine::sources::andersen::Collision;
 
-/// A particle as a domain has it.
+/// A particle in a domain.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 pub struct Held {
-    /// For an owned particle, all domains that have it, including this one; empty for a copy.
+    /// For an owned particle, the domains that hold it, including this one; empty for a copy.
     pub known_to: u64,
-    /// Its number in the whole.
+    /// Its number in the whole system.
     pub whole: u32,
     /// The number of the domain that owns it.
     pub owner: u8,
-    /// Of all its steps in this window, and of all that they leave, the prediction included; 0 before the first. What is the same before a window and
-    /// has the same digest is the same after it.
+    /// Digest of all its steps in this window and of their results, predictions included; 0 before the first
+    /// step. Equal states before a window with equal digests are equal after it.
     pub digest: u64,
 }
 
@@ -41,48 +41,49 @@ impl Held {
     }
 }
 
-/// An engine over some particles. They have numbers here, and those of the one engine for all: of the whole.
+/// An engine over some of the particles. It has its own numbers for them, besides the numbers in the whole
+/// system.
 #[derive(Debug, Clone)]
 pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub engine: Engine<FALLING, TABLE>,
     /// The number of this domain, and its bit in sets of domains.
     pub number: u8,
     pub bit: u64,
-    /// By number here.
+    /// By local number.
     pub held: Vec<Held>,
-    /// Particles that it owns, and those that another domain has, too.
+    /// Owned particles, and owned particles that another domain also holds.
     pub owned: Marks,
     pub shared: Marks,
     /// Local index by global index; [`NO_PARTICLE`](crate::engine::neighbours::cells::NO_PARTICLE) for particles elsewhere.
     pub here: Vec<u32>,
-    /// Counts of events of others, which are not counted here.
+    /// Events counted by other domains, which are not counted here.
     pub elsewhere: Box<Counts>,
-    /// Number of particles at the start.
+    /// Number of particles at the cut.
     first: usize,
-    /// Particles as they were, to undo this window.
+    /// States before each step, to undo this window.
     pub log: Log,
     /// Whether a contact changes nothing but motion and prediction.
     pub is_plain: bool,
-    /// Steps of this window of particles that others have, too, and these particles, each once.
+    /// Steps in this window of shared particles, and these particles, each listed once.
     pub steps: Vec<Step>,
     pub touched: Vec<u32>,
-    /// Owned particles that have changed their place in this window.
+    /// Owned particles that changed their place in this window.
     pub moved: Vec<u32>,
-    /// Steps of this window.
+    /// Statistics of the steps of this window.
     pub tally: Tally,
-    /// Collisions of its particles with the heat bath that are to come in this window, by the numbers here: the next one comes last.
+    /// Upcoming collisions with the heat bath in this window, by local number, the next one last.
     pub collisions: Vec<(u32, Collision)>,
-    /// When something has happened for which this domain alone is not enough.
+    /// Time of an event that this domain cannot handle alone.
     pub trouble: Option<f64>,
 }
 
-/// Largest number of particles, by the number at the start, before the domains are cut again.
+/// Number of particles at which the domains are cut again, given the number at the last cut.
 fn most(first: usize) -> usize {
     first + first / 8 + 64
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
-    /// The domain of a number, cut out of the whole.
+    /// Cuts a domain out of the whole system.
     pub fn of(whole: &Engine<FALLING, TABLE>, regions: &Regions, number: u8) -> Self {
         let bit = 1 << number;
         let count = whole.particles().len();
@@ -129,7 +130,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         domain
     }
 
-    /// Asks for large pages: arrays that have grown have lost theirs.
+    /// Asks for large pages. Arrays that have grown have lost theirs.
     fn enlarge(&self) {
         self.engine.enlarge();
         enlarge(&self.held);
@@ -150,7 +151,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.shared.put(particle, held.known_to != self.bit);
     }
 
-    /// The particles that it owns, by their numbers here.
+    /// Local numbers of the owned particles.
     pub fn owned_particles(&self) -> impl Iterator<Item = u32> {
         self.engine.particles().filter(|&particle| self.owned.has(particle))
     }
@@ -161,14 +162,14 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// When the next step is due of what it owns.
+    /// Time of the next step of an owned particle.
     pub fn next_due(&self) -> f64 {
         let due = |particle: u32| self.engine.schedule.predictions[particle as usize].due_time();
         self.owned_particles().map(due).fold(f64::INFINITY, f64::min)
     }
 
-    /// Follows the clock of the whole into the next epoch. What it owns and what nothing has happened to for long is brought forward, and is to be published
-    /// where others have copies: by the numbers here.
+    /// Moves to the next epoch with the whole system. Particles without recent events are brought forward.
+    /// Returns those to publish where others have copies, by local number.
     pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved) -> Vec<(u32, u64)> {
         self.engine.clock = whole.clock.clone();
         self.engine.shift_columns(moved.shift);
@@ -199,7 +200,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.held.len() > most(self.first)
     }
 
-    /// Outcome of this window; its counts begin again then.
+    /// Outcome of this window. Resets the counts.
     pub fn outcome(&mut self, difference: Option<f64>) -> Outcome {
         let none = Box::new(self.engine.no_counts());
         Outcome {
@@ -210,7 +211,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Forgets the last window.
+    /// Clears the data of the last window.
     pub fn begin_window(&mut self) {
         self.log.clear();
         self.steps.clear();

@@ -7,7 +7,8 @@ use crate::engine::{Reason, Until};
 use std::time::Instant;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Ends the epoch as the event loop does: in the domains, or in the one engine where all particles are looked at.
+    /// Ends the epoch as the event loop does: in the domains, or in the single engine if all particles have
+    /// to be looked at.
     pub(super) fn move_epoch(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         let is_looked_at = Clock::is_looked_at(whole.clock.epochs + 1);
         let is_proof_due = until.time == f64::INFINITY && whole.is_proof_due();
@@ -29,12 +30,12 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Next::Done
     }
 
-    /// Has the one engine end the epoch, and cuts it again.
+    /// Ends the epoch in the single engine, and cuts the system again.
     fn move_epoch_of_whole(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         self.settle(whole);
         self.settle_lists(whole);
         let Some(cut) = &mut self.cut else { return Next::Done };
-        // Where nothing more happens, it ends with the last step.
+        // If nothing more happens, time ends with the last step.
         whole.clock.now = cut.latest;
         if until.time == f64::INFINITY && whole.is_shown_to_be_over() {
             return Next::Return(Reason::Idle);

@@ -1,4 +1,4 @@
-//! Comparison of domains after a window, and exchange of what differs.
+//! Comparison of domains after a window, and exchange of differences.
 
 use super::domain::{Domain, Held};
 use super::marks::Marks;
@@ -10,52 +10,52 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::{absent, id_of};
 use serde::{Deserialize, Serialize};
 
-/// A step of a particle that more than one domain has: what the domains compare.
+/// A step of a shared particle, which the domains compare.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Step {
-    /// By its number here, or in the whole in what other domains are told.
+    /// Local number; in messages to other domains, the global one.
     pub particle: u32,
-    /// Whether it has only predicted the particle again: nobody can have read this.
+    /// Whether it only repeated a prediction, which nobody can have read.
     pub is_void: bool,
-    /// Since the epoch.
+    /// Time since the epoch.
     pub time: f64,
     /// Hash of the step and of the motion after it.
     pub hash: u64,
-    /// Domains that can read the particle where it was before or is afterwards.
+    /// Domains that can read the particle before or after the step.
     pub readers: u64,
 }
 
-/// Report of a domain on its steps in a window, of the copies that it has of what another one owns.
+/// Report of a domain on the steps of its copies in a window, to their owner.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Report {
     pub from: u8,
     pub to: u8,
-    /// Particles that have had steps, by their numbers in the whole, and the digests of these.
+    /// Global numbers of particles that had steps, and the digests of these.
     pub touched: Vec<(u32, u64)>,
-    /// All these steps, by the numbers in the whole.
+    /// All these steps, by global number.
     pub steps: Vec<Step>,
 }
 
-/// A particle as its owner has it, for other domains.
+/// Current state of a particle, sent by its owner.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Published {
-    /// The number of the domain that owns it.
+    /// The domain that owns it.
     pub from: u8,
-    /// By its number in the whole, as all in the record.
+    /// Global number, as everywhere in the record.
     pub particle: u32,
     /// The id of the partner in its prediction.
     pub partner: u32,
-    /// The domains that it is for.
+    /// The domains that receive it.
     pub to: u64,
     pub record: Record,
 }
 
-/// A particle that has come near to other domains, or into the region of one.
+/// A particle that has come near other domains, or into the region of one.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Transfer {
-    /// By its number in the whole.
+    /// Global number.
     pub particle: u32,
-    /// Domains that have it from now on, and the number of the one that owns it.
+    /// Domains that hold it from now on, and the domain that owns it.
     pub known_to: u64,
     pub owner: u8,
 }
@@ -63,11 +63,12 @@ pub struct Transfer {
 /// Result of a comparison.
 #[derive(Debug, Clone, Default)]
 pub struct Compared {
-    /// Time of the first step of an owned particle that is another one in a domain whose own particles can have read it there.
+    /// Time of the first step of an owned particle that differs in a domain whose own particles may have read
+    /// it.
     pub difference: Option<f64>,
-    /// Owned particles that others have otherwise at the end, and who has: by their numbers here.
+    /// Owned particles whose copies differ at the end, and the domains of these copies: by local number.
     pub to_publish: Vec<(u32, u64)>,
-    /// Owned particles that others are to have, or to own.
+    /// Owned particles that others are to hold, or to own.
     pub transfers: Vec<Transfer>,
 }
 
@@ -132,7 +133,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Owned particles that have come to where other domains have copies, or into another region.
+    /// Finds owned particles that have come near other domains, or into another region.
     fn find_transfers(&self, regions: &Regions, compared: &mut Compared) {
         let mut near = Candidates::default();
         for &particle in &self.moved {
@@ -150,7 +151,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             }
             if new != 0 {
                 compared.to_publish.push((particle, new));
-                // For them it was absent.
+                // These domains did not hold it.
                 self.engine.neighbours.find_candidates(particle, &mut near);
                 let captured = if TABLE { self.engine.pairs.states.of(particle) } else { &[] };
                 let captured = captured.iter().map(|pair| pair.partner);
@@ -180,7 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         published.collect()
     }
 
-    /// Makes copies what their owners have.
+    /// Overwrites copies with their owners' states.
     pub fn refresh(&mut self, published: &[Published], transfers: &[Transfer]) {
         let bit = self.bit;
         let mut for_this: Vec<&Published> = Vec::new();
@@ -191,7 +192,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             }
             for_this.push(one);
         }
-        // The records name each other.
+        // The records refer to each other.
         let as_here = for_this.into_iter().map(|one| {
             let mut record = one.record.clone();
             record.renumber(|number| self.here.get(number as usize).copied().filter(|here| *here != NO_PARTICLE));
@@ -213,7 +214,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Adds copies of particles that have not been here, of whose numbers there are records.
+    /// Adds copies of new particles. Records of these numbers are given.
     pub fn add_copies(&mut self, records: &[Record]) {
         let first = self.engine.particles().end;
         let mut new: Vec<&Record> = records.iter().filter(|record| record.number >= first).collect();
@@ -233,7 +234,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Writes records by the numbers here, one after the other, has lists follow, and puts predictions into the queue.
+    /// Writes records by local number in order, updates lists, and puts predictions into the queue.
     pub fn write(&mut self, records: &[Record]) {
         let (mut written, mut moved) = (Vec::with_capacity(records.len()), Vec::new());
         for record in records {
@@ -255,7 +256,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 }
 
-/// The steps of some particles, those of each as they happened.
+/// The steps of the given particles, grouped by particle in the order in which they happened.
 fn steps_of(steps: &[Step], particles: &[u32]) -> Vec<Step> {
     let mut wanted = Marks::default();
     particles.iter().for_each(|&particle| wanted.put(particle, true));
@@ -264,16 +265,16 @@ fn steps_of(steps: &[Step], particles: &[u32]) -> Vec<Step> {
     steps
 }
 
-/// Steps of one particle, out of those of some.
+/// Steps of one particle, from a grouped list.
 fn of_particle(steps: &[Step], particle: u32) -> &[Step] {
     let first = steps.partition_point(|step| step.particle < particle);
     let end = steps.partition_point(|step| step.particle <= particle);
     &steps[first..end]
 }
 
-/// The time of the first step of a particle that is another one than that of its copy, if the domain of that copy can have read it.
+/// Time of the first step of a particle that differs from its copy's, if the copy's domain may have read it.
 fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
-    // Where it was at the start, its first step knows.
+    // The first step knows the initial place.
     if one.iter().chain(copy).all(|step| step.readers & bit == 0) {
         return None;
     }
@@ -288,7 +289,7 @@ fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
     }
 }
 
-/// A hash of some numbers: each is mixed in by a multiplication that keeps all bits.
+/// Hash of a list of numbers. Each is mixed in by an invertible multiplication.
 #[inline(always)]
 pub fn hash<const N: usize>(start: u64, numbers: [u64; N]) -> u64 {
     const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -1,4 +1,4 @@
-//! The one engine for all takes over what its domains have.
+//! Transfers the state of the domains to the single engine.
 
 use super::Domains;
 use super::cut::Cut;
@@ -10,16 +10,17 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::time::Instant;
 
-/// Particles of each domain that are sent at once.
+/// Number of particles of each domain that are sent at once.
 const MOST_AT_ONCE: usize = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Gives the one engine what the domains have of all particles: its state is up to date, but it cannot go on until [`Self::complete`].
+    /// Copies all states from the domains to the single engine. It is up to date then, but cannot continue
+    /// before [`Self::complete`].
     pub fn settle(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         let Some(cut) = self.cut.as_mut().filter(|cut| !cut.is_settled) else { return };
         let begin = Instant::now();
         cut.is_settled = true;
-        // As where the one engine pauses: at its last step, however far it has looked.
+        // As in the single engine, time pauses at the last step.
         whole.clock.now = cut.latest;
         whole.schedule.queue.resume(cut.now, cut.steps);
         let record = |domain: &Domain<FALLING, TABLE>, particle: u32| {
@@ -27,14 +28,14 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         };
         cut.gather(&self.team, record, |(particle, mut record)| {
             let of_id = |id: u32| whole.state.numbers.get(id as usize).copied();
-            // By the numbers in the whole already, except for absent partners.
+            // These are global numbers already, except for absent partners.
             record.renumber(|number| number.checked_sub(FIRST_ABSENT).map_or(Some(number), of_id));
             whole.write_record(particle, &record);
         });
         self.work.gathering += begin.elapsed();
     }
 
-    /// Gives the one engine the lists of all particles.
+    /// Copies the lists of all particles to the single engine.
     pub(super) fn settle_lists(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         let (Some(cut), Some(lists)) = (&self.cut, whole.neighbours.lists_mut()) else { return };
         let begin = Instant::now();
@@ -47,7 +48,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         self.work.gathering += begin.elapsed();
     }
 
-    /// Gives the one engine all that it needs to go on where the domains are.
+    /// Gives the single engine everything it needs to continue.
     pub fn complete(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         self.settle(whole);
         if self.cut.as_ref().is_none_or(|cut| cut.is_complete) {
@@ -62,7 +63,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
     }
 
-    /// Leaves everything to the one engine.
+    /// Returns all particles to the single engine.
     pub fn join(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         self.complete(whole);
         self.cut = None;
@@ -70,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
-    /// Takes something of each particle from the domain that owns it, and writes it here.
+    /// Collects data of each particle from the domain that owns it, and writes it here.
     fn gather<T: Serialize + DeserializeOwned>(
         &self,
         team: &Team,

@@ -1,4 +1,4 @@
-//! Particles as they were before each step of a window.
+//! States of particles before each step of a window.
 
 use crate::engine::columns::records::Record;
 use crate::engine::hardware::pages::enlarge;
@@ -6,11 +6,12 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::Prediction;
 use crate::engine::state::Body;
 
-/// Log of a window, to undo it, by the numbers in its domain: motions and predictions, or all about a particle, in the order of the steps. Each kind is kept by itself, close
-/// together, because it is written at each step and pushes other things out of the caches.
+/// Log to undo a window, by local number: motions and predictions, or complete records, in the order of the
+/// steps. Each kind has its own compact array. It is written at each step and would otherwise push other data
+/// out of the caches.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
-    /// The particle whose motion and prediction follow, or [`NO_PARTICLE`] before the next record.
+    /// The particle whose motion and prediction follow; [`NO_PARTICLE`] before the next record.
     order: Vec<u32>,
     bodies: Vec<Body>,
     predictions: Vec<Prediction>,
@@ -39,7 +40,7 @@ impl Log {
         self.records.clear();
     }
 
-    /// Takes all out, the latest first: to be written in this order.
+    /// Takes all entries out, the latest first, which is the order in which to restore them.
     pub fn undone(&mut self) -> Vec<Record> {
         let (mut bodies, mut predictions) = (self.bodies.drain(..).rev(), self.predictions.drain(..).rev());
         let mut records = self.records.drain(..).rev();

@@ -1,34 +1,34 @@
-//! Outcome of a window in a domain, as all processes are to know it.
+//! Outcome of a window in a domain, which all processes receive.
 
 use crate::engine::clock::{SHORTEST_ADVANCE, StandstillWatch};
 use crate::engine::event::Event;
 use crate::engine::parts::Counts;
 use serde::{Deserialize, Serialize};
 
-/// An event and when it happened, since the epoch.
+/// An event and its time since the epoch.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Seen {
     pub time: f64,
     pub event: Event,
 }
 
-/// Steps of a window in one domain, and the times of some.
+/// Number of steps in a window of one domain, and times of some.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Tally {
-    /// Steps of what it owns, and of all that it has.
+    /// Steps of owned particles, and of all particles.
     pub done: u64,
     pub done_in_all: u64,
-    /// Time of the last one of what it owns.
+    /// Time of the last step of an owned particle.
     pub latest: f64,
-    /// Events, if they are asked for.
+    /// Events, if they are observed.
     pub events: Vec<Seen>,
-    /// Times of the last events, and of transitions since then.
+    /// Times of the last events, and of the transitions after them.
     pub last: Vec<f64>,
     pub quiet: Vec<f64>,
 }
 
 impl Tally {
-    /// Tally of a window that begins.
+    /// Empty tally for a new window.
     pub fn new() -> Self {
         Self {
             done: 0,
@@ -44,16 +44,16 @@ impl Tally {
 /// Outcome of a window in one domain.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Outcome {
-    /// When what it owns did the first step that is another one where it can have been read.
+    /// Time of the first step of an owned particle that differs in a domain that may have read it.
     pub difference: Option<f64>,
-    /// Counts of what it owns.
+    /// Event counts of owned particles.
     pub counts: Box<Counts>,
     pub tally: Tally,
-    /// Whether it has become so large that it is worth it to cut again.
+    /// Whether the domain has grown so much that a new cut pays.
     pub has_grown: bool,
 }
 
-/// The time of the last event of a window, and how many transitions came after it.
+/// Time of the last event of a window, and the number of transitions after it.
 pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
     let last = outcomes.iter().filter_map(|outcome| outcome.tally.last.last().copied()).max_by(f64::total_cmp);
     let after =
@@ -61,8 +61,8 @@ pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
     (last, outcomes.iter().map(after).sum::<usize>() as u64)
 }
 
-/// Since when time stands still, and the number of events since then, as a watch has it after a window of a queue of such a span; none if that cannot be
-/// told.
+/// State of the standstill watch after a window: since when time stands still, and the number of events since
+/// then. `None` if the outcomes do not tell. `span` is the queue's.
 pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> Option<(f64, u64)> {
     let shortest = span * SHORTEST_ADVANCE;
     let is_complete = |outcome: &Outcome| outcome.counts.executed == outcome.tally.last.len() as u64;
@@ -85,7 +85,7 @@ pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> O
     Some(standstill)
 }
 
-/// The events of all domains in the order in which they happened; none if two happened at the same time in two domains.
+/// The events of all domains in the order of time; `None` if events of two domains were simultaneous.
 pub fn merged(outcomes: &mut [Outcome]) -> Option<Vec<Seen>> {
     let mut events: Vec<(usize, Seen)> = Vec::new();
     for (number, outcome) in outcomes.iter_mut().enumerate() {

@@ -1,14 +1,14 @@
-//! Regions: blocks of the box, and which domains have to do with which place.
+//! Regions: blocks of the box, and the domains that are concerned with each place.
 
 use crate::base::numbers::{trunc_to_u32, trunc_to_usize};
 use crate::engine::neighbours::{Neighbours, Place};
 use crate::engine::parts::Engine;
 use crate::model::space::Boundary;
 
-/// Columns for each range of the neighbour search: places are known as finely as this.
+/// Columns per range of the neighbour search: the resolution of places.
 const COLUMNS_PER_REACH: f64 = 8.0;
 
-/// No more columns than these, however long the box is: every cut goes over all of them.
+/// Maximum number of columns, however long the box is, because every cut goes over all of them.
 const MOST_COLUMNS: f64 = 65_536.0;
 const MOST_COLUMNS_PER_PARTICLE: f64 = 64.0;
 
@@ -24,50 +24,51 @@ pub struct Halo {
     pub margin: f64,
 }
 
-/// Where a particle is: its column along each axis that is cut.
+/// Column of a particle along each axis that is cut.
 pub type Columns = [u32; 3];
 
-/// Blocks of the box: it is cut into slabs along some axes, and a block is where one of each meet.
+/// Blocks of the box. It is cut into slabs along some axes, and blocks are their intersections.
 ///
 /// A place is a cell or the centre of a list.
 #[derive(Debug, Clone)]
 pub struct Regions {
-    /// The axes that are cut; one in any case.
+    /// The axes that are cut; at least one.
     axes: Vec<Axis>,
 }
 
-/// An axis in columns: those of the cells, or fine ones for the centres of lists.
+/// An axis divided into columns: those of the cells, or fine ones for the centres of lists.
 #[derive(Debug, Clone)]
 struct Axis {
     axis: usize,
     lower: f64,
     per_width: f64,
     is_periodic: bool,
-    /// The last column.
+    /// Index of the last column.
     last: u32,
-    /// Columns that a particle can be read across.
+    /// Number of columns across which a particle can be read.
     reach: f64,
     /// Particles in each column.
     load: Vec<usize>,
     slabs: Slabs,
 }
 
-/// Of each column of an axis sets of domains, as bits, by this axis alone: what holds of a place is what all axes have in common.
+/// For each column of an axis, sets of domains as bits, as far as this axis alone decides. The set of a place
+/// is the intersection over all axes.
 #[derive(Debug, Clone, Default)]
 struct Slabs {
-    /// The domains whose regions the column is in.
+    /// The domains whose regions contain the column.
     owners: Vec<u64>,
     /// Domains that may own a particle there.
     near: Vec<u64>,
-    /// Domains whose particles may read one there.
+    /// Domains whose particles may read a particle there.
     readers: Vec<u64>,
-    /// Domains that begin with a copy of one that is there.
+    /// Domains that hold a copy of a particle there at the start.
     holders: Vec<u64>,
 }
 
 impl Regions {
-    /// Regions of a number of domains, 64 at most, with about as many particles each: of all blocks and slabs that there can be those of which the largest domain
-    /// is the smallest, its copies included.
+    /// Regions of up to 64 domains with about equal numbers of particles. Of all possible divisions into
+    /// blocks, the one whose largest domain, copies included, is smallest.
     pub fn of<const FALLING: bool, const TABLE: bool>(
         engine: &Engine<FALLING, TABLE>,
         domains: usize,
@@ -88,7 +89,7 @@ impl Regions {
         best.map_or_else(|| Self { axes: Vec::new() }, |(_, regions)| regions)
     }
 
-    /// The number of particles, of some, that the largest domain begins with.
+    /// The number of sampled particles that the largest domain begins with.
     fn largest<const FALLING: bool, const TABLE: bool>(
         &self,
         engine: &Engine<FALLING, TABLE>,
@@ -120,7 +121,7 @@ impl Regions {
         columns
     }
 
-    /// The domain whose region a place is in.
+    /// The domain whose region contains a place.
     #[inline]
     pub fn owner(&self, columns: Columns) -> u8 {
         #[expect(clippy::cast_possible_truncation, reason = "a number of a bit")]
@@ -140,13 +141,13 @@ impl Regions {
         self.common(columns, |slabs| &slabs.readers)
     }
 
-    /// The domains that begin with a copy of one that is in a place.
+    /// The domains that begin with a copy of a particle at a place.
     #[inline]
     pub fn holders(&self, columns: Columns) -> u64 {
         self.common(columns, |slabs| &slabs.holders)
     }
 
-    /// Domains that all axes have in common; the first domain alone where nothing is cut.
+    /// Domains that all axes have in common; the first domain if nothing is cut.
     #[inline(always)]
     fn common(&self, columns: Columns, sets: impl Fn(&Slabs) -> &[u64]) -> u64 {
         if self.axes.is_empty() {
@@ -160,7 +161,7 @@ impl Regions {
 }
 
 impl Axis {
-    /// An axis that is not cut yet; none that is flat.
+    /// An axis that is not cut yet; `None` for a flat one.
     fn of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, axis: usize) -> Option<Self> {
         let space = &engine.state.space;
         if space.boundary[axis] == Boundary::Flat {
@@ -194,7 +195,7 @@ impl Axis {
         let of_slab: Vec<u64> = (0..numbers[self.axis]).map(|slab| domains_of(numbers, self.axis, slab)).collect();
         let mut before = 0;
         for (owners, count) in slabs.owners.iter_mut().zip(&self.load) {
-            // By the middle of the column.
+            // The middle of the column decides.
             let slab = (2 * before + count) * numbers[self.axis] / (2 * total);
             *owners = of_slab[slab.min(numbers[self.axis] - 1)];
             before += count;
@@ -242,9 +243,9 @@ impl Axis {
     }
 }
 
-/// The number of columns of an axis, and how many of them a particle can be read across.
+/// The number of columns of an axis, and the number of them across which a particle can be read.
 ///
-/// Captured partners may be further apart than the range of the search.
+/// Captured partners may be further apart than the search range.
 fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     axis: usize,
@@ -262,13 +263,13 @@ fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
             let range = verlet.reaches.iter().copied().fold(f64::MIN_POSITIVE, f64::max) + further;
             let most = MOST_COLUMNS.min(MOST_COLUMNS_PER_PARTICLE * engine.particles().len() as f64).max(1.0);
             let columns = (extent / range * COLUMNS_PER_REACH).clamp(1.0, most).floor();
-            // One more, because centres are anywhere in their columns.
+            // One more, because a centre may be anywhere in its column.
             (trunc_to_usize(columns), (range * columns / extent).ceil() + 1.0)
         }
     }
 }
 
-/// Three numbers, in every way, whose product is this; those with more ones come first.
+/// All triples of factors of a number. Those with more ones come first.
 fn factors(product: usize) -> Vec<[usize; 3]> {
     let divisors = |of: usize| (1..=of).filter(move |divisor| of.is_multiple_of(*divisor));
     let with = |x: usize| divisors(product / x).map(move |y| [x, y, product / x / y]);
@@ -277,7 +278,7 @@ fn factors(product: usize) -> Vec<[usize; 3]> {
     factors
 }
 
-/// The domains of a slab of an axis.
+/// The set of domains in a slab of an axis.
 fn domains_of(numbers: [usize; 3], axis: usize, slab: usize) -> u64 {
     let [_, ny, nz] = numbers;
     let block = |domain: usize| [domain / (ny * nz), domain / nz % ny, domain % nz];
@@ -307,7 +308,7 @@ mod tests {
                 assert!(sets.iter().all(|set| set & 1 << owner != 0 && *set < 1 << domains), "{domains} {sets:?}");
                 assert_eq!((sets[0] & !sets[1], sets[1] & !sets[2]), (0, 0), "{domains} {sets:?}");
             }
-            // Equal shares, to within a plane of the lattice.
+            // Shares are equal to within one lattice plane.
             let is_fair = |count: &usize| count.abs_diff(32_000 / domains) <= 800;
             assert!(owned.iter().all(is_fair), "{owned:?}");
         }

@@ -1,4 +1,4 @@
-//! The threads that domains run on, of this process and of others that simulate the system together with it.
+//! The threads that domains run on, in this process and in others that simulate the same system.
 
 use crate::base::numbers::trunc_to_u32;
 use crate::engine::transport::Transport;
@@ -11,34 +11,35 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Threads of this process, and how it talks to others. Each has as many domains, by their numbers one after the other.
+/// Threads of this process, and its connection to others. Each process has the same number of consecutive
+/// domains.
 #[derive(Debug, Clone)]
 pub struct Team {
-    /// Threads that wait for work; none where everything is done in the one that asks.
+    /// Worker threads; `None` if all work is done in the calling thread.
     pool: Option<Arc<ThreadPool>>,
     transport: Option<Arc<dyn Transport>>,
     /// Domains of each process.
     share: usize,
-    /// Bytes that were sent to other processes.
+    /// Number of bytes sent to other processes.
     sent: Arc<AtomicU64>,
 }
 
 impl Team {
-    /// A team with a number of domains for each process, as far as the limit of 64 domains in all allows, and a number of threads of this process.
+    /// A team with `domains` for each process, up to 64 domains in all, and `threads` in this process.
     pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
         let share = domains.clamp(1, (Threads::MOST / processes).max(1));
-        // Alone if the system gives no threads.
+        // A single thread if the system provides no others.
         let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build().ok()).flatten();
         Self { pool: pool.map(Arc::new), transport, share, sent: Arc::default() }
     }
 
-    /// Bytes that this process has sent to others.
+    /// Number of bytes that this process has sent to others.
     pub fn sent(&self) -> u64 {
         self.sent.load(Ordering::Relaxed)
     }
 
-    /// Counts what one process sends.
+    /// Counts bytes that are sent.
     fn count_sent(&self, bytes: usize) {
         self.sent.fetch_add(bytes as u64, Ordering::Relaxed);
     }
@@ -59,18 +60,18 @@ impl Team {
         (rank * self.share..(rank + 1) * self.share).fold(0, |set, domain| set | 1 << domain)
     }
 
-    /// Whether there is more than this process.
+    /// Whether other processes take part.
     pub fn has_others(&self) -> bool {
         self.transport.is_some()
     }
 
-    /// The number of threads of this process that a number of domains keeps busy.
+    /// The number of threads of this process that `domains` keep busy.
     pub fn busy_threads(&self, domains: usize) -> u32 {
         let threads = self.pool.as_ref().map_or(1, |pool| pool.current_num_threads());
         trunc_to_u32(threads.min(domains).max(1) as f64)
     }
 
-    /// Does something on one of the threads of this process: what it has the others do begins sooner from there.
+    /// Runs `work` on one of the threads of this process. Parallel work starts faster from there.
     pub fn within<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         match &self.pool {
             Some(pool) => pool.install(work),
@@ -78,7 +79,8 @@ impl Team {
         }
     }
 
-    /// Does something with each of some items on the threads of this process, and collects the results in their order.
+    /// Applies `work` to each item on the threads of this process. Returns the results in the order of the
+    /// items.
     pub fn each<I: Send, R: Send>(&self, items: Vec<I>, work: impl Fn(I) -> R + Send + Sync) -> Vec<R> {
         match &self.pool {
             Some(pool) if items.len() > 1 => pool.install(|| items.into_par_iter().with_max_len(1).map(work).collect()),

@@ -1,4 +1,4 @@
-//! Domains beside one engine: the same events, states and counts to the bit.
+//! Domains compared with a single engine: the same events, states and counts to the bit.
 
 use super::*;
 use crate::Vector;
@@ -47,7 +47,7 @@ fn advance<const FALLING: bool, const TABLE: bool>(
     (events, engine.snapshot(), engine)
 }
 
-/// Compares runs in numbers of domains, with a halo, with that of one engine; what was done in all of them.
+/// Compares runs in several numbers of domains with the run of a single engine. Returns the total work.
 fn compare<const FALLING: bool, const TABLE: bool>(
     scene: &Scene,
     name: &str,
@@ -64,7 +64,7 @@ fn compare<const FALLING: bool, const TABLE: bool>(
     work
 }
 
-/// Compares the run of a team with that of one engine.
+/// Compares the run of a team with the run of a single engine.
 fn compare_with<const FALLING: bool, const TABLE: bool>(
     (events, snapshot, engine): &(Vec<Event>, Snapshot, Engine<FALLING, TABLE>),
     scene: &Scene,
@@ -99,7 +99,7 @@ fn processes_have_the_bits_of_one_engine_each() {
             let team = Team::new(each, 1, Some(transport));
             compare_with(&one, &dense, &format!("{processes} x {each}"), Until::events(40_000), team, halo)
         });
-        // All know what is undone.
+        // All processes agree on what is undone.
         let undone = |work: &DomainWork| (work.windows, work.differences, work.uncovered, work.steps);
         assert!(work.iter().all(|one| undone(one) == undone(&work[0])), "{work:?}");
         assert!(halo.margin > 0.0 || work[0].differences > 5, "{work:?}");
@@ -121,9 +121,9 @@ fn processes_have_the_bits_of_one_engine_each() {
     }
 }
 
-/// As wide as it is chosen.
+/// The default width.
 const WIDE: Halo = HALO;
-/// So thin that errors reach what is owned within a window.
+/// So thin that errors reach owned particles within a window.
 const THIN: Halo = Halo { slack: 0.0, margin: 0.0 };
 
 #[test]
@@ -152,7 +152,7 @@ fn domains_have_the_bits_of_one_engine() {
     compare::<false, false>(&disks.build().unwrap(), "disks", Until::time(6.0), (&[2, 5], WIDE));
 }
 
-/// Chains whose bonds are much longer than the range in which pairs are looked for.
+/// Chains whose bonds are much longer than the search range.
 fn chains() -> SceneBuilder {
     let chain = Chain {
         species: "bead".into(),
@@ -192,7 +192,7 @@ fn domains_in_a_heat_bath_and_of_long_bonds_have_the_bits_of_one_engine() {
     }
 }
 
-/// Advances to a time, in domains if there are some.
+/// Advances to a time, in domains if there are any.
 fn advance_to<const FALLING: bool, const TABLE: bool>(
     engine: &mut Engine<FALLING, TABLE>,
     time: f64,
@@ -218,7 +218,7 @@ fn a_cold_start_that_a_bath_warms_has_the_bits_of_one_engine() {
     compare_cold::<false, true>(&cold[1]);
 }
 
-/// A system at rest for no time, for part of an epoch or for many epochs, and then in a heat bath.
+/// A system that is at rest for no time, for part of an epoch, or for many epochs, and then gets a heat bath.
 fn compare_cold<const FALLING: bool, const TABLE: bool>(scene: &Scene) {
     let bath = Bath { temperature: 1.0, rate: 1.0, axes: [true; 3] };
     for rest in [0.0, 0.3, 50.0, 5e4] {
@@ -279,7 +279,7 @@ fn windows_that_are_wrong_are_undone() {
     assert!(work.iter().map(|work| work.uncovered).sum::<u64>() > 5, "{work:?}");
 }
 
-/// The state of a particle in an engine, with ids in place of numbers, sorted, and its next contact.
+/// The state of a particle in an engine, sorted and with ids instead of numbers, and its next contact.
 fn all_of<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     particle: u32,
@@ -305,12 +305,14 @@ fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE
     names
 }
 
-/// Number of comparisons for each system: `CAROM_BARRIERS=10000 cargo test --release --lib barrier` is a campaign.
+/// Number of comparisons for each system. `CAROM_BARRIERS=10000 cargo test --release --lib barrier` runs
+/// many.
 fn rounds() -> usize {
     std::env::var("CAROM_BARRIERS").map_or(24, |rounds| rounds.parse().unwrap())
 }
 
-/// After a hundred steps or a window, holds what is owned against one engine, and copies against what their owners have; how often it could.
+/// After a hundred steps or a window, compares owned particles with a single engine, and copies with their
+/// owners. Returns the number of comparisons.
 fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, count: usize, halo: Halo) -> usize {
     let (mut one, mut whole) = (begun::<FALLING, TABLE>(scene), begun::<FALLING, TABLE>(scene));
     let mut domains = Domains::<FALLING, TABLE>::with(Team::new(count, 2, None), halo);
@@ -321,7 +323,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
         let Some(cut) = &domains.cut else { continue };
         let time = one.clock.start + (whole.clock.epoch + cut.now);
         one.advance(Until { time, ..end }, &mut None).unwrap();
-        // Not where that time is rounded, or between two epochs.
+        // Not if that time is rounded, or lies between two epochs.
         if one.clock.epoch != whole.clock.epoch || one.since_epoch(time) != cut.now {
             continue;
         }
@@ -338,7 +340,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
                 let owner = &cut.domains[usize::from(held.owner)];
                 let there = owner.here[held.whole as usize];
                 assert!(owner.owned.has(there) && owner.held[there as usize].known_to & domain.bit != 0, "{name}");
-                // Pairs with those that are not here are left out.
+                // Pairs with absent particles are left out.
                 let captured = owner.engine.record(there).captured.unwrap_or_default();
                 let here = |other: u32| domain.here[owner.held[other as usize].whole as usize];
                 if captured.iter().all(|pair| here(pair.partner) != NO_PARTICLE) {
@@ -355,7 +357,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
 fn at_each_barrier_all_state_is_that_of_one_engine_and_copies_are_what_their_owners_have() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let (thin, dense) = (spheres(hard(), 0.1, 1_000).build().unwrap(), spheres(hard(), 0.45, 1_000).build().unwrap());
-    // Partners that have changed course are far away when their contact would have been.
+    // Partners that have changed course are far away at the time of the former contact.
     let rare = spheres(hard(), 0.005, 1_000).build().unwrap();
     let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let wells = spheres(well, 0.3, 1_000).build().unwrap();

@@ -1,4 +1,4 @@
-//! A window of a domain: its steps, what they have changed, and what other domains are to know of them.
+//! A window of a domain: its steps, what they change, and what other domains must know of them.
 
 use super::domain::Domain;
 use super::exchange::{Step, hash};
@@ -16,14 +16,15 @@ use crate::engine::schedule::Pending;
 use crate::engine::sources::andersen::Collision;
 use std::ops::ControlFlow;
 
-/// Events whose times are kept at the end of a window, to know whether time stands still.
+/// Number of event times kept at the end of a window, to detect time that stands still.
 const LAST_EVENTS: usize = 32;
 
-/// Most steps of a domain in a window. Particles may be faster than when the length of the window was chosen, and all changes are kept for a rollback.
+/// Most steps of a domain in a window. Particles may become faster after the window's length was chosen, and
+/// all changes are kept for a rollback.
 const LONGEST_WINDOW: u64 = 100_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
-    /// Runs alone up to a time, that included.
+    /// Runs alone up to and including `stop`.
     pub fn run(&mut self, regions: &Regions, stop: f64, is_observed: bool) {
         while self.trouble.is_none() {
             let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };
@@ -146,7 +147,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Executes an event of a particle, which is counted and shown where that is owned.
+    /// Executes an event of a particle. Only events of owned particles are counted and observed.
     #[inline(always)]
     fn counting<R>(
         &mut self,
@@ -181,7 +182,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.note_contact(regions, particle, None, collision.time);
     }
 
-    /// Keeps what a contact of a particle can change.
+    /// Saves everything that a contact of a particle can change.
     #[inline(always)]
     fn save(&mut self, particle: u32) {
         if self.is_plain {
@@ -193,7 +194,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Takes note of a contact of a particle that another domain has, too.
+    /// Records a contact of a shared particle.
     #[inline]
     fn note_contact(&mut self, regions: &Regions, particle: u32, other: Option<u32>, time: f64) {
         if !self.shared.has(particle) || self.engine.is_static(particle) {
@@ -209,7 +210,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.note(particle, Some(hash), time, regions.readers(regions.columns(&self.engine, particle)));
     }
 
-    /// Asks for how the particles that come next are held, where it will be looked at.
+    /// Prefetches how upcoming particles are held, if that will be needed.
     #[inline]
     fn prefetch_held(&self) {
         if let Some((particle, prediction)) = self.engine.coming(SELF) {
@@ -221,7 +222,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Takes note of a step of a particle that another domain has, too; `None` for one that changes nothing that others can read.
+    /// Records a step of a shared particle; `hash_of_step` is `None` if the step changes nothing that others
+    /// can read.
     #[inline]
     pub fn note(&mut self, particle: u32, hash_of_step: Option<u64>, time: f64, readers: u64) {
         let prediction = self.engine.schedule.predictions[particle as usize];

@@ -1,10 +1,10 @@
-//! Why a system runs in one thread, and how the work in several went.
+//! The reason why a system runs in one thread, and statistics of the work in several.
 
 use crate::model::Scene;
 use std::fmt;
 use std::time::Duration;
 
-/// Why a system runs in one thread.
+/// The reason why a system runs in one thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SingleThread {
@@ -12,12 +12,14 @@ pub enum SingleThread {
     ChangingDistances,
     /// The sides of the box slide past each other.
     SlidingImages,
-    /// Some pairs have interactions of their own that do not hold them together, or may start further apart than they reach.
+    /// Some pairs have interactions of their own that do not hold them together, or may start further apart
+    /// than their range.
     LongInteractions,
 }
 
 impl SingleThread {
-    /// Why a scene runs in one thread from its start to its end, if it does; while diameters grow, every scene does.
+    /// The reason why a scene runs in one thread from start to end; `None` if it does not. While diameters
+    /// grow, every scene runs in one thread.
     #[must_use]
     pub fn of(scene: &Scene) -> Option<Self> {
         match () {
@@ -38,25 +40,26 @@ impl fmt::Display for SingleThread {
     }
 }
 
-/// How the work of domains went.
+/// Statistics of the work in domains.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DomainWork {
     /// Windows whose steps agreed.
     pub windows: u64,
-    /// Windows that ended before a difference.
+    /// Windows that were undone and ended before a difference.
     pub differences: u64,
-    /// Windows that ended because a particle came too far.
+    /// Windows that were undone because a particle came too far.
     pub uncovered: u64,
-    /// Times that the domains were cut again.
+    /// Number of times that the domains were cut.
     pub cuts: u64,
-    /// Stretches that one engine did for all.
+    /// Stretches that a single engine ran.
     pub serial: u64,
-    /// Steps of all particles, and of all domains together, which do those of copies, too.
+    /// Steps of all particles, and steps of all domains together, which include those of copies.
     pub steps: [u64; 2],
     /// Wall time in the steps of windows.
     pub simulating: Duration,
-    /// Wall time of the slowest domain of this process in each window: what the steps take where each domain has a core of its own.
+    /// Wall time of the slowest domain of this process in each window: the time of the steps if each domain
+    /// has its own core.
     pub slowest: Duration,
     /// Wall time in which threads and processes wait for the slowest one.
     pub waiting: Duration,
@@ -64,9 +67,9 @@ pub struct DomainWork {
     pub comparing: Duration,
     /// Wall time in the exchange of copies.
     pub exchanging: Duration,
-    /// Wall time until one engine has all.
+    /// Wall time in which the single engine collects all particles.
     pub gathering: Duration,
-    /// Wall time until domains have what one engine has.
+    /// Wall time in which domains are cut.
     pub cutting: Duration,
     /// Wall time in which domains begin new epochs.
     pub moving: Duration,
@@ -75,7 +78,7 @@ pub struct DomainWork {
 }
 
 impl DomainWork {
-    /// The steps of a window have taken so long, and those of each of its domains on some threads.
+    /// Adds the wall time of a window, and the times of its domains on some threads.
     pub(super) fn simulate(&mut self, took: Duration, domains: &[Duration], threads: u32) {
         let busy = domains.iter().sum::<Duration>() / threads;
         self.simulating += busy.min(took);

@@ -1,4 +1,4 @@
-//! How many events of each kind there were, by species.
+//! Event counts by kind and species.
 
 use std::collections::BTreeMap;
 
@@ -8,17 +8,17 @@ use super::EventCounts;
 use crate::base::numbers::id;
 use crate::model::SpeciesId;
 
-/// Kinds of events whose numbers are kept apart.
+/// Kinds of events that are counted separately.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum CountedKind {
     /// Two particles at a hard core.
     Core,
-    /// Two particles go through a step inwards.
+    /// Two particles pass a step inwards.
     Capture,
-    /// Two particles go through a step outwards.
+    /// Two particles pass a step outwards.
     Release,
-    /// Two particles turn back at a step.
+    /// Two particles are reflected by a step.
     Bounce,
     /// Two particles at the far end of a bond.
     Bond,
@@ -49,9 +49,10 @@ impl CountedKind {
     }
 }
 
-/// Numbers of events by kind, and by the species that took part.
+/// Numbers of events, by kind and by the species involved.
 ///
-/// Bounces off the far end of a bond, an infinite barrier, are counted as [`CountedKind::Bond`] here; [`EventCounts`] count them among the bounces.
+/// Reflections at the far end of a bond, which is an infinite barrier, are counted as [`CountedKind::Bond`]
+/// here. [`EventCounts`] counts them as bounces.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct EventCountsBySpecies {
     /// Counts of each pair of species, the lower one first.
@@ -75,7 +76,7 @@ impl Default for Pairs {
     }
 }
 
-/// The place of a pair of species, `a <= b`, in a triangle.
+/// Index of a pair of species, `a <= b`, in a triangular array.
 fn place(a: usize, b: usize) -> usize {
     b * (b + 1) / 2 + a
 }
@@ -100,7 +101,7 @@ impl EventCountsBySpecies {
         counts
     }
 
-    /// Event counts by species, from those that an engine has by the rows of its tables, which are those of `species`.
+    /// Event counts by species, from an engine's counts by table rows. `species` are the species of the rows.
     pub(crate) fn of_rows(&self, species: &[SpeciesId]) -> Self {
         if species.iter().zip(0..).all(|(id, row)| id.0 == row) {
             return self.clone();
@@ -115,7 +116,7 @@ impl EventCountsBySpecies {
         Self { pairs: Pairs::Sparse(pairs), singles }
     }
 
-    /// The counts of all pairs of species that are kept.
+    /// Visits the counts of all stored pairs of species.
     fn for_each_pair(&self, mut visit: impl FnMut([u32; 2], &[u64; 5])) {
         match &self.pairs {
             Pairs::Sparse(map) => map.iter().for_each(|((a, b), counts)| visit([*a, *b], counts)),
@@ -157,7 +158,8 @@ impl EventCountsBySpecies {
         counts[usize::from(kind == CountedKind::Thermostat)] += 1;
     }
 
-    /// Counts of all kinds that took place: kind, species (one, or two with the lower one first) and number.
+    /// All counts that are not zero: the kind, the species (one, or two with the lower one first), and the
+    /// number.
     #[must_use]
     pub fn entries(&self) -> Vec<(CountedKind, Vec<u32>, u64)> {
         let mut entries = Vec::new();
@@ -175,7 +177,7 @@ impl EventCountsBySpecies {
         entries
     }
 
-    /// Adds those of a part of the system.
+    /// Adds the counts of a part of the system.
     pub(crate) fn merge(&mut self, part: &Self) {
         match (&mut self.pairs, &part.pairs) {
             (Pairs::Listed(all), Pairs::Listed(some)) => {
@@ -198,7 +200,7 @@ impl EventCountsBySpecies {
             (Pairs::Sparse(now), Pairs::Sparse(before)) => {
                 before.iter().for_each(|(pair, b)| less(now.entry(*pair).or_default(), b));
             }
-            // Nothing had happened before anything was counted.
+            // The earlier counts were empty.
             _ => {}
         }
         for (species, before) in &earlier.singles {

@@ -1,9 +1,10 @@
 //! Large pages for large arrays.
 //!
-//! Events are scattered over memory, and the processor has to look up where each page is. With pages of two megabytes instead of four
-//! kilobytes it keeps most of them at hand; that makes a system of 10^5 particles or more a tenth to a fifth faster.
+//! Events are scattered over memory, and the processor has to look up the address of each page. With pages of
+//! two megabytes instead of four kilobytes it can cache most of these addresses. This makes systems of 10^5
+//! particles or more a tenth to a fifth faster.
 
-/// Asks for large pages under an array, and under the room that it has, where the system has such. Changes nothing but speed.
+/// Asks for large pages under an array and its reserved memory, if the system has them. Affects only speed.
 pub fn enlarge<T>(array: &Vec<T>) {
     #[cfg(target_os = "linux")]
     {
@@ -15,7 +16,8 @@ pub fn enlarge<T>(array: &Vec<T>) {
         for (last, advice) in [(last(array.capacity()), libc::MADV_HUGEPAGE), (last(array.len()), libc::MADV_COLLAPSE)]
         {
             if first < last {
-                // SAFETY: advice about whole pages within the array's room changes none of its bytes; a system without them says so.
+                // SAFETY: advice about whole pages within the array's capacity changes none of its bytes. A
+                // system without large pages returns an error.
                 unsafe { libc::madvise(first as *mut libc::c_void, last - first, advice) };
             }
         }

@@ -1,22 +1,24 @@
-//! Asking the processor to bring data nearer before it is needed.
+//! Prefetching: asking the processor to load data before it is needed.
 //!
-//! Successive events are far apart in space and so in memory: without this, a large system waits for memory most of the time.
+//! Successive events are far apart in space and therefore in memory. Without prefetching, a large system
+//! waits for memory most of the time.
 
-/// Begins to load element `index` of a slice, if the processor can and the element exists. Changes nothing but speed.
+/// Begins to load element `index` of a slice, if the processor can and the element exists. Affects only
+/// speed.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         let address = slice.as_ptr().wrapping_add(index);
-        // SAFETY: a prefetch has no effect on the program, and none at all for an address that cannot be read.
+        // SAFETY: a prefetch never changes the state of the program, even for an unreadable address.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (slice, index);
 }
 
-/// Asks for an element of two cache lines.
+/// Prefetches an element of two cache lines.
 #[inline(always)]
 pub fn prefetch_both<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]

@@ -1,8 +1,9 @@
 //! Sheared boxes: periodic images above and below slide along x (Lees and Edwards, J. Phys. C 5, 1921, 1972,
 //! [doi:10.1088/0022-3719/5/15/006](https://doi.org/10.1088/0022-3719/5/15/006)).
 //!
-//! At the shear rate `g` the image of a particle one period `L_y` further up is displaced by `g L_y t` along x, and faster by
-//! `g L_y`. Between events everything still flies freely, and all is quadratic as before: only what a particle's image is changes.
+//! At the shear rate `g`, the image of a particle one period `L_y` above is displaced by `g L_y t` along x
+//! and faster by `g L_y`. Particles still fly freely between events, and all equations stay quadratic. Only
+//! the images change.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,8 +21,8 @@ use crate::model::Scene;
 use crate::model::space::{displacement_within_period, minimum_image_along};
 use crate::physics::motion::RelativeState;
 
-/// Images that have slid by this part of the box since pairs were last predicted are predicted again: those looked at, the nearest and
-/// the two beside it, are the ones that can be met until then.
+/// After images have slid by this fraction of the box, pairs are predicted again. Until then, only the
+/// nearest image and the two beside it can be met.
 const SLIDE: f64 = 0.25;
 
 /// A box under shear.
@@ -29,20 +30,20 @@ const SLIDE: f64 = 0.25;
 pub(in crate::engine) struct LeesEdwards {
     /// `g` `[1 / time]`.
     pub rate: f64,
-    /// Speed of the next image up `[length / time]`.
+    /// Speed of the next image above `[length / time]`.
     pub speed: f64,
     /// Its displacement at the epoch, within one period `[length]`.
     displacement: f64,
-    /// Coordinate where nothing streams `[length]`.
+    /// Coordinate at which the streaming velocity is zero `[length]`.
     middle: f64,
-    /// When pairs across the side are predicted again, since the epoch.
+    /// Time since the epoch at which pairs across the side are predicted again.
     next_refresh: f64,
-    /// Between two of those `[time]`.
+    /// Interval of these predictions `[time]`.
     between_refreshes: f64,
 }
 
 impl LeesEdwards {
-    /// None for a box at rest.
+    /// `None` for a box at rest.
     pub fn of(scene: &Scene) -> Option<Self> {
         let (rate, space, displacement) = (scene.shear_rate?, &scene.space, scene.displacement);
         let speed = rate * space.size[GRADIENT];
@@ -51,25 +52,27 @@ impl LeesEdwards {
         Some(Self { rate, speed, displacement, middle, next_refresh: between_refreshes, between_refreshes })
     }
 
-    /// When pairs across the sides that slide are predicted again, since the epoch.
+    /// Time since the epoch at which pairs across the sliding sides are predicted again.
     pub fn next_refresh(&self) -> f64 {
         self.next_refresh
     }
 
-    /// Displacement of the next image up, at a time since the epoch.
+    /// Displacement of the next image above at a time since the epoch.
     #[inline]
     fn displacement(&self, time: f64) -> f64 {
         self.displacement + self.speed * time
     }
 
-    /// Displacement of the next image up less whole periods, in `(-period / 2, period / 2]`, and the number of these.
+    /// Displacement of the next image above, less whole periods, in `(-period / 2, period / 2]`, and the
+    /// number of these periods.
     pub fn displacement_within(&self, time: f64, period: f64) -> (f64, i32) {
         let whole = self.displacement(time);
         let within = displacement_within_period(whole, period);
         (within, trunc_to_i32(((whole - within) / period).round()))
     }
 
-    /// Counts times from an epoch that is later by `shift`. Returns by how many whole periods the displacement is less than before.
+    /// Shifts times to an epoch that is later by `shift`. Returns the number of whole periods removed from
+    /// the displacement.
     pub fn shift(&mut self, shift: f64, period: f64) -> i32 {
         let before = self.displacement(shift);
         self.displacement = libm::fmod(before, period);
@@ -79,7 +82,7 @@ impl LeesEdwards {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The velocity of what streams at a position: `g (y - y_middle)` along x under shear.
+    /// The streaming velocity at a position: `g (y - y_middle)` along x under shear.
     #[inline]
     pub(in crate::engine) fn streaming_velocity(&self, position: &Vector) -> Vector {
         let mut streaming = Vector::zeros();
@@ -89,7 +92,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         streaming
     }
 
-    /// The nearest image of a separation and of a relative velocity at a time since the epoch; whether it is one above or below.
+    /// Replaces a separation and a relative velocity by those of the nearest image at a time since the epoch.
+    /// Returns whether it is an image above or below.
     #[inline]
     pub(in crate::engine) fn nearest_sheared(&self, state: &mut RelativeState, shear: &LeesEdwards, time: f64) -> bool {
         let height = state.position[GRADIENT];
@@ -106,8 +110,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_across
     }
 
-    /// Whether a particle in a sheared box has no neighbours across the sides that slide, and each of them in one image only: then they are
-    /// the same as in a box at rest.
+    /// Whether a particle in a sheared box has no neighbours across the sliding sides, and a single image of
+    /// each neighbour. Its contacts are then those in a box at rest.
     #[inline]
     pub(in crate::engine) fn is_off_sliding_sides(&self, particle: u32) -> bool {
         let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return false };
@@ -116,7 +120,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_in_one_image && !cells.is_outermost(cells.home(particle), GRADIENT)
     }
 
-    /// A sheared box as it is seen from next to the sides that slide, if each neighbour there can be met in one image only.
+    /// A sheared box as seen near its sliding sides, if each neighbour there can be met in one image only.
     pub(in crate::engine) fn sliding(&self, time: f64) -> Option<Sliding> {
         let shear = self.images.sliding.as_ref()?;
         let is_in_one_image = self.images.further.is_empty() && !self.images.tied.contains(&true);
@@ -124,19 +128,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_in_one_image.then_some(Sliding { displacement, speed: shear.speed })
     }
 
-    /// Calls `visit` for those beyond the sides that slide: cells next to them do not stay next to them.
+    /// Calls `visit` for particles beyond the sliding sides, where the adjacent cells change with time.
     pub(in crate::engine) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
         let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return };
         cells.for_each_across(cells.home(particle), [FLOW, GRADIENT], visit);
     }
 
-    /// Whether a particle comes in displaced when it leaves through a face of its cell.
+    /// Whether a particle that leaves its cell through a face enters displaced.
     #[inline]
     pub(in crate::engine) fn slides_behind(&self, cells: &Cells, particle: u32, face: CellFace) -> bool {
         self.images.slide() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face)
     }
 
-    /// Moves a particle that has left through one of the sides that slide to where its image comes in.
+    /// Moves a particle that has left through a sliding side to its image on the other side.
     pub(in crate::engine) fn slide(&mut self, particle: u32, face: CellFace, time: f64) -> Result<(), InvariantBroken> {
         let Some(shear) = self.images.sliding else {
             return Err(self.broken(particle, None, Invariant::Transition));
@@ -165,7 +169,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Puts a position that rounding has put beyond one of the sides that slide on this side of it: velocities are others beyond.
+    /// Moves a position that rounding has put beyond a sliding side back inside. Velocities are different
+    /// beyond.
     pub(in crate::engine) fn keep_between_sliding_sides(&mut self, particle: u32) {
         if self.images.slide() {
             let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());
@@ -174,7 +179,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Periods that a particle has travelled, as a snapshot gives them: each period up adds the displacement of the next image up.
+    /// Periods that a particle has travelled, as in a snapshot. Each period upwards includes the displacement
+    /// of the next image above.
     pub(in crate::engine) fn image_numbers(&self, particle: u32, periods: i32) -> [i32; 3] {
         let mut image = self.state.images.of(particle);
         if self.images.slide() {
@@ -183,10 +189,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         image
     }
 
-    /// Counts images from an epoch that is later by `shift`.
+    /// Shifts images to an epoch that is later by `shift`.
     ///
-    /// An image one period up is displaced along x by that of the box. Whole periods of it are dropped now: images along x take
-    /// them over, so that `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` goes on smoothly.
+    /// An image one period above is displaced along x by the box's displacement. Whole periods are removed
+    /// from it here and added to the images along x, so that `position + image_x (L_x, 0, 0) + image_y
+    /// (displacement, L_y, 0) + image_z (0, 0, L_z)` stays continuous.
     pub(in crate::engine) fn shift_images(&mut self, shift: f64) {
         let Some(shear) = &mut self.images.sliding else { return };
         let periods = shear.shift(shift, self.state.periods[FLOW]);
@@ -198,7 +205,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Finds those next to the sides that slide: their images have come so far that others can be met.
+    /// Lists the particles next to sliding sides. Their images have moved so far that others can be met.
     pub(in crate::engine) fn refresh_images(&mut self) -> Result<Repredict, InvariantBroken> {
         let (Some(shear), Neighbours::Cells(cells)) = (&mut self.images.sliding, &self.neighbours) else {
             return Err(self.broken(0, None, Invariant::Cells));
@@ -206,7 +213,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now = shear.next_refresh;
         shear.next_refresh += shear.between_refreshes;
         let is_next_to_side = |particle: &u32| cells.is_outermost(cells.home(*particle), GRADIENT);
-        // Partners that no search finds are met across more than one row of cells.
+        // Partners with interactions of their own are met across more than one row of cells.
         let is_found = |particle: &u32| is_next_to_side(particle) || self.has_own_interactions(*particle);
         let found = self.particles().filter(|particle| is_found(particle) && !self.is_static(*particle));
         Ok(Repredict::Some(found.collect()))

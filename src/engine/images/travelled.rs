@@ -1,9 +1,10 @@
-//! How many periods each particle has travelled along the axes.
+//! Number of periods that each particle has travelled along the axes.
 
 use crate::base::numbers::id;
 use serde::{Deserialize, Serialize};
 
-/// Periods travelled by all particles, by their numbers in memory: three bytes of each, until one has travelled so far that all take twelve.
+/// Periods travelled by all particles, by number in memory: three bytes each, or twelve as soon as one
+/// particle needs more.
 ///
 /// Image numbers wrap at 32 bits.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -49,7 +50,7 @@ impl Travelled {
         *image = image.wrapping_add(periods);
     }
 
-    /// Gives each particle those that it has by `image`.
+    /// Sets the image numbers of all particles to `image`.
     pub fn set(&mut self, image: impl Fn(u32) -> [i32; 3]) {
         *self = match self {
             Self::Near(images) => Self::new(images.len()),
@@ -61,7 +62,7 @@ impl Travelled {
         }
     }
 
-    /// Adds a particle that has travelled so far.
+    /// Adds a particle with these image numbers.
     pub fn push(&mut self, images: [i32; 3]) {
         match self {
             Self::Near(near) => near.push([0; 3]),
@@ -71,7 +72,7 @@ impl Travelled {
         (0..3).filter(|&axis| images[axis] != 0).for_each(|axis| self.add(particle, axis, images[axis]));
     }
 
-    /// Gives a particle other periods travelled.
+    /// Sets the image numbers of a particle.
     pub fn put(&mut self, particle: u32, images: [i32; 3]) {
         let before = self.of(particle);
         (0..3).filter(|&axis| images[axis] != before[axis]).for_each(|axis| {
@@ -86,7 +87,7 @@ impl Travelled {
         }
     }
 
-    /// With room for all numbers.
+    /// The image numbers in the larger format.
     #[cold]
     fn far(&mut self) -> &mut [[i32; 3]] {
         if let Self::Near(images) = self {

@@ -1,8 +1,8 @@
-//! Neighbour candidates: a list that is filled without a branch on what is found.
+//! Neighbour candidates: a list that is filled without branches on its contents.
 
 use super::cells::NO_PARTICLE;
 
-/// Neighbour candidates of one particle. Room is kept from one search to the next.
+/// Neighbour candidates of one particle. The memory is reused from one search to the next.
 #[derive(Debug, Clone, Default)]
 pub struct Candidates {
     found: Vec<u32>,
@@ -18,9 +18,10 @@ pub struct Heads<'a> {
 }
 
 impl Heads<'_> {
-    /// Adds a particle, or nothing for [`NO_PARTICLE`].
+    /// Appends a particle, or nothing for [`NO_PARTICLE`].
     ///
-    /// Cells hold one particle or none about as often: a processor that had to guess would be wrong half of the time.
+    /// A cell holds one particle or none about equally often, so the processor would mispredict a branch half
+    /// of the time.
     #[inline(always)]
     pub fn put(&mut self, particle: u32) {
         self.particles[self.length % 32] = particle;
@@ -35,7 +36,7 @@ impl Candidates {
         self.length = 0;
     }
 
-    /// Begins again with the first particles of up to 27 cells.
+    /// Clears the list and starts with the first particles of up to 27 cells.
     #[inline(always)]
     #[cfg_attr(not(test), expect(clippy::unreachable, reason = "it has grown where it was too short"))]
     pub fn heads(&mut self) -> Heads<'_> {
@@ -46,7 +47,7 @@ impl Candidates {
         Heads { particles, length: 0 }
     }
 
-    /// Adds a particle, or nothing for [`NO_PARTICLE`].
+    /// Appends a particle, or nothing for [`NO_PARTICLE`].
     #[inline(always)]
     pub fn put(&mut self, particle: u32) {
         if self.length == self.found.len() {
@@ -56,7 +57,7 @@ impl Candidates {
         self.length += usize::from(particle != NO_PARTICLE);
     }
 
-    /// Takes note of the first `count` of eight particles.
+    /// Appends the first `count` of eight particles.
     #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[inline(always)]
     pub fn put_eight(&mut self, (particles, count): ([u32; 8], usize)) {
@@ -73,7 +74,7 @@ impl Candidates {
         self.found.resize(2 * self.found.len() + 64, NO_PARTICLE);
     }
 
-    /// Goes on from each of the first `heads` particles to its successor, until none is left.
+    /// Follows the chains that begin at the first `heads` particles to their ends.
     #[inline]
     pub fn follow(&mut self, heads: usize, next: &[u32]) {
         let (mut at, mut length) = (0, heads);
@@ -93,7 +94,7 @@ impl Candidates {
         self.length = length;
     }
 
-    /// Keeps those for which something holds.
+    /// Keeps the candidates that satisfy the condition.
     #[inline]
     pub fn retain(&mut self, mut is_kept: impl FnMut(u32) -> bool) {
         let mut kept = 0;
@@ -112,7 +113,7 @@ impl Candidates {
         &self.found[..self.length]
     }
 
-    /// The candidates, filled up to a multiple of eight with `with`, and how many there are.
+    /// The candidates, padded with `with` to a multiple of eight, and their number.
     #[inline]
     pub fn filled_up(&mut self, with: u32) -> (&[u32], usize) {
         let filled_up = self.length.next_multiple_of(8);

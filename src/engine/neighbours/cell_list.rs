@@ -1,13 +1,14 @@
-//! A cell list of points at one time: pairs that are closer than a range, and the point nearest to a place.
+//! A cell list of points at one time. It finds pairs within a range, and the point nearest to a place.
 //!
-//! It serves what looks at positions once, such as instruments; the event loop keeps its own lists of the same grid up to date.
+//! It serves code that needs positions once, such as instruments. The event loop maintains its own lists on
+//! the same grid.
 
 use super::grid::Grid;
 use crate::Vector;
 use crate::model::space::{Boundary, Space, nearest_image};
 use std::ops::ControlFlow;
 
-/// Cells for each point at most: more only cost memory.
+/// Maximum number of cells per point. More would only cost memory.
 const CELLS_PER_POINT: f64 = 2.0;
 
 /// Points sorted into cells no smaller than a range; pairs by their minimum image.
@@ -15,10 +16,10 @@ const CELLS_PER_POINT: f64 = 2.0;
 pub(crate) struct CellList {
     grid: Grid,
     periods: Vector,
-    /// Displacement along x of the next image up along y.
+    /// Displacement along x of the next image along y.
     displacement: f64,
     range: f64,
-    /// Where the points of each cell begin, and the end.
+    /// First point of each cell, and the end.
     starts: Vec<usize>,
     /// Ids and positions, cell by cell.
     ids: Vec<u32>,
@@ -26,7 +27,8 @@ pub(crate) struct CellList {
 }
 
 impl CellList {
-    /// Sorts points, ids and positions, into cells. They are within `space` along periodic axes, and its next image up is displaced by `displacement`.
+    /// Sorts points, given as ids and positions, into cells. They are within `space` along periodic axes. The
+    /// next image along y is displaced by `displacement`.
     pub fn new(space: &Space, displacement: f64, range: f64, points: impl Iterator<Item = (u32, Vector)>) -> Self {
         let (ids, positions): (Vec<u32>, Vec<Vector>) = points.unzip();
         let grid = Grid::new(&bounds(space, &positions), range, &positions, [0.0; 3], CELLS_PER_POINT);
@@ -51,7 +53,8 @@ impl CellList {
         }
     }
 
-    /// The largest range for which minimum images are all there are: half of the shortest period, infinite without one.
+    /// The largest range for which the minimum image is sufficient: half of the shortest period, infinite
+    /// without periods.
     pub fn largest_range(space: &Space) -> f64 {
         0.5 * space.periods().min()
     }
@@ -64,7 +67,8 @@ impl CellList {
         });
     }
 
-    /// Whether `is(a, b, r_a - r_b, r^2)` holds for a pair within the range; it is asked for each once, until it holds.
+    /// Whether `is(a, b, r_a - r_b, r^2)` holds for any pair within the range. Each pair is tested at most
+    /// once.
     pub fn has_pair(&self, mut is: impl FnMut(u32, u32, &Vector, f64) -> bool) -> bool {
         let found = self.for_each(|index, runs| {
             for &(begin, end) in runs {
@@ -81,7 +85,7 @@ impl CellList {
         found.is_break()
     }
 
-    /// Calls `visit(id, separations)` for each point, with the separations from those within its range.
+    /// Calls `visit(id, separations)` for each point, with the separations from the points within range.
     pub fn for_each_particle(&self, mut visit: impl FnMut(u32, &[Vector])) {
         let mut separations = Vec::new();
         let _ = self.for_each(|index, runs| {
@@ -95,7 +99,7 @@ impl CellList {
         });
     }
 
-    /// The distance of a place from the nearest point within the range, if there is one `[length]`.
+    /// The distance from a place to the nearest point, if one is within the range `[length]`.
     pub fn distance_to_nearest(&self, place: &Vector) -> Option<f64> {
         let mut runs = Vec::with_capacity(27);
         self.find_runs(self.grid.cell_at(place), &mut runs);
@@ -111,7 +115,8 @@ impl CellList {
         (separation.norm_squared() < self.range * self.range).then_some(separation)
     }
 
-    /// Calls `visit(index, runs)` for each point in the order of the cells, with the runs of those in cells near it, until it breaks off.
+    /// Calls `visit(index, runs)` for each point in the order of the cells, with the runs of points in cells
+    /// near it, until it breaks.
     fn for_each(&self, mut visit: impl FnMut(usize, &[(usize, usize)]) -> ControlFlow<()>) -> ControlFlow<()> {
         let mut runs = Vec::with_capacity(27);
         for (cell, bounds) in (0..).zip(self.starts.windows(2)) {
@@ -219,7 +224,7 @@ mod tests {
                     let images =
                         apart.flat_map(|apart| all_images(&space, displacement).map(move |image| apart + image));
                     let all = images.filter(|separation| separation.norm_squared() < range * range);
-                    // The sum of their tensors distinguishes directions, whatever the order.
+                    // The sum of their tensors depends on directions, but not on the order.
                     let difference = all.map(tensor).sum::<Matrix>() - separations.iter().map(tensor).sum::<Matrix>();
                     assert!(difference.amax() < 1e-12, "{displacement} {range} {id}: {difference}");
                 });
@@ -256,7 +261,7 @@ mod tests {
             }
             assert!((50..290).contains(&found), "{found}");
         }
-        // Beside all points of an open space.
+        // Compared with all points of an open space.
         let space = Space { lower: Vector::zeros(), size: Vector::zeros(), boundary: [Boundary::OPEN; 3] };
         let cells = CellList::new(&space, 0.0, 1.0, [(0, Vector::repeat(4.0))].into_iter());
         assert_eq!(cells.distance_to_nearest(&Vector::new(4.0, 4.0, 3.5)), Some(0.5));

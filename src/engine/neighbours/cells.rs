@@ -1,8 +1,9 @@
 //! A grid of cells no smaller than the longest interaction.
 //!
-//! An uncaptured pair can only meet in the same cell or in ones next to each other. Which cell a particle is in is state: it is
-//! set once at the start and then changed by cell transitions only, never recomputed from a position, because round-off
-//! puts positions on the wrong side of a cell's face. Along axes that are not periodic the outermost cells reach to infinity.
+//! An uncaptured pair can only meet if its particles are in the same cell or in adjacent ones. A particle's
+//! cell is part of the state: it is set once at the start, and only cell transitions change it. It is never
+//! recomputed from the position, because round-off may put a position on the wrong side of a face. Along axes
+//! that are not periodic, the outermost cells extend to infinity.
 
 mod search;
 
@@ -14,7 +15,7 @@ use crate::engine::hardware::pages::enlarge;
 use crate::model::space::Space;
 use serde::{Deserialize, Serialize};
 
-/// No particle: the end of a cell's list.
+/// Marks the end of a cell's list.
 pub const NO_PARTICLE: u32 = u32::MAX;
 
 /// Result of a transition.
@@ -39,16 +40,18 @@ pub struct Cells {
     homes: Vec<u32>,
 }
 
-/// In a thin fluid, a cell's side over the mean distance of particles in one, two and three dimensions: finer ones are left more
-/// often, coarser ones hold more particles that are not met. In three, within a tenth of the best speed from 0.6 to 0.8 at packing
-/// fractions of 0.02 and 0.1.
+/// Side of a cell in a thin fluid over the mean distance of particles, in one, two and three dimensions.
+/// Particles leave smaller cells more often, and larger cells hold more candidates that are not met. In three
+/// dimensions, values from 0.6 to 0.8 are within a tenth of the best speed at packing fractions of 0.02 and
+/// 0.1.
 const FINE: [f64; 3] = [1.0, 0.8, 0.7];
 
-/// Grids finer than this many cells per particle only cost memory and transitions.
+/// Maximum number of cells per particle. A finer grid only costs memory and transitions.
 const CELLS_PER_PARTICLE: f64 = 8.0;
 
 impl Cells {
-    /// Whether there is room for a number of particles, and the lists of the cells hold each of them once at most, in its cell.
+    /// Checks data that was read: whether there is room for `particles`, and each particle is at most once in
+    /// the lists, in its own cell.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         if !self.grid.is_sound()
@@ -83,7 +86,7 @@ impl Cells {
             homes: vec![0; positions.len()],
             grid,
         };
-        // Backwards, so that each list ends up in ascending order.
+        // In reverse, so that each list ends up in ascending order.
         for (index, position) in positions.iter().enumerate().rev() {
             let cell = cells.grid.cell_at(position);
             cells.insert(id(index), cell);
@@ -98,7 +101,7 @@ impl Cells {
         enlarge(&self.homes);
     }
 
-    /// The particles with other numbers, if they are sorted in.
+    /// The particles with other numbers. All must be sorted in.
     pub fn permuted(&self, order: &Order) -> Self {
         if self.homes.is_empty() {
             return self.clone();
@@ -107,7 +110,7 @@ impl Cells {
         let mut next = Vec::with_capacity(homes.capacity());
         next.resize(homes.len(), NO_PARTICLE);
         let mut first = vec![NO_PARTICLE; self.first.len()];
-        // Backwards, so that each list ends up in ascending order.
+        // In reverse, so that each list ends up in ascending order.
         for (particle, home) in homes.iter().enumerate().rev() {
             next[particle] = std::mem::replace(&mut first[*home as usize], id(particle));
         }
@@ -157,7 +160,7 @@ impl Cells {
         }
     }
 
-    /// Whether a particle goes round a periodic box when it leaves through a face of its cell.
+    /// Whether a particle crosses a periodic boundary when it leaves its cell through a face.
     #[must_use]
     pub fn wraps_behind(&self, particle: u32, face: CellFace) -> bool {
         self.grid.behind(self.home(particle), face).is_some_and(|(_, wrap)| wrap != 0)
@@ -169,13 +172,14 @@ impl Cells {
         self.grid.is_outermost(cell, axis).contains(&true)
     }
 
-    /// Moves a particle to the first or last row along the gradient, and to where `position` says along the flow.
+    /// Moves a particle to the first or last row along the gradient, at the index along the flow that
+    /// `position` gives.
     pub fn slide_in(&mut self, particle: u32, position: &Vector, [flow, gradient]: [usize; 2], is_last: bool) {
         let to = self.grid.slid(self.home(particle), self.grid.cell_at(position), [flow, gradient], is_last);
         self.relocate(particle, to);
     }
 
-    /// Calls `visit` for all particles across the side of the gradient that a cell is next to, along the whole flow.
+    /// Calls `visit` for all particles across the side of the gradient next to a cell, along the whole flow.
     pub fn for_each_across(&self, cell: u32, axes: [usize; 2], mut visit: impl FnMut(u32)) {
         self.grid.for_each_across(cell, axes, |across| {
             let mut at = self.first[across as usize];
@@ -186,7 +190,7 @@ impl Cells {
         });
     }
 
-    /// Moves a particle through a face of its cell; none if there is no cell behind it.
+    /// Moves a particle through a face of its cell; `None` if there is no cell behind it.
     #[inline]
     pub fn cross(&mut self, particle: u32, face: CellFace) -> Option<Transition> {
         let (to, wrap) = self.grid.behind(self.home(particle), face)?;

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A divisor known ahead, by which a multiplication divides: several times as fast as a division.
+/// A divisor known in advance. Division is done by multiplication, which is several times as fast.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Divisor {
     by: u32,
-    /// `2^64 / by`, rounded up; 0 stands for `2^64` itself.
+    /// `2^64 / by`, rounded up; 0 represents `2^64` itself.
     inverse: u64,
 }
 
@@ -15,7 +15,8 @@ impl Divisor {
         Self { by, inverse: (u64::MAX / u64::from(by)).wrapping_add(1) }
     }
 
-    /// Quotient and remainder. The inverse is too large by less than `2^-32` of itself, and so the quotient is that of integers.
+    /// Quotient and remainder. The relative error of the inverse is below `2^-32` and positive, so that the
+    /// quotient is exact.
     #[inline]
     pub fn divide(self, x: u32) -> [u32; 2] {
         #[expect(clippy::cast_possible_truncation, reason = "the quotient of an x of 32 bits")]

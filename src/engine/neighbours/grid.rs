@@ -1,6 +1,6 @@
-//! A grid of cells no smaller than the longest interaction: where they are, and which are next to which.
+//! A grid of cells no smaller than the longest interaction: positions and adjacency of cells.
 //!
-//! Along axes that are not periodic the outermost cells reach to infinity.
+//! Along axes that are not periodic, the outermost cells extend to infinity.
 
 use super::divisor::Divisor;
 use crate::Vector;
@@ -14,7 +14,7 @@ use std::ops::Range;
 pub struct CellFace {
     /// 0, 1 or 2.
     pub axis: u8,
-    /// Whether it is the face with the higher coordinate.
+    /// Whether it is the face at the higher coordinate.
     pub is_upper: bool,
 }
 
@@ -31,28 +31,31 @@ impl CellFace {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Grid {
     counts: [u32; 3],
-    /// To divide by the first two counts.
+    /// For divisions by the first two counts.
     by: [Divisor; 2],
     is_periodic: [bool; 3],
     lower: Vector,
     side: Vector,
 }
 
-/// With this many cells along a periodic axis, particles in neighbouring cells are less than half a period apart, so that
-/// their minimum image is the one that they can meet in before either changes its cell; with four at half a period at the most.
+/// With more cells than this along a periodic axis, particles in adjacent cells are less than half a period
+/// apart. Their minimum image is then the only one in which they can meet before either changes its cell.
+/// With exactly this many, they are at most half a period apart.
 const UNAMBIGUOUS: u32 = 4;
 
-/// Cells are this much wider than the interaction's range, so that round-off of positions (which stays below some
+/// Cells are wider than the interaction range by this factor, so that round-off of positions (below some
 /// `1e-10` of the box) never hides a neighbour two cells away.
 const MARGIN: f64 = 1.0 + 1e-6;
 
 impl Grid {
-    /// A grid over `space` for interactions up to `range` `[length]`, grown beyond open faces to hold all `positions`.
+    /// A grid over `space` for interactions up to `range` `[length]`, extended beyond open faces to hold all
+    /// `positions`.
     ///
-    /// It ends at walls, so that they bound its outermost cells. What is static beyond a wall is in the cell inside of it.
+    /// The grid ends at walls, so that they bound its outermost cells. A static particle beyond a wall is in
+    /// the cell inside it.
     ///
-    /// Its cells are no smaller than `finest` mean distances of particles in one, two and three dimensions, and there are no more
-    /// than `most` for each particle.
+    /// Cells are no smaller than `finest` mean distances of particles in one, two and three dimensions, and
+    /// there are at most `most` cells per particle.
     #[must_use]
     pub fn new(space: &Space, range: f64, positions: &[Vector], finest: [f64; 3], most: f64) -> Self {
         let is_periodic = space.boundary.map(|b| b == Boundary::Periodic);
@@ -81,7 +84,7 @@ impl Grid {
         let counts = loop {
             let counts = std::array::from_fn(|k| {
                 let fit = |side: f64| if side > 0.0 { (extent[k] / side).floor() } else { 0.0 };
-                // Coarse cells are no reason to fall below the number that needs no second images.
+                // Coarse cells must not reduce the number of cells below the one that avoids second images.
                 let few = if is_periodic[k] { fit(range * MARGIN).min(f64::from(UNAMBIGUOUS)) } else { 1.0 };
                 fit(target).max(few).clamp(1.0, f64::from(u32::MAX))
             });
@@ -100,7 +103,8 @@ impl Grid {
         }
     }
 
-    /// Whether there are cells, as many as can be numbered, and the divisors are those of their counts.
+    /// Checks data that was read: whether the number of cells is valid and the divisors are those of the
+    /// counts.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let [x, y, z] = self.counts;
@@ -114,7 +118,8 @@ impl Grid {
         self.counts.iter().map(|&n| n as usize).product()
     }
 
-    /// The cell beyond a face, and the periods to add to a coordinate there; none at an end that is not periodic.
+    /// The cell beyond a face, and the periods to add to a coordinate there; `None` at an end that is not
+    /// periodic.
     #[inline]
     #[must_use]
     pub fn behind(&self, cell: u32, face: CellFace) -> Option<(u32, i32)> {
@@ -125,14 +130,15 @@ impl Grid {
         Some((self.join(at), wrap))
     }
 
-    /// Calls `visit(first, count)` for the cells near a cell, itself included, that follow each other: one or three at once.
+    /// Calls `visit(first, count)` for runs of consecutive cells near a cell, itself included. A run is one
+    /// or three cells.
     #[inline(always)]
     pub fn for_each_run(&self, cell: u32, mut visit: impl FnMut(usize, usize)) {
         let at = self.split(cell);
         let strides = [1, self.counts[0], self.counts[0] * self.counts[1]];
         let is_inner = |k: usize| at[k].wrapping_sub(1) < self.counts[k].saturating_sub(2);
         if is_inner(0) && is_inner(1) && is_inner(2) {
-            // Most cells: loops of a known length.
+            // Interior cells: loops of constant length.
             let first = cell - strides[2] - strides[1] - 1;
             for z in 0..3 {
                 for y in 0..3 {
@@ -153,9 +159,10 @@ impl Grid {
         }
     }
 
-    /// Calls `visit` for the cells near a cell, itself included, in runs that follow each other, one cell or a whole row along x.
+    /// Calls `visit` for runs of consecutive cells near a cell, itself included. A run is one cell or a whole
+    /// row along x.
     ///
-    /// Where the box slides along x at the sides across y, any cell of a row behind those sides can be near.
+    /// If the box slides along x at its sides across y, every cell of a row behind these sides can be near.
     pub fn for_each_row(&self, cell: u32, is_sliding: bool, mut visit: impl FnMut(Range<u32>)) {
         let at = self.split(cell);
         let [(xs, nx), (ys, ny), (zs, nz)] = [0, 1, 2].map(|axis| self.around(axis, at[axis]));
@@ -171,7 +178,8 @@ impl Grid {
         }
     }
 
-    /// Calls `visit` for every cell that is near to `cell` and was not near to the cell before a transition through `face`.
+    /// Calls `visit` for every cell near `cell` that was not near the cell before a transition through
+    /// `face`.
     #[inline(always)]
     pub fn for_each_new(&self, cell: u32, face: CellFace, mut visit: impl FnMut(u32)) {
         let at = self.split(cell);
@@ -199,11 +207,13 @@ impl Grid {
         self.counts
     }
 
-    /// Separations, besides the minimum image, at which a pair can meet before either particle changes its cell.
+    /// Separations, besides the minimum image, at which a pair can meet before either particle changes its
+    /// cell.
     ///
-    /// Empty unless a periodic axis is shorter than four cells. Between two predictions of a pair each of the two travels one
-    /// cell at most, so their separation changes by up to two cells: one period for two or three cells, two for a single one. Then axes of four cells
-    /// count, too: see [`Self::tied_axes`].
+    /// Empty unless a periodic axis has fewer than four cells. Between two predictions of a pair, each
+    /// particle travels at most one cell. The separation thus changes by up to two cells: one period for two
+    /// or three cells, two periods for one cell. In that case axes of four cells count as well, see
+    /// [`Self::tied_axes`].
     #[must_use]
     pub fn further_images(&self, periods: &Vector) -> Vec<Vector> {
         let mut images = vec![Vector::zeros()];
@@ -234,19 +244,19 @@ impl Grid {
         images
     }
 
-    /// Axes of four cells, along which a pair of neighbouring cells can be half a period apart, from the outer face of the one to that of the
-    /// other: there the two nearest images are as far away, and either can be the one that they meet in.
+    /// Axes of four cells. Two particles at the outer faces of adjacent cells are half a period apart there.
+    /// Their two nearest images are equally far, and they can meet in either.
     #[must_use]
     pub fn tied_axes(&self) -> [bool; 3] {
         std::array::from_fn(|axis| self.is_periodic[axis] && self.counts[axis] == UNAMBIGUOUS)
     }
 
-    /// The cell that holds a position at the start.
+    /// The cell of a position at the start.
     #[must_use]
     pub fn cell_at(&self, position: &Vector) -> u32 {
         let index = |k: usize| {
             let at = (position[k] - self.lower[k]) / self.side[k];
-            // Positions in the outermost cells of open axes, and NaN from 0/0 on flat ones, saturate.
+            // Positions in the outermost cells of open axes saturate, and so does NaN from 0/0 on flat axes.
             trunc_to_u32(at).min(self.counts[k] - 1)
         };
         self.join([index(0), index(1), index(2)])
@@ -271,7 +281,7 @@ impl Grid {
         [x, y, z]
     }
 
-    /// The indices next to `index` along an axis, itself included, each once.
+    /// The distinct indices next to `index` along an axis, itself included.
     #[inline]
     fn around(&self, axis: usize, index: u32) -> ([u32; 3], usize) {
         let n = self.counts[axis];
@@ -292,7 +302,8 @@ impl Grid {
         }
     }
 
-    /// The index beyond an upper or lower face, and the periods to add; none at an end that is not periodic.
+    /// The index beyond an upper or lower face, and the periods to add; `None` at an end that is not
+    /// periodic.
     #[inline]
     fn beyond(&self, axis: usize, index: u32, is_upper: bool) -> Option<(u32, i32)> {
         let last = self.counts[axis] - 1;
@@ -305,9 +316,9 @@ impl Grid {
         }
     }
 
-    /// Calls `visit(face, coordinate)` for the faces through which a particle can leave its cell, along its coordinates.
+    /// Calls `visit(face, coordinate)` for the faces through which a particle can leave its cell.
     ///
-    /// Outermost faces of axes that are not periodic are no faces.
+    /// Outermost faces of axes that are not periodic are left out.
     #[inline]
     pub fn for_each_face(&self, cell: u32, mut visit: impl FnMut(CellFace, f64)) {
         let at = self.split(cell);
@@ -324,7 +335,7 @@ impl Grid {
         }
     }
 
-    /// Calls `visit` for the faces that a particle with a constant velocity flies towards, one per axis at most.
+    /// Calls `visit` for the faces that a particle of constant velocity approaches, at most one per axis.
     #[inline]
     pub fn for_each_face_ahead(&self, cell: u32, velocity: &Vector, mut visit: impl FnMut(CellFace, f64)) {
         let at = self.split(cell);
@@ -349,7 +360,7 @@ impl Grid {
         self.join(at)
     }
 
-    /// Calls `visit` for the cells across the side of the gradient that a cell is next to, along the whole flow.
+    /// Calls `visit` for the cells across the side of the gradient next to a cell, along the whole flow.
     pub fn for_each_across(&self, cell: u32, [flow, gradient]: [usize; 2], mut visit: impl FnMut(u32)) {
         let mut at = self.split(cell);
         let last = self.counts[gradient] - 1;
@@ -369,7 +380,7 @@ impl Grid {
         }
     }
 
-    /// Lower and upper corner of a cell; infinite where it reaches on without an end.
+    /// Lower and upper corner of a cell; infinite in directions where it has no end.
     #[must_use]
     pub fn bounds(&self, cell: u32) -> [Vector; 2] {
         let mut bounds = [Vector::repeat(f64::NEG_INFINITY), Vector::repeat(f64::INFINITY)];
@@ -377,7 +388,8 @@ impl Grid {
         bounds
     }
 
-    /// Whether the cell is the first (or the last) along an axis that is not periodic, so that a wall may be near.
+    /// Whether the cell is the first, and whether it is the last, along an axis that is not periodic. A wall
+    /// may be near then.
     #[inline]
     #[must_use]
     pub fn is_outermost(&self, cell: u32, axis: usize) -> [bool; 2] {

@@ -1,9 +1,9 @@
-//! Verlet lists: the particles that one could meet before it leaves the skin of its list.
+//! Verlet lists: the particles that a particle could meet before it leaves the skin of its list.
 //!
-//! Each moving particle has a centre, where it was when its list was built, and stays within its skin, a ball of radius
-//! `delta` around it; an event is due when it leaves. Two particles whose centres are further apart than their range and two
-//! such radii cannot meet, so a list holds the others whose centres are nearer. Every pair is in the lists of both, except for static
-//! particles, which keep none. (Alias: Verlet list.)
+//! Each moving particle has a centre, its position when its list was built. It stays within its skin, a ball
+//! of radius `delta` around the centre; leaving the ball is an event. Two particles whose centres are further
+//! apart than their range plus two such radii cannot meet, so a list holds the others with nearer centres.
+//! Each of two moving particles is in the list of the other. Static particles have no lists.
 
 use super::cells::NO_PARTICLE;
 use crate::base::numbers::id;
@@ -12,21 +12,21 @@ use crate::engine::hardware::pages::enlarge;
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
 
-/// Entries are read up to eight at a time; blocks of room hold a multiple of that.
+/// Entries are read up to eight at a time. The capacity of a list is a multiple of that.
 const BLOCK: usize = 8;
 const WIDTH: u32 = 8;
 
-/// Bits of a length: more than there are particles.
+/// Number of bits for a length, enough for the largest number of particles.
 const LENGTH: u32 = 29;
 
-/// Most spare blocks of a list.
+/// Maximum number of spare blocks of a list.
 const MOST_SPARE: u32 = (1 << (32 - LENGTH)) - 1;
 
-/// Where the list of a particle is, in blocks, how long it is, and how many blocks it has.
+/// Where the list of a particle is, in blocks, its length and its number of blocks.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Span {
     first: u32,
-    /// The length, and above its bits the number of blocks that are not begun.
+    /// The length, and in the higher bits the number of unused blocks.
     filled: u32,
 }
 
@@ -58,21 +58,21 @@ impl Span {
     }
 }
 
-/// Lists of others, in one array. Unused entries of a particle name itself, which it never meets.
+/// All lists in one array. Unused entries of a list name the particle itself, which it never meets.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Lists {
     spans: Vec<Span>,
     entries: Vec<u32>,
-    /// Blocks no longer in use, by their number.
+    /// Free blocks, grouped by size.
     free: Vec<Vec<u32>>,
-    /// Scratch: a list before it is made again.
+    /// Scratch: a list before it is renewed.
     old: Vec<u32>,
-    /// The particles that have come into the list that was last renewed, and their number.
+    /// The particles that have entered the list that was last renewed, and their number.
     newcomers: Vec<u32>,
     coming: usize,
 }
 
-/// Whether a short list holds a particle; without a branch on where.
+/// Whether a short list holds a particle, without a branch on the position.
 #[inline]
 fn holds(list: &[u32], particle: u32) -> bool {
     list.iter().fold(false, |found, entry| found | (*entry == particle))
@@ -90,7 +90,7 @@ impl Lists {
         self.spans.push(Span::default());
     }
 
-    /// The lists of particles that have other numbers, next to each other in their order.
+    /// The lists of particles with other numbers, adjacent in memory in the new order.
     pub fn permuted(&self, order: &Order) -> Self {
         let mut permuted = Self::new(order.old.len());
         permuted.spans.reserve(order.room);
@@ -105,7 +105,8 @@ impl Lists {
         permuted
     }
 
-    /// Whether there is a list for each of a number of particles, within the entries, and all others in them are particles.
+    /// Checks data that was read: whether each particle has a list within the array, and all entries are
+    /// particles.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         let blocks = self.entries.len() / BLOCK;
@@ -121,7 +122,7 @@ impl Lists {
             && self.newcomers.iter().chain(&self.old).all(|&other| (other as usize) < particles)
     }
 
-    /// Frees the memory of all lists, which are empty then.
+    /// Frees the memory of all lists and leaves them empty.
     pub fn let_go(&mut self) {
         *self = Self::new(self.spans.len());
     }
@@ -132,7 +133,7 @@ impl Lists {
         enlarge(&self.entries);
     }
 
-    /// The others in a particle's list.
+    /// The particles in a list.
     #[inline]
     #[must_use]
     pub fn of(&self, particle: u32) -> &[u32] {
@@ -140,7 +141,7 @@ impl Lists {
         &self.entries[span.start()..span.start() + span.length() as usize]
     }
 
-    /// The others in a particle's list, filled up to a multiple of eight with the particle itself, and how many there are.
+    /// The particles in a list, padded with the particle itself to a multiple of eight, and their number.
     #[inline]
     #[must_use]
     pub fn filled_up(&self, particle: u32) -> (&[u32], usize) {
@@ -163,7 +164,7 @@ impl Lists {
         prefetch(&self.entries, span.start() + BLOCK);
     }
 
-    /// Adds an other to a particle's list.
+    /// Adds a particle to the list of another.
     pub fn add(&mut self, particle: u32, other: u32) {
         let span = self.spans[particle as usize];
         let (mut first, mut blocks, length) = (span.first, span.blocks(), span.length());
@@ -174,14 +175,14 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, length + 1);
     }
 
-    /// Takes an other out of a particle's list, if it is there.
+    /// Removes a particle from the list of another, if it is there.
     pub fn remove(&mut self, particle: u32, other: u32) {
         if let Some(at) = self.of(particle).iter().position(|entry| *entry == other) {
             self.remove_at(particle, at);
         }
     }
 
-    /// Takes the entry number `at` out of a particle's list; the last one takes its place.
+    /// Removes the entry at index `at` from a list. The last entry takes its place.
     pub fn remove_at(&mut self, particle: u32, at: usize) {
         let span = self.spans[particle as usize];
         let left = span.length() - 1;
@@ -196,8 +197,8 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, left);
     }
 
-    /// Makes `new` the list of a particle; one that leaves it or comes into it has the particle leave or come into its own list,
-    /// unless it keeps none.
+    /// Makes `new` the list of a particle. Particles that enter or leave it update their own lists, unless
+    /// they keep none.
     pub fn renew(&mut self, particle: u32, new: &[u32], keeps_none: impl Fn(u32) -> bool) {
         let (mut old, mut newcomers) = (std::mem::take(&mut self.old), std::mem::take(&mut self.newcomers));
         old.clear();
@@ -216,7 +217,7 @@ impl Lists {
         self.set(particle, new);
     }
 
-    /// The particles that have come into the list that was last renewed, filled up as lists are, and their number.
+    /// The particles that have entered the list that was last renewed, padded as lists are, and their number.
     #[inline]
     #[must_use]
     pub fn newcomers(&self) -> (&[u32], usize) {
@@ -233,7 +234,7 @@ impl Lists {
         )]
         let length = new.len() as u32;
         let needed = length.div_ceil(WIDTH);
-        // Space that it no longer needs goes to other lists.
+        // Blocks that are no longer needed go to other lists.
         if needed > blocks || room_for(needed) < blocks {
             (first, blocks) = self.move_to_room(particle, 0, needed);
         } else if length < span.length() {
@@ -244,7 +245,8 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, length);
     }
 
-    /// Moves the beginning of a list to a place with room for more blocks. Returns the place and the number of blocks there.
+    /// Moves the beginning of a list to where there is room for more blocks. Returns the place and the number
+    /// of blocks there.
     fn move_to_room(&mut self, particle: u32, kept: u32, needed: u32) -> (u32, u32) {
         let span = self.spans[particle as usize];
         let blocks = span.blocks();
@@ -265,7 +267,8 @@ impl Lists {
     }
 }
 
-/// Blocks that a list gets when it needs some: a quarter more if it is long, but hardly more than may be spare.
+/// Number of blocks that a list gets when it needs some: a quarter more if it is long, but about as many as
+/// may be spare at most.
 fn room_for(needed: u32) -> u32 {
     needed + (needed / 4).min(MOST_SPARE - 1)
 }

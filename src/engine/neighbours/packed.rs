@@ -1,7 +1,9 @@
-//! Centres of Verlet lists, packed by cell: eight next to each other, so that all near a place are read in one stream.
+//! Centres of Verlet lists, packed by cell in blocks of eight, so that all centres near a place are read in
+//! one stream.
 //!
-//! Packed centres are rounded to single precision: they say which *may* be within reach, and never leave out one that is. Where some are so near to
-//! the reach that this is not certain, those found are looked at in double precision: see [`super::verlet::VerletLists`].
+//! Packed centres are rounded to single precision. They tell which particles *may* be within reach, and never
+//! leave out one that is. If some are too close to the limit to be certain, the candidates are tested again
+//! in double precision: see [`super::verlet::VerletLists`].
 
 use super::candidates::Candidates;
 use super::cells::NO_PARTICLE;
@@ -17,20 +19,21 @@ use serde::{Deserialize, Serialize};
 /// Centres in a block.
 const LANES: usize = 8;
 
-/// No block.
+/// Marks the end of a chain of blocks.
 const NONE: u32 = u32::MAX;
 
 /// Half a unit in the last place of 1 in single precision.
 const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
 
-/// Coordinates beyond this are not told apart at all: their squares come near the largest single-precision number.
+/// Coordinates beyond this are not distinguished at all. Their squares are close to the largest
+/// single-precision number.
 const FAR: f64 = 1e15;
 
-/// Cells no finer than they have to be, and no more than one per particle.
+/// Cells are as large as the reach requires, and there is at most one per particle.
 const FINEST: [f64; 3] = [0.0; 3];
 const CELLS_PER_PARTICLE: f64 = 1.0;
 
-/// Eight centres of a cell; a lane without one is not a number.
+/// Eight centres of a cell. Unused lanes are NaN.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(C, align(64))]
 struct Block {
@@ -50,10 +53,10 @@ pub struct Packed {
     /// By cell, its first block.
     first: Vec<u32>,
     blocks: Vec<Block>,
-    /// By block, another one of the same cell.
+    /// By block, the next block of the same cell.
     next: Vec<u32>,
     free: Vec<u32>,
-    /// Periods, infinite where there are none.
+    /// Periods, infinite along axes that are not periodic.
     periods: [f32; 3],
     /// The largest coordinate of the box along its periodic axes.
     scale: f64,
@@ -62,13 +65,13 @@ pub struct Packed {
     width: Simd,
 }
 
-/// Sphere around a centre in which others are looked for.
+/// Sphere around a centre that is searched.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     centre: [f32; 3],
-    /// Squared radius, large enough for all that single precision does.
+    /// Squared radius, increased by the errors of single precision.
     squared: f32,
-    /// Squared radius within which a candidate is certainly in reach, in spite of single precision.
+    /// Squared radius within which a candidate is certainly in reach despite single precision.
     certain: f32,
     periods: [f32; 3],
 }
@@ -93,7 +96,7 @@ impl Packed {
         empty.of_others(positions)
     }
 
-    /// Other centres in the same cells, those of particles that are next to each other in memory next to each other.
+    /// Other centres in the same cells. Particles adjacent in memory have adjacent centres.
     #[must_use]
     pub fn of_others(&self, centres: &[Vector]) -> Self {
         let mut others = Self {
@@ -110,7 +113,8 @@ impl Packed {
         others
     }
 
-    /// Whether each block is in one cell or free, and holds none but a number of particles.
+    /// Checks data that was read: whether each block is in exactly one cell or free, and its entries are
+    /// particles.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         let mut is_used = vec![false; self.blocks.len()];
@@ -139,7 +143,7 @@ impl Packed {
         enlarge(&self.next);
     }
 
-    /// Takes a particle's centre out of where it was put in.
+    /// Removes a particle's centre.
     pub fn lift(&mut self, particle: u32, centre: &Vector) {
         let cell = self.home(centre);
         let (mut before, mut at) = (NONE, self.first[cell as usize]);
@@ -161,7 +165,7 @@ impl Packed {
         }
     }
 
-    /// Puts in the centre of a particle that has none.
+    /// Inserts a particle's centre.
     pub fn put(&mut self, particle: u32, centre: &Vector) {
         let cell = self.home(centre);
         let mut at = self.first[cell as usize];
@@ -200,7 +204,7 @@ impl Packed {
         self.grid.cell_at(centre)
     }
 
-    /// Finds all particles in `cell` and the cells next to it.
+    /// Finds all particles in `cell` and the adjacent cells.
     pub fn find_candidates(&self, cell: u32, near: &mut Candidates) {
         near.clear();
         self.for_each_block(cell, |block| {
@@ -210,20 +214,22 @@ impl Packed {
         });
     }
 
-    /// Largest distance beyond `reach` at which candidates may be found; infinite if all particles in the cells around are.
+    /// Largest distance beyond `reach` of candidates that may be found; infinite if all particles in the
+    /// adjacent cells are.
     ///
-    /// Rounding moves each of the six coordinates and the three differences by half a unit in the last place at most, and a period
-    /// likewise: less than 8 roundings of the largest of them along each axis, 14 in space.
+    /// Rounding moves each of the six coordinates, the three differences and the period by at most half a
+    /// unit in the last place. That is less than 8 roundings of the largest of them along each axis, or 14 in
+    /// space.
     #[inline]
     fn slack(&self, reach: f64, centre: &Vector) -> f64 {
         let scale = self.scale.max(centre.amax()) + reach;
         if scale >= FAR { f64::INFINITY } else { 14.0 * ROUNDING * scale }
     }
 
-    /// Finds all particles whose centres may be within `reach` of a centre, and hardly any others: none beyond [`Self::slack`]. Returns whether all of
-    /// them certainly are.
+    /// Finds all particles whose centres may be within `reach` of a centre. Others are found only up to
+    /// [`Self::slack`] beyond. Returns whether all are certainly within reach.
     ///
-    /// The sum of squares has 4 roundings left.
+    /// The sum of squares adds 4 roundings.
     #[inline]
     pub fn find_within(
         &self,
@@ -249,7 +255,7 @@ impl Packed {
         };
         #[cfg(target_arch = "x86_64")]
         if self.width.has_avx2() {
-            // SAFETY: the processor has been asked for AVX2.
+            // SAFETY: support for AVX2 was checked.
             return unsafe { self.find_in_ball_avx2(cell, &ball, wraps, near) };
         }
         let mut are_certain = true;
@@ -296,7 +302,7 @@ impl Packed {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
-    /// Expects a search near a cell now that its rows are there.
+    /// Prefetches the blocks near a cell, whose heads have been loaded.
     #[inline]
     pub fn prefetch_near(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, count| {
@@ -311,7 +317,7 @@ impl Packed {
 }
 
 impl Ball {
-    /// Squared distance of a lane's centre from its own: the same operations as those for eight at once.
+    /// Squared distance of a lane's centre, by the same operations as for eight lanes at once.
     #[inline]
     fn squared_distance(&self, block: &Block, lane: usize) -> f32 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|k| {
@@ -328,7 +334,7 @@ mod avx2 {
     use super::{Ball, Block, Candidates};
     use std::arch::x86_64::*;
 
-    /// For each set of eight lanes, their numbers in order, a byte each.
+    /// For each set of eight lanes, their indices in order, one byte each.
     const LANES_OF: [u64; 256] = {
         let mut lanes = [0_u64; 256];
         let mut set = 0;
@@ -346,7 +352,8 @@ mod avx2 {
         lanes
     };
 
-    /// Puts the particles of a block whose centres are in a ball into `near`; returns whether all of them are certainly within reach.
+    /// Adds the particles of a block whose centres are in a ball to `near`. Returns whether all of them are
+    /// certainly within reach.
     #[target_feature(enable = "avx2")]
     #[inline]
     pub fn find_in_ball<const WRAPS: bool>(block: &Block, ball: &Ball, near: &mut Candidates) -> bool {

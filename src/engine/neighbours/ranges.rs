@@ -1,4 +1,4 @@
-//! How far a search for neighbours has to reach.
+//! The distance that a neighbour search has to cover.
 
 use crate::model::{Scene, SpeciesId};
 use serde::{Deserialize, Serialize};
@@ -6,13 +6,14 @@ use serde::{Deserialize, Serialize};
 /// The distances at which uncaptured pairs meet.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Ranges {
-    /// By species and species, row by row, the distances at which uncaptured pairs meet, negative for those that never do `[length]`.
+    /// Distances at which uncaptured pairs meet, by species and species, row by row; negative for pairs that
+    /// never meet `[length]`.
     pub between: Vec<f64>,
-    /// The longest, also of bonds.
+    /// The longest distance, bonds included.
     pub longest: f64,
-    /// The one that cells alone have to reach.
+    /// The range that cells have to cover.
     pub of_cells: f64,
-    /// Whether a pair that is held together may start further apart than that, and have its nearest image across any side.
+    /// Whether a bonded pair may start further apart than that, and have its nearest image across any side.
     pub may_be_overstretched: bool,
 }
 
@@ -30,7 +31,8 @@ impl Ranges {
         }
     }
 
-    /// Whether captured pairs stay within the range of the cells, so that they are in the same or in adjacent cells.
+    /// Whether captured pairs stay within the range of the cells, so that their particles are in the same or
+    /// adjacent cells.
     #[inline]
     #[must_use]
     pub fn are_captured_near(&self) -> bool {

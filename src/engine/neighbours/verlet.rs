@@ -1,4 +1,4 @@
-//! Verlet lists with a skin: where each particle may be until its list is rebuilt.
+//! Verlet lists with a skin: the region that a particle may visit before its list is rebuilt.
 
 use super::candidates::Candidates;
 use super::lists::Lists;
@@ -10,39 +10,41 @@ use crate::engine::hardware::pages::enlarge;
 use crate::model::space::{Boundary, Space, minimum_image};
 use serde::{Deserialize, Serialize};
 
-/// Skins are left this much early, so that the round-off of positions and times (below some `1e-10` of the box) never lets
-/// two particles meet that are not in each other's lists.
+/// Particles leave their skin this much early, so that round-off of positions and times (below some `1e-10`
+/// of the box) never lets two particles meet that are not in each other's lists.
 const MARGIN: f64 = 1e-6;
 
 /// Verlet lists: the centres of all particles, and the lists of those within reach.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct VerletLists {
-    /// Half of the skin, `delta`: how far a particle may be from its centre `[length]`.
+    /// Half of the skin, `delta`: the distance that a particle may be from its centre `[length]`.
     pub half_skin: f64,
-    /// Where each particle was when its list was built.
+    /// Position of each particle when its list was built.
     pub centres: Vec<Vector>,
     /// The centres, packed by cell.
     pub cells: Packed,
-    /// The pairs within reach: they follow from the centres, and from which pairs are captured.
+    /// The pairs within reach. They follow from the centres and from which pairs are captured.
     pub lists: Lists,
-    /// By species, the largest distance of the centre of another one within reach.
+    /// By species, the largest distance between centres within reach.
     pub reaches: Vec<f64>,
-    /// By species and species: the square of the distance of two centres within reach, negative for those that never meet.
+    /// By species and species, the squared distance of centres within reach; negative for pairs that never
+    /// meet.
     squared: Vec<f64>,
     species: usize,
     periods: Vector,
-    /// Between these corners, the nearest image of each particle within reach is itself.
+    /// Between these corners, all particles within reach are their own nearest images.
     inner: [Vector; 2],
 }
 
 impl VerletLists {
-    /// Lists of a half skin in `space`; `ranges` are the distances at which uncaptured pairs of each two species meet, negative for those
-    /// that never do; `longest` is the longest one, bonds included.
+    /// Lists with a half skin in `space`; `ranges` are the distances at which uncaptured pairs of species
+    /// meet, negative for pairs that never do; `longest` is the longest one, bonds included.
     #[must_use]
     pub fn new(space: &Space, half_skin: f64, ranges: &[f64], longest: f64, positions: Vec<Vector>) -> Self {
         let reach = |range: f64| if range < 0.0 { -1.0 } else { range + 2.0 * half_skin * (1.0 + MARGIN) };
         let species = ranges.len().isqrt();
-        // From the particle to its centre, to that of another, to where the other is, and as far as centres leave the box.
+        // From the particle to its centre, to another centre, to the other particle, and the distance that
+        // centres may lie outside the box.
         let widest = reach(longest) + 3.0 * half_skin;
         let margin =
             Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Periodic { widest } else { f64::NEG_INFINITY });
@@ -59,7 +61,7 @@ impl VerletLists {
         }
     }
 
-    /// Whether there is all that a number of particles of some species needs, and no number leads elsewhere.
+    /// Checks data that was read: whether all arrays have the right lengths and all indices are valid.
     #[must_use]
     pub fn is_sound(&self, particles: usize, species: usize) -> bool {
         self.centres.len() == particles
@@ -70,11 +72,12 @@ impl VerletLists {
             && self.cells.is_sound(particles)
     }
 
-    /// The half skin that just fits a box: the nearest image of a pair stays the same one while both are in their skins. Infinite without
-    /// periodic axes, negative where none fits.
+    /// The largest half skin that fits a box: the nearest image of a pair does not change while both are in
+    /// their skins. Infinite without periodic axes, negative if none fits.
     #[must_use]
     pub fn widest_half_skin(space: &Space, range: f64) -> f64 {
-        // `range + 4 half_skin`: two half skins that lists reach further, two that the pair has gone since; the tenth is for rounding.
+        // `range + 4 half_skin`: the reach of lists includes two half skins, and the pair may have moved by
+        // two more since. The tenth allows for rounding.
         let periodic = (0..3).filter(|&k| space.boundary[k] == Boundary::Periodic);
         periodic.map(|k| (0.5 * space.size[k] - range) / 4.1).fold(f64::INFINITY, f64::min)
     }
@@ -100,9 +103,9 @@ impl VerletLists {
         apart.norm_squared() < self.squared[usize::from(species[0]) * self.species + usize::from(species[1])]
     }
 
-    /// Puts those into `near` whose centres are within reach of another centre, of a particle of the species `mine`.
+    /// Finds the particles whose centres are within reach of a centre, for a particle of the species `mine`.
     ///
-    /// `species` are those of all, or empty if there is only one.
+    /// `species` holds the species of all particles, or is empty if there is only one.
     #[inline]
     pub fn find_neighbours_within(&self, centre: &Vector, mine: u16, species: &[u16], near: &mut Candidates) {
         let reach = self.reaches[usize::from(mine)];
@@ -129,7 +132,7 @@ impl VerletLists {
         }
     }
 
-    /// The lists of particles that have other numbers.
+    /// The lists of particles with other numbers.
     pub fn permuted(&self, order: &Order) -> Self {
         let centres = order.permuted(&self.centres);
         let cells = self.cells.of_others(&centres);

@@ -1,4 +1,4 @@
-//! Weights of the potential energy, as a force: what a step of the energy costs in a multicanonical ensemble.
+//! Weights of the potential energy as a force: the cost of an energy step in a multicanonical ensemble.
 
 use crate::engine::pairs::rules::Discontinuity;
 use crate::engine::parts::Engine;
@@ -6,7 +6,8 @@ use crate::engine::{Chosen, Simulation};
 use crate::model::EnergyWeights;
 use serde::{Deserialize, Serialize};
 
-/// A function `F(U) = T w(U)` of the potential energy in its place: in a heat bath of the temperature `T`, configurations have the weights `exp(-w(U))`.
+/// A function `F(U) = T w(U)` that replaces the potential energy. In a heat bath of temperature `T`,
+/// configurations have the weights `exp(-w(U))`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Bias {
     weights: EnergyWeights,
@@ -24,10 +25,12 @@ impl Bias {
 }
 
 impl Simulation {
-    /// Replaces the potential energy `U` of all pairs by `T w(U)`, or ends that with `None`. In a heat bath of the temperature `T` `[energy]`, configurations have the weights `exp(-w(U))` then. Contacts
-    /// are where they were: a step of the energy costs another amount. Energies are reported as before, and what the replacement gives to particles is counted as supplied.
+    /// Replaces the potential energy `U` of all pairs by `T w(U)`; `None` ends this. In a heat bath of
+    /// temperature `T` `[energy]`, configurations then have the weights `exp(-w(U))`. The distances of
+    /// contact are unchanged, but a step of the energy has another cost. Reported energies are unchanged, and
+    /// the energy from the replacement is counted as supplied.
     ///
-    /// The scene must have no gravity, so that energies only change in steps.
+    /// The scene must have no gravity, so that energies change only in steps.
     pub(crate) fn set_energy_weights(&mut self, weights: Option<(&EnergyWeights, f64)>) {
         let energy = self.energy().potential;
         let bias = weights.map(|(weights, temperature)| Bias { weights: weights.clone(), temperature, energy });
@@ -39,7 +42,7 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// A discontinuity with the step that it costs under weights of the energy.
+    /// A discontinuity with its cost under weights of the energy.
     #[inline(always)]
     pub(in crate::engine) fn weighted(&self, seen: &Discontinuity) -> Discontinuity {
         match &self.pairs.bias {
@@ -50,7 +53,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Takes note of a step of the potential energy for which the pair has paid another one; returns the difference, which comes from outside.
+    /// Records a step of the potential energy for which the pair has paid another amount. Returns the
+    /// difference, which comes from outside.
     #[inline(always)]
     pub(in crate::engine) fn pay(&mut self, step: f64, felt: f64) -> f64 {
         match &mut self.pairs.bias {

@@ -1,8 +1,8 @@
-//! The memory of the TC model: when each particle had its last contact.
+//! The memory of the TC model: the time of each particle's last contact.
 
 use serde::{Deserialize, Serialize};
 
-/// Times of contacts, and the model's `t_c`.
+/// Contact times of all particles, and the model's `t_c`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ContactTimes {
     /// `t_c` `[time]`.
@@ -11,13 +11,14 @@ pub struct ContactTimes {
 }
 
 impl ContactTimes {
-    /// No contact yet of any of some particles.
+    /// No contacts yet.
     #[must_use]
     pub fn new(contact_time: f64, particles: usize) -> Self {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
     }
 
-    /// Takes note of a contact at `time`, and says whether any of the particles had its previous one less than `t_c` ago.
+    /// Records a contact at `time`. Returns whether any of the particles had its previous contact less than
+    /// `t_c` ago.
     pub fn note(&mut self, particles: &[u32], time: f64) -> bool {
         let mut is_recent = false;
         for &particle in particles {

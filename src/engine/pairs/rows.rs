@@ -1,18 +1,19 @@
-//! The species that the tables of the event loop have rows for.
+//! The species that have rows in the tables of the event loop.
 
 use serde::{Deserialize, Serialize};
 
 use crate::model::{Scene, SpeciesId};
 
-/// All of so few species have a row, of more only those with particles: tables are looked up with every pair, and are square.
+/// Up to this many species all have a row; of more, only those with particles. The tables are square and read
+/// for every pair.
 const FEW: usize = 256;
 
-/// The species in square tables: all of a few, and of many those that have particles.
+/// The species in the square tables: all of them if they are few, otherwise those with particles.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rows {
     /// By row.
     species: Vec<SpeciesId>,
-    /// By species; 0 for those without a row, which no particle has.
+    /// By species; 0 for species without a row, which have no particles.
     rows: Vec<u16>,
 }
 
@@ -28,7 +29,7 @@ impl Rows {
         let species: Vec<_> =
             (0..).zip(&has_row).filter(|(_, has_row)| **has_row).map(|(id, _)| SpeciesId(id)).collect();
         let mut rows = vec![0; count];
-        // A scene with more was refused.
+        // A scene with more was rejected.
         for (row, species) in (0..=u16::MAX).zip(&species) {
             rows[species.0 as usize] = row;
         }

@@ -1,4 +1,4 @@
-//! The interactions of a scene, laid out for the event loop.
+//! The interactions of a scene in the form that the event loop needs.
 
 use super::rows::Rows;
 use super::states::PairState;
@@ -7,25 +7,25 @@ use crate::model::{Interaction, Scene, Species, SpeciesId};
 use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};
 
-/// One discontinuity, seen by a pair in some state.
+/// A discontinuity as seen by a pair in a given state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Discontinuity {
     /// Its distance `s` `[length]`.
     pub distance: f64,
     /// `s^2` `[length^2]`.
     pub squared: f64,
-    /// Potential energy beyond it less the one before it, `dU` `[energy]`.
+    /// Potential energy beyond it less the energy on this side, `dU` `[energy]`.
     pub energy_step: f64,
 }
 
-/// A potential as the event loop needs it: what lies outwards and inwards of each pair state.
+/// A potential in the form that the event loop needs: the outer and inner discontinuity of each pair state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Steps {
     /// By state: the outer discontinuity, absent in state 0.
     outer: Vec<Option<Discontinuity>>,
     /// By state: the inner discontinuity, absent in the last state.
     inner: Vec<Option<Discontinuity>>,
-    /// By state: the squares of both.
+    /// By state: the squared distances of both.
     edges: Vec<Edges>,
     /// Potential energy by state `[energy]`.
     energies: Vec<f64>,
@@ -52,14 +52,14 @@ impl Steps {
         Self { edges: edges.collect(), outer, inner, energies: energies.to_vec(), restitution: interaction.restitution }
     }
 
-    /// Number of states of a pair; none if they are not the same everywhere.
+    /// Number of states of a pair; `None` if arrays disagree.
     fn states(&self) -> Option<usize> {
         let count = self.energies.len();
         let lengths = [self.outer.len(), self.inner.len(), self.edges.len()];
         (lengths == [count; 3]).then_some(count)
     }
 
-    /// The discontinuity that a pair in `state` sees on one of its sides.
+    /// The discontinuity on one side of a pair in `state`.
     #[inline]
     #[must_use]
     pub fn seen_from(&self, state: u16, side: Side) -> Option<Discontinuity> {
@@ -69,7 +69,7 @@ impl Steps {
         }
     }
 
-    /// The squares of both.
+    /// The squared distances of both discontinuities.
     #[inline]
     #[must_use]
     pub fn edges(&self, state: u16) -> Edges {
@@ -83,7 +83,7 @@ impl Steps {
     }
 }
 
-/// The squared distances of the discontinuities that a pair in some state can reach `[length^2]`.
+/// The squared distances of the discontinuities that a pair in a given state can reach `[length^2]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Edges {
     /// The inner one; negative infinity if there is none.
@@ -106,8 +106,8 @@ pub struct Meeting {
 }
 
 impl Meeting {
-    /// The square of the range of a pair that meets without relative acceleration; negative infinity for others, which Algorithm 2
-    /// then never finds to meet.
+    /// Squared range of a pair without relative acceleration; negative infinity for others, so that Algorithm
+    /// 2 never finds a contact.
     fn inertial_squared(&self) -> f64 {
         if self.exists && !self.is_accelerated { self.squared } else { f64::NEG_INFINITY }
     }
@@ -118,7 +118,7 @@ impl Meeting {
 pub struct SpeciesRules {
     /// `1 / m`, 0 for a static species.
     pub inverse_mass: f64,
-    /// Half the diameter: distance from walls at contact `[length]`.
+    /// Half the diameter: the distance from walls at contact `[length]`.
     pub radius: f64,
     /// Constant acceleration.
     pub acceleration: Vector,
@@ -141,10 +141,10 @@ impl SpeciesRules {
     }
 }
 
-/// Everything about species and interactions that the event loop reads.
+/// All data about species and interactions that the event loop reads.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rules {
-    /// The species that have a row in what follows.
+    /// The species that have a row in the tables.
     pub rows: Rows,
     /// By row.
     pub species: Vec<SpeciesRules>,
@@ -154,14 +154,16 @@ pub struct Rules {
     meetings: Vec<Meeting>,
     /// Squared ranges of pairs without relative acceleration, `species x species`, negative infinity for others.
     inertial: Vec<f64>,
-    /// Squared ranges of pairs with a relative acceleration, `species x species`, infinite if the second accelerates, negative infinity for others.
+    /// Squared ranges of pairs with a relative acceleration, `species x species`; infinite if the second
+    /// species accelerates, negative infinity for others.
     accelerated: Vec<f64>,
     /// By row, whether any of these is not negative.
     is_met_accelerated: Vec<bool>,
 }
 
 impl Rules {
-    /// Whether the tables are those of all rows, and each interaction in them is there, with the states of some pairs.
+    /// Checks data that was read: whether the tables have the right size, each interaction in them exists,
+    /// and the states of `pairs` are valid.
     #[must_use]
     pub fn is_sound<'p>(&self, mut pairs: impl Iterator<Item = &'p PairState>) -> bool {
         let rows = self.rows.species().len();
@@ -211,8 +213,8 @@ impl Rules {
         Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings }
     }
 
-    /// The squares of the distances at which uncaptured particles of each species meet one of a given species, negative infinity for those
-    /// that never meet it, or only with a relative acceleration.
+    /// Squared distances at which uncaptured particles of each species meet one of a given species; negative
+    /// infinity for those that never meet it, or only with a relative acceleration.
     #[inline]
     #[must_use]
     pub fn inertial_squared(&self, species: u16) -> &[f64] {
@@ -220,9 +222,9 @@ impl Rules {
         &self.inertial[first..first + self.species.len()]
     }
 
-    /// The squares of the distances at which uncaptured particles of each species meet one of a given species that accelerates relative to them;
-    /// infinite for those that accelerate themselves, negative infinity for those that never meet it, or only without a relative acceleration.
-    /// `None` if there are no others.
+    /// Squared distances at which uncaptured particles of each species meet one of a given species that
+    /// accelerates relative to them; infinite for those that accelerate themselves, negative infinity for
+    /// those that never meet it, or only without a relative acceleration. `None` if there are no such pairs.
     #[inline]
     #[must_use]
     pub fn accelerated_squared(&self, species: u16) -> Option<&[f64]> {

@@ -1,25 +1,26 @@
-//! Pair states: which pairs are captured, through how many steps.
+//! Pair states: which pairs are captured, and through how many steps.
 //!
-//! The state of a pair is discrete and changes only with an event (Capture, Release). It is never recomputed from a distance,
-//! because round-off puts distances on the wrong side. A pair without an entry is uncaptured, in state 0 of its
-//! species' potential; bonded pairs always have one. Each moving particle keeps its own list of partners.
+//! The state of a pair is discrete and changes only at an event (Capture, Release). It is never recomputed
+//! from the distance, because round-off may put a distance on the wrong side. A pair without an entry is
+//! uncaptured, in state 0 of its species' potential. Bonded pairs always have an entry. Each moving particle
+//! has its own list of partners.
 
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
 
-/// The state of a pair, as one of the two keeps it.
+/// The state of a pair, as stored with one of its particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PairState {
     /// The other particle.
     pub partner: u32,
-    /// Number of radii that the pair has been captured through.
+    /// Number of radii through which the pair has been captured.
     pub state: u16,
-    /// Which interaction holds for the pair.
+    /// The interaction of the pair.
     pub interaction: u16,
 }
 
-/// The states of captured pairs, and of pairs with interactions of their own: lists of partners, in one array with the same room for
-/// each particle.
+/// The states of captured pairs, and of pairs with interactions of their own: lists of partners in one array,
+/// with the same capacity for each particle.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct CapturedPairs {
     room: usize,
@@ -40,13 +41,14 @@ impl CapturedPairs {
         self.entries.resize(self.room * self.lengths.len(), PairState::default());
     }
 
-    /// Whether there are no lists, not even empty ones.
+    /// Whether there are no lists at all.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.lengths.is_empty()
     }
 
-    /// Whether there is a list for each of a number of particles, if there are lists, and all partners are among them.
+    /// Checks data that was read: whether there is a list for each particle if `has_lists`, and all partners
+    /// are particles.
     #[must_use]
     pub fn is_sound(&self, particles: usize, has_lists: bool) -> bool {
         let expected = if has_lists { particles } else { 0 };
@@ -56,7 +58,7 @@ impl CapturedPairs {
             && self.entries.iter().all(|pair| (pair.partner as usize) < particles)
     }
 
-    /// The states of all pairs, each as both of the two keep it.
+    /// The states of all pairs, each as stored with both particles.
     pub fn all(&self) -> impl Iterator<Item = &PairState> {
         (0..).zip(&self.lengths).flat_map(|(particle, _)| self.of(particle))
     }
@@ -83,7 +85,7 @@ impl CapturedPairs {
         self.of(particle).iter().copied().find(|captured| captured.partner == partner)
     }
 
-    /// Sets the state of a particle and a partner; whether the partner is new to it.
+    /// Sets the state of a particle and a partner. Returns whether the partner is new.
     pub fn set(&mut self, particle: u32, captured: PairState) -> bool {
         let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;
@@ -99,7 +101,7 @@ impl CapturedPairs {
         true
     }
 
-    /// Makes `captured` the list of a particle.
+    /// Replaces the list of a particle by `captured`.
     pub fn replace(&mut self, particle: u32, captured: &[PairState]) {
         self.lengths[particle as usize] = 0;
         captured.iter().for_each(|pair| {
@@ -107,7 +109,7 @@ impl CapturedPairs {
         });
     }
 
-    /// Removes a partner from the list of a particle; whether it was there.
+    /// Removes a partner from the list of a particle. Returns whether it was there.
     pub fn remove(&mut self, particle: u32, partner: u32) -> bool {
         let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;
@@ -120,7 +122,7 @@ impl CapturedPairs {
         found.is_some()
     }
 
-    /// Doubles the room of every list.
+    /// Doubles the capacity of every list.
     fn grow(&mut self) {
         let room = (2 * self.room).max(4);
         let mut entries = vec![PairState::default(); room * self.lengths.len()];

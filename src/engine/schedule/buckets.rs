@@ -1,9 +1,9 @@
-//! The buckets of the calendar: lists of numbers in chunks of a cache line, from one pool.
+//! The buckets of the calendar: lists of numbers in chunks of a cache line, from a common pool.
 
 use crate::engine::hardware::pages::enlarge;
 use serde::{Deserialize, Serialize};
 
-/// Entries of a chunk: with the number of the next one it fills a cache line.
+/// Number of entries in a chunk. Together with the number of the next chunk, they fill a cache line.
 const ENTRIES: usize = 15;
 
 /// Part of a bucket.
@@ -11,30 +11,30 @@ const ENTRIES: usize = 15;
 #[repr(C, align(64))]
 struct Chunk {
     entries: [u32; ENTRIES],
-    /// The chunk that was filled before.
+    /// The previous chunk.
     next: u32,
 }
 
-/// A bucket: its newest chunk, and the number of entries in all.
+/// A bucket: its newest chunk, and its total number of entries.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Bucket {
     newest: u32,
     length: u32,
 }
 
-/// Lists of particle numbers that grow and are taken as a whole.
+/// Lists of particle numbers that grow and are emptied as a whole.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Buckets {
     buckets: Vec<Bucket>,
     chunks: Vec<Chunk>,
-    /// Chunks that are in no bucket.
+    /// Unused chunks.
     free: Vec<u32>,
 }
 
 impl Buckets {
-    /// A number of empty buckets.
+    /// Creates empty buckets.
     pub fn new(count: usize) -> Self {
-        // Enough for an entry of each particle and a chunk in each bucket.
+        // Room for an entry of each particle and a chunk in each bucket.
         let chunks = Vec::with_capacity(2 * count);
         enlarge(&chunks);
         let buckets = vec![Bucket::default(); count];
@@ -73,7 +73,7 @@ impl Buckets {
         bucket.length += 1;
     }
 
-    /// Moves the entries of a bucket to `into`, in no order.
+    /// Moves the entries of a bucket to `into`, in arbitrary order.
     pub fn take(&mut self, bucket: usize, into: &mut Vec<u32>) {
         let Bucket { mut newest, length } = std::mem::take(&mut self.buckets[bucket]);
         let mut left = length as usize;
@@ -87,7 +87,8 @@ impl Buckets {
         }
     }
 
-    /// Whether all entries are particles of a number, and all chunks are there, each in one bucket at most.
+    /// Checks data that was read: whether all entries are valid particles, and each chunk is in at most one
+    /// bucket.
     pub fn is_sound(&self, particles: usize) -> bool {
         let mut is_used = vec![false; self.chunks.len()];
         let mut take =

@@ -1,4 +1,4 @@
-//! The queue alone: order, ties, crowded epochs.
+//! Tests of the queue alone: order, ties, crowded epochs.
 
 use super::*;
 use proptest::prelude::*;

@@ -13,21 +13,22 @@ use crate::model::space::Boundary;
 use crate::model::state_point::StatePoint;
 use std::ops::ControlFlow;
 
-/// Particles that get new velocities from a heat bath, one at a time.
+/// A heat bath that gives particles new velocities, one at a time.
 ///
-/// Each gets one at a constant rate, so that the times between two of all are exponential.
+/// Each particle collides at a constant rate, so that the intervals between collisions of the whole system
+/// are exponential.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Andersen {
     random: Random,
     bath: Bath,
     /// Rate of all particles together `[1 / time]`.
     rate: f64,
-    /// Time of the next one, since the epoch.
+    /// Time of the next collision since the epoch.
     next: f64,
 }
 
 impl Andersen {
-    /// From `now` on, for a number of particles. `stage` tells the random numbers of one stage from those of another.
+    /// A heat bath from `now` on, for `particles`. Each `stage` has its own random numbers.
     pub fn new(seed: u64, stage: usize, now: f64, particles: usize, bath: Bath) -> Self {
         let seed = StatePoint::new(seed).with(&[bath.temperature, bath.rate]);
         let random = Random::new(seed.number(), Purpose::Thermostat, stage);
@@ -42,18 +43,18 @@ impl Andersen {
         self.bath
     }
 
-    /// When the next collision is due, since the epoch.
+    /// Time of the next collision since the epoch.
     #[inline]
     pub fn next_collision(&self) -> f64 {
         self.next
     }
 
-    /// Counts times from an epoch that is later by `shift`.
+    /// Shifts times to an epoch that is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         self.next -= shift;
     }
 
-    /// Draws the time of the next one.
+    /// Draws the time of the next collision.
     fn wait(&mut self) {
         self.next += self.random.exponential() / self.rate;
     }
@@ -76,12 +77,12 @@ impl Andersen {
 /// A collision of a particle with the heat bath.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Collision {
-    /// Since the epoch.
+    /// Time since the epoch.
     pub time: f64,
     pub id: usize,
     /// Temperature of the bath `[energy]`.
     temperature: f64,
-    /// A normal number by axis; `None` along axes without a new velocity.
+    /// A normal random number for each axis; `None` along axes without a new velocity.
     normal: [Option<f64>; 3],
 }
 
@@ -92,12 +93,12 @@ pub(crate) struct Bath {
     pub temperature: f64,
     /// Collision rate of each particle `[1 / time]`.
     pub rate: f64,
-    /// Components that are drawn again.
+    /// Components that are drawn anew.
     pub axes: [bool; 3],
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Gives one particle a new velocity from the heat bath.
+    /// Gives a particle a new velocity from the heat bath.
     pub(in crate::engine) fn andersen_collision(
         &mut self,
         observe: &mut Observe<'_>,
@@ -106,13 +107,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         self.clock.now = collision.time;
-        // By id, so that the order in memory decides nothing.
+        // By id, so that the result does not depend on the order in memory.
         let particle = self.state.numbers[collision.id];
         let flow = self.collide(particle, &collision, observe);
         Ok((Repredict::One(particle), flow))
     }
 
-    /// Draws all collisions with the heat bath up to a time, that included.
+    /// Draws all collisions with the heat bath up to and including a time.
     pub(in crate::engine) fn draw_collisions(&mut self, stop: f64) -> Vec<Collision> {
         let mut collisions = Vec::new();
         while self.sources.andersen.as_ref().is_some_and(|bath| bath.next <= stop) {
@@ -122,7 +123,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         collisions
     }
 
-    /// Draws the next collision with the heat bath, if there is one.
+    /// Draws the next collision with the heat bath, if there is a bath.
     fn draw_collision(&mut self) -> Option<Collision> {
         let mut bath = self.sources.andersen.take()?;
         let numbers = &self.state.numbers;
@@ -131,7 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(collision)
     }
 
-    /// Gives a particle the velocity that it has after a collision with the heat bath now.
+    /// Gives a particle its velocity after a collision with the heat bath.
     pub(in crate::engine) fn collide(
         &mut self,
         particle: u32,

@@ -1,4 +1,5 @@
-//! Cells in the event loop: contacts in the cells around a particle, and when it goes into the next cell.
+//! Cells in the event loop: contacts with particles in the cells around a particle, and its next cell
+//! transition.
 
 use crate::engine::images::Way;
 use crate::engine::neighbours::Neighbours;
@@ -13,11 +14,12 @@ use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::plane;
 use crate::physics::overlap::Side;
 
-/// Tolerance of half a period, far above the round-off in the distance of two particles on the outer faces of their cells.
+/// Tolerance for a separation of half a period, far above the round-off of particles on the outer faces of
+/// their cells.
 const TIED: f64 = 1e-6;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The first meeting with those in the cells around the particle, and when it leaves its own.
+    /// The first contact with particles in the adjacent cells, and the next cell transition.
     #[inline]
     pub(in crate::engine) fn predict_in_cell(
         &self,
@@ -27,7 +29,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         let cell = cells.home(me.id);
-        // First, because its quotients take long, and what comes then waits for memory.
+        // First, because its divisions take long and what follows waits for memory.
         self.predict_transition(me, &cells.grid, cell, prediction);
         cells.find_candidates(cell, &mut scratch.near);
         self.predict_candidates(me, cells, scratch, prediction);
@@ -45,7 +47,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The first contact with the uncaptured ones among the neighbour candidates.
+    /// The first contact with uncaptured neighbour candidates.
     fn predict_candidates(&self, me: &Streamed, cells: &Cells, scratch: &mut Scratch, prediction: &mut Prediction) {
         let Scratch { near, is_captured } = scratch;
         if TABLE {
@@ -86,16 +88,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// When the particle leaves its cell.
+    /// The time at which the particle leaves its cell.
     fn leaves_cell(&self, me: &Streamed, cells: &Cells) -> f64 {
         let mut leaves = Prediction::NONE;
         self.predict_transition(me, &cells.grid, cells.home(me.id), &mut leaves);
         leaves.transition_time
     }
 
-    /// The first meeting with those that are half a period away, within round-off, in the image on the other side.
+    /// The first contact with particles that are half a period away, within round-off, in the image on the
+    /// other side.
     ///
-    /// Either of the two may be the nearest image, and the one that is left out here is looked at with all others.
+    /// Either image may be the nearest. The nearest one is tested with all other particles.
     fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {
         let least: [f64; 3] = std::array::from_fn(|axis| {
             if self.images.tied[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }
@@ -114,7 +117,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             } else {
                 self.pairs.rules.meeting(0, 0).squared
             };
-            // Along one axis, or along several at once.
+            // Along one axis, or along several.
             for sides in 1..8_u8 {
                 let is_other = |axis: usize| sides >> axis & 1 == 1;
                 if (0..3).any(|axis| is_other(axis) && !is_tied[axis]) {
@@ -131,8 +134,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Moves a particle into the next cell. Its motion stays as it is, and so does its predicted contact, unless one of the
-    /// particles that are new to it comes first.
+    /// Moves a particle into the next cell. Its motion is unchanged, and so is its predicted contact, unless
+    /// it meets one of the new candidates earlier.
     pub(in crate::engine) fn cross(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         self.counts.totals.transition += 1;
         let mut prediction = self.schedule.predictions[particle as usize];
@@ -180,7 +183,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if !FALLING {
             grid.for_each_face_ahead(cell, &me.velocity, |face: CellFace, at| {
                 let axis = usize::from(face.axis);
-                // Rounding may have put it beyond the face already.
+                // Rounding may already have put it beyond the face.
                 let time = me.time + ((at - me.position[axis]) / me.velocity[axis]).max(0.0);
                 if time < prediction.transition_time {
                     (prediction.transition_time, prediction.exit) = (time, face);

@@ -1,4 +1,4 @@
-//! Verlet lists in the event loop: contacts with the particles in a list, and when the list has to be rebuilt.
+//! Verlet lists in the event loop: contacts with particles in a list, and list rebuilds.
 
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
@@ -15,10 +15,10 @@ use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Side};
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The first contact with those in the particle's list, and when it leaves its skin.
+    /// The first contact with particles in the list, and the time at which the particle leaves its skin.
     #[inline]
     pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
-        // First, because its root and its quotient take long, and what comes then waits for memory.
+        // First, because its root and division take long and what follows waits for memory.
         prediction.transition_time = self.leaves_skin(me, verlet);
         self.predict_listed(me, verlet, verlet.lists.filled_up(me.id), prediction);
         if !self.sources.surfaces.is_empty() {
@@ -26,7 +26,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The first contact with the candidates in a particle's list, which is padded to whole blocks. The last argument is the number of candidates.
+    /// The first contact with the candidates in a particle's list, which is padded to whole blocks. The last
+    /// argument is their number.
     #[inline]
     fn predict_listed(
         &self,
@@ -38,10 +39,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_nearest(me, verlet.wraps(&me.position), listed, prediction);
     }
 
-    /// When the particle leaves its skin: like a bond to the centre that reaches its length.
+    /// Time at which the particle leaves its skin. The equation is that of a bond to the centre that reaches
+    /// its full length.
     ///
-    /// A falling particle is taken to fly straight away from the centre and to be accelerated that way too, so that it leaves no
-    /// earlier than this: `|v| t + |a| t^2 / 2 = delta - |r|`.
+    /// A falling particle is assumed to fly and accelerate straight away from the centre, which gives a lower
+    /// bound: `|v| t + |a| t^2 / 2 = delta - |r|`.
     #[inline]
     fn leaves_skin(&self, me: &Streamed, verlet: &VerletLists) -> f64 {
         let position = me.position - verlet.centres[me.id as usize];
@@ -56,7 +58,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         me.time + dt.unwrap_or(f64::INFINITY)
     }
 
-    /// Rebuilds the list of a particle that leaves its skin, around where it is now.
+    /// Rebuilds the list of a particle that leaves its skin, centred at its present position.
     pub(in crate::engine) fn rebuild_list(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         self.counts.totals.transition += 1;
         let me = self.streamed(particle, time);
@@ -65,7 +67,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let has_own_interactions = self.has_own_interactions(particle);
         if FALLING && !has_own_interactions {
-            // The bound came true without the particle having gone far.
+            // The bound was reached, but the particle has not moved far.
             let gone = (me.position - verlet.centres[particle as usize]).norm_squared();
             if gone < 0.25 * verlet.half_skin * verlet.half_skin {
                 let mut prediction = self.schedule.predictions[particle as usize];
@@ -84,7 +86,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.repredict(particle, time);
             return Ok(());
         }
-        // Its motion does not change, nor does its predicted contact, unless one with a new candidate comes first.
+        // Its motion is unchanged, and so is its predicted contact, unless it meets a new candidate earlier.
         let me = self.streamed(particle, time);
         let Neighbours::Lists(verlet) = &self.neighbours else {
             return Err(self.broken(particle, None, Invariant::VerletList));
@@ -100,7 +102,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Brings a particle that has left the box on a periodic axis back in. Whether it had left.
+    /// Wraps a particle that has left the box along a periodic axis. Returns whether it had left.
     pub(in crate::engine) fn wrap(&mut self, particle: u32, position: &Vector) -> bool {
         let mut had_left = false;
         for axis in 0..3 {
@@ -122,7 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         had_left
     }
 
-    /// Moves a particle's centre to where it is at `time`, and changes the lists accordingly.
+    /// Moves a particle's centre to its position at `time`, and updates the lists.
     fn move_centre(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         let (to, _) = self.state_at(particle, time);
         let mut scratch = self.take_scratch();
@@ -138,7 +140,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Builds the lists of all, once captured pairs are known.
+    /// Builds the lists of all particles. The captured pairs must be known.
     pub(in crate::engine) fn fill_lists(&mut self) {
         let mut scratch = self.take_scratch();
         let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else { return };
@@ -152,7 +154,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.scratch = Some(scratch);
     }
 
-    /// Builds the list of a particle that has been added, and adds it to those of others.
+    /// Builds the list of a particle that has been added, and adds it to the lists of others.
     pub(in crate::engine) fn fill_list(&mut self, particle: u32) {
         let mut scratch = self.take_scratch();
         let near = &mut scratch.near;
@@ -169,7 +171,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.scratch = Some(scratch);
     }
 
-    /// Finds the particles of a particle's list, and the particle itself if it is in its cell: those within reach of its centre that are not captured.
+    /// Finds the particles for a list: those within reach of its centre that are not captured. May include
+    /// the particle itself.
     #[inline]
     fn find_listed(verlet: &VerletLists, pairs: &Pairs, state: &State, particle: u32, near: &mut Candidates) {
         let centre = &verlet.centres[particle as usize];

@@ -1,4 +1,4 @@
-//! Pairs: a predicted contact at a discontinuity becomes an event.
+//! Pairs: execution of a predicted contact at a discontinuity.
 
 use crate::Vector;
 use crate::engine::contact::apply::{Change, With};
@@ -22,7 +22,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (body.position, body.velocity, body.time) = (position, velocity, time);
     }
 
-    /// A pair reaches a discontinuity. Where it is called, what changes stays in registers.
+    /// Executes a pair event at a discontinuity. Inlined, so that the change stays in registers.
     #[inline(always)]
     pub(in crate::engine) fn execute_pair(
         &mut self,
@@ -48,11 +48,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The change of velocities of a pair at a discontinuity.
     #[inline(always)]
     fn respond(&mut self, pair: &Frame, seen: &Discontinuity, restitution: f64, time: f64) -> (Outcome, Change) {
-        // The step that the pair feels is another one where energies have weights.
+        // With weights of the energy, the pair feels another step.
         let felt = self.weighted(seen);
         let (response, tangential_scale) = self.leave(pair, &felt, restitution, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
-        // Per length of the line.
+        // Per length of the line of centres.
         let change = (response.radial - radial) / squared;
         let impulse = reduced_mass * change;
         let is_barrier = seen.energy_step == f64::INFINITY || response.outcome == Outcome::Bounce;
@@ -92,12 +92,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (response.outcome, change)
     }
 
-    /// Energy that a contact takes from outside: from images that slide, and from diameters that grow.
+    /// Energy that a contact takes from outside: from sliding images and from growing diameters.
     #[inline(always)]
     fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
         let mut supplied = 0.0;
         if self.images.slide() {
-            // Energy is conserved as seen from one of the two; the other one's image moves faster than it does.
+            // Energy is conserved in the frame of one particle. The other's image moves at another speed than
+            // the particle itself.
             let faster = (before[0] - before[1]) - pair.velocity;
             supplied = faster.dot(&((after - before[0]) / self.inverse_mass(pair.i)));
         }
@@ -127,12 +128,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// The state of a pair that the user names.
+    /// The state of a pair given by ids.
     pub(in crate::engine) fn state_of_pair(&self, a: ParticleId, b: ParticleId) -> u16 {
         self.pair_state(self.number(a), self.number(b)).0
     }
 
-    /// State and interaction of a pair: as the moving one of them keeps it, or that of an uncaptured pair.
+    /// State and interaction of a pair: from the list of a moving particle, or the default of an uncaptured
+    /// pair.
     pub(in crate::engine) fn pair_state(&self, i: u32, j: u32) -> (u16, u16) {
         if !TABLE {
             return (0, 0);
@@ -144,8 +146,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         )
     }
 
-    /// The discontinuity that a pair is at, its restitution, and how fast it moves outwards; none if its state has none on that side, for
-    /// which no prediction is ever made.
+    /// The discontinuity on one side of a pair, its restitution, and its outward speed; `None` if the state
+    /// has none on that side, for which no prediction is made.
     #[inline]
     fn discontinuity(&self, state: u16, interaction: u16, side: Side, time: f64) -> Option<(Discontinuity, f64, f64)> {
         let interaction = if TABLE { interaction } else { self.pairs.rules.meeting(0, 0).interaction };
@@ -158,7 +160,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some((seen, steps.restitution, surface))
     }
 
-    /// A pair in state 0 again: uncaptured, unless a bond of its own keeps its interaction.
+    /// Returns a pair to state 0. It is uncaptured, unless its own bond keeps the interaction.
     fn release(&mut self, i: u32, j: u32, interaction: u16) -> Result<(), InvariantBroken> {
         let meeting = self.pairs.rules.meeting(self.row(i), self.row(j));
         if meeting.exists && meeting.interaction == interaction {

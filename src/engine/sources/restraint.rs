@@ -1,8 +1,11 @@
-//! The restraint of a distance: two particles, or the centres of mass of two groups, are reflected at the ends of a window.
+//! The restraint of a distance: two particles, or the centres of mass of two groups, are reflected at the
+//! ends of a window.
 //!
-//! Between events of the members of both groups the relative position of the centres changes along a straight line, so that the time of the next reflection follows from the same
-//! equations as that of a pair. With an energy `U(|R_A - R_B|)`, the force on a particle `i` of the group `A` is its share `m_i / M_A` of that on the centre: in a reflection all members of a
-//! group change their velocities by the same amount, momentum and energy are conserved, and motion within a group is not changed.
+//! Between events of the members, the relative position of the centres changes along a straight line. The
+//! time of the next reflection therefore follows from the equations for a pair. With an energy `U(|R_A -
+//! R_B|)`, the force on a particle `i` of the group `A` is the share `m_i / M_A` of the force on the centre.
+//! In a reflection, all members of a group therefore change their velocities by the same amount. Momentum and
+//! energy are conserved, and motion within a group is unchanged.
 
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -33,7 +36,7 @@ struct Member {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Group {
     members: Vec<Member>,
-    /// How they hang together.
+    /// How its members are connected.
     along: Component,
     /// `1 / M` `[1 / mass]`.
     inverse_mass: f64,
@@ -45,22 +48,22 @@ pub(in crate::engine) struct Restraint {
     groups: [Group; 2],
     /// The group of each member, by ascending id.
     group_of: Vec<(ParticleId, usize)>,
-    /// Lower and upper end `[length]`: zero and infinity for none.
+    /// Lower and upper end `[length]`; zero and infinity without a restraint.
     window: [f64; 2],
-    /// When it comes to an end of the window, since the epoch; infinite for never.
+    /// Time since the epoch at which the distance reaches an end; infinite if it never does.
     next: f64,
-    /// The side of that end on which it is.
+    /// The side of that end on which the distance is.
     side: Side,
 }
 
 impl Restraint {
-    /// When the distance comes to an end of the window, since the epoch.
+    /// Time since the epoch at which the distance reaches an end of the window.
     #[inline]
     pub fn next_reflection(&self) -> f64 {
         self.next
     }
 
-    /// Counts times from an epoch that is later by `shift`.
+    /// Shifts times to an epoch that is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         self.next -= shift;
     }
@@ -69,13 +72,13 @@ impl Restraint {
         self.groups.iter().flat_map(|group| &group.members)
     }
 
-    /// The group that a particle is in.
+    /// The group of a particle.
     fn group(&self, id: ParticleId) -> Option<usize> {
         let place = self.group_of.binary_search_by_key(&id, |of| of.0).ok()?;
         Some(self.group_of[place].1)
     }
 
-    /// Time from now to the end that is reached next, and its side.
+    /// Time to the next end of the window that is reached, and its side.
     fn next_end(&self, apart: &RelativeState) -> Option<(f64, Side)> {
         let [lower, upper] = self.window;
         let at = |distance: f64, side| {
@@ -92,7 +95,8 @@ impl Restraint {
 }
 
 impl Simulation {
-    /// Holds the distance of two particles, or of the centres of mass of two groups, in a window `[length]`, at whose ends it is reflected; `[0, infinity]` holds nothing.
+    /// Holds the distance of two particles, or of the centres of mass of two groups, in a window `[length]`
+    /// by reflecting it at the ends. `[0, infinity]` removes the restraint.
     ///
     /// All particles of the groups must move, with equal accelerations. In a periodic box the upper end must be below half a period, and bonds must hold each group together.
     pub(crate) fn restrain_distance(&mut self, between: &[Vec<ParticleId>; 2], window: [f64; 2]) {
@@ -104,7 +108,7 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.restrain(groups, window));
     }
 
-    /// Gives the distance that is held another window `[length]`.
+    /// Changes the window of the held distance `[length]`.
     pub(crate) fn set_distance_window(&mut self, window: [f64; 2]) {
         with_engine!(&mut self.engine, engine => {
             engine.join();
@@ -115,12 +119,12 @@ impl Simulation {
         });
     }
 
-    /// The window that a distance is held in `[length]`; `None` where none is.
+    /// The window of the held distance `[length]`; `None` without a restraint.
     pub(crate) fn distance_window(&self) -> Option<[f64; 2]> {
         with_engine!(&self.engine, engine => engine.sources.restraint.as_ref().map(|restraint| restraint.window))
     }
 
-    /// The distance now that is held in a window `[length]`; `None` where none is.
+    /// The present value of the held distance `[length]`; `None` without a restraint.
     pub(crate) fn restrained_distance(&self) -> Option<f64> {
         with_engine!(&self.engine, engine => engine.restrained_distance())
     }
@@ -145,7 +149,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_restraint();
     }
 
-    /// Finds when the distance that is held comes to an end of its window.
+    /// Finds the time at which the held distance reaches an end of its window.
     pub(in crate::engine) fn predict_restraint(&mut self) {
         let Some(restraint) = &self.sources.restraint else { return };
         let now = self.clock.now;
@@ -157,18 +161,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// Predicts the next reflection again, if the velocity of a member of a group has changed.
+    /// Predicts the next reflection again if the velocity of a member has changed.
     pub(in crate::engine) fn watch_restraint(&mut self, change: &Change) {
         let Some(restraint) = &self.sources.restraint else { return };
         let partner = match change.other {
             With::Particle(partner) => Some(partner),
-            // All members change together, and are looked at when they have.
+            // All members change together, and the prediction follows afterwards.
             With::Restraint => return,
             _ => None,
         };
         let group = |particle: u32| restraint.group(self.name(particle));
         let groups = (group(change.particle), partner.map(group));
-        // Two members of one group leave its centre as it is.
+        // An event of two members of one group does not change its centre.
         let is_changed = match groups {
             (None, None | Some(None)) => false,
             (one, other) => other != Some(one),
@@ -189,7 +193,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.nearest(a.position - b.position, a.velocity - b.velocity, self.clock.now).0
     }
 
-    /// The centre of mass of a group now: each member is the image that is nearest to the one that it is bonded to.
+    /// The present centre of mass of a group. For each member, the image nearest to its bonded neighbour is
+    /// used.
     fn centre(&self, group: &Group) -> RelativeState {
         let now = self.clock.now;
         let state = |member: &Member| self.state_at(self.number(member.id), now);
@@ -202,7 +207,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         RelativeState { position: first + from_first, velocity }
     }
 
-    /// Reflects the distance at an end of its window.
+    /// Reflects the held distance at an end of its window.
     pub(in crate::engine) fn reflect_distance(
         &mut self,
         observe: &mut Observe<'_>,
@@ -227,7 +232,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok((Repredict::Some(members), flow))
     }
 
-    /// The changes of velocity of all members in a reflection.
+    /// The velocity changes of all members in a reflection.
     fn reflection(&self, restraint: &Restraint, apart: &RelativeState) -> Vec<Change> {
         let [of_a, of_b] = restraint.groups.each_ref().map(|group| group.inverse_mass);
         let stretch = stretch(apart.position.norm_squared());
@@ -252,7 +257,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         changes
     }
 
-    /// Changes of the velocities of both groups after which the distance leaves the end of the window in the numbers that prediction will see, as pairs leave their discontinuities.
+    /// Velocity changes of both groups after which the distance leaves the end of the window in the rounded
+    /// numbers that prediction will see, as for pairs at their discontinuities.
     fn separated(&self, restraint: &Restraint, apart: &RelativeState, mut changes: [Vector; 2]) -> [Vector; 2] {
         let velocities = |group: &Group| -> Vec<(f64, Vector)> {
             let of = |member: &Member| (member.share, self.state.bodies[self.number(member.id) as usize].velocity);
@@ -273,7 +279,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(normal) = apart.position.try_normalize(0.0).filter(|_| is_closing(changes)) else { return changes };
         let inverse_masses = restraint.groups.each_ref().map(|group| group.inverse_mass);
         let mut change = restraint.side.sign() * f64::EPSILON * fastest;
-        // 52 doublings take a float's spacing to the float itself.
+        // After 52 doublings, the spacing of a float is as large as the float.
         for _ in 0..52 {
             let [a, b] = shares(&(normal * change), inverse_masses);
             changes = [changes[0] + a, changes[1] + b];
@@ -286,7 +292,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Shares of a change of the relative velocity: the first group gains its own, the second loses its own. Together they are all of the change, without rounding.
+/// Shares of a change of the relative velocity, which the first group gains and the second loses. Their sum
+/// is the change, without rounding.
 fn shares(change: &Vector, [of_a, of_b]: [f64; 2]) -> [Vector; 2] {
     let less = change * (of_a.min(of_b) / (of_a + of_b));
     let more = change - less;

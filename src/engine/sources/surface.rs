@@ -18,12 +18,12 @@ use crate::physics::response::Leaving;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-/// Random numbers of thermal surfaces. Each contact has its own, by the particle and the number of its contacts so far: the order of contacts of
-/// different particles decides nothing.
+/// Random numbers of thermal surfaces. The stream of a contact depends on the particle and the number of its
+/// contacts so far, and not on the order of contacts of different particles.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct SurfaceRandom {
     pub stream: Random,
-    /// Contacts with thermal surfaces so far.
+    /// Number of contacts with thermal surfaces so far.
     pub contacts: Vec<u32>,
 }
 
@@ -46,8 +46,8 @@ impl SurfaceRandom {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts contacts with surfaces: of those without a limited extent, except for those that `is_near` leaves out, and of features that come before
-    /// what is foreseen.
+    /// Predicts contacts with surfaces: unbounded ones, except those that `is_near` excludes, and features
+    /// that come before the present prediction.
     #[inline]
     pub(in crate::engine) fn predict_surfaces(
         &self,
@@ -66,7 +66,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts contacts with features that come before what is foreseen. They have to be looked for again whenever the transition comes later than it was.
+    /// Predicts contacts with features that come before the present prediction. This has to be repeated
+    /// whenever the transition is postponed.
     #[inline(never)] // walls alone, as most scenes have them, stand in the prediction
     pub(in crate::engine) fn predict_features(&self, me: &Streamed, prediction: &mut Prediction) {
         let flight = self.flight(me);
@@ -88,7 +89,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Whether surfaces have images in a periodic box. A particle that crosses a periodic side meets other images.
+    /// Whether surfaces have images in a periodic box. A particle that crosses a periodic side then meets
+    /// other images.
     pub(in crate::engine) fn has_images_of_surfaces(&self) -> bool {
         !self.sources.surfaces.of_scene().is_empty()
     }
@@ -108,14 +110,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// A particle as a surface sees it.
+    /// The flight of a particle, in the form that surfaces need.
     #[inline]
     pub(in crate::engine) fn flight<'a>(&self, me: &'a Streamed) -> Flight<'a> {
         let radius = self.pairs.rules.species[usize::from(self.row(me.id))].radius;
         Flight { position: &me.position, velocity: &me.velocity, acceleration: &me.acceleration, radius }
     }
 
-    /// A particle reaches a surface.
+    /// Executes a contact with a surface.
     pub(in crate::engine) fn execute_surface(
         &mut self,
         i: u32,
@@ -181,13 +183,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let after = at.outwards(shape.with_normal_speed(&at.position, &scaled, speed));
         let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
-        // A surface at rest does no work; a moving one does the work that particles gain and lose.
+        // A surface at rest does no work. A moving one does the work that particles gain or lose.
         let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
         Change { supplied, dissipated, ..change }
     }
 
-    /// A particle leaves a surface with a velocity from the flux of a gas of its temperature: its normal component has the density
-    /// `(m v / T) exp(- m v^2 / 2 T)`, the others are normal.
+    /// A particle leaves a surface with a velocity from the flux of a gas at its temperature. The normal
+    /// component has the density `(m v / T) exp(- m v^2 / 2 T)`, the others are normal.
     fn draw_from_surface(&mut self, i: u32, at: &Touching, temperature: f64) -> Result<Change, InvariantBroken> {
         let inverse_mass = self.inverse_mass(i);
         let width = (temperature * inverse_mass).sqrt();
@@ -203,7 +205,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// A particle at a surface, in the frame of that.
+/// A particle at a surface, in the frame of the surface.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Touching {
     pub shape: Shape,
@@ -216,21 +218,21 @@ pub(in crate::engine) struct Touching {
 }
 
 impl Touching {
-    /// A direction in space.
+    /// Converts a direction to the frame of space.
     #[inline]
     fn in_space(&self, direction: &Vector) -> Vector {
         self.moment.as_ref().map_or(*direction, |moment| moment.pose.direction(direction))
     }
 
-    /// The acceleration of a particle as the surface sees it.
+    /// The acceleration of a particle in the frame of the surface.
     #[inline]
     fn acceleration(&self, velocity: &Vector, acceleration: Vector) -> Vector {
         let seen = |moment: &Moment| moment.acceleration_seen(&self.place, velocity, &acceleration);
         self.moment.as_ref().map_or(acceleration, seen)
     }
 
-    /// The velocity in space of one that the surface sees, rounded away from it in the numbers that prediction will see, as
-    /// [`super::super::contact::law`] does for pairs.
+    /// Converts a velocity to the frame of space, and rounds it away from the surface in the numbers that
+    /// prediction will see, as [`super::super::contact::law`] does for pairs.
     #[inline]
     fn outwards(&self, seen: Vector) -> Vector {
         let mut velocity = self.moment.as_ref().map_or(seen, |moment| moment.velocity_of(&self.place, &seen));
@@ -239,7 +241,7 @@ impl Touching {
         }
         let mut change = f64::EPSILON * velocity.amax().max(f64::MIN_POSITIVE);
         let normal = self.in_space(&self.shape.normal(&self.position));
-        // 52 doublings take a float's spacing to the float itself.
+        // After 52 doublings, the spacing of a float is as large as the float.
         for _ in 0..52 {
             velocity += normal * change;
             if !self.is_closing(&velocity) {
@@ -250,7 +252,7 @@ impl Touching {
         velocity
     }
 
-    /// Whether a velocity in space brings the particle further in.
+    /// Whether a velocity in the frame of space moves the particle into the surface.
     #[inline]
     fn is_closing(&self, velocity: &Vector) -> bool {
         match &self.moment {

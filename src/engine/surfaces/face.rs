@@ -1,4 +1,4 @@
-//! Flat faces with three sides, met from both sides of their plane.
+//! Flat triangular faces, which are met from both sides.
 
 use super::{Flight, Surface};
 use crate::Vector;
@@ -8,22 +8,22 @@ use crate::physics::detection::never::{self, Doubt};
 use crate::physics::detection::stretch::Parabola;
 use crate::physics::motion::RelativeState;
 
-/// A triangle without its edges and corners, which are surfaces of their own.
+/// A triangle without its edges and corners, which are separate surfaces.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Face {
-    /// Its corners, counterclockwise seen from where the normal points to `[length]`.
+    /// Its corners, counterclockwise as seen from the tip of the normal `[length]`.
     pub corners: [Vector; 3],
     /// The unit normal.
     pub normal: Vector,
-    /// For the side from each corner to the next, the unit vector into the face along it.
+    /// For each side, the unit vector in the plane that points into the face, normal to the side.
     pub inwards: [Vector; 3],
-    /// Whether positions on a side are taken from its second end: two flat faces take those of a common one from the same end, so that they never both miss
-    /// a foot.
+    /// Whether positions along a side are measured from its second end. Two coplanar faces use the same end
+    /// of their common side, so that no foot is missed by both.
     pub from_second: [bool; 3],
 }
 
 impl Face {
-    /// The point that a side's extent is taken from.
+    /// The end from which positions along a side are measured.
     #[inline]
     fn end(&self, side: usize) -> &Vector {
         &self.corners[(side + usize::from(self.from_second[side])) % 3]
@@ -42,12 +42,12 @@ impl Face {
         self.normal.dot(&(position - self.corners[0]))
     }
 
-    /// Whether the foot of a position is on the face, its sides included.
+    /// Whether the foot of a position is on the face, sides included.
     fn holds(&self, position: &Vector) -> bool {
         (0..3).all(|side| self.inwards[side].dot(&(position - self.end(side))) >= 0.0)
     }
 
-    /// The side of the plane on which a position is: 1 where the normal points to, else -1.
+    /// The side of the plane on which a position is: 1 at the tip of the normal, otherwise -1.
     #[inline]
     fn side(&self, position: &Vector) -> f64 {
         if self.height(position) < 0.0 { -1.0 } else { 1.0 }
@@ -83,7 +83,7 @@ impl Surface for Face {
         feature::face(&height, flight.radius, &self.extents(flight))
     }
 
-    /// By its plane, on the side where the particle is, or by a sphere around it.
+    /// By the plane, on the particle's side, or by a bounding sphere.
     fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
         doubt.position += Doubt::of(self.terms(flight.position), 0.0).position;
         let sign = self.side(flight.position);
@@ -120,7 +120,7 @@ impl Surface for Face {
         position.lp_norm(1) + self.corners[0].lp_norm(1)
     }
 
-    /// Faces have a limited extent, and are found by it.
+    /// Faces are bounded and are found by the tree.
     fn is_near(&self, _: &Grid, _: u32, _: f64) -> bool {
         true
     }

@@ -1,7 +1,8 @@
 //! From the shapes of a scene to features: the faces, edges and corners of a mesh, and their images in a periodic box.
 //!
-//! A sphere meets the mesh where the first of its features says. Edges between faces in one plane are no features: they can never be met first. The two faces
-//! then decide on which side of such an edge a foot lies by one expression of opposite sign, so that no foot is on neither.
+//! A sphere meets the mesh at the time of its first feature. Edges between coplanar faces are no features,
+//! because they are never met first. The two faces decide by one expression, with opposite signs, on which
+//! side of such an edge a foot lies, so that it is never on neither.
 
 use super::Shape;
 use super::face::Face;
@@ -12,12 +13,13 @@ use crate::model::space::Space;
 use crate::model::triangle_mesh::EdgeUse;
 use crate::model::{SurfaceShape, TriangleMesh};
 
-/// Sine of the angle of two faces below which their common edge is flat. The faces of larger ones would differ from the edge's cylinder by less than a
-/// billionth of their size; that much a sphere jumps where it comes from one onto the other.
+/// Sine of the angle of two faces below which their common edge is flat. At this angle, the faces differ from
+/// the edge's cylinder by less than a billionth of their size, and a sphere jumps by at most that when it
+/// rolls from one onto the other.
 const FLAT: f64 = 1e-9;
 
-/// Calls `visit` with the features of a shape and their numbers, and with those of its periodic images that reach into the box or a half period beyond: there
-/// particles may be before they are brought back.
+/// Calls `visit` with the features of a shape and their numbers, and with their periodic images that reach
+/// into the box or up to half a period beyond it, where particles may be before they are wrapped.
 pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: impl FnMut(Shape, u32)) {
     let is_periodic = space.periods().iter().any(|period| period.is_finite());
     let mut all = Vec::new();
@@ -44,7 +46,7 @@ pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: im
                 shape.moved(&by)
             };
             let Some([start, end]) = shape.span(axis) else { continue };
-            // One that is longer than the box has more images.
+            // A feature longer than the box has more images.
             let first = ((lower - end) / period).ceil();
             let last = ((upper - start) / period).floor();
             let mut periods = first;
@@ -61,7 +63,7 @@ pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: im
 }
 
 impl Shape {
-    /// The shape elsewhere.
+    /// The shape, translated.
     fn moved(&self, by: &Vector) -> Self {
         match *self {
             Self::Wall(wall) => Self::Wall(wall),
@@ -71,7 +73,8 @@ impl Shape {
         }
     }
 
-    /// Where it begins and ends along an axis, if it has images there: what is met from inside has none, nor has what has no end along it.
+    /// Its extent along an axis, if it has images there. Shapes met from inside and shapes without an end
+    /// along the axis have none.
     fn span(&self, axis: usize) -> Option<[f64; 2]> {
         let corners = match self {
             Self::Round(round) if !round.is_inside => round.around(),
@@ -104,7 +107,7 @@ fn for_each(shape: &SurfaceShape, visit: &mut dyn FnMut(Shape)) {
     }
 }
 
-/// A line between two ends, without them.
+/// A line segment, without its ends.
 fn segment([start, end]: &[Vector; 2], radius: f64) -> Option<Shape> {
     let along = end - start;
     let axis = along.try_normalize(0.0)?;
@@ -122,7 +125,8 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         uses[0].ends.iter().for_each(|vertex| is_corner[*vertex as usize] = true);
     }
     faces.into_iter().flatten().map(Shape::Face).for_each(&mut *visit);
-    // A triangle with two equal corners is a line, and with three a point; where other triangles have them, they are there already.
+    // A triangle with two equal corners is a line, and with three a point. If other triangles have them as
+    // well, they are already included.
     let mut needles: Vec<[u32; 2]> = mesh.triangles.iter().filter_map(needle).collect();
     if !needles.is_empty() {
         let mut is_used = vec![false; mesh.vertices.len()];
@@ -147,19 +151,21 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         .for_each(visit);
 }
 
-/// The ends of a triangle with two or three equal corners, the smaller number first; none of another one.
+/// The ends of a triangle with two or three equal corners, the smaller number first; `None` for other
+/// triangles.
 fn needle(&[a, b, c]: &[u32; 3]) -> Option<[u32; 2]> {
     let is_one = a == b || b == c || c == a;
     is_one.then(|| [a.min(b).min(c), a.max(b).max(c)])
 }
 
-/// Whether the faces on both sides of an edge are in one plane; the two then share how they look at it.
+/// Whether the faces at both sides of an edge are coplanar. If so, they are set to measure positions along it
+/// in the same way.
 fn make_flat(uses: &[EdgeUse], mesh: &TriangleMesh, faces: &mut [Option<Face>]) -> bool {
     let &[one, other] = uses else { return false };
     let [(one, side), (other, other_side)] = [one, other].map(|of| {
         let triangle = of.triangle as usize;
         let numbers = mesh.triangles[triangle];
-        // Two of three vertices are the ends: the side begins at the one that comes first, going round.
+        // Two of the three vertices are the ends. The side begins at the first of them in cyclic order.
         let is_side = |side: &usize| of.ends.contains(&numbers[*side]) && of.ends.contains(&numbers[(side + 1) % 3]);
         (triangle, [0, 1, 2].into_iter().find(is_side).unwrap_or_default())
     });
@@ -174,9 +180,10 @@ fn make_flat(uses: &[EdgeUse], mesh: &TriangleMesh, faces: &mut [Option<Face>]) 
     true
 }
 
-/// The face of a triangle; none for one without an area.
+/// The face of a triangle; `None` if it has no area.
 ///
-/// Its normal is across its longest side, and the direction into it across that as well, so that the errors of a sliver turn it about its long side.
+/// The normal is perpendicular to the longest side, and so is the direction into the face. The errors of a
+/// sliver thus only turn it about its long side.
 fn face((triangle, corners): (&[u32; 3], [Vector; 3])) -> Option<Face> {
     let along = |side: usize| corners[(side + 1) % 3] - corners[side];
     let longest = (0..3).max_by(|a, b| along(*a).norm_squared().total_cmp(&along(*b).norm_squared()))?;
@@ -192,7 +199,7 @@ fn face((triangle, corners): (&[u32; 3], [Vector; 3])) -> Option<Face> {
     for (side, inwards) in inwards.iter_mut().enumerate() {
         *inwards = if side == longest { w } else { normal.cross(&along(side)).try_normalize(0.0)? };
     }
-    // From the same end as the face on the other side.
+    // Measured from the same end as in the face on the other side.
     let from_second = [0, 1, 2].map(|side: usize| triangle[side] > triangle[(side + 1) % 3]);
     Some(Face { corners, normal, inwards, from_second })
 }

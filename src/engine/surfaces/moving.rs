@@ -1,8 +1,10 @@
-//! Surfaces that move: when a particle comes to one of their features.
+//! Moving surfaces: the time at which a particle reaches one of their features.
 //!
-//! All is asked in the frame of the surface. Where that accelerates evenly, distances are the polynomials of surfaces at rest. Where it oscillates or turns
-//! they are not, and contacts are found by conservative advancement: with a bound `|f''| <= M` no root of the overlap function lies within
-//! `h = (f' + sqrt(f'^2 + 2 M f)) / M` of a time, and steps by `h` come to the first root from the valid side and never pass one (theory, section 7).
+//! Everything is computed in the frame of the surface. If it accelerates uniformly, distances are
+//! polynomials, as for surfaces at rest. If it oscillates or turns they are not, and contacts are found by
+//! conservative advancement: with a bound `|f''| <= M`, the overlap function has no root within `h = (f' +
+//! sqrt(f'^2 + 2 M f)) / M` of a time. Steps by `h` reach the first root from the valid side and never pass
+//! one (theory, section 7).
 
 use super::tree::Tree;
 use super::{Flight, Placed, Surface};
@@ -14,34 +16,34 @@ use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Steps of the search for one contact, before it is gone on with later.
+/// Maximum number of steps in the search for one contact, before it is continued later.
 const MOST_STEPS: u32 = 1_000;
 
-/// Intervals of one search, before it is gone on with later.
+/// Maximum number of intervals of one search, before it is continued later.
 const MOST_INTERVALS: u32 = 200;
 
-/// Longest time for which bounds of distances and rates are taken, as a part of a period.
+/// Longest interval for bounds of distances and rates, as a fraction of a period.
 const SHARE: f64 = 0.125;
 
 thread_local! {
-    /// Steps of all searches of this thread.
+    /// Number of steps of all searches of this thread.
     static STEPS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Steps of all searches of this thread so far: what contacts with surfaces that oscillate or turn have cost, where a number of events or transitions does not
-/// say it.
+/// Number of steps of all searches of this thread so far. They measure the cost of contacts with surfaces
+/// that oscillate or turn, which numbers of events or transitions do not.
 pub(crate) fn search_steps() -> u64 {
     STEPS.get()
 }
 
-/// A surface that moves: its features are a range of all, with their own tree, as they are before it moves.
+/// A moving surface. Its features are a range of all features with their own tree, in their initial place.
 #[derive(Debug, Clone)]
 pub(super) struct Moving {
     pub timeline: Timeline,
     pub features: Range<usize>,
-    /// Features of no limited extent.
+    /// Unbounded features.
     pub unlimited: Range<usize>,
-    /// Where the others are.
+    /// The tree of the bounded features.
     pub tree: Option<Tree>,
 }
 
@@ -50,11 +52,11 @@ pub(super) struct Moving {
 pub(crate) enum Found {
     /// A contact with a feature, after a time from now `[time]`.
     Contact(u32, f64),
-    /// None up to a time from now, at which it has to be gone on with `[time]`.
+    /// No contact before a time from now, at which the search must be continued `[time]`.
     NoneUntil(f64),
 }
 
-/// A flight beside a surface that moves, from a simulated time on.
+/// A flight beside a moving surface, from a simulated time on.
 #[derive(Debug, Clone, Copy)]
 struct Passage<'a> {
     flight: &'a Flight<'a>,
@@ -62,19 +64,19 @@ struct Passage<'a> {
     piece: &'a Piece,
 }
 
-/// A flight in the frame of a surface after a time, with bounds on it for some time from then.
+/// A flight in the frame of a surface after a time, with bounds for an interval that begins then.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     position: Vector,
     /// Bounds of the speed and of the acceleration `[length / time]`, `[length / time^2]`.
     speed: f64,
     acceleration: f64,
-    /// Bound of the path, also over many periods `[length]`.
+    /// Bound of the path length, even over many periods `[length]`.
     path: f64,
 }
 
 impl Moving {
-    /// The next contact of a sphere before a time from now has passed, with the features that it meets; those are at `all`.
+    /// The next contact of a sphere before a time from now, among the features at `all`.
     pub fn next_contact(
         &self,
         all: &[Placed],
@@ -94,12 +96,13 @@ impl Moving {
             if found.is_some() || end >= horizon {
                 return found;
             }
-            // Rounding may leave the end of a piece within it.
+            // Rounding may put the end of a piece inside it.
             after = if end > after { end } else { after + 2.0 * f64::EPSILON * (now.abs() + after.abs()) };
         }
     }
 
-    /// Calls `visit` for the features that may be met within a distance of a place, in the frame of the surface.
+    /// Calls `visit` for the features that may be met within a distance of a place, in the frame of the
+    /// surface.
     pub fn for_each_within(
         &self,
         all: &[Placed],
@@ -109,14 +112,14 @@ impl Moving {
     ) {
         let around = Vector::repeat((reach + radius) * (1.0 + 1e-6) + 1e-12 * position.amax());
         self.for_each_in(all, &[position - around, position + around], |index, placed| {
-            // A plane that the sphere overlaps counts, however far it is behind.
+            // A plane that the sphere overlaps counts, at any depth.
             if !self.unlimited.contains(&(index as usize)) || placed.shape.gap(position, radius) <= reach {
                 visit(index, placed);
             }
         });
     }
 
-    /// Calls `visit` for the features that may reach into a box, and all of no limited extent.
+    /// Calls `visit` for the features that may reach into a box, and for all unbounded ones.
     fn for_each_in(&self, all: &[Placed], within: &[Vector; 2], mut visit: impl FnMut(u32, &Placed)) {
         for (index, placed) in (0..).zip(all).skip(self.unlimited.start).take(self.unlimited.len()) {
             visit(index, placed);
@@ -129,7 +132,7 @@ impl Moving {
         });
     }
 
-    /// The first contact in a piece in which overlap functions are polynomials.
+    /// The first contact in an interval where overlap functions are polynomials.
     fn solve(
         &self,
         all: &[Placed],
@@ -153,7 +156,7 @@ impl Moving {
         found
     }
 
-    /// The first contact in a piece in which they are not.
+    /// The first contact in an interval where overlap functions are not polynomials.
     fn search(
         &self,
         all: &[Placed],
@@ -167,7 +170,7 @@ impl Moving {
         found
     }
 
-    /// The search in intervals in which the flight comes near to few features, which counts its steps.
+    /// The search, interval by interval, among the few features near the flight. It counts its steps.
     fn search_in_intervals(
         &self,
         all: &[Placed],
@@ -224,7 +227,7 @@ impl Passage<'_> {
         self.piece.at(self.now + after)
     }
 
-    /// The longest interval for which bounds are of use `[time]`.
+    /// The longest interval with useful bounds `[time]`.
     fn longest(&self) -> f64 {
         match self.piece.kind {
             Some(MotionKind::Oscillation { frequency, .. } | MotionKind::Rotation { frequency, .. }) => {
@@ -234,7 +237,7 @@ impl Passage<'_> {
         }
     }
 
-    /// The flight as the surface sees it after a time, with bounds for an interval from then on.
+    /// The flight in the frame of the surface after a time, with bounds for an interval that begins then.
     fn seen(&self, after: f64, interval: f64) -> Seen {
         let (position, velocity) = self.state(after);
         let moment = self.moment(after);
@@ -259,7 +262,7 @@ impl Passage<'_> {
         Seen { position: seen_position, speed, acceleration, path }
     }
 
-    /// The first contact with one feature between two times from now, for which `seen` holds bounds.
+    /// The first contact with a feature between two times from now; `seen` holds bounds for this interval.
     fn advance(
         &self,
         (index, placed): (u32, &Placed),

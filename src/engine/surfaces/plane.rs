@@ -6,17 +6,17 @@ use crate::engine::neighbours::grid::Grid;
 use crate::physics::detection::{never, plane};
 use never::Doubt;
 
-/// A plane `n . x = at`; particles are where `n . x` is larger.
+/// A plane `n . x = at`. Particles are on the side where `n . x` is larger.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Plane {
     /// The unit normal `n`, towards the particles.
     normal: Vector,
-    /// `[length]`
+    /// Distance of the plane from the origin along the normal `[length]`.
     at: f64,
 }
 
 impl Plane {
-    /// The plane through a point, with a direction towards the particles; none if that has no direction.
+    /// The plane through a point; `direction` points to the particles. `None` if it is zero.
     pub fn through(point: &Vector, direction: &Vector) -> Option<Self> {
         let normal = direction.try_normalize(0.0)?;
         Some(Self { normal, at: normal.dot(point) })
@@ -55,14 +55,14 @@ impl Surface for Plane {
         self.normal.component_mul(position).lp_norm(1) + self.at.abs()
     }
 
-    /// The corner of the cell that is deepest behind the plane.
+    /// Tests the corner of the cell that is deepest behind the plane.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
         let [lower, upper] = grid.bounds(cell);
         let least = |k: usize| match self.normal[k] {
             0.0 => 0.0,
             n => (n * lower[k]).min(n * upper[k]),
         };
-        // Rounding may leave a particle a little outside of its cell.
+        // Rounding may put a particle slightly outside its cell.
         let margin = radius + 1e-6 * (radius + self.at.abs());
         least(0) + least(1) + least(2) - self.at <= margin
     }

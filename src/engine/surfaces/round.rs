@@ -1,4 +1,5 @@
-//! Surfaces around a point or a line, whole or between two ends: spheres, cylinders, edges and corners, from outside or from inside.
+//! Round surfaces around a point or a line, infinite or between two ends: spheres, cylinders, edges and
+//! corners, met from outside or inside.
 
 use super::{Flight, Surface};
 use crate::Vector;
@@ -8,18 +9,18 @@ use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
-/// The places at a distance from a point or a line.
+/// The set of places at a given distance from a point or a line.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Round {
     /// The point, or one end of the line `[length]`.
     pub centre: Vector,
-    /// The direction of the line, of length 1; none for a point.
+    /// Unit vector along the line; `None` for a point.
     pub axis: Option<Vector>,
-    /// The length of the line; infinite for one without ends `[length]`.
+    /// The length of the line; infinite if it has no ends `[length]`.
     pub length: f64,
     /// The distance; zero for edges and corners `[length]`.
     pub radius: f64,
-    /// Whether particles are inside. A line has no ends then.
+    /// Whether particles are inside. A line then has no ends.
     pub is_inside: bool,
 }
 
@@ -35,13 +36,13 @@ impl Round {
         if self.is_inside { Side::Negative } else { Side::Positive }
     }
 
-    /// A vector without its part along the line.
+    /// The component of a vector perpendicular to the line.
     #[inline]
     fn across(&self, vector: &Vector) -> Vector {
         self.axis.map_or(*vector, |axis| across(&axis, vector))
     }
 
-    /// From the point or line to a position.
+    /// Vector from the point or line to a position.
     #[inline]
     fn apart(&self, position: &Vector) -> Vector {
         self.across(&(position - self.centre))
@@ -51,7 +52,7 @@ impl Round {
         self.axis.is_some() && self.length.is_finite()
     }
 
-    /// Whether the foot of a position is on the line, its ends included.
+    /// Whether the foot of a position is on the line, ends included.
     fn holds(&self, position: &Vector) -> bool {
         !self.has_ends()
             || self.axis.is_none_or(|axis| (0.0..=self.length).contains(&axis.dot(&(position - self.centre))))
@@ -61,14 +62,14 @@ impl Round {
         RelativeState { position: flight.position - self.centre, velocity: *flight.velocity }
     }
 
-    /// A box around it, infinite where it has no ends.
+    /// Its bounding box, infinite along directions without an end.
     pub fn around(&self) -> [Vector; 2] {
         let [lower, upper] = self.bounds();
         let around = Vector::repeat(self.radius);
         [lower - around, upper + around]
     }
 
-    /// A box around the point or line, infinite where it has no ends.
+    /// The bounding box of the point or line, infinite along directions without an end.
     fn bounds(&self) -> [Vector; 2] {
         let Some(axis) = self.axis else { return [self.centre; 2] };
         let reach = |n: f64| if n == 0.0 { 0.0 } else { n * self.length };
@@ -91,7 +92,8 @@ impl Surface for Round {
         self.apart(position).try_normalize(0.0).map_or(Vector::zeros(), |normal| normal * sign)
     }
 
-    /// Along the unnormalised line of centres: a unit vector from a square root is too long in the mean, and would heat a gas.
+    /// Uses the line of centres without normalization. A unit vector from a square root is too long on
+    /// average and would heat a gas.
     fn with_normal_speed(&self, position: &Vector, velocity: &Vector, speed: f64) -> Vector {
         let apart = self.apart(position);
         let squared = apart.norm_squared();
@@ -125,7 +127,7 @@ impl Surface for Round {
     }
 
     fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
-        // A particle inside meets it, unless it rests.
+        // A particle inside will meet it, unless it is at rest.
         let rests = *flight.velocity == Vector::zeros() && *flight.acceleration == Vector::zeros();
         if self.is_inside || rests {
             return rests;
@@ -138,7 +140,7 @@ impl Surface for Round {
             return never::inertial(&state, &doubt, contact);
         }
         let push = self.across(flight.acceleration);
-        // Along the line, an acceleration of rounding alone is no proof.
+        // An acceleration along the line that may be due to rounding proves nothing.
         push.norm() > 1e-9 * flight.acceleration.norm() && never::accelerated(&state, &push, &doubt, contact)
     }
 
@@ -149,7 +151,7 @@ impl Surface for Round {
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
         let [lower, upper] = grid.bounds(cell);
         if self.is_inside {
-            // Only the farthest corner matters; the extent along the line is unlimited.
+            // Only the farthest corner matters. The extent along the line is unlimited.
             return true;
         }
         let reach = (self.radius + radius) * (1.0 + 1e-6) + 1e-6 * self.centre.amax();
@@ -207,7 +209,7 @@ mod tests {
         assert_eq!(cavity.gap(&position, 1.0), 1.0);
         assert_eq!(cavity.normal(&position), -Vector::x());
         assert_eq!(cavity.with_normal_speed(&position, &velocity, 2.0), -velocity);
-        // Straight ahead along its axis nothing is met in a pipe.
+        // In a pipe, nothing is met straight ahead along the axis.
         let pipe = Round { axis: Some(Vector::x()), length: f64::INFINITY, ..cavity };
         assert_eq!(pipe.next_contact(&flight), None);
     }

@@ -1,4 +1,4 @@
-//! The surfaces of a scene: which there are, who meets them, and which are near.
+//! The surfaces of a scene: which exist, which species meet them, and which are near.
 
 use super::moving::{Found, Moving};
 use super::tree::Tree;
@@ -18,11 +18,11 @@ use std::sync::Arc;
 pub(crate) struct Placed {
     /// Number of the surface in events: for the walls of the box `2 axis + is_upper`, from [`FIRST_SURFACE`] on for those of the scene.
     pub number: u32,
-    /// Number among the features of the surface.
+    /// Index among the features of the surface.
     pub feature: u32,
     pub shape: Shape,
     pub law: Law,
-    /// Number among the surfaces that move, or [`AT_REST`].
+    /// Index among the moving surfaces, or [`AT_REST`].
     pub moving: u32,
 }
 
@@ -34,16 +34,16 @@ impl Placed {
     }
 }
 
-/// No surface that moves.
+/// Marks a surface that never moves.
 const AT_REST: u32 = u32::MAX;
 
-/// Largest number of triangles: with their edges, corners and periodic images they must fit in 32 bits.
+/// Largest number of triangles. With their edges, corners and periodic images they must fit in 32 bits.
 pub(crate) const MOST_FEATURES: usize = 1 << 26;
 
-/// Walls have the numbers below this one.
+/// Walls have lower numbers than this.
 pub(crate) const FIRST_SURFACE: u32 = 6;
 
-/// Parts of a scene that surfaces are made of, which a saved state has in their place.
+/// The parts of a scene from which surfaces are made. A saved state stores these instead.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Origin {
     space: Space,
@@ -53,23 +53,24 @@ struct Origin {
     surfaces: Vec<SceneSurface>,
     /// By row of the tables.
     species: Vec<SpeciesId>,
-    /// By surface, whether it is there now.
+    /// For each surface, whether it is present now.
     is_present: Vec<bool>,
 }
 
-/// The surfaces of a scene: those of no limited extent, walls first, then the features of others.
+/// The surfaces of a scene: unbounded ones with the walls first, then the features of others.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Stored", into = "Origin")]
 pub(crate) struct Surfaces {
     origin: Arc<Origin>,
     all: Arc<Vec<Placed>>,
-    /// Number of surfaces of unlimited extent.
+    /// Number of unbounded surfaces.
     unlimited: usize,
-    /// By surface of the scene and row of the species, whether the two meet; empty for a surface that all meet.
+    /// By surface of the scene and row of the species, whether the two meet; empty for a surface that all
+    /// species meet.
     meets: Vec<Vec<bool>>,
-    /// Where the others are, if there are any.
+    /// The tree of the bounded features, if there are any.
     tree: Option<Arc<Tree>>,
-    /// Surfaces that move: their features follow.
+    /// Moving surfaces. Their features come last.
     moving: Arc<Vec<Moving>>,
 }
 
@@ -89,7 +90,7 @@ impl From<Origin> for Surfaces {
         };
         let unlimited = all.len();
         let tree = (!limited.is_empty()).then(|| Arc::new(Tree::of(&mut limited, unlimited)));
-        // Without a copy of the features, which may be many.
+        // Avoids a copy of the features, which may be many.
         limited.splice(0..0, all);
         let mut all = std::mem::take(&mut limited);
         let mut moving = Vec::new();
@@ -107,7 +108,7 @@ impl From<Origin> for Surfaces {
     }
 }
 
-/// Parts that were read, and may be anything.
+/// Parts read from a file, not yet validated.
 #[derive(Deserialize)]
 #[serde(transparent)]
 struct Stored(Origin);
@@ -128,7 +129,7 @@ impl TryFrom<Stored> for Surfaces {
     }
 }
 
-/// Whether a mesh has no more images in a periodic box than features can be numbered.
+/// Whether the images of a mesh in a periodic box are few enough to be numbered.
 fn has_few_images(space: &Space, mesh: &TriangleMesh) -> bool {
     let images = |axis: usize| {
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -147,13 +148,13 @@ impl From<Surfaces> for Origin {
 }
 
 impl Surfaces {
-    /// The surfaces of a scene, for tables with rows of these species. Whatever asks which there are asks here.
+    /// The surfaces of a scene, for tables with rows of these species. All surfaces are created here.
     pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
         let stage = scene.run.first_stage();
         Self::of_parts((&scene.space, &scene.wall_temperatures, scene.start_time), &scene.surfaces, species, stage)
     }
 
-    /// The surfaces of the parts of a scene that are there in a stage.
+    /// The surfaces that are present in a stage, from the parts of a scene.
     pub fn of_parts(
         (space, temperatures, start_time): (&Space, &[[Option<f64>; 2]; 3], f64),
         surfaces: &[SceneSurface],
@@ -165,26 +166,26 @@ impl Surfaces {
         Self::from(Origin { space, temperatures: *temperatures, start_time, surfaces, species, is_present })
     }
 
-    /// By surface of the scene, whether it is there now; empty where all always are.
+    /// For each surface of the scene, whether it is present now; empty if all are always present.
     pub fn presence(&self) -> Vec<bool> {
         let come_and_go = self.origin.surfaces.iter().any(SceneSurface::comes_and_goes);
         if come_and_go { self.origin.is_present.clone() } else { Vec::new() }
     }
 
-    /// Surfaces of another stage; none if these are the same.
+    /// The surfaces of another stage; `None` if they are the same.
     pub fn in_stage(&self, stage: &str) -> Option<Self> {
         let is_present: Vec<bool> = self.origin.surfaces.iter().map(|surface| surface.is_in(stage)).collect();
         (is_present != self.origin.is_present).then(|| Self::from(Origin { is_present, ..(*self.origin).clone() }))
     }
 
-    /// Whether some are thermal, now or in another stage.
+    /// Whether some are thermal, in this stage or another.
     pub fn are_ever_thermal(&self) -> bool {
         let has_temperature = |surface: &SceneSurface| surface.law.temperature().is_some();
         self.all.iter().any(|placed| matches!(placed.law, Law::Thermal { .. }))
             || self.origin.surfaces.iter().any(has_temperature)
     }
 
-    /// Whether a contact with one that is there now loses energy.
+    /// Whether a contact with a surface that is present loses energy.
     pub fn dissipate(&self) -> bool {
         self.all.iter().any(|placed| matches!(placed.law, Law::Reflecting { restitution } if restitution < 1.0))
     }
@@ -199,43 +200,43 @@ impl Surfaces {
         &self.origin.surfaces
     }
 
-    /// All of them, each at the index that predictions name.
+    /// All surfaces and features. Their indices are those in predictions.
     #[cfg(test)]
     pub fn all(&self) -> &[Placed] {
         &self.all
     }
 
-    /// One of them.
+    /// The surface or feature at an index.
     #[inline]
     pub fn get(&self, index: u32) -> Option<&Placed> {
         self.all.get(index as usize)
     }
 
-    /// The name of a surface of the scene, by its number; empty for walls.
+    /// The name of a surface of the scene, by number; empty for walls.
     pub fn name(&self, number: u32) -> &str {
         let of_scene = number.checked_sub(FIRST_SURFACE);
         of_scene.and_then(|number| self.origin.surfaces.get(number as usize)).map_or("", |surface| &surface.name)
     }
 
-    /// Whether there are any.
+    /// Whether there are none.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
 
-    /// Whether there are features that need a search: features of limited extent, and moving surfaces.
+    /// Whether there are features that need a search: bounded features and moving surfaces.
     #[inline]
     pub fn has_features(&self) -> bool {
         self.tree.is_some() || !self.moving.is_empty()
     }
 
-    /// Where a surface is and how it moves at a simulated time, if it ever moves.
+    /// Position and motion of a surface at a simulated time, if it ever moves.
     #[inline]
     pub fn moment(&self, placed: &Placed, time: f64) -> Option<Moment> {
         self.moving.get(placed.moving as usize).map(|moving| moving.timeline.at(time))
     }
 
-    /// Calls `visit(pose, feature)` for all features of surfaces that move and that particles of a row meet.
+    /// Calls `visit(pose, feature)` for the features of moving surfaces that particles of a row meet.
     pub fn for_each_moving(&self, row: u16, time: f64, mut visit: impl FnMut(&Pose, &Placed)) {
         for moving in self.moving.iter() {
             let pose = moving.timeline.at(time).pose;
@@ -244,18 +245,19 @@ impl Surfaces {
         }
     }
 
-    /// Whether none moves any more from a simulated time on.
+    /// Whether no surface moves from a simulated time on.
     pub fn rest_from(&self, time: f64) -> bool {
         self.moving.iter().all(|moving| moving.timeline.rests_from(time))
     }
 
-    /// Number, among those of the scene, of the first surface that is moving at a simulated time.
+    /// Index, in the scene, of the first surface that is moving at a simulated time.
     pub fn moving_at(&self, time: f64) -> Option<u32> {
         let moving = self.moving.iter().find(|moving| moving.timeline.piece_at(time).kind.is_some())?;
         self.all.get(moving.features.start)?.number.checked_sub(FIRST_SURFACE)
     }
 
-    /// The next contact of a particle of a row with each of the surfaces that move, from a simulated time on, before a time from then has passed.
+    /// The next contacts of a particle of a row with each moving surface, from a simulated time on and before
+    /// the given duration has passed.
     pub fn next_moving_contacts(
         &self,
         flight: &Flight<'_>,
@@ -273,7 +275,7 @@ impl Surfaces {
         }
     }
 
-    /// Calls `visit(index, surface)` for the surfaces without a limited extent that particles of a row meet.
+    /// Calls `visit(index, surface)` for the unbounded surfaces that particles of a row meet.
     #[inline]
     pub fn for_each_unlimited(&self, row: u16, mut visit: impl FnMut(u32, &Placed)) {
         for (index, placed) in (0..).zip(&self.all[..self.unlimited]) {
@@ -283,7 +285,8 @@ impl Surfaces {
         }
     }
 
-    /// Calls `visit(index, feature)` for the features that may reach into a box and that particles of a row meet, in an order that is that of no box.
+    /// Calls `visit(index, feature)` for the features that may reach into a box and that particles of a row
+    /// meet. Their order does not depend on the box.
     #[inline]
     pub fn for_each_feature(&self, within: &[Vector; 2], row: u16, mut visit: impl FnMut(u32, &Placed)) {
         let Some(tree) = &self.tree else { return };
@@ -295,8 +298,8 @@ impl Surfaces {
         });
     }
 
-    /// Calls `visit(surface, position)` for all that a sphere at a position may touch or overlap at a simulated time, with the position in the frame of the
-    /// surface.
+    /// Calls `visit(surface, position)` for everything that a sphere at a position may touch or overlap at a
+    /// simulated time. The visited position is in the frame of the surface.
     pub fn for_each_near(
         &self,
         (position, radius): (&Vector, f64),
@@ -326,7 +329,7 @@ impl Surfaces {
     }
 }
 
-/// Adds the features of a surface of a scene to those without a limited extent, or to the others.
+/// Adds the features of a surface to the unbounded or the bounded ones.
 fn sort(
     (space, surface, number, moving): (&Space, &SceneSurface, u32, u32),
     unlimited: &mut Vec<Placed>,
@@ -342,7 +345,7 @@ fn sort(
     });
 }
 
-/// The walls of a box. Those with a temperature are thermal.
+/// The walls of a box. Walls with a temperature are thermal.
 fn walls(space: &Space, temperatures: &[[Option<f64>; 2]; 3]) -> Vec<Placed> {
     let mut walls = Vec::new();
     for (axis, boundary) in (0_u8..).zip(&space.boundary) {

@@ -1,39 +1,40 @@
-//! A tree of boxes around features: which of them may reach into a box.
+//! A tree of bounding boxes that finds the features that may reach into a box.
 //!
-//! A particle is asked for the features in the box that it sweeps until its prediction ends anyway. Trees need no more memory for long or thin
-//! features than for others, and know nothing of the cells of the particles, which are larger where those are few.
+//! The query box is the region that a particle sweeps until its prediction ends in any case. A tree needs no
+//! more memory for long or thin features than for others. It is independent of the particles' cells, which
+//! are large if there are few particles.
 
 use super::{Placed, Surface};
 use crate::Vector;
 use crate::base::numbers::id;
 
-/// Features of one leaf.
+/// Number of features in a leaf.
 const LEAF: usize = 4;
 
-/// A node: a box around features, those of a leaf or of the nodes that follow.
+/// A node: a bounding box of the features of a leaf, or of the nodes that follow.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     lower: Vector,
     upper: Vector,
-    /// The node to go on with where the box is not met: that behind all within it.
+    /// The node to continue with if the box is not hit: the one behind all nodes within it.
     next: u32,
-    /// The features of a leaf, by index; none of other nodes.
+    /// Index of the first feature of a leaf; a marker for other nodes.
     first: u32,
     count: u32,
 }
 
-/// The tree, each node before those within it.
+/// The tree. Each node comes before the nodes within it.
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    /// Corners of the boxes around the features, in their order.
+    /// Corners of the bounding boxes of the features, in their order.
     boxes: Vec<[Vector; 2]>,
-    /// Index of the first.
+    /// Index of the first feature.
     first: u32,
 }
 
 impl Tree {
-    /// Puts features in the order of a tree. The first of them gets the index `first`.
+    /// Sorts features into the order of a tree. The first gets the index `first`.
     pub fn of(features: &mut [Placed], first: usize) -> Self {
         let mut tree = Self { nodes: Vec::new(), boxes: Vec::new(), first: number(first) };
         tree.add(features);
@@ -41,7 +42,7 @@ impl Tree {
         tree
     }
 
-    /// Adds the nodes of some features, behind those there are.
+    /// Appends the nodes of some features.
     fn add(&mut self, features: &mut [Placed]) {
         let Some((first, rest)) = features.split_first() else { return };
         let [lower, upper] =
@@ -53,7 +54,7 @@ impl Tree {
         if is_leaf {
             self.first += number(count);
         } else {
-            // In the middle of the axis along which their middles are farthest apart.
+            // Split at the middle of the axis along which their centres are spread most.
             let middle = |placed: &Placed| bounds(placed)[0] + bounds(placed)[1];
             let [least, most] = features
                 .iter()
@@ -74,7 +75,7 @@ impl Tree {
         self.nodes[at].next = number(self.nodes.len());
     }
 
-    /// The longest diagonal of a box around all `[length]`.
+    /// The longest diagonal of a bounding box of all features `[length]`.
     pub fn size(&self) -> f64 {
         self.nodes.first().map_or(0.0, |root| (root.upper - root.lower).norm())
     }

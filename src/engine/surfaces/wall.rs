@@ -1,4 +1,4 @@
-//! Walls of the box: planes across an axis.
+//! Walls of the box: planes normal to an axis.
 
 use super::{Flight, Surface};
 use crate::Vector;
@@ -23,7 +23,7 @@ impl Wall {
         2 * u32::from(self.axis) + u32::from(self.is_upper)
     }
 
-    /// A vector's component into the box.
+    /// The component of a vector that points into the box.
     #[inline]
     fn inwards(&self, vector: &Vector) -> f64 {
         self.sign() * vector[usize::from(self.axis)]

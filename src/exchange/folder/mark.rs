@@ -1,4 +1,4 @@
-//! The file by which the folder of an exchange is known. It is locked as long as an exchange writes there.
+//! The file that marks the folder of an exchange. It is locked while an exchange writes to the folder.
 
 use std::fs::{self, File};
 use std::io::Write;
@@ -15,7 +15,7 @@ pub(super) fn is_there(folder: &Path) -> bool {
     plain::read(&folder.join(MARK), HEADER.len() as u64 + 1).is_ok_and(|bytes| bytes == HEADER.as_bytes())
 }
 
-/// Makes the folder, or opens that of an exchange, for this process alone.
+/// Creates the folder of an exchange or opens an existing one, and locks it for this process.
 pub(super) fn locked(path: &Path) -> Result<File, ExchangeFolderError> {
     plain::make_folder(path)?;
     let no_folder = |source| OutputError::Folder { path: path.to_owned(), source };

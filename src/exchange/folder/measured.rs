@@ -1,4 +1,5 @@
-//! The results of instruments of an exchange, as a run has them in its folder: those of a temperature as those of a stage.
+//! The results of instruments of an exchange, in the format of a run's folder: a temperature corresponds to a
+//! stage.
 
 use crate::analysis::instruments::Measured;
 use crate::exchange::TemperatureResult;
@@ -11,13 +12,13 @@ fn name_of(number: usize) -> String {
     format!("temperature-{number}")
 }
 
-/// Folders with the tables of each temperature, if there are any, each with `/` at its end.
+/// Folders with the tables of each temperature, if there are any, each with a trailing `/`.
 pub(super) fn folders(temperatures: usize) -> impl Iterator<Item = String> {
     let each = (1..=temperatures).map(|number| format!("{TABLES}/{}/", name_of(number)));
     std::iter::once(format!("{TABLES}/")).chain(each)
 }
 
-/// Measurements at each temperature; nothing where no instrument was asked for.
+/// Measurements at each temperature; empty if no instrument was requested.
 pub(super) fn measurements(results: &ExchangeResults) -> Measurements {
     let of_temperature = |(at, number): (&TemperatureResult, usize)| StageMeasured {
         name: name_of(number),
@@ -28,7 +29,7 @@ pub(super) fn measurements(results: &ExchangeResults) -> Measurements {
     Measurements { stages: if has_any { all } else { Vec::new() }, ..Measurements::default() }
 }
 
-/// Adds what was measured to results, from the text of its file.
+/// Adds the measurements in the text of their file to results.
 pub(super) fn read(text: &str, results: &mut ExchangeResults) -> Result<(), String> {
     let read: Measurements = serde_json::from_str(text).map_err(|error| error.to_string())?;
     let [found, expected] = [read.stages.len(), results.temperatures.len()];

@@ -8,7 +8,7 @@ use crate::exchange::curves::ThermalCurves;
 use crate::exchange::mean_force::MeanForce;
 use crate::exchange::{Exchange, ExchangeFolderError, tables};
 
-/// The heads of a table, and its other lines with their numbers.
+/// The header of a table, and its other lines with their numbers.
 fn lines(path: &Path) -> Result<(String, impl Iterator<Item = (usize, io::Result<String>)>), ExchangeFolderError> {
     let file = File::open(path).map_err(|source| read(path, source))?;
     let mut lines = BufReader::new(file).lines();
@@ -36,7 +36,7 @@ pub(super) fn places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64,
     lines.take(rows).step_by(every.max(1)).map(place).collect()
 }
 
-/// Curves from the energies of all rows, which are read twice, so that any number of them needs no more memory.
+/// Curves from the energies of all rows. The rows are read twice instead of kept in memory.
 pub(super) fn curves(path: &Path, exchange: &Exchange) -> Result<ThermalCurves, ExchangeFolderError> {
     ThermalCurves::of(exchange, |see| visit(path, exchange, |energies, measured| see(energies, measured)))
 }
@@ -48,14 +48,14 @@ pub(super) fn mean_force(path: &Path, exchange: &Exchange) -> Result<MeanForce, 
     MeanForce::of(exchange, |see| {
         visit(path, exchange, |_, measured| {
             distances.clear();
-            // The first of what is measured of each replica.
+            // The first of the quantities of each replica.
             distances.extend(measured.iter().step_by(each));
             see(&distances);
         })
     })
 }
 
-/// Hands out the energies of all rows, and what is measured with them.
+/// Visits the energies of all rows, and the quantities sampled with them.
 fn visit(path: &Path, exchange: &Exchange, mut see: impl FnMut(&[f64], &[f64])) -> Result<(), ExchangeFolderError> {
     let count = exchange.temperatures().len();
     let of_each = exchange.measured_names().len();

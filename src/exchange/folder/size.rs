@@ -21,7 +21,7 @@ impl ExchangeFolder {
         rows * NUMBER * (1.0 + (2.0 + measured) * temperatures) + of_frames
     }
 
-    /// Number of frames that the exchange of a scene will write, at all temperatures together.
+    /// Number of frames that the exchange of a scene will write at all temperatures.
     #[must_use]
     pub fn expected_frames(scene: &Scene) -> f64 {
         let Some(plan) = scene.exchange() else { return 0.0 };
@@ -30,7 +30,7 @@ impl ExchangeFolder {
         each as f64 * plan.replicas() as f64
     }
 
-    /// The reason if the exchange of a scene writes fewer frames than that of a smaller system.
+    /// The reason why the exchange of a scene writes fewer frames than planned, if it does.
     #[must_use]
     pub fn frames_limit(scene: &Scene) -> Option<&'static str> {
         let temperatures = scene.exchange()?.replicas();

@@ -20,7 +20,7 @@ fn plan(windows: &[[f64; 2]], interval: f64) -> ExchangePlan {
     }
 }
 
-/// Also while replicas are on their way into their windows.
+/// Includes the phase in which replicas are on their way into their windows.
 #[test]
 fn an_exchange_between_windows_goes_on_to_the_same_bits() {
     let mut parts = fluid(0.2, 12).into_parts();
@@ -64,7 +64,7 @@ fn pair(windows: &[[f64; 2]], attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// They begin farther apart than half a period, where nothing holds them.
+/// They begin farther apart than half a period, where the distance is not held.
 #[test]
 fn replicas_come_into_their_windows_and_stay() {
     let windows = [[1.0, 1.2], [1.1, 1.5], [1.4, 2.2], [2.0, 2.9]];
@@ -84,7 +84,7 @@ fn replicas_come_into_their_windows_and_stay() {
             let beyond = (distance - upper).max(lower - distance).max(0.0);
             assert_eq!(exchange.is_outside[place], beyond > 0.0);
             assert!(was_outside[place] || beyond == 0.0, "window {place}: {distance}");
-            // Once it is held, it comes nearer with every attempt, to within a tenth of a window.
+            // Once held, the distance approaches the window with every attempt, to within a tenth of it.
             if distance < 3.0 {
                 let most = farthest[place] + 0.1 * (upper - lower);
                 assert!(beyond <= most + 1e-12, "window {place}: {beyond} after {}", farthest[place]);
@@ -97,7 +97,7 @@ fn replicas_come_into_their_windows_and_stay() {
 
 #[test]
 fn a_window_that_no_replica_can_come_into_ends_the_exchange() {
-    // Not within a core, which a scene is refused for, but above a step that is as good as one.
+    // Not within a core, which a scene is rejected for, but above a step that is practically infinite.
     let mut parts = pair(&[[1.0, 1.9], [1.8, 2.2]], 10).into_parts();
     let cores = parts.interactions.iter_mut().filter(|it| it.potential.core().is_some());
     cores.for_each(|it| it.potential = Potential::penetrable(1.0, 500.0).unwrap());
@@ -111,7 +111,7 @@ fn a_window_that_no_replica_can_come_into_ends_the_exchange() {
     assert!(error.to_string().starts_with(&expected[..60]), "{error}");
 }
 
-/// Swaps change which replica is in a window, and nothing else.
+/// Swaps change only which replica is in a window.
 #[test]
 fn windows_with_and_without_swaps_have_the_same_potential_of_mean_force() {
     let windows = [[1.0, 1.5], [1.3, 2.0], [1.8, 2.6]];
@@ -140,7 +140,7 @@ fn windows_with_and_without_swaps_have_the_same_potential_of_mean_force() {
     };
     let without = MeanForce::of(&alone, visit).unwrap();
     assert!(with_swaps.points.len() >= 10 && with_swaps.points.len() == without.points.len());
-    // Differences of neighbouring bins, so that the zero of neither matters.
+    // Differences of neighbouring bins, which do not depend on the zero.
     for (a, b) in with_swaps.points.windows(2).zip(without.points.windows(2)) {
         let step = |pair: &[crate::exchange::MeanForcePoint]| {
             let of = |it: &crate::exchange::MeanForcePoint| it.potential_of_mean_force;

@@ -1,4 +1,4 @@
-//! Errors of files of meshes.
+//! Errors of mesh files.
 
 use std::fmt;
 
@@ -11,13 +11,13 @@ use crate::model::triangle_mesh::{LARGEST_COORDINATE, MOST_TRIANGLES};
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{name}: {problem}")]
 pub struct MeshFileError {
-    /// The file, as the caller names it.
+    /// The file, as named by the caller.
     pub name: String,
     /// The mistake in it.
     pub problem: MeshFileProblem,
 }
 
-/// Place in a file.
+/// Position in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
     /// Line of a text, from 1.
@@ -35,7 +35,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Mistake in a file of a mesh.
+/// A mistake in a mesh file.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshFileProblem {
@@ -47,13 +47,13 @@ pub enum MeshFileProblem {
         /// The extension.
         extension: String,
     },
-    /// No bytes, or nothing but blanks.
+    /// No bytes, or only blanks.
     #[error("the file is empty: expected a mesh; export it again")]
     Empty,
-    /// Text of two bytes a character.
+    /// Text with two bytes per character.
     #[error("the file is text in UTF-16: expected UTF-8 or ASCII; save it in that encoding")]
     Utf16,
-    /// Whole, but without triangles.
+    /// A complete file without triangles.
     #[error("the file has no triangle: expected at least one {expected}; export a surface, not points or lines")]
     NoTriangle {
         /// The part of the format that holds a triangle.
@@ -67,7 +67,7 @@ pub enum MeshFileProblem {
         /// Length of the file `[bytes]`.
         found: usize,
     },
-    /// The header of binary STL announces another number of triangles than the file holds.
+    /// The number of triangles in the header of a binary STL file does not fit the length of the file.
     #[error(
         "the header announces {triangles} triangles: expected {expected} bytes, found {found}, enough for {}; the file is damaged or cut off, copy or export it again",
         found.saturating_sub(84) / 50
@@ -83,23 +83,23 @@ pub enum MeshFileProblem {
     /// More triangles than a mesh can have.
     #[error("{place}: expected {MOST_TRIANGLES} triangles at most; export a coarser mesh")]
     TooManyTriangles {
-        /// The first triangle that is too much.
+        /// The first triangle above the limit.
         place: Place,
     },
-    /// A coordinate that is NaN, infinite or absurdly large.
+    /// A coordinate that is NaN, infinite or too large.
     #[error(
         "{place}: coordinate is `{found}`, expected a finite number of magnitude {LARGEST_COORDINATE:e} at most; repair the mesh, or export it again"
     )]
     Coordinate {
-        /// Where.
+        /// The position.
         place: Place,
         /// The coordinate.
         found: String,
     },
-    /// A word that does not belong there.
+    /// An unexpected word.
     #[error("line {line}: found `{found}`, expected {expected}; export the mesh again, or correct the line")]
     Unexpected {
-        /// Where, from 1.
+        /// The line, from 1.
         line: usize,
         /// The word, shortened.
         found: String,
@@ -117,7 +117,7 @@ pub enum MeshFileProblem {
     /// A face has fewer corners than a triangle.
     #[error("line {line}: the face has {found} corners, expected 3 or more; export lines as `l`, or correct the line")]
     Corners {
-        /// Where, from 1.
+        /// The line, from 1.
         line: usize,
         /// The number of corners.
         found: usize,
@@ -125,7 +125,7 @@ pub enum MeshFileProblem {
     /// A face of more than three corners cannot be cut into triangles.
     #[error("line {line}: the face of {corners} corners {problem}; export the mesh in triangles, or repair the face")]
     Polygon {
-        /// Where, from 1.
+        /// The line, from 1.
         line: usize,
         /// The number of corners.
         corners: usize,
@@ -137,17 +137,17 @@ pub enum MeshFileProblem {
         "line {line}: the face refers to vertex {found}, expected 1 to {vertices}, or -{vertices} to -1; the file is damaged or cut off, export it again"
     )]
     Index {
-        /// Where, from 1.
+        /// The line, from 1.
         line: usize,
         /// The number of the vertex.
         found: i64,
-        /// Number of vertices that a face here can refer to.
+        /// Number of vertices to which a face can refer here.
         vertices: usize,
     },
 }
 
 impl MeshFileError {
-    /// Where the mistake is, if it is at one place.
+    /// The position of the mistake, if it has one.
     #[must_use]
     pub fn place(&self) -> Option<Place> {
         match self.problem {
@@ -162,7 +162,7 @@ impl MeshFileError {
     }
 }
 
-/// The beginning of a word, for a message: what is malformed may be long, or not text.
+/// The beginning of a word, for an error message. A malformed word may be long, or not text.
 pub(super) fn shorten(word: &[u8]) -> String {
     const LONGEST: usize = 40;
     let text = String::from_utf8_lossy(word.get(..4 * LONGEST).unwrap_or(word));

@@ -1,23 +1,25 @@
-//! Triangulation of a face: of a plane polygon that does not cross itself.
+//! Triangulation of a face: a plane polygon that does not cross itself.
 //!
-//! A fan about the first corner is right for each polygon that is seen as a whole from there, and so for each convex one. Others are cut
-//! by the ear clipping of the crate `earcut`, projected along the axis to which their normal is closest. Every corner stays a corner of a
-//! triangle, so that neighbouring faces keep their common edges.
+//! A fan around the first corner is right for every polygon that is completely visible from there, and
+//! therefore for every convex one. Others are cut by the ear clipping of the crate `earcut`, projected along
+//! the axis closest to their normal. Every corner stays a corner of a triangle, so that neighbouring faces
+//! keep their common edges.
 
 use thiserror::Error;
 
 use crate::Vector;
 
-/// A corner may be this part of the extent of its face away from the plane of the face: files have four digits or more.
+/// A corner may be this fraction of its face's extent away from the plane of the face. Files have four digits
+/// or more.
 const FLATNESS: f64 = 1e-3;
 
-/// Round-off of an area, as a part of the square of the extent: some ten operations on differences of coordinates.
+/// Round-off of an area, relative to the squared extent: about ten operations on differences of coordinates.
 const ROUNDING: f64 = 1e-13;
 
 /// Why a face cannot be cut into triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum PolygonProblem {
-    /// The corners are not in a plane, so that the face is no definite surface.
+    /// The corners are not in a plane, so that the face is not well defined.
     #[error("is not flat: a corner is {distance:.3e} away from its plane, expected at most {allowed:.3e}")]
     NotFlat {
         /// The largest distance of a corner from the plane `[length]`.
@@ -30,13 +32,13 @@ pub enum PolygonProblem {
     CrossesItself,
 }
 
-/// Cuts a polygon of `n` corners into `n - 2` triangles of numbers of corners, which have its orientation; none if that is the fan about
-/// the first corner.
+/// Cuts a polygon of `n` corners into `n - 2` triangles with its orientation, as indices of corners; `None`
+/// if these are the fan around the first corner.
 pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>, PolygonProblem> {
     let Some((&origin, rest)) = polygon.split_first() else { return Ok(None) };
     let extent = rest.iter().map(|corner| (corner - origin).amax()).fold(0.0, f64::max);
     let rounding = ROUNDING * extent * extent;
-    // By Newell's method; its length is twice the area that the outline encloses.
+    // By Newell's method. Its length is twice the enclosed area.
     let fan: Vec<Vector> = rest.windows(2).map(|pair| (pair[0] - origin).cross(&(pair[1] - origin))).collect();
     let normal: Vector = fan.iter().sum();
     if normal.norm() <= rounding {
@@ -56,7 +58,7 @@ pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>,
     clip_ears(polygon, &normal).map(Some)
 }
 
-/// Whether the fan about the first corner turns one way only, and less than once.
+/// Whether the fan around the first corner turns in one direction only, and by less than a full turn.
 fn is_seen_from_first(unit: &Vector, rest: &[Vector], origin: &Vector, fan: &[Vector], rounding: f64) -> bool {
     let sines = || fan.iter().map(|twice_area| unit.dot(twice_area));
     let cosines = rest.windows(2).map(|pair| (pair[0] - origin).dot(&(pair[1] - origin)));
@@ -66,7 +68,7 @@ fn is_seen_from_first(unit: &Vector, rest: &[Vector], origin: &Vector, fan: &[Ve
 
 /// Cuts by ear clipping.
 fn clip_ears(polygon: &[Vector], normal: &Vector) -> Result<Vec<[usize; 3]>, PolygonProblem> {
-    // Seen from the side to which the normal points, in two of the three coordinates.
+    // Seen from the tip of the normal, in two of the three coordinates.
     let across = normal.iamax();
     let (mut u, mut v) = ((across + 1) % 3, (across + 2) % 3);
     if normal[across] < 0.0 {
@@ -89,7 +91,7 @@ fn clip_ears(polygon: &[Vector], normal: &Vector) -> Result<Vec<[usize; 3]>, Pol
     if is_whole { Ok(triangles) } else { Err(PolygonProblem::CrossesItself) }
 }
 
-/// Divides triangles at corners of the polygon that lie on one of their edges, which ear clipping leaves out.
+/// Divides triangles at corners of the polygon that lie on their edges, which ear clipping leaves out.
 fn keep_corners(triangles: &mut Vec<[usize; 3]>, corners: usize) {
     let mut is_used = vec![false; corners];
     triangles.iter().flatten().for_each(|&corner| is_used[corner] = true);
@@ -171,10 +173,10 @@ mod tests {
     fn a_face_that_is_seen_from_its_first_corner_stays_a_fan() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         assert_eq!(triangulate(&tilted(&square)), Ok(None));
-        // Concave, but seen as a whole from the inner corner.
+        // Concave, but completely visible from the inner corner.
         let dart = [[0.0, 0.0], [2.0, -1.0], [0.0, 3.0], [-2.0, -1.0]];
         assert_eq!(triangulate(&tilted(&dart)), Ok(None));
-        // Two corners at one place, and all on a line.
+        // Two corners at one place, and all corners on a line.
         assert_eq!(triangulate(&tilted(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0]])), Ok(None));
         assert_eq!(triangulate(&tilted(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]])), Ok(None));
     }

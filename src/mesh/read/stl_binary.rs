@@ -1,5 +1,5 @@
-//! Binary STL: 80 bytes, the number of triangles, and 50 bytes for each. Some programs add a few bytes, which are passed over if they are
-//! fewer than a triangle has.
+//! Binary STL: 80 bytes, the number of triangles, and 50 bytes for each. Some programs append a few bytes,
+//! which are ignored if they are fewer than a triangle needs.
 
 use super::error::{MeshFileProblem, Place};
 use crate::Vector;
@@ -11,25 +11,25 @@ const HEADER: usize = 84;
 /// Length of a triangle `[bytes]`: normal, corners, attributes.
 const TRIANGLE: usize = 50;
 
-/// Length of the beginning of a file that is searched for bytes that no text has `[bytes]`.
+/// Length of the beginning of a file that is searched for bytes that never occur in text `[bytes]`.
 const PROBED: usize = 1024;
 
-/// Whether a file is binary STL, or nothing else that is known.
+/// Whether a file is binary STL, or of no other known format.
 ///
-/// Many programs begin the header of binary files with `solid`. Bytes of zero tell these from text, also where they are cut off:
-/// attributes are zero, and so is the last byte of a number of triangles below 2^24.
+/// Many programs begin the header of binary files with `solid`. Zero bytes distinguish these from text, even
+/// in truncated files: attributes are zero, and so is the last byte of a number of triangles below 2^24.
 pub(super) fn is_binary(content: &[u8]) -> bool {
     let text = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
     let is_solid = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     has_zeros(content) || !is_solid
 }
 
-/// Whether the beginning has zero bytes. Every binary file has some there, and no text has any.
+/// Whether the beginning contains zero bytes. Every binary file has some there, and text has none.
 fn has_zeros(content: &[u8]) -> bool {
     content.iter().take(PROBED).any(|byte| *byte == 0)
 }
 
-/// Number of triangles in the header.
+/// Number of triangles according to the header.
 fn announced(content: &[u8]) -> Option<u32> {
     content.get(HEADER - 4..).and_then(|rest| rest.first_chunk()).map(|bytes| u32::from_le_bytes(*bytes))
 }
@@ -39,7 +39,7 @@ fn length(triangles: u32) -> u64 {
     HEADER as u64 + TRIANGLE as u64 * u64::from(triangles)
 }
 
-/// Bytes behind the triangles of a whole file.
+/// Number of bytes after the triangles of a complete file.
 pub(super) fn extra(content: &[u8]) -> usize {
     let expected = announced(content).map_or(0, length);
     content.len().saturating_sub(usize::try_from(expected).unwrap_or(usize::MAX))
@@ -76,7 +76,7 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
 fn corners(record: &[u8; TRIANGLE], number: usize) -> Result<[Vector; 3], MeshFileProblem> {
     let mut corners = [Vector::zeros(); 3];
     let coordinates = corners.iter_mut().flat_map(|corner| corner.iter_mut());
-    // Twelve bytes of normal come before the corners.
+    // The normal, twelve bytes, precedes the corners.
     let (numbers, _) = record.as_chunks::<4>();
     for (coordinate, bytes) in coordinates.zip(numbers.iter().skip(3)) {
         *coordinate = f64::from(f32::from_le_bytes(*bytes));

@@ -1,11 +1,11 @@
-//! Text STL: solids of facets of one loop of three vertices, on lines of their own or all on one.
+//! Text STL: solids made of facets with one loop of three vertices, on separate lines or all on one.
 
 use super::error::{MeshFileProblem, Place};
 use super::words::{Word, Words};
 use crate::Vector;
 use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
 
-/// Reads a whole file, which may hold several solids; their names are passed over, in whichever encoding they are.
+/// Reads a whole file, which may contain several solids. Their names are ignored, in any encoding.
 pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     let mut words = Words::of(content);
     let mut welder = Welder::default();
@@ -32,7 +32,8 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     }
 }
 
-/// Passes over a name, up to the end of the line or to the first facet where the whole file is one line; whether there is a facet.
+/// Skips a name, up to the end of the line, or to the first facet if the whole file is one line. Returns
+/// whether there is a facet.
 fn skip_name(words: &mut Words<'_>) -> bool {
     let mut ahead = words.clone();
     while let Some(word) = ahead.next_on_line() {
@@ -45,7 +46,7 @@ fn skip_name(words: &mut Words<'_>) -> bool {
     false
 }
 
-/// Whether a word ends a part, in one word as `endloop` or in two as `end loop`.
+/// Whether a word ends a part, written as one word `endloop` or two, `end loop`.
 fn is_end(word: &Word<'_>, words: &mut Words<'_>, part: &str) -> bool {
     let is_part = |text: &[u8]| text.eq_ignore_ascii_case(part.as_bytes());
     if let Some((end, rest)) = word.text.split_at_checked(3)
@@ -61,11 +62,11 @@ fn is_end(word: &Word<'_>, words: &mut Words<'_>, part: &str) -> bool {
     false
 }
 
-/// Reads what follows `facet`.
+/// Reads the rest of a facet.
 fn facet(words: &mut Words<'_>) -> Result<[Vector; 3], MeshFileProblem> {
     keyword(words, "normal", "`normal`")?;
     for _ in 0..3 {
-        // Not a number in many files, where the area is zero.
+        // Many files have NaN here if the area is zero.
         next(words, "a component of the normal")?;
     }
     keyword(words, "outer", "`outer` behind three components of the normal")?;
@@ -87,13 +88,13 @@ fn next<'a>(words: &mut Words<'a>, expected: &'static str) -> Result<Word<'a>, M
     words.next().ok_or(MeshFileProblem::Truncated { line: words.line(), expected })
 }
 
-/// Passes over a keyword.
+/// Skips a keyword.
 fn keyword(words: &mut Words<'_>, keyword: &str, expected: &'static str) -> Result<(), MeshFileProblem> {
     let word = next(words, expected)?;
     if word.is(keyword) { Ok(()) } else { Err(word.unexpected(expected)) }
 }
 
-/// Passes over the end of a part.
+/// Skips the end of a part.
 fn end(words: &mut Words<'_>, part: &str, expected: &'static str) -> Result<(), MeshFileProblem> {
     let word = next(words, expected)?;
     if is_end(&word, words, part) { Ok(()) } else { Err(word.unexpected(expected)) }

@@ -11,12 +11,12 @@ pub(super) struct Word<'a> {
 }
 
 impl Word<'_> {
-    /// Whether the word is a keyword, in whichever case.
+    /// Whether the word is a keyword, in any case.
     pub fn is(&self, keyword: &str) -> bool {
         self.text.eq_ignore_ascii_case(keyword.as_bytes())
     }
 
-    /// The error of a word that does not belong there.
+    /// The error for an unexpected word.
     pub fn unexpected(&self, expected: &'static str) -> MeshFileProblem {
         MeshFileProblem::Unexpected { line: self.line, found: shorten(self.text), expected }
     }
@@ -34,7 +34,7 @@ impl Word<'_> {
     }
 }
 
-/// Text that is taken apart into words.
+/// Text split into words.
 #[derive(Debug, Clone)]
 pub(super) struct Words<'a> {
     rest: &'a [u8],
@@ -42,7 +42,7 @@ pub(super) struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    /// From the beginning of a file, without the mark that some programs put there.
+    /// From the beginning of a file, without a byte order mark.
     pub fn of(content: &'a [u8]) -> Self {
         Self { rest: content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content), line: 1 }
     }
@@ -86,8 +86,8 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Passes over what is left of the line; false where the text ends. Paths in comments may end with a backslash, which continues
-    /// nothing.
+    /// Skips the rest of the line; false at the end of the text. Paths in comments may end with a backslash,
+    /// which does not continue the line.
     pub fn skip_line(&mut self) -> bool {
         let end = self.rest.iter().position(|byte| is_line_end(*byte));
         let rest = end.map_or(&[][..], |end| self.rest.split_at(end).1);
@@ -102,7 +102,7 @@ fn is_line_end(byte: u8) -> bool {
     byte == b'\n' || byte == b'\r'
 }
 
-/// Number of ends of lines.
+/// Number of line ends.
 fn line_ends(text: &[u8]) -> usize {
     let is_end = |at: usize| text[at] == b'\n' || (text[at] == b'\r' && text.get(at + 1) != Some(&b'\n'));
     (0..text.len()).filter(|&at| is_end(at)).count()

@@ -1,18 +1,20 @@
-//! Whether two triangles meet where they do not share a corner, decided by exact signs alone.
+//! Whether two triangles meet outside a common corner, decided by exact signs only.
 //!
-//! The intersection of two triangles ends where an edge of one meets the other, so edges are tried against triangles. With a shared
-//! corner only the edges opposite to it are: an intersection that goes beyond the corner leaves one of the triangles there. Triangles
-//! with a shared edge meet beyond it only if they are folded onto each other.
+//! The intersection of two triangles ends where an edge of one meets the other, so edges are tested against
+//! triangles. With a common corner, only the edges opposite to it are tested: an intersection that continues
+//! from the corner leaves one of the triangles there. Triangles with a common edge meet elsewhere only if
+//! they are folded onto each other.
 
 use super::predicates::{Projection, Sign, side};
 use super::tree::Bounds;
 use crate::Vector;
 
-/// Corner of a triangle: where it is, and on which side of the plane of the other triangle; none if both share it.
+/// Corner of a triangle: its position, and on which side of the plane of the other triangle it is; `None` if
+/// both share it.
 type Corner = (Vector, Option<Sign>);
 
-/// Whether two triangles meet beyond the corners that they share by their coordinates. Triangles whose corners are on a line, and those
-/// that share all corners, meet nothing.
+/// Whether two triangles meet outside the corners that they share, judged by coordinates. Triangles whose
+/// corners are on a line, and triangles that share all corners, do not meet.
 pub(super) fn meet(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     if is_clear(one, two) && is_clear(two, one) {
         return false;
@@ -36,8 +38,8 @@ pub(super) fn meet(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     }
 }
 
-/// Whether the edge opposite to the only shared corner is outside of the box around the other triangle: most pairs of a fan are told
-/// apart by this.
+/// Whether the edge opposite to the only common corner is outside the box around the other triangle. This
+/// test separates most pairs of a fan.
 fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     let (p, q) = match one.map(|corner| two.contains(&corner)) {
         [true, false, false] => (one[1], one[2]),
@@ -48,8 +50,8 @@ fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     !Bounds::around(&[p, q, q]).meets(&Bounds::around(two))
 }
 
-/// Corners of a triangle, unshared ones first, or `None` if all unshared ones are on the same side of the plane of the other
-/// triangle.
+/// Corners of a triangle, unshared ones first; `None` if all unshared ones are on the same side of the plane
+/// of the other triangle.
 fn sides(triangle: &[Vector; 3], other: &[Vector; 3]) -> Option<[Corner; 3]> {
     let [a, b, c] = triangle.map(|corner| (corner, (!other.contains(&corner)).then(|| side(other, &corner))));
     let is_on = |sign: Sign| [a, b, c].iter().all(|(_, found)| found.is_none_or(|found| found == sign));
@@ -63,7 +65,7 @@ fn sides(triangle: &[Vector; 3], other: &[Vector; 3]) -> Option<[Corner; 3]> {
     })
 }
 
-/// Whether two triangles in a plane with a common edge lie on the same side of it.
+/// Whether two coplanar triangles with a common edge lie on the same side of it.
 fn is_folded(triangle: [Vector; 3], other: &Vector) -> bool {
     let [apex, from, to] = &triangle;
     let turns =
@@ -71,18 +73,19 @@ fn is_folded(triangle: [Vector; 3], other: &Vector) -> bool {
     Projection::for_triangle(&triangle).is_some_and(turns)
 }
 
-/// Whether a segment, whose ends are on known sides of the plane of a triangle, meets the triangle or its rim.
+/// Whether a segment, whose ends are on known sides of a triangle's plane, meets the triangle or its rim.
 fn edge_meets([(p, at_p), (q, at_q)]: [&Corner; 2], triangle: &[Vector; 3]) -> bool {
     if at_p == at_q {
         return *at_p == Some(Sign::Equal) && flat_edge_meets(p, q, triangle);
     }
-    // The line crosses the plane once; it does so in the triangle if it passes all edges on the same side.
+    // The line crosses the plane once. The crossing is inside the triangle if it is on the same side of all
+    // edges.
     let [a, b, c] = triangle;
     let around = [(a, b), (b, c), (c, a)].map(|(from, to)| side(&[*from, *to, *p], q));
     !around.contains(&Sign::Greater) || !around.contains(&Sign::Less)
 }
 
-/// Whether a segment in the plane of a triangle meets it: no line along an edge of one of them separates them.
+/// Whether a segment in the plane of a triangle meets it: no line along an edge of either separates them.
 fn flat_edge_meets(p: &Vector, q: &Vector, triangle: &[Vector; 3]) -> bool {
     let Some((projection, turn)) = Projection::for_triangle(triangle) else { return false };
     let [a, b, c] = triangle;

@@ -1,17 +1,17 @@
-//! Faults in plain words.
+//! Descriptions of faults.
 
 use std::fmt;
 
 use super::{EdgeFault, MOST_INTERSECTIONS, MOST_PAIRS, MeshReport, PairFault, TriangleFault};
 use crate::Vector;
 
-/// Fault of a mesh, with a cure. Its text names the first place.
+/// Fault of a mesh, with a cure. Its text names the first position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Finding {
-    /// There is no triangle.
+    /// There are no triangles.
     NoTriangle,
-    /// A vertex is missing, not finite or absurdly far.
+    /// A vertex is missing, not finite or too far away.
     Unusable(TriangleFault),
     /// The surface has a rim, so that it encloses no volume.
     Open(EdgeFault),
@@ -19,13 +19,13 @@ pub enum Finding {
     Crowded(EdgeFault),
     /// Normals of neighbours point to different sides.
     NotOriented(EdgeFault),
-    /// Triangles have no area, and so no normal.
+    /// Triangles have no area and therefore no normal.
     Degenerate(TriangleFault),
-    /// Triangles are there twice.
+    /// Triangles are duplicated.
     Duplicates(PairFault),
     /// The surface passes through itself.
     SelfIntersections(PairFault),
-    /// There are too many pairs of triangles to look at all of them.
+    /// There are too many pairs of triangles to test them all.
     NotSearched,
 }
 
@@ -99,7 +99,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Edges with a fault, and where the first one is.
+/// Edges with a fault, and the position of the first one.
 fn edges(f: &mut fmt::Formatter<'_>, fault: &EdgeFault, what: &str) -> fmt::Result {
     write!(f, "{} {} {what}", plural(fault.count, "edge"), is_or_are(fault.count))?;
     let Some([from, to]) = fault.first else { return Ok(()) };

@@ -8,12 +8,13 @@ use super::tree::Tree;
 use crate::Vector;
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Whether a closed mesh contains a point: the sum of the solid angles of its triangles is `4 pi` times the winding number, which is not
-/// zero inside.
+/// Whether a closed mesh contains a point. The sum of the solid angles of its triangles is `4 pi` times the
+/// winding number, which is not zero inside.
 ///
-/// `tan(omega / 2) = a . (b x c) / (|a| |b| |c| + (a . b) |c| + (b . c) |a| + (c . a) |b|)` for corners seen from the point (A. van
-/// Oosterom and J. Strackee, *The Solid Angle of a Plane Triangle*, IEEE Trans. Biomed. Eng. 30, 125, 1983). The time is that of all
-/// triangles; for many points see [`Inside`]. Points on the mesh itself are on either side.
+/// `tan(omega / 2) = a . (b x c) / (|a| |b| |c| + (a . b) |c| + (b . c) |a| + (c . a) |b|)` for corners
+/// relative to the point (A. van Oosterom and J. Strackee, *The Solid Angle of a Plane Triangle*, IEEE Trans.
+/// Biomed. Eng. 30, 125, 1983). The time is proportional to the number of triangles; for many points see
+/// [`Inside`]. Points on the mesh itself are on either side.
 #[must_use]
 pub fn contains(mesh: &TriangleMesh, point: &Vector) -> bool {
     let half_angle = |corners: [Vector; 3]| {
@@ -22,15 +23,17 @@ pub fn contains(mesh: &TriangleMesh, point: &Vector) -> bool {
         libm::atan2(a.dot(&b.cross(&c)), x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y)
     };
     let winding = mesh.all_corners().map(half_angle).sum::<f64>() / (2.0 * PI);
-    // Whole numbers within round-off, and halves on the surface.
+    // An integer within round-off; a half on the surface.
     winding.abs() > 0.5
 }
 
-/// Search for points inside a closed mesh, by exact signs: rounding never puts a point on the wrong side.
+/// Search for points inside a closed mesh, by exact signs, so that rounding never puts a point on the wrong
+/// side.
 ///
-/// The winding number is the number of triangles that a ray upwards leaves through, less those through which it enters. A ray through an
-/// edge or a vertex is moved by amounts too small for any digit, first along x and then, by a smaller one, along y, so that it passes one
-/// of the neighbours. The time is that of the triangles above and below the point; the memory a tree over all triangles.
+/// The winding number is the number of triangles through which an upward ray leaves, less the number through
+/// which it enters. A ray through an edge or a vertex is shifted by infinitesimal amounts, first along x and
+/// then, by a smaller one, along y, so that it passes through one of the neighbours. The time is proportional
+/// to the number of triangles above and below the point. The memory is that of a tree over all triangles.
 #[derive(Debug, Clone)]
 pub struct Inside<'a> {
     mesh: Cow<'a, TriangleMesh>,
@@ -44,7 +47,7 @@ impl<'a> Inside<'a> {
         Self { tree: Tree::of(mesh), mesh: Cow::Borrowed(mesh) }
     }
 
-    /// Prepares the search in a mesh of its own.
+    /// Prepares the search and takes ownership of the mesh.
     #[must_use]
     pub fn of_own(mesh: TriangleMesh) -> Self {
         Self { tree: Tree::of(&mesh), mesh: Cow::Owned(mesh) }
@@ -56,7 +59,8 @@ impl<'a> Inside<'a> {
         self.winding_number(point) != 0
     }
 
-    /// Winding number of the mesh around a point: 1 inside, 0 outside, -1 inside a mesh with normals inwards, 2 inside two parts.
+    /// Winding number of the mesh around a point: 1 inside, 0 outside, -1 inside a mesh with inward normals,
+    /// 2 inside two parts.
     #[must_use]
     pub fn winding_number(&self, point: &Vector) -> i32 {
         let above = self.tree.entered(|bounds| {
@@ -67,7 +71,8 @@ impl<'a> Inside<'a> {
     }
 }
 
-/// 1 where the ray upwards from a point leaves through a triangle whose normal points outwards, -1 where it enters, 0 where it misses.
+/// 1 if the upward ray from a point leaves through a triangle with an outward normal, -1 if it enters, 0 if
+/// it misses.
 fn passes(triangle: &[Vector; 3], point: &Vector) -> i32 {
     let [a, b, c] = triangle;
     let turn = moved_turn(a, b, point);
@@ -82,7 +87,8 @@ fn passes(triangle: &[Vector; 3], point: &Vector) -> i32 {
     }
 }
 
-/// Whether a line seen from above has a point on its left, after the point is moved by a little along x, and by much less along y.
+/// Whether a point is to the left of a line, seen from above, after an infinitesimal shift along x and a much
+/// smaller one along y.
 fn moved_turn(from: &Vector, to: &Vector, point: &Vector) -> Sign {
     let [_, _, along_z] = Projection::ALL;
     let ([x, y], [to_x, to_y]) = (along_z.of(from), along_z.of(to));

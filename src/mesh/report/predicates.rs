@@ -10,8 +10,8 @@ use crate::Vector;
 /// Sign of a determinant.
 pub(super) type Sign = Ordering;
 
-/// Coordinates below this count as zero. Products of three differences, with all their digits, then neither underflow, nor overflow below
-/// `1e60`.
+/// Coordinates below this count as zero. Products of three differences, with all their digits, then do not
+/// underflow, and do not overflow for coordinates below `1e60`.
 const SMALLEST: f64 = 1e-90;
 
 fn flushed(x: f64) -> f64 {
@@ -22,14 +22,14 @@ fn sign(determinant: f64) -> Sign {
     determinant.partial_cmp(&0.0).unwrap_or(Sign::Equal)
 }
 
-/// Side of the plane of a triangle on which a point lies: `Greater` on the one to which the normal points.
+/// Side of a triangle's plane on which a point lies: `Greater` for the side to which the normal points.
 pub(super) fn side([a, b, c]: &[Vector; 3], point: &Vector) -> Sign {
     let of = |v: &Vector| Coord3D { x: flushed(v.x), y: flushed(v.y), z: flushed(v.z) };
-    // The determinant of the source is positive below a triangle that turns left.
+    // In the source, the determinant is positive below a counterclockwise triangle.
     sign(robust::orient3d(of(a), of(b), of(c), of(point))).reverse()
 }
 
-/// Projection along an axis of coordinates.
+/// Projection along a coordinate axis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Projection {
     axes: [usize; 2],
@@ -44,13 +44,14 @@ impl Projection {
         self.axes.map(|axis| flushed(point[axis]))
     }
 
-    /// Whether three projected points turn left (`Greater`) or right, or are on a line.
+    /// Whether three projected points turn left (`Greater`), turn right, or are on a line.
     pub fn turn(self, a: &Vector, b: &Vector, c: &Vector) -> Sign {
         let [a, b, c] = [a, b, c].map(|point| self.of(point)).map(|[x, y]| Coord { x, y });
         sign(robust::orient2d(a, b, c))
     }
 
-    /// The projection in which a triangle has an area, and how it turns there; none if its corners are on a line.
+    /// A projection in which a triangle has an area, and its direction of turn there; `None` if its corners
+    /// are on a line.
     pub fn for_triangle([a, b, c]: &[Vector; 3]) -> Option<(Self, Sign)> {
         let normal = (b - a).cross(&(c - a));
         let best = normal.iamax();

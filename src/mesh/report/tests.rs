@@ -1,4 +1,4 @@
-//! Meshes with known faults, and comparisons with searches through everything.
+//! Meshes with known faults, and comparisons with exhaustive searches.
 
 mod crossing;
 mod inside;
@@ -27,7 +27,7 @@ fn moved(mesh: &TriangleMesh, by: Vector) -> TriangleMesh {
     mesh.transformed(1.0, &Rotation3::identity(), &by)
 }
 
-/// Both meshes as one.
+/// Both meshes combined.
 fn both(one: &TriangleMesh, other: &TriangleMesh) -> TriangleMesh {
     let shift = u32::try_from(one.vertices.len()).unwrap();
     let mut mesh = one.clone();
@@ -71,7 +71,7 @@ fn whole_surfaces_are_clean() {
 fn rough_and_flattened_spheres_are_clean() {
     let mut random = ChaCha8Rng::seed_from_u64(2);
     for case in 0..20 {
-        // Vertices that move along rays from the middle never meet each other: spikes, not convex.
+        // Vertices that move along rays from the middle never meet: spikes, not convex.
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 3).unwrap();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 0.05 + uniform(&mut random));
         assert_clean(&mesh);
@@ -130,7 +130,7 @@ fn spheres_meet_where_they_overlap_only() {
     assert!(matches!(report.findings()[..], [Finding::SelfIntersections(_)]));
     let [first, second] = report.self_intersections.first.unwrap();
     assert!(first < 1280 && second >= 1280);
-    // One within the other.
+    // One inside the other.
     let nested = both(&one, &one.transformed(0.5, &Rotation3::identity(), &Vector::zeros()));
     assert_eq!(assert_clean(&nested).parts, 2);
 }
@@ -160,7 +160,7 @@ fn edges_with_three_triangles_and_parts_are_counted() {
     let report = MeshReport::of(&TriangleMesh::welded([0.0, 1.0, 2.0].map(fin).into_iter()));
     assert_eq!((report.crowded_edges.count, report.open_edges.count, report.parts), (1, 6, 1));
     assert_eq!(report.crowded_edges.first, Some([Vector::zeros(), Vector::z()]));
-    // Parts grow together in whichever order triangles come; vertices that are not used are no part.
+    // Parts are joined in any order of the triangles. Unused vertices are no part.
     let mut random = ChaCha8Rng::seed_from_u64(3);
     for _ in 0..200 {
         let mut mesh = TriangleMesh { vertices: vec![Vector::zeros(); 30], triangles: Vec::new() };

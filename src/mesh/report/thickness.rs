@@ -1,4 +1,4 @@
-//! How thin walls and gaps are: rays from the middle of each triangle along its normal.
+//! Thickness of walls and gaps, by rays from the middle of each triangle along its normal.
 
 use std::cell::Cell;
 
@@ -10,34 +10,36 @@ use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 /// Two triangles that face each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thinnest {
-    /// Length of the normal through the middle of a triangle up to the other one `[length]`.
+    /// Length of the normal through the middle of a triangle, up to the other one `[length]`.
     pub distance: f64,
-    /// Number of the triangle, from 0.
+    /// Index of the triangle, from 0.
     pub triangle: usize,
-    /// Number of the other one, from 0.
+    /// Index of the other one, from 0.
     pub other: usize,
 }
 
 /// Cosine of the largest angle, 60 degrees, between normals of triangles that face each other.
 const FACING: f64 = 0.5;
 
-/// By how much rays may miss a triangle, in units of its edges, so that none slips through between two.
+/// Tolerance for rays that miss a triangle, in units of its edges, so that none slips between two triangles.
 const SLACK: f64 = 1e-9;
 
-/// Ray, with a direction of length one.
+/// Ray with a direction of unit length.
 #[derive(Debug, Clone, Copy)]
 struct Ray<'a> {
     origin: Vector,
     direction: Vector,
-    /// Tests of triangles that are still allowed.
+    /// Number of triangle tests that are left.
     left: &'a Cell<usize>,
 }
 
-/// The shortest ray ahead of the triangles, on the side to which their normals point, and the one behind.
+/// The shortest ray in front of the triangles, on the side to which their normals point, and the shortest one
+/// behind.
 ///
-/// A triangle that shares a vertex, or whose normal departs by more than 60 degrees from that of the ray, is passed through. In an
-/// oriented mesh a triangle that faces back has the opposite normal; otherwise normals say nothing of their sign. Also says whether all
-/// rays were followed: the search ends at [`MOST_PAIRS`].
+/// Rays pass through triangles that share a vertex, or whose normal deviates by more than 60 degrees from the
+/// ray. In an oriented mesh, a triangle that faces back has the opposite normal; otherwise the sign of
+/// normals is ignored. Also returns whether all rays were followed, because the search ends at
+/// [`MOST_PAIRS`].
 pub(super) fn thinnest(mesh: &TriangleMesh, tree: &Tree, is_oriented: bool) -> ([Option<Thinnest>; 2], bool) {
     let mut shortest = [None; 2];
     let left = Cell::new(MOST_PAIRS);
@@ -65,8 +67,8 @@ pub(super) fn thinnest(mesh: &TriangleMesh, tree: &Tree, is_oriented: bool) -> (
 }
 
 impl Ray<'_> {
-    /// Distance and number of the first triangle within a limit that faces the ray and has no vertex in common with the one where it
-    /// begins.
+    /// Distance and index of the first triangle within a limit that faces the ray and shares no vertex with
+    /// the triangle where it begins.
     fn first(
         &self,
         mesh: &TriangleMesh,
@@ -117,8 +119,8 @@ impl Ray<'_> {
         enter <= leave * (1.0 + SLACK)
     }
 
-    /// Distance up to a triangle (T. Möller and B. Trumbore, *Fast, Minimum Storage Ray-Triangle Intersection*, J. Graph. Tools 2, 21,
-    /// 1997).
+    /// Distance to a triangle (T. Möller and B. Trumbore, *Fast, Minimum Storage Ray-Triangle Intersection*,
+    /// J. Graph. Tools 2, 21, 1997).
     fn distance(&self, [a, b, c]: &[Vector; 3]) -> Option<f64> {
         let (along, across, from) = (b - a, c - a, self.origin - a);
         let p = self.direction.cross(&across);

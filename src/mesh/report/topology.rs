@@ -1,10 +1,10 @@
-//! Faults of single triangles, of those with the same vertices, and how many parts hang together.
+//! Faults of single triangles, duplicate triangles, and the number of connected parts.
 
 use super::{PairFault, TriangleFault};
 use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 
-/// Area of a degenerate triangle in units of the square of its longest side: its height is lost in the seventh digit of `f32`, from files
-/// of which most come, many times over, and its normal has few digits left in `f64`.
+/// Area of a degenerate triangle in units of the square of its longest side. Its height is far below the
+/// seventh digit of `f32`, the precision of most files, and its normal has few significant digits in `f64`.
 const SMALLEST_AREA: f64 = 1e-12;
 
 /// Triangles without an area.
@@ -22,7 +22,7 @@ pub(super) fn degenerate(mesh: &TriangleMesh) -> TriangleFault {
     fault
 }
 
-/// Triangles with the vertices of one before them.
+/// Triangles with the vertices of an earlier one.
 pub(super) fn duplicates(mesh: &TriangleMesh) -> PairFault {
     let key = |(numbers, triangle): (&[u32; 3], u32)| {
         let mut sorted = *numbers;
@@ -42,7 +42,7 @@ pub(super) fn duplicates(mesh: &TriangleMesh) -> PairFault {
     fault
 }
 
-/// Number of parts that share no vertex with each other.
+/// Number of parts without a common vertex.
 pub(super) fn parts(mesh: &TriangleMesh) -> usize {
     let mut parents: Vec<u32> = (0..).take(mesh.vertices.len()).collect();
     let mut is_used = vec![false; mesh.vertices.len()];
@@ -70,7 +70,7 @@ pub(super) fn parts(mesh: &TriangleMesh) -> usize {
     parts
 }
 
-/// The vertex that stands for the part of another one; the way there becomes half as long.
+/// The vertex that represents the part of a vertex. The path to it is halved.
 fn root(parents: &mut [u32], mut number: u32) -> u32 {
     loop {
         let parent = parents.get(number as usize).copied().unwrap_or(number);

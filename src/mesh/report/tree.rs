@@ -1,14 +1,14 @@
-//! Tree of boxes around triangles (a bounding volume hierarchy).
+//! Tree of bounding boxes around triangles (bounding volume hierarchy).
 //!
-//! Each triangle is in one leaf, so that the memory does not depend on shapes. It does with a grid of cells, in which a long thin
-//! triangle is in many.
+//! Each triangle is in one leaf, so that the memory does not depend on shapes. In a grid of cells, a long
+//! thin triangle would be in many.
 
 use std::ops::Range;
 
 use crate::Vector;
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Box around a triangle or several `[length]`.
+/// Box around one or more triangles `[length]`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
     pub lower: Vector,
@@ -22,7 +22,7 @@ impl Bounds {
         Self { lower: a.inf(b).inf(c), upper: a.sup(b).sup(c) }
     }
 
-    /// Whether two boxes meet.
+    /// Whether two boxes overlap or touch.
     pub fn meets(&self, other: &Self) -> bool {
         (0..3).all(|axis| self.lower[axis] <= other.upper[axis] && other.lower[axis] <= self.upper[axis])
     }
@@ -31,24 +31,25 @@ impl Bounds {
 #[derive(Debug, Clone)]
 struct Node {
     bounds: Bounds,
-    /// The node that comes after all below this one.
+    /// The node after all nodes below this one.
     next: usize,
-    /// Places of its triangles in the order of the tree; none but in leaves.
+    /// Range of its triangles in the order of the tree; empty except in leaves.
     triangles: Range<usize>,
 }
 
-/// The tree: nodes before those below them, in one list.
+/// The tree as a list, with each node before those below it.
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
     order: Vec<u32>,
 }
 
-/// Triangles of a leaf.
+/// Number of triangles in a leaf.
 const LEAF: usize = 4;
 
 impl Tree {
-    /// Builds the tree by halving: triangles are ordered by the centres of their boxes along the longest edge, ties by number.
+    /// Builds the tree by halving. Triangles are ordered by the centres of their boxes along the longest
+    /// edge, and by index if these are equal.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let boxes: Vec<Bounds> = mesh.all_corners().map(|corners| Bounds::around(&corners)).collect();
         let mut order: Vec<u32> = (0..).take(boxes.len()).collect();
@@ -59,7 +60,7 @@ impl Tree {
         Self { nodes, order }
     }
 
-    /// Numbers of the triangles in leaves whose boxes, and all boxes above them, are entered.
+    /// Indices of the triangles in leaves for which `enters` holds, for them and all nodes above.
     pub fn entered(&self, mut enters: impl FnMut(&Bounds) -> bool) -> impl Iterator<Item = u32> {
         let mut node = 0;
         let leaves = std::iter::from_fn(move || {
@@ -79,8 +80,7 @@ impl Tree {
     }
 }
 
-/// Adds the node of a range of triangles in the order, and all nodes below it. Halving keeps the depth at the
-/// logarithm.
+/// Adds the node of a range of triangles, and all nodes below it. Halving keeps the depth logarithmic.
 fn grow(nodes: &mut Vec<Node>, boxes: &[Bounds], order: &mut [u32], place: usize) {
     let of = |number: &u32| boxes.get(*number as usize).copied();
     let mut all = order.iter().filter_map(of);

@@ -7,13 +7,13 @@ use super::Region;
 use crate::Vector;
 use crate::model::{SurfaceShape, TriangleMesh};
 
-/// Corners of a circle.
+/// Number of corners of a circle.
 const CORNERS: u32 = 144;
 
 /// Width of the strip along a section, relative to the diagonal of the region.
 const WIDTH: f64 = 4e-3;
 
-/// Strip along the section of a surface with the plane of a scene that is flat along an axis, on the side away from the particles.
+/// Strip along the section of a surface with the plane of a flat scene, on the side away from the particles.
 pub(super) fn strip(shape: &SurfaceShape, region: &Region, flat: usize) -> TriangleMesh {
     let width = WIDTH * region.diagonal();
     match shape {
@@ -43,7 +43,7 @@ fn line(point: &Vector, normal: &Vector, region: &Region, flat: usize) -> Triang
     if (foot - region.centre()).norm() <= region.diagonal() {
         larger.hold(&foot, 0.0);
     }
-    // Behind a side of the box as well, where the line is in that side.
+    // Also behind a side of the box, if the line is in that side.
     (larger.lower, larger.upper) = (larger.lower.add_scalar(-width), larger.upper.add_scalar(width));
     let reach = larger.diagonal();
     let corners = [(-reach, 0.0), (reach, 0.0), (reach, -width), (-reach, -width)];
@@ -62,7 +62,8 @@ fn ring(ends: &[Vector; 2], distances: [f64; 2], flat: usize) -> TriangleMesh {
     };
     let span = ends[1] - ends[0];
     let start = libm::atan2(span[y], span[x]);
-    // Half of the corners about the second end, half about the first; two at each change, so that straight sides are straight.
+    // Half of the corners around the second end, half around the first, with both ends of each straight side
+    // included.
     let half = CORNERS / 2;
     let corners = (0..2_u32).flat_map(|end| (0..=half).map(move |k| (end, end * half + k)));
     let outline: Vec<[Vector; 2]> = corners

@@ -3,9 +3,9 @@
 /// One side of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct EdgeUse {
-    /// Numbers of the two vertices, the smaller one first.
+    /// Indices of the two vertices, the smaller one first.
     pub ends: [u32; 2],
-    /// Number of the triangle.
+    /// Index of the triangle.
     pub triangle: u32,
     /// Whether the triangle runs from the first end to the second.
     pub is_forward: bool,
@@ -13,7 +13,7 @@ pub struct EdgeUse {
 
 /// Sides of all triangles, sorted by ends and then by triangle, so that sides on the same edge are neighbours.
 ///
-/// Triangles with two identical vertices are left out: a surface closes without them.
+/// Triangles with two identical vertices are left out. A surface can be closed without them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Edges {
     uses: Vec<EdgeUse>,
@@ -35,7 +35,8 @@ impl Edges {
         Self { uses }
     }
 
-    /// For each edge its sides: one at the rim of the surface, two inside it. A surface is oriented where one of two runs forward.
+    /// For each edge its sides: one at the rim of the surface, two inside it. A surface is oriented if one of
+    /// the two runs forward.
     pub fn iter(&self) -> impl Iterator<Item = &[EdgeUse]> {
         self.uses.chunk_by(|one, other| one.ends == other.ends)
     }

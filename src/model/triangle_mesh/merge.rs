@@ -1,17 +1,18 @@
-//! Vertices that are nearly the same become one.
+//! Merges vertices that are nearly equal.
 
 use std::collections::HashMap;
 
 use super::TriangleMesh;
 use crate::Vector;
 
-/// Largest number of cells from the first vertex, along an axis, that are told apart.
+/// Largest number of distinct cells along an axis, counted from the first vertex.
 const MOST_CELLS: f64 = 9e15;
 
 impl TriangleMesh {
     /// Merges vertices that are at most `tolerance` apart `[length]`. Returns the new mesh and the number of vertices removed.
     ///
-    /// Each vertex, in order, is merged into the nearest vertex kept so far. No triangle is removed: one whose vertices merge keeps its place and has no area.
+    /// Each vertex in order is merged into the nearest vertex kept so far. No triangle is removed: a triangle
+    /// whose vertices merge keeps its place and has no area.
     #[must_use]
     pub fn merged(&self, tolerance: f64) -> (Self, usize) {
         let Some(origin) = self.vertices.first().filter(|_| tolerance > 0.0) else { return (self.clone(), 0) };
@@ -37,7 +38,7 @@ impl TriangleMesh {
             }
             numbers.push(nearest.map_or_else(
                 || {
-                    // No more than there were.
+                    // At most as many as before.
                     let number = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
                     vertices.push(*vertex);
                     cells.entry(at).or_default().push(number);
@@ -56,7 +57,7 @@ impl TriangleMesh {
 mod tests {
     use super::*;
 
-    /// The triangles of a box, each with vertices of its own that are a little off.
+    /// The triangles of a box, each with its own slightly displaced vertices.
     fn soup(off: f64) -> TriangleMesh {
         let cuboid = TriangleMesh::cuboid(&Vector::new(-1.0, 2.0, 0.5), &Vector::new(3.0, 4.0, 1.5));
         let mut mesh = TriangleMesh::default();
@@ -74,18 +75,18 @@ mod tests {
         assert_eq!((mesh.vertices.len(), merged, mesh.triangles.len()), (8, 28, 12));
         assert!(mesh.edges().iter().all(|uses| uses.len() == 2));
         assert!((mesh.enclosed_volume() / 8.0 - 1.0).abs() < 1e-6);
-        // Each corner is that of the first triangle that has it.
+        // Each corner is taken from the first triangle that has it.
         assert_eq!(mesh.vertices[0], soup(1e-7).vertices[0]);
     }
 
     #[test]
     fn what_is_farther_apart_stays_and_so_does_all_without_a_tolerance() {
-        // Shifts are 5e-8 apart, or the same.
+        // Displacements are equal or 5e-8 apart.
         let alike = soup(1e-7).merged(1e-12).1;
         assert!(alike < 28 && soup(1e-7).merged(1e-9).1 == alike, "{alike}");
         assert_eq!(soup(0.0).merged(0.0), (soup(0.0), 0));
         assert_eq!(TriangleMesh::default().merged(1.0), (TriangleMesh::default(), 0));
-        // Across the sides of cells, on both sides of the first vertex.
+        // Across the faces of cells, on both sides of the first vertex.
         let line = |places: &[f64]| TriangleMesh {
             vertices: places.iter().map(|x| Vector::new(*x, 0.0, 0.0)).collect(),
             triangles: Vec::new(),

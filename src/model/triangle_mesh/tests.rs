@@ -21,7 +21,7 @@ fn vertices_are_numbered_as_they_appear_and_zeros_have_no_sign() {
     let mesh = TriangleMesh::welded([[a, b, Vector::x()]].into_iter());
     assert_eq!(mesh.triangles, [[0, 0, 1]]);
     assert!(mesh.vertices[0].iter().all(|x| x.is_sign_positive()));
-    // The next number is another vertex.
+    // The next float is another vertex.
     let c = Vector::new(0.0, 1.0_f64.next_up(), 0.0);
     assert_eq!(TriangleMesh::welded([[a, c, b]].into_iter()).triangles, [[0, 1, 0]]);
 }
@@ -85,7 +85,7 @@ fn edges_list_the_triangles_on_them() {
             assert!((0..3).any(|k| corners[k] == from && corners[(k + 1) % 3] == to));
         }
     }
-    // A triangle that has collapsed closes nothing and opens nothing.
+    // A collapsed triangle neither closes nor opens a surface.
     let mut collapsed = mesh.clone();
     collapsed.triangles.push([0, 0, 1]);
     assert_eq!(collapsed.edges(), mesh.edges());

@@ -1,17 +1,18 @@
-//! Corners with the same coordinates become one vertex.
+//! Merges corners with equal coordinates into one vertex.
 
 use std::hash::{BuildHasher, RandomState};
 
 use super::TriangleMesh;
 use crate::Vector;
 
-/// A place of the table that holds no vertex.
+/// Marks an empty slot of the table.
 const FREE: u32 = u32::MAX;
 
-/// A mesh that grows by triangles whose vertices are not numbered.
+/// A mesh under construction, from triangles with unnumbered vertices.
 ///
-/// A table of 4-byte numbers finds vertices by their coordinates, because a map with coordinates as keys needs more memory than the file that is read. Keys of
-/// the hash are random, so that no file can be made whose vertices all collide; numbers do not depend on them.
+/// A table of 4-byte indices finds vertices by their coordinates. A map with coordinates as keys would need
+/// more memory than the file that is read. The keys of the hash are random, so that no file can be crafted
+/// whose vertices all collide; indices do not depend on them.
 #[derive(Debug, Default)]
 pub(crate) struct Welder {
     mesh: TriangleMesh,
@@ -40,7 +41,7 @@ impl Welder {
         mesh
     }
 
-    /// The number of the vertex at a point.
+    /// The index of the vertex at a point.
     pub fn number(&mut self, point: Vector) -> u32 {
         // Turns -0.0 into 0.0, which compares equal but has other bits.
         let point = point.add_scalar(0.0);
@@ -60,7 +61,7 @@ impl Welder {
         }
     }
 
-    /// The place of a vertex in the table, or the free one where it belongs.
+    /// The slot of a vertex in the table, or the empty one in which to put it.
     fn place(&self, point: &Vector) -> usize {
         let bits = [point.x, point.y, point.z].map(f64::to_bits);
         let is_same = |number: u32| {
@@ -73,7 +74,7 @@ impl Welder {
         found(after).map(|place| start + place).or_else(|| found(before)).unwrap_or(0)
     }
 
-    /// Makes the table larger by a fifth, without a copy of it: it is filled again from the vertices.
+    /// Enlarges the table by a fifth without copying it. It is filled again from the vertices.
     fn enlarge(&mut self) {
         let size = (self.table.len() + self.table.len() / 5).max(16);
         self.table = Vec::new();
@@ -88,7 +89,7 @@ impl Welder {
     }
 }
 
-/// Room for more, without doubling what is there: memory counts more than copies.
+/// Reserves more memory without doubling it. Memory counts more than copies here.
 fn grow_by_a_little<T>(list: &mut Vec<T>) {
     if list.len() == list.capacity() {
         list.reserve_exact(list.len() / 16 + 16);

@@ -1,16 +1,17 @@
 //! Algorithms 4, 5 and 6: pairs with a constant relative acceleration, a particle falling on a static one.
 //!
-//! The overlap function is a quartic. Between the sign changes of its derivative it is monotone, so each falling piece
-//! holds at most one event and one bracketed root. The paper's two regions of interaction are the falling pieces:
-//! `(-inf, t1]` and `[t2, t3]` for `f+`, `[t1, t2]` and `[t3, inf)` for `f-`, and its `max(0, t)` is the piece's part in the
-//! future. Only turning points in the future are ever solved for: what the derivative does just after now is read from its
-//! coefficients, so a contact that has just been left is never taken for one that is about to be made.
+//! The overlap function is a quartic. It is monotone between the sign changes of its derivative, so each
+//! falling piece holds at most one event and one bracketed root. The paper's two regions of interaction are
+//! the falling pieces: `(-inf, t1]` and `[t2, t3]` for `f+`, `[t1, t2]` and `[t3, inf)` for `f-`, and its
+//! `max(0, t)` is the part of the piece in the future. Only future turning points are ever solved for. The
+//! behaviour of the derivative just after now is read from its coefficients, so that a contact just left is
+//! never mistaken for one about to happen.
 
 use super::roots::{bracketed, grow, sign_changes_of_cubic};
 use super::stretch::Stretch;
 use crate::physics::overlap::{Quartic, Side};
 
-/// Time from now to the next event of a pair with overlap function `f`, seen from `side`, with `a_ij /= 0`.
+/// Time to the next event of a pair with overlap function `f`, seen from `side`, with `a_ij /= 0`.
 #[must_use]
 pub fn next_event(f: &Quartic, side: Side) -> Option<f64> {
     let value = |dt: f64| side.sign() * f.value(dt);
@@ -33,7 +34,8 @@ pub fn next_event(f: &Quartic, side: Side) -> Option<f64> {
     find_last_root(f, from)
 }
 
-/// The first time between `from` and `to`, where an overlap function falls, at which it is not positive; none if it stays positive.
+/// The first time between `from` and `to`, where an overlap function falls, at which it is not positive;
+/// `None` if it stays positive.
 #[inline(always)]
 fn begin_of_invalid(value: impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
     if value(from) <= 0.0 {
@@ -42,7 +44,8 @@ fn begin_of_invalid(value: impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f6
     (value(to) < 0.0).then(|| bracketed(value, from, to))
 }
 
-/// The stretches of time in which `f+` is not positive and falls, up to two: the paper's two regions of interaction.
+/// The intervals, at most two, in which `f+` is falling and not positive: the paper's two regions of
+/// interaction.
 #[must_use]
 pub fn falling_stretches(f: &Quartic) -> [Option<Stretch>; 2] {
     let turns = sign_changes_of_cubic(&f.derivative());
@@ -62,14 +65,14 @@ pub fn falling_stretches(f: &Quartic) -> [Option<Stretch>; 2] {
     found
 }
 
-/// Algorithm 6: the one root of `f-` after `from`, where `f-` is positive and falls for ever.
+/// Algorithm 6: the only root of `f-` after `from`, where `f-` is positive and falls forever.
 ///
-/// The first step is the time in which a pair starting from rest at the centre falls to the discontinuity; it doubles until the
-/// sign changes.
+/// The first step is the time in which a pair falls from rest at the centre to the discontinuity. The step
+/// doubles until the sign changes.
 fn find_last_root(f: &Quartic, from: f64) -> Option<f64> {
     let step = (f.distance_squared / f.coefficients[4]).sqrt().sqrt();
     let step = if step.is_normal() { step } else { 1.0 };
-    // A step below the round-off of the start would not move it.
+    // A step below the round-off of the start would have no effect.
     let step = step.max(from * f64::EPSILON);
     let beyond = grow(from, step, |t| f.value(t) > 0.0)?;
     Some(bracketed(|t| -f.value(t), from, beyond))
@@ -123,7 +126,7 @@ mod tests {
 
     #[test]
     fn figure_4e_after_a_miss_the_second_region_counts() {
-        // Passes over the sphere on the way up and falls on it later.
+        // It passes over the sphere on the way up and falls onto it later.
         let f = plane(Vector::new(-3.0, 1.2, 0.0), Vector::new(1.5, 1.0, 0.0), Vector::new(0.0, -1.0, 0.0));
         let dt = next_event(&f, Side::Positive).unwrap();
         assert!(dt > 1.0 && f.value(dt) >= 0.0 && f.value(dt + 1e-9) < 0.0);
@@ -139,7 +142,7 @@ mod tests {
     #[test]
     fn figure_5a_a_bonded_bead_that_falls_reaches_the_end_of_its_bond() {
         close(next_event(&line(0.0, 0.0, -0.5), Side::Negative), 2.0);
-        // The pendulum's own start: v = 0 with r perpendicular to a.
+        // The initial state of the pendulum: v = 0 with r perpendicular to a.
         let start = plane(Vector::new(0.5, 0.0, 0.0), Vector::zeros(), Vector::new(0.0, 0.0, -1.0));
         close(next_event(&start, Side::Negative), 3.0_f64.sqrt().sqrt());
     }
@@ -169,7 +172,8 @@ mod tests {
 
     #[test]
     fn the_correction_of_algorithm_6_starts_its_bracket_after_the_turning_point() {
-        // r = 20 t - 4.905 t^2 crosses +1, but a bead on the far side of its flight leaves at the last root only.
+        // r = 20 t - 4.905 t^2 crosses +1, but a bead on the far side of its flight leaves only at the last
+        // root.
         let f = line(0.0, 20.0, -9.81);
         let first = next_event(&f, Side::Negative).unwrap();
         assert!((first - 0.050_628_7).abs() < 1e-6);

@@ -1,12 +1,14 @@
-//! A sphere and a fixed feature of a surface: a point, a line or a face, whole or of a limited extent.
+//! A sphere and a fixed feature of a surface: a point, a line or a face, unbounded or bounded.
 //!
-//! The overlap function of a feature sees the part of the motion across it only: all of it for a point, two directions for a line, one for a face. Where
-//! the feature has ends, the rule of [`crate::physics::detection`] counts while the foot of the perpendicular is on it, ends included:
+//! The overlap function of a feature depends only on the motion perpendicular to it: three components for a
+//! point, two for a line, one for a face. If the feature has ends, the rule of [`crate::physics::detection`]
+//! applies while the foot of the perpendicular is on it, ends included:
 //!
 //! > The first time at which `f <= 0`, `df/dt < 0`, and no extent `b_k < 0`.
 //!
-//! Nothing is assigned to one of two features that share an end: where rounding lets the foot miss a face, the line along its edge is there.
-//! Feet move along parabolas, so extents are `b(t) = b0 + b1 t + b2 t^2` (theory: the stable rule, feature by feature).
+//! No contact is assigned to one of two features that share an end. If rounding lets the foot miss a face,
+//! the line along its edge is still there. Feet move along parabolas, so extents are `b(t) = b0 + b1 t + b2
+//! t^2` (theory: the stable rule, feature by feature).
 
 use super::stretch::Parabola;
 use super::{accelerated, inertial, plane};
@@ -14,7 +16,7 @@ use crate::Vector;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 
-/// The next contact with a point at the origin, from outside of the distance `s` or from inside.
+/// The next contact with a point at the origin, from outside the distance `s` or from inside.
 #[inline]
 #[must_use]
 pub fn point(state: &RelativeState, acceleration: &Vector, squared: f64, side: Side) -> Option<f64> {
@@ -25,14 +27,14 @@ pub fn point(state: &RelativeState, acceleration: &Vector, squared: f64, side: S
     }
 }
 
-/// The part of a vector across a direction of length 1.
+/// The component of a vector perpendicular to a unit vector.
 #[inline]
 #[must_use]
 pub fn across(direction: &Vector, vector: &Vector) -> Vector {
     vector - direction * direction.dot(vector)
 }
 
-/// The next contact with a line through the origin, of an endless extent.
+/// The next contact with an infinite line through the origin.
 #[inline]
 #[must_use]
 pub fn line(direction: &Vector, state: &RelativeState, acceleration: &Vector, squared: f64, side: Side) -> Option<f64> {
@@ -43,13 +45,13 @@ pub fn line(direction: &Vector, state: &RelativeState, acceleration: &Vector, sq
 fn motion_across(direction: &Vector, state: &RelativeState, acceleration: &Vector) -> (RelativeState, Vector) {
     let RelativeState { position, velocity } = state;
     let state = RelativeState { position: across(direction, position), velocity: across(direction, velocity) };
-    // An acceleration along the line counts as zero: its round-off would be a fall of 1e16 diameters.
+    // An acceleration along the line counts as zero. Its round-off would be a fall of 1e16 diameters.
     let beside = across(direction, acceleration);
     let is_none = beside.norm() <= 4.0 * f64::EPSILON * acceleration.norm();
     (state, if is_none { Vector::zeros() } else { beside })
 }
 
-/// The next contact, from outside, with the part of a line from the origin to a length along its direction.
+/// The next contact, from outside, with the segment from the origin to a length along a direction.
 #[must_use]
 pub fn segment(
     direction: &Vector,
@@ -68,7 +70,8 @@ pub fn segment(
     accelerated::falling_stretches(&f).into_iter().flatten().find_map(|stretch| stretch.first_on(&extents))
 }
 
-/// The next contact with a face through the origin, on either side of it, whose foot is where no extent is negative.
+/// The next contact with a face through the origin, on either side. The foot must be where no extent is
+/// negative.
 #[must_use]
 pub fn face(height: &Parabola, distance: f64, extents: &[Parabola]) -> Option<f64> {
     let [position, velocity, half] = height.0;

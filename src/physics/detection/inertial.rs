@@ -3,7 +3,7 @@
 use super::stretch::Stretch;
 use crate::physics::overlap::{Quadratic, Side};
 
-/// Time from now to the next event of a pair with overlap function `f`, seen from `side`.
+/// Time to the next event of a pair with overlap function `f`, seen from `side`.
 #[inline]
 #[must_use]
 pub fn next_event(f: &Quadratic, side: Side) -> Option<f64> {
@@ -30,11 +30,11 @@ pub fn positive(f: &Quadratic) -> Option<f64> {
     Some(f.r2 / (discriminant.sqrt() - f.b))
 }
 
-/// The stretch of time in which `f+` is not positive and falls: from Algorithm 2's event to the shortest distance.
+/// The interval in which `f+` is falling and not positive: from Algorithm 2's event to the shortest distance.
 #[must_use]
 pub fn falling_stretch(f: &Quadratic) -> Option<Stretch> {
     let from = positive(f)?;
-    // The shortest distance of a contact that grazes may be rounded to its beginning.
+    // For a grazing contact, the time of the shortest distance may be rounded to the beginning.
     Some(Stretch { from, until: (-f.b / f.v2).max(from.next_up()) })
 }
 
@@ -49,11 +49,11 @@ pub fn negative(f: &Quadratic) -> Option<f64> {
     }
     let discriminant = f.b * f.b - f.v2 * f.r2;
     let dt = if discriminant > 0.0 {
-        // The later root, in the form without cancellation: of two that are behind, either.
+        // The later root, in the form without cancellation. If both are in the past, either one.
         let root = discriminant.sqrt();
         if f.b < 0.0 { -(f.b - root) / f.v2 } else { -f.r2 / (f.b + root) }
     } else if f.r2 < 0.0 {
-        // A pair inside has a root ahead; here both products are below the smallest float, and it is out of reach.
+        // A pair inside has a future root. Here both products underflow, and it is out of reach.
         return None;
     } else {
         -f.b / f.v2

@@ -1,7 +1,9 @@
-//! SIMD lanes: Algorithms 2 and 3 for many pairs at once, the same operations in the same order as one by one, and so the same bits.
+//! SIMD lanes: Algorithms 2 and 3 for many pairs at once. The operations and their order are those of the
+//! scalar algorithms, and so are the bits of the results.
 //!
-//! [`Lanes`] is written down three times: for any processor, for those with AVX2, which compute four numbers with one instruction, and
-//! for those with AVX-512, which compute eight. No operation is fused, and all are correctly rounded, so the three agree to the bit.
+//! [`Lanes`] is implemented three times: for any processor, for AVX2 with four numbers per instruction, and
+//! for AVX-512 with eight. No operation is fused and all are correctly rounded, so the three agree to the
+//! bit.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -10,7 +12,7 @@ mod avx512;
 
 use std::array::from_fn;
 
-/// The SIMD instructions in use, and so the number of lanes.
+/// The SIMD instructions in use, which determine the number of lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Simd(Instructions);
 
@@ -42,13 +44,13 @@ impl Simd {
         all
     }
 
-    /// The most that the processor can do.
+    /// The widest instructions of the processor.
     #[must_use]
     pub fn most() -> Self {
         Self::all().pop().unwrap_or(Self(Instructions::Any))
     }
 
-    /// Whether there is AVX2, for code that uses nothing else.
+    /// Whether AVX2 is available, for code that uses nothing else.
     #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[inline]
     #[must_use]
@@ -56,39 +58,39 @@ impl Simd {
         self.0 != Instructions::Any
     }
 
-    /// At most four numbers at once: enough for a few, and then cheaper.
+    /// At most four lanes, which is cheaper for a few numbers.
     #[inline]
     #[must_use]
     pub fn at_most_four(self) -> Self {
         match self.0 {
-            // SAFETY: the same.
+            // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx512 => Self(Instructions::Avx2),
             _ => self,
         }
     }
 
-    /// Does some work with these instructions.
+    /// Runs a calculation with these instructions.
     #[inline]
     pub fn run<W: Work>(self, work: W) -> W::Output {
         match self.0 {
             Instructions::Any => work.run::<Plain>(),
-            // SAFETY: [`Self::all`] has asked the processor for these instructions.
+            // SAFETY: [`Self::all`] has checked that the processor supports these instructions.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx2 => unsafe { in_fours(work) },
-            // SAFETY: the same.
+            // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx512 => unsafe { in_eights(work) },
         }
     }
 }
 
-/// A calculation in lanes, whatever the instructions are.
+/// A calculation in lanes of any instruction set.
 pub trait Work {
     /// Result of the calculation.
     type Output;
 
-    /// Does it. Has to be inlined into code for the instructions of `F`.
+    /// Runs the calculation. It must be inlined into code for the instructions of `F`.
     fn run<F: Lanes>(self) -> Self::Output;
 }
 
@@ -104,18 +106,18 @@ fn in_eights<W: Work>(work: W) -> W::Output {
     work.run::<avx512::Widest>()
 }
 
-/// The most lanes.
+/// The largest number of lanes.
 pub const MOST_LANES: usize = 8;
 
 /// A vector of lanes: numbers, one per pair.
 pub trait Lanes: Copy {
-    /// How many.
+    /// Number of lanes.
     const COUNT: usize;
-    /// One number in all lanes.
+    /// The same number in all lanes.
     fn all(x: f64) -> Self;
-    /// One number each.
+    /// A number for each lane.
     fn each(x: &[f64]) -> Self;
-    /// Rows of eight become columns.
+    /// Transposes rows of eight numbers.
     fn columns<'a>(row: impl Fn(usize) -> &'a [f64; 8]) -> [Self; 8];
     /// Sums.
     fn add(self, other: Self) -> Self;
@@ -127,19 +129,19 @@ pub trait Lanes: Copy {
     fn div(self, other: Self) -> Self;
     /// Square roots.
     fn sqrt(self) -> Self;
-    /// Where `self < limit`, the one, elsewhere the other.
+    /// `then` where `self < limit`, `otherwise` elsewhere.
     fn if_less(self, limit: Self, then: Self, otherwise: Self) -> Self;
-    /// The smaller ones of two times as many.
+    /// The lane-wise minimum.
     fn least(self, other: Self) -> Self;
-    /// The smallest one.
+    /// The smallest number.
     fn smallest(self) -> f64;
-    /// Which are at most `limit`, as bits.
+    /// Bit mask of the lanes that are at most `limit`.
     fn at_most(self, limit: f64) -> u32;
     /// Writes the numbers.
     fn write(self, to: &mut [f64]);
 }
 
-/// Four numbers for any processor.
+/// Four numbers, for any processor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plain([f64; 4]);
 
@@ -207,7 +209,7 @@ impl Lanes for Plain {
     }
 }
 
-/// Algorithm 2: the times from now to the next events on the positive side, infinite where there is none, of pairs with
+/// Algorithm 2: the times to the next events on the positive side, infinite if there is none, for pairs with
 /// overlap functions `V2 dt^2 + 2 B dt + R2`.
 #[inline(always)]
 #[must_use]
@@ -220,7 +222,7 @@ pub fn positive<F: Lanes>(r2: F, b: F, v2: F) -> F {
     b.if_less(zero, approaching, never)
 }
 
-/// Algorithm 3: the times from now to the next events on the negative side, of pairs.
+/// Algorithm 3: the times to the next events on the negative side.
 #[inline(always)]
 #[must_use]
 pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
@@ -228,7 +230,7 @@ pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
     let discriminant = b.mul(b).sub(v2.mul(r2));
     let root = discriminant.sqrt();
     let q = b.add(b.if_less(zero, zero.sub(root), root));
-    // One division for all: each of them takes as long as ten sums.
+    // A single division for both cases, because a division takes as long as ten additions.
     let (above, below) = (b.if_less(zero, q, r2), b.if_less(zero, v2, q));
     let (above, below) = (zero.if_less(discriminant, above, b), zero.if_less(discriminant, below, v2));
     let last = zero.sub(above).div(below);
@@ -243,7 +245,7 @@ mod tests {
     use crate::physics::overlap::Quadratic;
     use proptest::prelude::*;
 
-    /// Exact zeros, contact and grazing come up often.
+    /// Exact zeros, contact and grazing are frequent.
     fn coefficient() -> impl Strategy<Value = f64> {
         prop_oneof![
             prop::sample::select(vec![
@@ -300,7 +302,7 @@ mod tests {
         }
     }
 
-    /// Eight rows of eight as columns.
+    /// Transposes an eight-by-eight array.
     struct Turn<'a>(&'a [[f64; 8]; 8]);
 
     impl Work for Turn<'_> {
@@ -327,7 +329,7 @@ mod tests {
         }
     }
 
-    /// The smallest number, and which are at most 3.
+    /// The smallest number, and the mask of those that are at most 3.
     struct Compare<'a>(&'a [f64; 8]);
 
     impl Work for Compare<'_> {

@@ -1,8 +1,9 @@
-//! That two never meet: what rounding cannot undo.
+//! Proofs that two particles never meet, despite rounding.
 //!
-//! Where detection finds no event, exact arithmetic finds none with coefficients that differ from those of the scene by their rounding. For a
-//! next event that is enough. For all the time to come it is not: on a path of ten million diameters, rounding decides between a
-//! miss and a collision. Here `true` is a proof, with all states within a [`Doubt`] of those given, and `false` is no answer.
+//! If detection finds no event, exact arithmetic finds none for coefficients within their rounding errors.
+//! That is sufficient for the next event, but not for all time: on a path of ten million diameters, rounding
+//! decides between a miss and a collision. Here `true` is a proof, for all states within a [`Doubt`] of the
+//! given ones, and `false` is no answer.
 
 use crate::Vector;
 use crate::physics::motion::RelativeState;
@@ -10,10 +11,10 @@ use crate::physics::motion::RelativeState;
 /// Relative rounding error of a number after some operations.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Rounding that 50 bisections of a polynomial can add up to, in parts of its coefficients.
+/// Rounding error that 50 bisections of a polynomial can accumulate, relative to its coefficients.
 const BISECTED: f64 = 64.0 * f64::EPSILON;
 
-/// Pieces of a flight that are looked at before there is no answer.
+/// Maximum number of pieces of a flight to examine before giving up.
 const MOST_PIECES: u32 = 200;
 
 /// Largest deviation of a state from the exact one.
@@ -26,14 +27,15 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    /// Bound for a difference of numbers whose magnitudes add up to these.
+    /// Bound for a difference of numbers with the given sums of magnitudes.
     #[must_use]
     pub fn of(lengths: f64, speeds: f64) -> Self {
         Self { position: ROUNDING * lengths, velocity: ROUNDING * speeds }
     }
 }
 
-/// Whether a pair without relative acceleration, and with exact velocities, is shown never to come nearer than `distance`, or to recede for ever.
+/// Whether a pair without relative acceleration, and with exact velocities, provably never comes nearer than
+/// `distance`, or recedes forever.
 ///
 /// The shortest distance on a straight path is `|r x v| / |v|`, which does not cancel as the discriminant of the overlap function does.
 #[must_use]
@@ -47,14 +49,15 @@ pub fn inertial(state: &RelativeState, doubt: &Doubt, distance: f64) -> bool {
     velocity.dot(position) > speed * doubt || position.cross(velocity).norm() > speed * kept
 }
 
-/// Whether a pair with a relative acceleration is shown never to come nearer than `distance`, or to recede for ever.
+/// Whether a pair with a relative acceleration provably never comes nearer than `distance`, or recedes
+/// forever.
 #[must_use]
 pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, distance: f64) -> bool {
     let RelativeState { position: r, velocity: v } = state;
     let (length, speed, push) = (r.norm(), v.norm(), acceleration.norm());
     let squared = distance * distance;
     let (dr, dv) = (doubt.position + ROUNDING * length, doubt.velocity + ROUNDING * speed);
-    // The overlap function from below: no coefficient of the exact one is smaller.
+    // A lower bound of the overlap function: no coefficient of the exact one is smaller.
     let lowest = [
         r.norm_squared() - squared - 2.0 * dr * (length + dr) - ROUNDING * squared,
         2.0 * (v.dot(r) - speed * dr - length * dv - dr * dv),
@@ -66,11 +69,11 @@ pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, 
     recedes || is_always_positive(&lowest, speed / push + (length / push).sqrt())
 }
 
-/// Whether a particle is shown never to come to a plane: the signed distance and its first two derivatives.
+/// Whether a particle provably never reaches a plane, from the signed distance and its first two derivatives.
 #[must_use]
 pub fn plane(height: f64, velocity: f64, acceleration: f64, doubt: &Doubt) -> bool {
     if acceleration == 0.0 {
-        // Velocities change at events only.
+        // Velocities change only at events.
         return velocity >= 0.0;
     }
     let (lowest, fastest) = (height - doubt.position, doubt.velocity - velocity);
@@ -78,10 +81,12 @@ pub fn plane(height: f64, velocity: f64, acceleration: f64, doubt: &Doubt) -> bo
     acceleration > 0.0 && (fastest <= 0.0 || turns_above)
 }
 
-/// Whether a quartic, given by its coefficients with the constant first, is shown to be positive from 0 on. `scale` is a time on which it changes.
+/// Whether a quartic, given by its coefficients from the constant on, is provably positive for all arguments
+/// from 0 on. `scale` is a time on which it changes.
 ///
-/// In units of it, up to 1 and, with the coefficients reversed, from there on to infinity. On each of the two it lies within the hull of its Bernstein
-/// coefficients; where they are not all positive, those of its halves are closer to it.
+/// In units of `scale`, the argument is split into the interval up to 1 and, with reversed coefficients, the
+/// interval from 1 to infinity. On each interval the quartic lies within the hull of its Bernstein
+/// coefficients. If these are not all positive, the halves of the interval give tighter hulls.
 fn is_always_positive(coefficients: &[f64; 5], scale: f64) -> bool {
     let mut power = 1.0;
     let near = coefficients.map(|c| {
@@ -164,7 +169,7 @@ mod tests {
             ([0.0, 0.0, -1.0], [0.0, 0.0, -0.1], true),
             ([0.0, 0.0, -2.0], [0.0, 0.0, 1.0], true),
             ([0.0, 0.0, -2.0], [0.0, 0.0, 1.5], false),
-            // A flight over it and down behind it: 1.5 above when it passes the side.
+            // It flies over the sphere and falls behind it, 1.5 above it when it passes the side.
             ([-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], true),
             ([-1.0, 0.0, 1.0], [0.5, 0.0, 0.5], false),
         ] {
@@ -174,7 +179,8 @@ mod tests {
                 "{position:?} {velocity:?}"
             );
         }
-        // Up for 10^9, and back: the last digit of the square of that is larger than the sphere.
+        // It climbs for 10^9 and returns. The last digit of the square of that time exceeds the sphere's
+        // size.
         let slow = Vector::new(0.0, 0.0, -1e-9);
         assert!(!accelerated(&state([0.0, 0.0, 6.0], [0.0, 0.0, 1.0]), &slow, &EXACT, 1.0));
         assert!(!accelerated(&state([1e-3, 0.0, 6.0], [0.0, 0.0, 1.0]), &slow, &EXACT, 1.0));

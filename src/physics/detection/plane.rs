@@ -1,11 +1,11 @@
-//! A particle and a plane: a flat wall, the side of a cell, or a face.
+//! A particle and a plane: a flat wall, a face of a cell, or a face of a mesh.
 
 use super::stretch::Stretch;
 
-/// Time from now until the signed distance `h(dt) = height + velocity dt + acceleration/2 dt^2` is `<= 0` and falling.
+/// Time until the signed distance `h(dt) = height + velocity dt + acceleration/2 dt^2` is `<= 0` and falling.
 ///
-/// The rule of [`crate::physics::detection`] in one dimension, where the overlap function is the distance itself `[length]`. The
-/// roots are taken in the form that does not cancel.
+/// The rule of [`crate::physics::detection`] in one dimension, where the overlap function is the distance
+/// itself `[length]`. The form of the roots avoids cancellation.
 #[inline]
 #[must_use]
 pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> {
@@ -30,16 +30,18 @@ pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> 
     Some((velocity + discriminant.sqrt()) / -acceleration)
 }
 
-/// The stretch of time in which a particle on the upper side, `height` above the plane, is no farther from it than `distance` and falls.
+/// The interval in which a particle on the upper side, `height` above the plane, is at most `distance` away
+/// and falls.
 #[must_use]
 pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: f64) -> Option<Stretch> {
     let from = next_event(height - distance, velocity, acceleration)?;
     let until = next_event(height, velocity, acceleration).unwrap_or_else(|| {
-        // It turns before the plane itself.
+        // It turns before it reaches the plane.
         if acceleration > 0.0 { -velocity / acceleration } else { f64::INFINITY }
     });
     let falls_from = if velocity > 0.0 { -velocity / acceleration } else { 0.0 };
-    // A particle from beyond the distance is on the upper side for a while, which floats may not resolve.
+    // A particle from beyond the distance is on the upper side for a while, which may be too short for floats
+    // to resolve.
     let until = if from > falls_from { until.max(from.next_up()) } else { until };
     Some(Stretch { from, until })
 }
@@ -87,14 +89,14 @@ mod tests {
         assert_eq!(stretch(3.0, -2.5, 1.0), Some(Stretch { from: 1.0, until: 2.0 }));
         assert_eq!(stretch(2.5, -2.0, 1.0), Some(Stretch { from: 1.0, until: 2.0 }));
         assert_eq!(stretch(0.5, 0.25, -1.0).map(|stretch| stretch.from), Some(0.25));
-        // On the other side already: empty.
+        // Already on the other side: empty.
         assert_eq!(stretch(-1.0, -1.0, 0.0), Some(Stretch { from: 0.0, until: 0.0 }));
         assert_eq!(stretch(-2.0, 1.0, -1.0), Some(Stretch { from: 1.0, until: 1.0 }));
     }
 
     #[test]
     fn a_stretch_shorter_than_floats_resolve_is_not_empty() {
-        // Back at the plane at t = 1, a thin one.
+        // Back at the plane at t = 1; a short interval.
         for (height, velocity, acceleration) in
             [(0.0, 1.0, -2.0), (1.0, -1.0, 0.0), (2.0, 0.0, -4.0), (0.75, -0.5, -0.5)]
         {

@@ -1,9 +1,9 @@
-//! Roots of polynomials by bracketing: closed forms locate, a safeguarded iteration finishes.
+//! Roots of polynomials by bracketing: closed forms locate them, a safeguarded iteration refines them.
 
 /// The sign changes of a cubic at positive arguments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SignChanges {
-    /// Where the cubic changes its sign, ascending and positive; the first `count` are meant.
+    /// Positive arguments of the sign changes, ascending. Only the first `count` are valid.
     pub at: [f64; 3],
     /// Number of sign changes.
     pub count: usize,
@@ -13,9 +13,10 @@ pub struct SignChanges {
 
 /// Where `c[0] + c[1] t + c[2] t^2 + c[3] t^3` with `c[3] > 0` changes sign at `t > 0`.
 ///
-/// The turning points of the cubic cut the positive axis into monotone pieces; a piece whose ends differ in sign holds one
-/// root, which [`bracketed`] finishes. Nothing is divided by `c[3]`, so the near roots stay accurate as `c[3] -> 0`. A
-/// double root changes no sign and is not reported. At `t = 0` the first coefficient that is not zero decides the sign.
+/// The turning points of the cubic divide the positive axis into monotone pieces. A piece whose ends differ
+/// in sign holds one root, which [`bracketed`] refines. There is no division by `c[3]`, so that near roots
+/// stay accurate as `c[3] -> 0`. A double root changes no sign and is not reported. At `t = 0` the first
+/// coefficient that is not zero decides the sign.
 #[must_use]
 pub fn sign_changes_of_cubic(c: &[f64; 4]) -> SignChanges {
     let value = |t: f64| ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
@@ -42,7 +43,7 @@ pub fn sign_changes_of_cubic(c: &[f64; 4]) -> SignChanges {
     found
 }
 
-/// The two real roots of `c[1] + 2 c[2] t + 3 c[3] t^2`, ascending; NaN where there are none.
+/// The two real roots of `c[1] + 2 c[2] t + 3 c[3] t^2`, ascending; NaN if there are none.
 fn turning_points(c: &[f64; 4]) -> [f64; 2] {
     let (a, half_b, constant) = (3.0 * c[3], c[2], c[1]);
     let q = -(half_b + (half_b * half_b - a * constant).sqrt().copysign(half_b));
@@ -50,7 +51,7 @@ fn turning_points(c: &[f64; 4]) -> [f64; 2] {
     if first <= second { [first, second] } else { [second, first] }
 }
 
-/// A first step of the size of the cubic's largest root: the sum of the bounds of its coefficients taken alone.
+/// A first step comparable to the cubic's largest root: the sum of the bounds from single coefficients.
 fn initial_step(c: &[f64; 4]) -> f64 {
     let step = libm::cbrt((c[0] / c[3]).abs()).max((c[1] / c[3]).abs().sqrt()).max((c[2] / c[3]).abs());
     if step > 0.0 && step.is_finite() { step } else { 1.0 }
@@ -58,7 +59,7 @@ fn initial_step(c: &[f64; 4]) -> f64 {
 
 /// The first of `from + step`, `from + 3 step`, `from + 7 step`, ... that satisfies `is_beyond`.
 ///
-/// `None` if that is further away than any float.
+/// `None` if that exceeds the largest float.
 pub(crate) fn grow(from: f64, step: f64, is_beyond: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut to, mut step) = (from + step, step);
     while to < f64::MAX {
@@ -71,11 +72,12 @@ pub(crate) fn grow(from: f64, step: f64, is_beyond: impl Fn(f64) -> bool) -> Opt
     None
 }
 
-/// The last argument of `[valid, invalid]` at which `f >= 0`, where `f` falls from positive to negative once.
+/// The last argument in `[valid, invalid]` at which `f >= 0`, for an `f` that falls once from positive to
+/// negative.
 ///
-/// Chandrupatla's method: inverse quadratic interpolation where the last three points allow it, bisection otherwise (Adv.
-/// Eng. Software 28, 145, 1997). It ends when the bracket is one or two floats wide, and returns the end that is valid, so
-/// that the state at the event is.
+/// Chandrupatla's method: inverse quadratic interpolation if the last three points allow it, otherwise
+/// bisection (Adv. Eng. Software 28, 145, 1997). It ends when the bracket is one or two floats wide, and
+/// returns the valid end, so that the state at the event is valid.
 #[must_use]
 pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     let (mut a, mut b) = (valid, invalid);
@@ -102,7 +104,7 @@ pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
             last
         };
         (a, fa) = (x, fx);
-        // Nearer than this a step is below the spacing of floats.
+        // Below this, a step is smaller than the spacing of floats.
         let resolution = f64::EPSILON * a.abs().max(b.abs());
         let width = (b - a).abs();
         if width <= resolution {
@@ -127,7 +129,8 @@ pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     }
 }
 
-/// Bisection alone crosses all floats between 0 and the largest in 2,100 steps; each step is at worst one of three.
+/// Bisection alone crosses all floats between 0 and the largest in 2,100 steps. In the worst case, one of
+/// three steps is a bisection.
 const MOST_ITERATIONS: usize = 6_300;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Lattices in a region that is no box: those of their sites that are inside.
+//! Lattices in a region other than a box: the sites that lie inside.
 
 use super::{Fit, Lattice, Sites};
 use crate::Vector;
@@ -7,21 +7,24 @@ use crate::model::space::Space;
 use crate::prepare::NoPlace;
 use crate::prepare::region::FillRegion;
 
-/// By how much the number of sites in the box around a region grows from one attempt to the next.
+/// Factor by which the number of sites in the box around a region grows with each attempt.
 const STEP: f64 = 1.02;
 
-/// More sites than this for each one that the volume of the region asks for are not made: by then some are inside of any region that has room.
+/// Maximum number of sites per site required by the region's volume. By then, some sites are inside any
+/// region that has room.
 const MOST_SITES: f64 = 20.0;
 
-/// Number of sites of a lattice over the box around a region if `count` are inside, from the volumes of both.
+/// Number of sites of a lattice over the box around a region such that about `count` are inside, from the
+/// volumes of both.
 pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> f64 {
     count as f64 * FillRegion::Box(region.bounds(space)).volume(space) / region.volume(space)
 }
 
-/// The sites of a lattice over the box around a region that are inside of it, each with its particle. The widest lattice with enough of them.
+/// The sites of a lattice over the bounding box that lie inside a region, each with its particle. The widest
+/// lattice with enough of them is used.
 ///
 /// # Errors
-/// [`NoPlace::TooTight`] where enough of them are closer than contact.
+/// [`NoPlace::TooTight`] if enough sites require distances below contact.
 pub(crate) fn sites_inside(
     lattice: Lattice,
     space: &Space,
@@ -42,7 +45,7 @@ pub(crate) fn sites_inside(
         fit.count = fit.all();
         let inside: Vec<Vector> = fit.sites().into_iter().filter(|site| region.holds(site, 0.5 * diameter)).collect();
         if inside.len() >= count {
-            // Sites in excess stay empty, evenly spread.
+            // Excess sites are left empty at even spacing.
             let site = |particle: usize| inside[particle * inside.len() / count];
             return Ok((0..count).map(site).collect());
         }
@@ -50,7 +53,7 @@ pub(crate) fn sites_inside(
     }
 }
 
-/// The least distance of any two sites.
+/// The smallest distance between two sites.
 #[cfg(test)]
 pub(super) fn least_distance(sites: &[Vector], space: &Space) -> f64 {
     let mut least = f64::INFINITY;
@@ -90,7 +93,8 @@ mod tests {
             assert!(count == 1 || least_distance(&sites, &cube) >= 1.0 - 1e-12, "{region:?}");
             assert!(count == 1 || matches!(fill(Some(2.0)), Err(NoPlace::TooTight { .. })), "{region:?}");
         }
-        // A lattice in half of the sphere has no holes: neighbours are at least 0.86 of the mean spacing apart.
+        // A lattice in half of the sphere has no holes. Neighbours are at least 0.86 of the mean spacing
+        // apart.
         let sphere = FillRegion::Sphere { centre: Vector::repeat(10.0), radius: 5.0 };
         let sites =
             sites_inside(Lattice::FaceCentredCubic, &cube, &sphere, Sites { count: 350, diameter: 1.0, contact: None });

@@ -1,4 +1,5 @@
-//! Lubachevsky-Stillinger compression: dense random packings from small spheres that grow to their size while they move.
+//! Lubachevsky-Stillinger compression: dense random packings from small moving spheres that grow to full
+//! size.
 //!
 //! B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990), [doi:10.1007/BF01025983](https://doi.org/10.1007/BF01025983).
 
@@ -20,59 +21,64 @@ use crate::prepare::packing::occupancy::{Contacts, Occupancy};
 use crate::prepare::region::FillRegion;
 use crate::prepare::velocity::maxwell;
 
-/// Fractions of a line, a plane and space at which the spheres start to grow: half of where random insertion jams.
+/// Packing fractions in one, two and three dimensions at which the spheres start to grow: half of the jamming
+/// fraction of random insertion.
 const LOOSE: [f64; 3] = [0.4, 0.3, 0.2];
 
-/// Fractions at which random insertion is not even tried: far beyond where it jams in a large box (0.75, 0.55 and 0.38), because
-/// a small box may be lucky.
+/// Packing fractions above which random insertion is not tried: far above its jamming fraction in a large box
+/// (0.75, 0.55 and 0.38), because it may succeed in a small box.
 const HOPELESS: [f64; 3] = [0.9, 0.65, 0.46];
 
-/// Equal spheres beyond random close packing are crystals, in part at least: 0.64 for large systems, some 0.01 more for some small ones.
+/// Equal spheres above random close packing are at least partly crystalline: 0.64 for large systems, about
+/// 0.01 more for some small ones.
 const RANDOM_CLOSE: f64 = 0.66;
 
-/// Speeds of growth of a mean diameter, in thermal speeds. Slower growth jams later, by less and less; still slower, equal spheres would
-/// crystallise.
+/// Growth speeds of a mean diameter, in thermal speeds. Slower growth jams later, with diminishing returns.
+/// At still lower speeds, equal spheres would crystallize.
 const SPEEDS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
 
-/// Up to this part of the fraction it may be faster: a fluid relaxes as quickly.
+/// Up to this fraction of the target, growth may be faster, because a fluid relaxes quickly.
 const FLUID: f64 = 0.8;
 
-/// The speed in a fluid.
+/// Growth speed in a fluid.
 const FAST: f64 = 0.1;
 
-/// The compressibility factor at which a packing counts as jammed: by `Z = D / (1 - phi / phi_J)` it is within 0.3 % of its limit.
+/// The compressibility factor at which a packing counts as jammed. By `Z = D / (1 - phi / phi_J)` it is
+/// within 0.3 % of its limit.
 const JAMMED: f64 = 1000.0;
 
-/// From this compressibility factor on the limit `phi_J` can be estimated, to within [`TOLERANCE`].
+/// From this compressibility factor on, the limit `phi_J` can be estimated within [`TOLERANCE`].
 const CLOSE: f64 = 60.0;
 
-/// Uncertainty of the limit that follows from `Z` of a short time while spheres grow, as a factor.
+/// Uncertainty, as a factor, of the limit estimated from `Z` over a short time of growth.
 const TOLERANCE: f64 = 1.01;
 
-/// Slower growth raises the fraction at which a packing jams by less than this part.
+/// Slower growth raises the jamming fraction by less than this fraction.
 const GAIN: f64 = 0.06;
 
-/// Events for each particle between two samples of temperature and pressure.
+/// Events per particle between two samples of temperature and pressure.
 const STRETCH: u64 = 5;
 
-/// Stretches of one growth, at most: many more than the slowest takes to [`JAMMED`].
+/// Maximum number of stretches of one growth, many more than the slowest needs to reach [`JAMMED`].
 const MOST_STRETCHES: u64 = 20_000;
 
-/// Growth goes so much too far that rounding leaves no overlap: the rounding of a coordinate in a box of 10^5 diameters.
+/// Spheres grow beyond their target by this factor, so that rounding leaves no overlap: the rounding of a
+/// coordinate in a box of 10^5 diameters.
 const BEYOND: f64 = 1.0 + 1e-10;
 
-/// Attempts to find a loose start, each with half of the diameters: where unlike spheres keep a larger distance than like ones.
+/// Number of attempts to find a loose start, each with half the diameters, for unlike spheres that keep a
+/// larger distance than like ones.
 const LOOSER: i32 = 6;
 
-/// The particles of a fill that has a periodic box for itself.
+/// The particles of a fill with a periodic box to itself.
 pub(crate) struct Compression<'a> {
     pub fill: &'a RandomFill<'a>,
-    /// Packing fraction of the particles, by the diameters of their species.
+    /// Packing fraction of the particles, from the diameters of their species.
     pub packing_fraction: f64,
 }
 
 impl Compression<'_> {
-    /// The fraction of the box that the cores fill.
+    /// Fraction of the box filled by the cores.
     fn core_fraction(&self) -> f64 {
         let core = |kind: &SpeciesId| self.fill.contacts.get(kind.0 as usize, kind.0 as usize);
         let volumes = self.fill.kinds.iter().map(|kind| own_volume(core(kind), self.fill.space.dimensions()));
@@ -83,15 +89,16 @@ impl Compression<'_> {
         values[self.fill.space.dimensions().clamp(1, 3) - 1]
     }
 
-    /// Whether placing one by one has no chance.
+    /// Whether sequential insertion has no chance.
     pub(crate) fn is_too_dense_to_insert(&self) -> bool {
         self.core_fraction() > self.of_dimensions(HOPELESS)
     }
 
-    /// Places where no two cores overlap.
+    /// Positions at which no two cores overlap.
     ///
     /// # Errors
-    /// [`NoPlace::Jammed`] where spheres of this size find none, [`NoPlace::SmallBox`] where a pair would meet twice.
+    /// [`NoPlace::Jammed`] if spheres of this size find no such positions, [`NoPlace::SmallBox`] if a pair
+    /// would meet in two images.
     pub(crate) fn positions(&self) -> Result<Vec<Vector>, NoPlace> {
         self.check_room()?;
         let is_equal = self.fill.kinds.iter().all(|kind| Some(kind) == self.fill.kinds.first());
@@ -117,7 +124,7 @@ impl Compression<'_> {
         NoPlace::Jammed { wanted: self.packing_fraction, reached }
     }
 
-    /// Refuses a periodic axis on which a pair would meet twice.
+    /// Rejects a periodic axis along which a pair would meet in two images.
     fn check_room(&self) -> Result<(), NoPlace> {
         let range = self.fill.contacts.largest();
         let periods = self.fill.space.periods();
@@ -127,7 +134,7 @@ impl Compression<'_> {
         }
     }
 
-    /// A scene of hard spheres that are smaller by a factor, with a temperature of 1.
+    /// A scene of hard spheres that are smaller by a factor, at a temperature of 1.
     fn loose(&self) -> Result<(Scene, f64), NoPlace> {
         let mut random = Random::new(self.fill.seed, Purpose::Growth, self.fill.group);
         let region = FillRegion::Box(Region { lower: self.fill.space.lower, upper: self.fill.space.upper() });
@@ -149,8 +156,8 @@ impl Compression<'_> {
         Err(tried.unwrap_or_else(|| self.jammed(0.0)))
     }
 
-    /// Hard spheres at these positions, with velocities of a temperature of 1. It needs no checks: they were inserted without overlaps, and
-    /// there is room on each axis.
+    /// Hard spheres at these positions, with velocities at a temperature of 1. No checks are needed: they
+    /// were inserted without overlaps, and there is room along each axis.
     fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, NoPlace> {
         let mut used = self.fill.kinds.to_vec();
         used.sort_unstable();
@@ -167,7 +174,8 @@ impl Compression<'_> {
         Ok(Scene::of_parts(SceneParts { name, seed, space, particles, ..spheres }))
     }
 
-    /// Lets the spheres of a scene grow to full size. Otherwise, the part of the fraction at which they jam.
+    /// Grows the spheres of a scene to full size. On failure, returns the fraction of the target at which
+    /// they jam.
     fn grown(&self, start: &Scene, factor: f64, speed: f64) -> Result<Vec<Vector>, f64> {
         let mut simulation = Simulation::without_plan(start.clone());
         let half_way = libm::pow(FLUID, 1.0 / self.fill.space.dimensions() as f64);
@@ -178,7 +186,7 @@ impl Compression<'_> {
         Ok(positions.into_iter().map(|position| self.fill.space.wrapped(position)).collect())
     }
 
-    /// Lets spheres that started with `factor` times their full diameters grow to `size` times them.
+    /// Grows spheres from `factor` to `size` times their full diameters.
     fn grow_to(&self, size: f64, speed: f64, factor: f64, simulation: &mut Simulation) -> Result<(), f64> {
         let Scene { particles, species, .. } = simulation.scene();
         let count = particles.len() as u64;
@@ -199,7 +207,7 @@ impl Compression<'_> {
                 return Ok(());
             }
             let temperature = 2.0 * simulation.energy().kinetic / degrees;
-            // All particles count in the virial theorem, though the centre of mass is at rest.
+            // All particles count in the virial theorem, although the centre of mass is at rest.
             let all = dimensions * count as f64;
             let exchanged =
                 (simulation.event_counts().virial.total() - before.virial.total()) / (all * 0.5 * (1.0 + temperature));
@@ -214,8 +222,8 @@ impl Compression<'_> {
     }
 }
 
-/// Parts of a scene of hard spheres of mass 1: the species `used`, which are numbered again, and their interactions; two without a contact pass
-/// through each other.
+/// Parts of a scene of hard spheres of mass 1: the species in `used`, renumbered, and their interactions.
+/// Species without a contact pass through each other.
 fn hard_spheres(used: &[SpeciesId], contacts: &Contacts) -> Result<SceneParts, NoPlace> {
     let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
     let mut spheres = SceneParts { table: SpeciesPairs::new(used.len()), ..SceneParts::default() };

@@ -8,11 +8,11 @@ use crate::prepare::NoPlace;
 use crate::prepare::packing::occupancy::Occupancy;
 use crate::prepare::region::FillRegion;
 
-/// Random attempts to place one particle before it is given up. At 90 % of the density where random insertion jams in
-/// three dimensions, a place is found once in some 10^4 attempts.
+/// Maximum number of random attempts to place a particle. At 90 % of the jamming density of random insertion
+/// in three dimensions, one in about 10^4 attempts succeeds.
 const ATTEMPTS: usize = 200_000;
 
-/// A place drawn evenly from a box, with the surface of the particle inside of it.
+/// A uniformly distributed position in a box, with the particle's surface inside.
 pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Random) -> Vector {
     Vector::from_fn(|k, _| {
         if space.boundary[k] == Boundary::Flat {
@@ -22,12 +22,13 @@ pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Ran
         let margin = if full && space.boundary[k] == Boundary::Periodic { 0.0 } else { radius };
         let (lower, upper) = (region.lower[k] + margin, region.upper[k] - margin);
         let drawn = lower + (upper - lower).max(0.0) * random.uniform();
-        // Rounding must not put it on the upper side, which is the lower one of the next image.
+        // Rounding must not put it on the upper side, which is the lower side of the next image.
         if drawn < upper { drawn } else { lower }
     })
 }
 
-/// Places particles one by one where they overlap nothing, in the order given, up to the first one that finds no place: radius and species of each.
+/// Places particles, given by radius and species, one by one without overlaps, up to the first that cannot be
+/// placed.
 pub(crate) fn insert(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,
@@ -46,7 +47,7 @@ pub(crate) fn insert(
     positions
 }
 
-/// The error that only `placed` of `count` particles found room.
+/// The error when only `placed` of `count` particles fit.
 pub(crate) fn no_room(placed: usize, count: usize) -> NoPlace {
     NoPlace::NoRoom { placed, count, attempts: ATTEMPTS }
 }

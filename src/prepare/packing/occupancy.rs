@@ -1,4 +1,5 @@
-//! Overlap search, during insertion and in a complete start: the particles placed so far, in hashed grids of cells.
+//! Overlap search, during insertion and in a complete start: the particles placed so far, in hashed grids of
+//! cells.
 
 mod contacts;
 mod grid;
@@ -21,32 +22,35 @@ pub(crate) struct Overlapping {
     pub contact: f64,
 }
 
-/// Particles whose shortest contacts differ by less than this factor share a grid; those of a coarser one are too many for a small particle
-/// to look at, and cells of a finer one for a large particle.
+/// Particles whose shortest contacts differ by less than this factor share a grid. A coarser grid would hold
+/// too many candidates for a small particle, a finer one too many cells for a large one.
 const COARSER: f64 = 8.0;
 
-/// Room for this many particles in a grid at first, where there are several.
+/// Initial capacity of a grid, if there are several.
 const FIRST: usize = 64;
 
-/// The particles placed so far, in hashed grids of cells, a coarse one for large particles and finer ones for smaller ones.
+/// The particles placed so far, in hashed grids of cells: a coarse grid for large particles and finer ones
+/// for smaller particles.
 ///
-/// Cells are a hash table of linked lists: the memory follows the number of particles, however far apart they are.
+/// Cells are linked lists in a hash table. The memory grows with the number of particles, however far apart
+/// they are.
 pub(crate) struct Occupancy<'a> {
     pub space: &'a Space,
     contacts: &'a Contacts,
-    /// The grid of each species, coarsest first; none for species without contacts.
+    /// The grid of each species, coarsest first; `None` for species without contacts.
     grid_of: Vec<Option<usize>>,
     grids: Vec<Grid<'a>>,
     taken: Vec<Taken>,
     /// The farthest side of the box `[length]`.
     side: f64,
-    /// Surfaces that particles keep clear of, and the radius of each species; none where nothing but particles is in the way.
+    /// Surfaces that particles must not overlap, and the radius of each species; `None` if only particles can
+    /// be in the way.
     surfaces: Option<(&'a Surfaces, Vec<f64>)>,
 }
 
-/// Particles in contact may be closer than their core by the rounding of their coordinates: a few units in the last
-/// place of the coordinate, and each separation has two per axis. It is that of the far side of the box, too: of two next to coordinate 0
-/// one may have been wrapped since they met.
+/// Particles in contact may be closer than their core by the rounding of their coordinates: a few units in
+/// the last place, two per axis and separation. The largest coordinate includes the far side of the box: of
+/// two particles near coordinate 0, one may have been wrapped since they met.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Rounding of the distance of two positions `[length]`.
@@ -58,7 +62,8 @@ impl<'a> Occupancy<'a> {
     /// Room for `capacity` particles.
     pub(crate) fn new(space: &'a Space, contacts: &'a Contacts, capacity: usize) -> Self {
         let species = contacts.iter().map(|([_, b], _)| b + 1).max().unwrap_or(0);
-        // The shortest contact is a measure of size: the longest of a small particle is that with a large one.
+        // The shortest contact measures a particle's size. The longest contact of a small particle is the one
+        // with a large particle.
         let mut shortest = vec![f64::INFINITY; species];
         for ([a, b], contact) in contacts.iter().filter(|(_, contact)| *contact > 0.0) {
             shortest[a] = shortest[a].min(contact);
@@ -86,7 +91,7 @@ impl<'a> Occupancy<'a> {
         }
         let grids = ranges.into_iter().enumerate().map(|(number, ranges)| {
             let own = (0..species).filter(|&species| grid_of[species] == Some(number)).map(|species| ranges[species]);
-            // In a grid whose particles touch only larger ones, any size will do.
+            // If the particles of a grid touch only larger ones, any cell size will do.
             let cell = Some(own.fold(0.0, f64::max)).filter(|cell| *cell > 0.0).unwrap_or(largest);
             Grid::new(space, cell, ranges, capacity)
         });
@@ -101,12 +106,12 @@ impl<'a> Occupancy<'a> {
         }
     }
 
-    /// With surfaces that particles keep clear of, and the radius of each species.
+    /// Adds surfaces that particles must not overlap, and the radius of each species.
     pub(crate) fn among(self, surfaces: &'a Surfaces, radii: Vec<f64>) -> Self {
         Self { surfaces: Some((surfaces, radii)), ..self }
     }
 
-    /// Whether a particle here overlaps neither another one nor a surface.
+    /// Whether a particle at a position overlaps neither another particle nor a surface.
     pub(crate) fn is_free(&self, position: &Vector, species: u32) -> bool {
         self.overlap(position, species, |_| true).is_none() && !self.reaches_surface(position, species)
     }
@@ -115,16 +120,16 @@ impl<'a> Occupancy<'a> {
         let Some((surfaces, radii)) = &self.surfaces else { return false };
         let radius = radii.get(species as usize).copied().unwrap_or(0.0);
         let mut reaches = false;
-        // A scene with more species was refused.
+        // A scene with more species was rejected.
         let row = u16::try_from(species).unwrap_or(u16::MAX);
         surfaces.for_each_near((position, radius), row, surfaces.start_time(), |surface, position| {
-            // Walls are the sides of what is filled.
+            // Walls are the sides of the filled region.
             reaches |= surface.shape.side().is_none() && surface.shape.gap(position, radius) < 0.0;
         });
         reaches
     }
 
-    /// Takes a place. The particle's number is how many were taken before it.
+    /// Places a particle. Its number is the number of particles placed before it.
     pub(crate) fn take(&mut self, position: Vector, species: u32) {
         let number = id(self.taken.len());
         self.taken.push(Taken::new(position, species));
@@ -133,7 +138,7 @@ impl<'a> Occupancy<'a> {
         }
     }
 
-    /// The first overlap of a particle here with one that was taken and for which `counts` holds.
+    /// The first overlap of a particle at a position with a placed one for which `counts` holds.
     pub(crate) fn overlap(&self, position: &Vector, species: u32, counts: impl Fn(u32) -> bool) -> Option<Overlapping> {
         let is_overlap = |other: u32, periods: &Vector| {
             let Taken { position: there, species: its_species, .. } = &self.taken[other as usize];
@@ -158,8 +163,8 @@ impl<'a> Occupancy<'a> {
     }
 }
 
-/// The first particle whose core overlaps that of an earlier one, and that one, except for pairs with interactions of their own. The next image up
-/// of a sheared box is displaced along x by `displacement` `[length]`.
+/// The first particle whose core overlaps an earlier one, and that one, except for pairs with interactions of
+/// their own. The next image along y of a sheared box is displaced along x by `displacement` `[length]`.
 pub(crate) fn first_overlap(
     particles: &[Particle],
     contacts: &Contacts,
@@ -178,13 +183,13 @@ pub(crate) fn first_overlap(
             && distance < contact - rounding([&first.position, &second.position], side, contact)
             && !is_bonded(a.min(b), a.max(b))
     };
-    // Which overlap is the first one matters only where there is one.
+    // Which overlap is first matters only if there is one.
     if let Some(cells) = cell_list(particles, contacts, space, displacement)
         && !cells.has_pair(|a, b, _, squared| is_overlap(a, b, squared.sqrt()))
     {
         return None;
     }
-    // Where images above and below are displaced, they are looked for at their own places.
+    // Displaced images above and below are searched for separately.
     let mut unstacked = space.clone();
     if displacement != 0.0 {
         unstacked.boundary[1] = Boundary::OPEN;
@@ -202,10 +207,11 @@ pub(crate) fn first_overlap(
     None
 }
 
-/// Particles of sizes that differ by more than this factor are too many in cells of the longest contact.
+/// If sizes differ by more than this factor, cells of the longest contact hold too many small particles.
 const ALIKE: f64 = 2.0;
 
-/// All particles that touch others in cells of the longest contact; none where sizes differ much, or where the box is too small for one image of each pair.
+/// All particles with contacts, in cells of the longest contact; `None` if sizes differ much, or if the box
+/// is too small for a single image of each pair.
 fn cell_list(particles: &[Particle], contacts: &Contacts, space: &Space, displacement: f64) -> Option<CellList> {
     let largest = contacts.largest();
     let mut touches = vec![false; contacts.iter().map(|([a, b], _)| a.max(b) + 1).max()?];

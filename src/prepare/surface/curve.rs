@@ -1,7 +1,7 @@
 //! Curves of static disks: the walls of two-dimensional scenes.
 //!
-//! A disk whose contact distance with the static disks is `s` passes between two neighbours at a distance `d` only if half of that, the distance
-//! from the middle of the gap to both, exceeds `s`.
+//! A disk whose contact distance with the static disks is `s` passes between two neighbours at a distance `d`
+//! only if half of that, the distance from the middle of the gap to both, exceeds `s`.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use super::{BoxSide, Layout, intervals};
 use crate::Vector;
 use crate::model::space::{Boundary, Space};
 
-/// The two axes of a plane; none in a space of one or three dimensions.
+/// The two axes of a plane; `None` in one or three dimensions.
 pub(crate) fn plane_axes(space: &Space) -> Option<[usize; 2]> {
     let mut axes = (0..3).filter(|&axis| space.boundary[axis] != Boundary::Flat);
     match (axes.next(), axes.next(), axes.next()) {
@@ -41,7 +41,7 @@ pub(super) fn ring(centre: &Vector, radius: f64, [u, v]: [usize; 2], spacing: f6
     Layout { points: (0..count).map(point).collect(), hole, rims: Vec::new() }
 }
 
-/// The sides of a rectangle in a plane, except for the open ones. Sides that meet have a corner in common.
+/// The sides of a rectangle in a plane, except the open ones. Adjacent sides share a corner.
 pub(super) fn rectangle(lower: &Vector, upper: &Vector, open: &[BoxSide], axes: [usize; 2], spacing: f64) -> Layout {
     let size = axes.map(|axis| upper[axis] - lower[axis]);
     let steps = size.map(|edge| intervals(edge, spacing));
@@ -57,7 +57,7 @@ pub(super) fn rectangle(lower: &Vector, upper: &Vector, open: &[BoxSide], axes: 
             if !sides().any(|(k, end)| !is_open(k, end)) {
                 continue;
             }
-            // Where a side is open, each of the two disks beside it is an end by itself.
+            // At an open side, each of the two adjacent disks is a separate end.
             layout.rims.extend(sides().filter(|&(k, end)| is_open(k, end)).map(|_| vec![layout.points.len()]));
             let mut point = *lower;
             for (k, &axis) in axes.iter().enumerate() {
@@ -87,7 +87,8 @@ mod tests {
         Vector::new(x, 0.0, z)
     }
 
-    /// Distances of points along a curve to the nearest disk: the largest is that of the hole.
+    /// Compares distances of points along a curve to the nearest disk with the claimed hole, which is the
+    /// largest of them.
     fn check(shape: &Surface, spacing: f64, count: usize, along: &dyn Fn(f64) -> Vector) -> Layout {
         let layout = shape.layout(spacing, &plane());
         assert_eq!(layout.points.len(), count, "{shape:?}");
@@ -113,7 +114,7 @@ mod tests {
         });
         let (lower, upper) = (at(0.0, 0.0), at(4.0, 2.0));
         let top = BoxSide { axis: 2, is_upper: true };
-        // Four steps along x and two along z: 12 all around, three less without the top.
+        // Four steps along x and two along z: 12 in all, three less without the top.
         let closed = Surface::Rectangle { lower, upper, open: Vec::new() };
         assert!(check(&closed, 1.0, 12, &|part| at(4.0 * part, 0.0)).rims.is_empty());
         let cup = Surface::Rectangle { lower, upper, open: vec![top] };

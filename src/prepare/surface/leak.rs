@@ -1,4 +1,4 @@
-//! Leaks of static surfaces: holes and joints that a moving species passes.
+//! Leaks of static surfaces: holes and joints that a moving species can pass.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ use crate::prepare::packing::occupancy::Contacts;
 use crate::prepare::surface::Layout;
 
 impl StaticSurface {
-    /// A surface whose spheres are those of a layout, the first of them with the id `first`.
+    /// A surface whose spheres are those of a layout; `first` is the id of its first sphere.
     pub(crate) fn new(name: String, species: SpeciesId, first: usize, layout: &Layout) -> Self {
         let number_of = |index: usize| id(first + index);
         Self {
@@ -28,7 +28,7 @@ impl StaticSurface {
     }
 }
 
-/// A leak: a static-sphere surface with holes that a species passes.
+/// A leak: a static-sphere surface with holes that a species can pass.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Leak {
     /// The surface, by name.
@@ -42,24 +42,26 @@ pub struct Leak {
     pub contact: f64,
 }
 
-/// A gap: an open end of a static-sphere surface that runs along another one at a distance that a species passes.
+/// A gap: an open end of a static-sphere surface along another surface, at a distance that a species can
+/// pass.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gap {
-    /// The surface whose open end it is, by name.
+    /// Name of the surface with the open end.
     #[serde(rename = "mesh")]
     pub surface: String,
-    /// The surface along which it runs, by name.
+    /// Name of the surface along which the end runs.
     pub other: String,
     /// Median distance of the spheres along the open end to the nearest ones of the other surface `[length]`.
     pub width: f64,
-    /// The species that passes, by name.
+    /// Name of the species that can pass.
     pub species: String,
 }
 
 impl Scene {
-    /// The static surfaces that leak, and what they leak of the species that collide with them.
+    /// Leaks of the static surfaces, for the species that collide with them.
     ///
-    /// A species passes a hole of circumradius `R` if its contact distance `s` with the static spheres is less than `R`.
+    /// A species can pass a hole of circumradius `R` if its contact distance `s` with the static spheres is
+    /// less than `R`.
     #[must_use]
     pub fn leaks(&self) -> Vec<Leak> {
         let contacts = self.contacts();
@@ -68,7 +70,7 @@ impl Scene {
             let Some(hole) = surface.hole else { continue };
             for (index, species) in self.species.iter().enumerate().filter(|(_, species)| !species.is_static()) {
                 let contact = contacts.get(index, surface.species.0 as usize);
-                // Particles that do not meet the surface are not meant to be held by it.
+                // Particles that do not collide with the surface need not be held by it.
                 if contact > 0.0 && contact < hole {
                     leaks.push(Leak { surface: surface.name.clone(), species: species.name.clone(), hole, contact });
                 }
@@ -79,10 +81,10 @@ impl Scene {
 
     /// Joints of static surfaces that leak.
     ///
-    /// An open end counts as running along the surface nearest to it if three quarters of its spheres are less than three
-    /// contact distances away from that surface, at much the same distance (quartiles within a factor 1.5). The joint leaks if the holes along it, `R = sqrt(d^2 + g^2) / 2` with the
-    /// spacing `d` along the end and the gap `g`, are larger than the contact distance at its median gap. Openings wider than
-    /// that are taken for what is meant.
+    /// An open end runs along the surface nearest to it if three quarters of its spheres are less than three
+    /// contact distances away from that surface, at similar distances (quartiles within a factor 1.5). The
+    /// joint leaks if the holes along it, `R = sqrt(d^2 + g^2) / 2` with the spacing `d` along the end and
+    /// the median gap `g`, are larger than the contact distance. Wider openings are assumed to be intended.
     #[must_use]
     pub fn gaps(&self) -> Vec<Gap> {
         let contacts = self.contacts();
@@ -106,7 +108,7 @@ impl Scene {
         gaps
     }
 
-    /// The surface to which an open end is joined with a leak, and the width of the gap.
+    /// The surface to which an open end has a leaky joint, and the width of the gap.
     fn gap_along(&self, rim: &[ParticleId], surface: usize, contact: f64) -> Option<(usize, f64)> {
         let position = |id: u32| self.particles[id as usize].position;
         let open = Space { boundary: [Boundary::OPEN; 3], ..self.space };
@@ -133,7 +135,7 @@ impl Scene {
         joint.filter(|(_, width)| 0.5 * libm::hypot(spacing, *width) > contact)
     }
 
-    /// The distances that cores keep.
+    /// Contact distances of the cores.
     pub(crate) fn contacts(&self) -> Contacts {
         Contacts::of(self.table.map(|id| self.interactions[id.0 as usize].potential.core()))
     }
@@ -143,7 +145,7 @@ impl Scene {
 mod tests {
     use super::*;
 
-    /// A box of side 10 without a lid, with a cylinder over its mouth.
+    /// A box of side 10 without a lid, with a cylinder above its opening.
     fn scene(spacing: f64, height: f64) -> Scene {
         Scene::from_toml(
             format!(

@@ -1,4 +1,4 @@
-//! Velocities that are drawn again, or scaled, on the way.
+//! Velocities that are redrawn or scaled during a run.
 
 use std::convert::Infallible;
 
@@ -10,16 +10,19 @@ use crate::model::random::{Purpose, Random};
 use crate::model::{Particle, Thermostat, ThermostatError};
 
 impl Simulation {
-    /// Draws new velocities for all particles that move, as those at the start of a scene: Maxwell's distribution, at rest as a whole along the axes on which
-    /// nothing changes the momentum, relative to what streams in a sheared box, and exactly at the temperature `[energy]`.
+    /// Draws new velocities for all moving particles, as at the start of a scene: Maxwell's distribution,
+    /// without net momentum along axes where it is conserved, relative to the streaming velocity in a sheared
+    /// box, and exactly at the temperature `[energy]`.
     ///
-    /// The random numbers are those of the seed, and not those of a start. The energy that this supplies is counted, as by [`Self::set_velocities`].
+    /// The random numbers follow from `seed` and differ from those of a start. The supplied energy is
+    /// counted, as by [`Self::set_velocities`].
     ///
     /// # Errors
-    /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NothingMoves`]; the simulation is as it was then.
+    /// [`ThermostatError::Number`] for a temperature that is not positive, and
+    /// [`ThermostatError::NothingMoves`]. The simulation is unchanged then.
     #[doc(alias = "velocity create")]
     pub fn thermalize(&mut self, temperature: f64, seed: u64) -> Result<(), ThermostatError> {
-        // The bath that would do so to each of them, in time.
+        // The heat bath that would do this to each particle in time.
         let bath = Thermostat::Andersen { temperature, rate: 1.0, axes: [true; 3] };
         bath.settled(self.scene().space(), self.moving(), false)?;
         let mut particles = Vec::new();
@@ -39,17 +42,19 @@ impl Simulation {
             false => Vector::zeros(),
         };
         let velocities: Vec<Vector> = particles.iter().map(|it| it.velocity + streaming(it)).collect();
-        // One of each particle, along the axes on which it moves.
+        // One for each particle, along the axes on which it moves.
         let set = self.set_velocities(&velocities);
         debug_assert_eq!(set, Ok(()));
         Ok(())
     }
 
-    /// Scales all velocities to a temperature once, as the thermostat of a run does again and again: [`Thermostat::Rescaling`].
+    /// Scales all velocities to a temperature once. The thermostat of a run does so repeatedly:
+    /// [`Thermostat::Rescaling`].
     ///
     /// # Errors
-    /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NoTemperature`], also if all is at rest; the simulation is
-    /// as it was then.
+    /// [`ThermostatError::Number`] for a temperature that is not positive, and
+    /// [`ThermostatError::NoTemperature`], also if all particles are at rest. The simulation is unchanged
+    /// then.
     pub fn rescale(&mut self, temperature: f64) -> Result<(), ThermostatError> {
         let applicable = ApplicableObservables::of_simulation(self);
         let is_accelerated = !applicable.has_temperature;

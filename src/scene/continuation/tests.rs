@@ -33,7 +33,7 @@ fn next(text: &str, simulation: &Simulation) -> Result<Scene, SceneError> {
 
 #[test]
 fn pairs_keep_their_states_where_only_energies_are_others() {
-    // Each time another pair is at a step, on one side of it or the other as far as its coordinates tell.
+    // Each time another pair is at a step, on either side as far as its coordinates tell.
     for events in 1_000..1_040 {
         let before = simulation(events);
         let deeper = Simulation::without_plan(next(&wells(2.5, 1.5), &before).unwrap());
@@ -77,7 +77,7 @@ fn images_end_where_an_axis_is_no_longer_periodic() {
     for (open, before) in open.images.iter().zip(&before.snapshot().images) {
         assert_eq!(*open, [0, before[1], before[2]]);
     }
-    // Pairs that held each other across a side that opens are let go: no pair is farther apart than its well is wide.
+    // Pairs bound across a side that opens are released: no pair is farther apart than the width of its well.
     let opened = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
     let (positions, periods) = (opened.snapshot().positions, opened.scene().space().periods());
     for (pair, _) in opened.captured_pairs() {
@@ -85,13 +85,13 @@ fn images_end_where_an_axis_is_no_longer_periodic() {
         assert!(minimum_image(i - j, &periods).norm() < 1.5 * (1.0 + 1e-12), "{pair:?}");
     }
     assert!(opened.captured_pairs().len() < before.captured_pairs().len());
-    // A particle that left through an open side enters at the other one when the axis is periodic again.
+    // A particle that left through an open side enters at the other side when the axis becomes periodic.
     let mut flown = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
     flown.advance(Until::time(before.time() + 5.0)).unwrap();
     let space = before.scene().space();
     let is_out = |x: f64| !(space.lower.x..space.upper().x).contains(&x);
     assert!(flown.snapshot().positions.iter().any(|position| is_out(position.x)));
-    // They may meet there what stayed in.
+    // It may meet particles there that stayed inside.
     let scene = next("allow_invalid_start = true\nspace.y = \"periodic\"", &flown).unwrap();
     assert!(scene.particles().iter().all(|particle| !is_out(particle.position.x)));
 }
@@ -111,7 +111,7 @@ fn what_no_longer_fits_is_refused_by_its_name() {
         .replacen("mass = 1.0", "static = true", 1)
         .replace("static = true\ndiameter = 1.0\n[[interaction]]", "mass = 1.0\ndiameter = 1.0\n[[interaction]]");
     assert!(error(&still).contains("static"), "{}", error(&still));
-    // A thermostat without a temperature to hold, as in a scene with particles of its own.
+    // A thermostat without a temperature to control, as in a scene with its own particles.
     let falling = "dynamics.gravity = [0.0, 0.0, -1.0]\nrun.thermostat = { kind = \"rescaling\", temperature = 1.0, interval = 1.0 }\n";
     assert!(error(falling).starts_with("run.thermostat.kind is \"rescaling\""), "{}", error(falling));
     let refused = Scene::from_toml(format!("start.from = \"run\"\n{RUN}"), "next.toml").unwrap_err();

@@ -1,4 +1,4 @@
-//! Radii and masses that a file has of its particles, which are those of the species of the scene.
+//! Compares the radii and masses in a file with those of the scene's species.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,24 +9,24 @@ use crate::scene::diagnostic::SceneError;
 use crate::scene::unvalidated::{Group, LocatedGroup};
 use crate::trajectory::frame::FrameSpecies;
 
-/// Relative rounding error of single precision, ten times over: many programs write such numbers.
+/// Ten times the relative rounding error of single precision, in which many programs write numbers.
 const SINGLE: f64 = 1e-6;
 
-/// Fewest digits of a number that count as a rounded value.
+/// A number with at least this many digits counts as rounded.
 const ROUNDED: usize = 3;
 
-/// The radii and masses of a file, each once.
+/// The distinct radii and masses of a file.
 #[derive(Debug)]
 pub(in crate::scene) struct RadiiAndMasses {
     origin: Origin,
     /// The line with the masses.
     comment: usize,
     species: Vec<FrameSpecies>,
-    /// Species, radius, and the first line that has both.
+    /// Species, radius, and the first line with both.
     radii: Vec<(u32, f64, usize)>,
-    /// Species, mass, and the first line that has both, where the file has a column of masses.
+    /// Species, mass, and the first line with both, if the file has a column of masses.
     masses: Vec<(u32, f64, usize)>,
-    /// Momenta, where the file has these in place of velocities, and the number of the group of its particles.
+    /// Momenta, if the file has these instead of velocities, and the number of the group of its particles.
     momenta: Vec<Vector>,
     group: usize,
 }
@@ -52,12 +52,13 @@ impl RadiiAndMasses {
         }
     }
 
-    /// Gives the particles of a file with momenta their velocities, by the masses of the scene, which are those of the file if it has any.
+    /// Sets velocities from the momenta of a file. The masses are those of the file, or of the scene if the
+    /// file has none.
     pub(in crate::scene) fn set_velocities(&self, scene: &mut SceneBuilder) {
         let masses: HashMap<&str, f64> =
             scene.species.iter().filter_map(|draft| Some((draft.name.as_str(), draft.mass?))).collect();
         let Some(LocatedGroup { group: Group::Listed(listed), .. }) = scene.groups.get_mut(self.group) else { return };
-        // Those of static particles are refused as such.
+        // Velocities of static particles are rejected elsewhere.
         let of_names: Vec<f64> =
             listed.names.iter().map(|name| masses.get(name.as_str()).copied().unwrap_or(1.0)).collect();
         for (particle, momentum) in listed.particles.iter_mut().zip(&self.momenta) {
@@ -65,7 +66,8 @@ impl RadiiAndMasses {
         }
     }
 
-    /// Refuses a file whose particles have other radii or masses than the species of the scene, which would silently take their place.
+    /// Rejects a file whose particles have other radii or masses than the species of the scene. The scene
+    /// would silently override them.
     pub(in crate::scene) fn agree(&self, scene: &SceneBuilder) -> Result<(), SceneError> {
         let named = |name: &str| scene.species.iter().find(|draft| draft.name == name);
         let wrong = |line: usize, problem: String| Err(self.origin.wrong(line, problem));
@@ -99,7 +101,7 @@ impl RadiiAndMasses {
             }
         }
         for (in_file, draft) in self.species.iter().filter_map(|it| Some((it, named(&it.name)?))) {
-            // A species that is static in only one of them was made so on purpose.
+            // A species that is static in only one of the two is intended.
             if let (Some(mass), Some(of_scene)) = (in_file.mass.filter(|mass| mass.is_finite()), draft.mass)
                 && !is_same(mass, of_scene)
             {
@@ -117,15 +119,15 @@ impl RadiiAndMasses {
     }
 }
 
-/// Whether a number of a file is that of the scene except for the rounding with which it was written: to single precision, or to the last of its digits
-/// if these are three or more.
+/// Whether a number of a file equals that of the scene within its rounding: to single precision, or to its
+/// last digit if it has three or more.
 fn is_same(written: f64, number: f64) -> bool {
     let off = (written - number).abs();
     let text = format!("{written:e}");
     let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let places = digits.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let half_a_unit = 0.5 * libm::pow(10.0, exponent.parse::<f64>().unwrap_or(0.0) - places as f64);
-    // The half itself is a tie between two roundings.
+    // Exactly half a unit is a tie between two roundings.
     off <= SINGLE * number.abs() || (places + 1 >= ROUNDED && off <= half_a_unit * (1.0 + SINGLE))
 }
 

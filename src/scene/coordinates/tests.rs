@@ -41,7 +41,7 @@ fn wrong_files_name_the_line() {
     assert!(parse(b"99999999999999999\n\nA 1 2 3\n", 0).is_err(), "the announced number is not allocated");
 }
 
-/// A scene that starts from `start.xyz`, which holds a frame.
+/// A scene that starts from `start.xyz` with the given frame.
 fn started(frame: &Frame, scene: &str) -> Result<Scene, SceneError> {
     let folder = tempfile::tempdir().unwrap();
     write_frame(std::fs::File::create(folder.path().join("start.xyz")).unwrap(), frame).unwrap();
@@ -69,7 +69,8 @@ shortest = 0.5
 longest = 0.9
 "#;
 
-/// Two chains whose neighbours are closer than their species' cores, held by two interactions, with ids in reverse.
+/// Two chains whose neighbours are closer than their species' cores, with two interactions, and with ids in
+/// reverse.
 fn chains() -> Frame {
     let straight = |y, bond: &str| Chain {
         species: "bead".into(),
@@ -121,7 +122,7 @@ fn bonds_and_box_of_a_frame_are_those_of_the_scene() {
         })
         .collect();
     assert_eq!(bonds, [([5, 6], "link"), ([4, 5], "link"), ([2, 3], "slack"), ([1, 2], "slack")]);
-    // Its bonds do not fit into another interaction's range.
+    // Its bonds do not fit the range of another interaction.
     let all = started(&chains(), &format!("{BEADS}[[file]]\npath = \"start.xyz\"\nbond = \"slack\"\n")).unwrap();
     assert!(all.bonds.iter().all(|bond| bond.interaction == all.bonds[0].interaction));
     let sized =
@@ -195,7 +196,7 @@ fn a_frame_of_a_sheared_box_starts_where_its_images_are() {
     assert!(frame.displacement.abs() > 0.5, "{}", frame.displacement);
     let scene = started(&frame, &format!("{BALLS}[space]\nshear_rate = 0.7\n")).unwrap();
     assert_eq!(scene.displacement, frame.displacement);
-    // Both go on alike: the same contacts, except for rounding that a few of them enlarge.
+    // Both have the same contacts, except for rounding that some of them amplify.
     let mut again = Simulation::without_plan(scene);
     assert!((again.snapshot().displacement - frame.displacement).abs() < 1e-12);
     simulation.advance(Until::time(3.3)).unwrap();
@@ -205,7 +206,7 @@ fn a_frame_of_a_sheared_box_starts_where_its_images_are() {
     for (a, b) in one.positions.iter().zip(&other.positions) {
         assert!(frame_of(&one).nearest_image(a - b).norm() < 1e-9, "{a} {b}");
     }
-    // Images at other places overlap.
+    // Images at other positions overlap.
     let elsewhere = Frame { displacement: 0.0, ..frame.clone() };
     let found = started(&elsewhere, &format!("{BALLS}[space]\nshear_rate = 0.7\n")).unwrap_err().to_string();
     assert!(found.contains("overlap at the start"), "{found}");
@@ -243,7 +244,7 @@ fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
         found.contains("line 2: the species `bead` has a mass of 2, but 1 in the scene: set its mass to 2"),
         "{found}"
     );
-    // Particles that are frozen on purpose, and files without radii or masses.
+    // Particles that are static on purpose, and files without radii or masses.
     let mut frozen = chains();
     (frozen.species[0].mass, frozen.species[0].is_static) = (Some(f64::INFINITY), true);
     started(&frozen, &format!("{BEADS}{file}")).unwrap();
@@ -252,7 +253,7 @@ fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
     started(&untold, &format!("{BEADS}{file}")).unwrap();
 }
 
-/// The scene of one species of mass 2 that starts from a file with this text.
+/// A scene of one species of mass 2 that starts from a file with this text.
 fn of_text(text: &str) -> Result<Scene, SceneError> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("start.xyz"), text).unwrap();
@@ -270,7 +271,7 @@ fn momenta_are_velocities_times_masses() {
     let expected = vec![Vector::new(1.5, 0.0, -2.5), Vector::new(0.0, 0.5, 0.0)];
     assert_eq!(velocities(of_text(&file("momenta:R:3", "")).unwrap()), expected);
     assert_eq!(velocities(of_text(&file("masses:R:1:momenta:R:3", "2.0")).unwrap()), expected);
-    // Both at once say the same.
+    // Both together are redundant.
     let both = file("velo:R:3:momenta:R:3", "7 8 9");
     assert_eq!(velocities(of_text(&both).unwrap()), [Vector::new(7.0, 8.0, 9.0); 2]);
     let error = of_text(&file("masses:R:1:momenta:R:3", "1.0")).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! Values that can be written in several ways: as a boolean, a number or a word, or as a table.
+//! Values with several notations: a boolean, a number or a word, or a table.
 
 use std::fmt;
 
@@ -6,9 +6,10 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
 
-/// Ways to write a value besides a table `T`, and what becomes of each; a way without a function is refused.
+/// Notations of a value besides a table `T`, and the conversion of each. A notation without a conversion is
+/// rejected.
 pub(super) struct Either<T, V> {
-    /// All ways, in words.
+    /// All notations, in words.
     pub expected: &'static str,
     pub of_bool: Option<fn(bool) -> V>,
     pub of_number: Option<fn(f64) -> V>,
@@ -17,12 +18,12 @@ pub(super) struct Either<T, V> {
 }
 
 impl<'de, T: Deserialize<'de>, V> Either<T, V> {
-    /// A table only.
+    /// Only a table.
     pub fn new(expected: &'static str, of_table: fn(T) -> V) -> Self {
         Self { of_table: Some(of_table), ..Self::plain(expected) }
     }
 
-    /// No way yet.
+    /// No notation yet.
     pub fn plain(expected: &'static str) -> Self {
         Self { expected, of_bool: None, of_number: None, of_word: None, of_table: None }
     }

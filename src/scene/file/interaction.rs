@@ -45,7 +45,7 @@ pub(crate) struct InteractionFile {
     pub radii: Option<Vec<f64>>,
     /// Energies `[energy]`: outside of the first radius, then inside of each; `inf` first or last is a barrier.
     #[schemars(length(min = 2), with = "Option<Vec<Option<f64>>>")]
-    // JSON has no infinity: programs that see TOML as JSON make `inf` a null.
+    // JSON has no infinity. Programs that convert TOML to JSON turn `inf` into null.
     pub energies: Option<Vec<f64>>,
     /// Distance at which a Lennard-Jones potential is cut off `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]

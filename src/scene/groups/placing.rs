@@ -20,7 +20,7 @@ use crate::scene::limits::{
 };
 use crate::scene::unvalidated::{Arrangement, Chain, Group, LocatedGroup, SurfaceFill};
 
-/// Whether a group finds its places at random: around the groups at given positions, which come first.
+/// Whether a group is placed at random. Groups at given positions are placed first.
 pub(super) fn is_random(placed: &LocatedGroup) -> bool {
     match &placed.group {
         Group::Fill(fill) => fill.arrangement == Arrangement::Random,
@@ -29,7 +29,7 @@ pub(super) fn is_random(placed: &LocatedGroup) -> bool {
     }
 }
 
-/// The state of the placement of all groups.
+/// State while all groups are placed.
 pub(crate) struct Placing<'a> {
     pub scene: &'a SceneBuilder,
     pub species: &'a [Species],
@@ -41,7 +41,7 @@ pub(crate) struct Placing<'a> {
 }
 
 impl<'a> Placing<'a> {
-    /// Refuses more particles than the memory is meant for, before the first is made.
+    /// Rejects numbers of particles that exceed the memory, before the first is created.
     pub(super) fn check_amounts(&self) -> Result<(), SceneError> {
         let mut total = 0_u64;
         for placed in &self.scene.groups {
@@ -51,7 +51,7 @@ impl<'a> Placing<'a> {
         Ok(())
     }
 
-    /// Number of particles of a group; that of a static surface is not known yet.
+    /// Number of particles of a group; that of a static surface is still unknown.
     fn count(&self, LocatedGroup { at, group }: &LocatedGroup) -> Result<u64, SceneError> {
         match group {
             Group::Listed(listed) => Ok(listed.particles.len() as u64),
@@ -202,7 +202,7 @@ impl<'a> Placing<'a> {
         Ok(chain::straight(start, direction, chain.length, spacing))
     }
 
-    /// Velocities are drawn from a temperature or have one speed, not both, and what is static has no speed.
+    /// Rejects groups with both a temperature and a speed, and static groups with a speed.
     fn check_speeds(
         &self,
         temperature: Option<f64>,
@@ -225,7 +225,7 @@ impl<'a> Placing<'a> {
     }
 }
 
-/// Distance of neighbours in a chain `[length]`: the middle of what their bond allows, unless it is given.
+/// Distance of neighbours in a chain `[length]`: the middle of the bond's range, unless it is given.
 fn spacing(chain: &Chain, bond: &Potential, at: &ConfigPath) -> Result<f64, SceneError> {
     let why = "this interaction lets its pair part, so there is no middle to start in";
     match chain.spacing {

@@ -9,7 +9,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::file::CountFile;
 
-/// A region, and the file that its mesh is from.
+/// A region, and the file of its mesh.
 pub(super) fn parse_count(
     file: CountFile,
     at: &ConfigPath,

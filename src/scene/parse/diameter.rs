@@ -12,7 +12,7 @@ const MOST_CLASSES: usize = 64;
 
 const DEFAULT_CLASSES: u64 = 16;
 
-/// The distributions, and the keys that each one takes.
+/// The distributions, and the keys of each.
 pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
     ("uniform", &["lower", "upper", "classes"]),
     ("gaussian", &["mean", "deviation", "classes"]),

@@ -1,4 +1,4 @@
-//! Parses `[[interaction]]`: potentials by name or step by step.
+//! Parses `[[interaction]]`: named potentials, or lists of steps.
 
 use super::Keys;
 use crate::model::potential::Potential;
@@ -7,7 +7,7 @@ use crate::scene::diagnostic::{SceneError, missing};
 use crate::scene::file::InteractionFile;
 use crate::scene::unvalidated::{InteractionDraft, Model};
 
-/// The shorthands, and the keys that each one takes.
+/// The named potentials, and the keys of each.
 pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
     ("hard-sphere", &["diameter"]),
     ("square-well", &["diameter", "lambda", "well_depth"]),
@@ -46,7 +46,7 @@ pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Resul
     Ok(InteractionDraft { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
 }
 
-/// Which of the lists of a stepped potential an error is about.
+/// Config path of the list of a stepped potential that an error is about.
 fn stepped(at: &ConfigPath, error: &crate::model::error::PotentialError) -> ConfigPath {
     use crate::model::error::PotentialError as E;
     match *error {
@@ -58,7 +58,7 @@ fn stepped(at: &ConfigPath, error: &crate::model::error::PotentialError) -> Conf
     }
 }
 
-/// Two ways to give a bond: by its lengths, or relative to the diameter.
+/// Two ways to specify a bond: by its lengths, or relative to the diameter.
 fn parse_bond(file: &InteractionFile, keys: &Keys<'_>) -> Result<Model, SceneError> {
     if let Some(lambda) = file.lambda {
         keys.allow(&["diameter", "lambda"])?;

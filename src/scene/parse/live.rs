@@ -8,7 +8,7 @@ use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::{LiveFile, SliderFile};
 use crate::scene::limits::finite;
 
-/// Words of the properties that particles are coloured by.
+/// Words for the properties that particles are coloured by.
 pub(crate) const COLOURS: [(&str, Colouring); 4] = [
     ("species", Colouring::Species),
     ("speed", Colouring::Speed),
@@ -16,13 +16,13 @@ pub(crate) const COLOURS: [(&str, Colouring); 4] = [
     ("history", Colouring::History),
 ];
 
-/// Words of the scales of sliders.
+/// Words for the scales of sliders.
 pub(crate) const SCALES: [(&str, SliderScale); 2] = [("linear", SliderScale::Linear), ("log", SliderScale::Log)];
 
-/// The most characters of a key or label.
+/// Maximum number of characters of a key or label.
 const LONGEST: usize = 200;
 
-/// The page on which a scene runs.
+/// Plan of the live page.
 pub(super) fn parse_live(description: Option<String>, live: LiveFile) -> Result<LivePlan, SceneError> {
     let at = ConfigPath::root().key("live");
     if let Some(speed) = live.speed.filter(|speed| !(*speed > 0.0 && speed.is_finite())) {

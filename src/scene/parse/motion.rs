@@ -6,14 +6,14 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::MotionFile;
 
-/// The motions, and the keys that each one takes.
+/// The motions, and the keys of each.
 pub(crate) const MOTIONS: [(&str, &[&str]); 3] = [
     ("translation", &["velocity", "acceleration"]),
     ("oscillation", &["amplitude", "frequency", "phase"]),
     ("rotation", &["point", "axis", "frequency"]),
 ];
 
-/// Motions in the order of time, each with the stage since whose beginning its times count, if it has one.
+/// Motions in order of time. Each may name a stage, to whose beginning its times refer.
 pub(super) fn parse_motions(
     files: Vec<MotionFile>,
     of: &ConfigPath,

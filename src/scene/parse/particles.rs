@@ -72,7 +72,7 @@ pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Res
     })
 }
 
-/// The shapes of regions, and the keys that each one takes.
+/// The shapes of regions, and the keys of each.
 pub(crate) const REGIONS: [(&str, &[&str]); 4] = [
     ("box", &["lower", "upper"]),
     ("cylinder", &["base", "axis", "radius", "length"]),
@@ -94,7 +94,7 @@ fn parse_region(file: &RegionFile, at: &ConfigPath) -> Result<FillRegion, SceneE
     })
 }
 
-/// The surfaces, and the keys that each one takes.
+/// The surfaces, and the keys of each.
 pub(crate) const SURFACES: [(&str, &[&str]); 9] = [
     ("plane", &["corner", "edge_1", "edge_2"]),
     ("box", &["lower", "upper", "open"]),

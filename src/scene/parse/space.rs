@@ -8,7 +8,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::file::{AxisFile, SideFile, SidesFile, SpaceFile};
 use crate::scene::limits;
 
-/// The words for what happens at both sides of an axis.
+/// The words for both sides of an axis.
 pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
     ("periodic", Boundary::Periodic),
     ("open", Boundary::OPEN),
@@ -16,7 +16,7 @@ pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
     ("flat", Boundary::Flat),
 ];
 
-/// The words for one side of an axis, with a perfectly elastic wall.
+/// The words for one side of an axis, with an elastic wall.
 pub(crate) const SIDES: [(&str, Face); 2] = [("open", Face::Open), ("wall", Face::Wall { restitution: 1.0 })];
 
 pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
@@ -54,7 +54,7 @@ fn parse_side(sides: &SidesFile, key: &'static str, at: &ConfigPath) -> Result<(
     }
 }
 
-/// The law of the sides that are the word for a wall: beside the table of a wall, there is such a side.
+/// Rejects a law for both sides if no side is just the word for a wall.
 fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
     let both = [&sides.lower, &sides.upper];
     let has_table = both.into_iter().any(|side| matches!(side, SideFile::Wall(_)));
@@ -67,7 +67,7 @@ fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
     checked_law(sides.restitution, sides.temperature, at).map(|_| ())
 }
 
-/// The restitution and the temperature of a wall, which reflects or has a temperature.
+/// The restitution and the temperature of a wall, which has only one of them.
 fn checked_law(
     restitution: Option<f64>,
     temperature: Option<f64>,

@@ -9,7 +9,7 @@ use crate::scene::file::{SceneFile, StartFile};
 use crate::scene::given::GivenParticles;
 use crate::scene::unvalidated::UnvalidatedStart;
 
-/// A start from the end of a run, in a scene that has nothing else to start from.
+/// A start from the end of a run, in a scene without other starts.
 pub(super) fn parse_start(
     start: &StartFile,
     file: &SceneFile,

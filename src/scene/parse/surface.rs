@@ -19,7 +19,7 @@ use crate::scene::file::{RotationFile, SurfaceFile};
 use crate::scene::limits::{corners, finite, finite_vector, not_negative, positive};
 use crate::scene::surface_draft::SurfaceDraft;
 
-/// The shapes, and the keys that each one takes.
+/// The shapes, and the keys of each.
 pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
     ("plane", &["point", "normal"]),
     ("sphere", &["centre", "radius", "side"]),
@@ -33,13 +33,13 @@ pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
     ("mesh", &["path", "closed", "weld", "scale", "rotation", "translation", "checksum"]),
 ];
 
-/// The words for the side on which particles are, and whether it is inside.
+/// The words for the side of the particles, and whether it is inside.
 pub(crate) const SIDES: [(&str, bool); 2] = [("outside", false), ("inside", true)];
 
-/// Part of the largest radius.
+/// Deviation of the triangles, relative to the largest radius.
 const TOLERANCE: f64 = 1e-3;
 
-/// A surface, and the file that its mesh is from.
+/// A surface, and the file of its mesh.
 pub(super) fn parse_surface(
     file: SurfaceFile,
     index: usize,
@@ -118,7 +118,7 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
             finite_vector(&corner, &at.key("corner"))?;
             finite_vector(&one, &at.key("edge_1"))?;
             finite_vector(&other, &at.key("edge_2"))?;
-            // Edges in one direction have an area of rounding only.
+            // Parallel edges have an area due to rounding only.
             if one.cross(&other).norm() <= 1e-9 * one.norm() * other.norm() {
                 return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
             }
@@ -141,7 +141,7 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
     })
 }
 
-/// A line that is turned about an axis.
+/// A profile rotated about an axis.
 fn turned(
     base: &'static str,
     profile: &[[f64; 2]],
@@ -167,13 +167,13 @@ fn turned(
     }
 }
 
-/// Largest part of the extent of a mesh within which vertices are merged.
+/// Maximum merging distance of vertices, relative to the extent of a mesh.
 const MOST_WELDED: f64 = 0.01;
 
-/// File of a mesh, and how it is put in its place.
+/// File of a mesh, and its transformation.
 pub(super) struct MeshSource<'f> {
     pub path: String,
-    /// Why it has to be the closed surface of bodies, if it has.
+    /// The reason why it must be a closed surface, if it must.
     pub closed: Option<&'static str>,
     pub weld: Option<f64>,
     pub scale: Option<f64>,
@@ -182,7 +182,7 @@ pub(super) struct MeshSource<'f> {
     pub checksum: Option<&'f str>,
 }
 
-/// The mesh of a file, at its place.
+/// The mesh of a file, transformed.
 pub(super) fn mesh(
     file: &MeshSource<'_>,
     at: &ConfigPath,
@@ -228,7 +228,8 @@ pub(super) fn mesh(
     Ok((read.transformed(scale, &rotation, &translation), input))
 }
 
-/// Refuses a mesh that is not the surface of bodies: it has rims, faces that are turned, without area or there twice, or passes through itself.
+/// Rejects a mesh that is not a closed surface: with rims, inconsistent orientations, degenerate or duplicate
+/// faces, or self-intersections.
 fn check_closed(mesh: &TriangleMesh, path: &Path, why: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let report = MeshReport::of(mesh);
     let refused = |value: String, cure: &str| {

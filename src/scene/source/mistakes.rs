@@ -1,4 +1,4 @@
-//! All keys and values that a scene file cannot have, in the order of the file.
+//! Collects all invalid keys and values of a scene file, in the order of the file.
 
 use std::ops::Range;
 
@@ -10,13 +10,14 @@ use super::Source;
 use crate::scene::diagnostic::SceneError;
 use crate::scene::file::SceneFile;
 
-/// Most mistakes that are reported at a time.
+/// Maximum number of mistakes that are reported at a time.
 const MOST: usize = 10;
 
 impl Source {
-    /// The mistakes of a file that was refused, as one error with the others behind it.
+    /// The mistakes of a rejected file, as one error with the others attached.
     ///
-    /// Each key or value in question is removed, and the rest is read again. A table or an array that is incomplete because of that is no further mistake.
+    /// Each invalid key or value is removed, and the rest is parsed again. A table or an array that becomes
+    /// incomplete by this is not a further mistake.
     pub(super) fn mistakes(&self, first: &toml::de::Error) -> SceneError {
         let mut errors = vec![(first.span().unwrap_or(0..0), self.refused(first))];
         if let Ok(mut tree) = self.tree() {
@@ -36,7 +37,7 @@ impl Source {
                 last = next;
             }
         }
-        // Overrides are behind the file.
+        // Overrides follow the file.
         errors.sort_by_key(|(range, _)| range.start);
         let mut errors = errors.into_iter().map(|(_, error)| error);
         match errors.next() {
@@ -90,7 +91,7 @@ mod tests {
 
     use crate::model::Scene;
 
-    /// Lines and words of all mistakes.
+    /// Lines and messages of all mistakes.
     fn mistakes(text: &str, overrides: &[(&str, &str)]) -> Vec<(usize, String)> {
         let error = Scene::from_toml_with(text, Path::new("scene.toml"), overrides).unwrap_err();
         let all = std::iter::once(&error).chain(error.others());
@@ -122,7 +123,7 @@ mod tests {
                 .len(),
             1
         );
-        // The entry of a list, or the list, is incomplete without the wrong value.
+        // The entry of a list, or the list, is incomplete without the invalid value.
         assert_eq!(mistakes("[[bond]]\nparticles = [0, -1]\ninteraction = \"a\"\n", &[]).len(), 1);
         assert_eq!(mistakes("[[measure.flow]]\nname = 3\naxis = \"x\"\nat = 1.0\n", &[]).len(), 1);
     }

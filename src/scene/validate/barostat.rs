@@ -8,23 +8,23 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::validate::measure::asked;
 
-/// Instruments that measure what they do in any volume.
+/// Instruments that work in a changing volume.
 const OF_ANY_VOLUME: [&str; 2] = ["speeds", "chains"];
 
-/// Refuses numbers that no barostat can have.
+/// Rejects invalid numbers of a barostat.
 pub(super) fn check_numbers(barostat: Option<&Barostat>, at: &ConfigPath) -> Result<(), SceneError> {
     let checked = barostat.map_or(Ok(()), Barostat::check);
     checked.or_else(|error| refuse(at.key(error.name), shortest(error.value), error.expected))
 }
 
-/// Drives of a stage of a run, for a barostat.
+/// Thermostat, barostat and growth of a stage.
 struct Phase<'a> {
     /// The table of the stage.
     at: ConfigPath,
     thermostat: Option<&'a Thermostat>,
     barostat: Option<&'a Barostat>,
     growth: Option<&'a Growth>,
-    /// Whether something of it is simulated and not measured.
+    /// Whether some part of it is simulated but not measured.
     is_prepared: bool,
     is_measured: bool,
 }
@@ -50,7 +50,8 @@ fn phases(scene: &Scene) -> impl Iterator<Item = Phase<'_>> {
     }])
 }
 
-/// Refuses barostats in scenes that have no isothermal-isobaric ensemble, and what cannot be done or measured in a volume that changes.
+/// Rejects barostats in scenes without an isothermal-isobaric ensemble, and features that need a constant
+/// volume.
 pub(super) fn check_barostats(scene: &Scene) -> Result<(), SceneError> {
     if !scene.run.has_barostat() {
         return Ok(());
@@ -79,7 +80,7 @@ pub(super) fn check_barostats(scene: &Scene) -> Result<(), SceneError> {
     check_output(scene)
 }
 
-/// Why a scene has no ensemble in which its volume changes: what stands in the way, and what would do.
+/// Why the volume of a scene cannot change: the obstacle, and what is expected instead.
 fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
     let falls = scene.accelerations().any(|acceleration| acceleration != Vector::zeros());
     let is_static = |index: usize| scene.species[index].is_static();
@@ -117,7 +118,7 @@ fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
     all.into_iter().find(|(is_so, ..)| *is_so).map(|(_, what, expected)| (what, expected))
 }
 
-/// Refuses bonds that have no lengths of their own in another volume.
+/// Rejects bonds whose lengths depend on the volume.
 fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
     let is_bond = |id: crate::model::InteractionId| scene.interactions[id.0 as usize].potential.is_bond();
     let mut is_there = vec![false; scene.species.len()];
@@ -138,7 +139,7 @@ fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
     refuse(at.clone(), what, "molecules that end within the box, whose bonds keep their lengths in any volume")
 }
 
-/// Whether a heat bath holds the temperature of a stage with a barostat, and nothing grows in it.
+/// Checks that a heat bath acts in a stage with a barostat, and that nothing grows in it.
 fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
     if phase.growth.is_some() {
         return refuse(

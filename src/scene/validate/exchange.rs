@@ -1,4 +1,5 @@
-//! Validates the table `[exchange]`: temperatures, whole numbers of intervals, what else the scene may have, and whether there is an equilibrium.
+//! Validates the table `[exchange]`: temperatures, times, permitted features, and the existence of an
+//! equilibrium.
 
 mod umbrella;
 
@@ -14,7 +15,7 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::validate::measure::asked;
 
 impl SceneParts {
-    /// Checks the plan of an exchange, and rejects what does not go with it.
+    /// Validates the plan of an exchange, and rejects features that an exchange does not support.
     pub(super) fn check_exchange(&self) -> Result<(), SceneError> {
         let Some(plan) = &self.exchange else { return Ok(()) };
         match plan.ensemble {
@@ -29,7 +30,7 @@ impl SceneParts {
         self.check_company()
     }
 
-    /// Durations that are whole numbers of intervals.
+    /// Requires durations that are whole numbers of intervals.
     fn check_times(&self, plan: &ExchangePlan) -> Result<(), SceneError> {
         let (run, output) = (ConfigPath::root().key("run"), ConfigPath::root().key("output"));
         if self.run.limit.time.is_none() {
@@ -67,7 +68,8 @@ impl SceneParts {
         Ok(())
     }
 
-    /// An equilibration that is long enough to find multicanonical weights in, or to bring replicas into their windows.
+    /// Requires an equilibration long enough to find multicanonical weights, or to bring replicas into their
+    /// windows.
     fn check_learning(&self, plan: &ExchangePlan) -> Result<(), SceneError> {
         let why = match plan.ensemble {
             ExchangeEnsemble::Canonical => return Ok(()),
@@ -87,7 +89,7 @@ impl SceneParts {
         }
     }
 
-    /// Tables and keys that only a run has a use for.
+    /// Rejects tables and keys that apply to runs only.
     fn check_company(&self) -> Result<(), SceneError> {
         let root = ConfigPath::root();
         if !self.run.stages.is_empty() {
@@ -135,7 +137,7 @@ impl SceneParts {
         Ok(())
     }
 
-    /// The first instrument that an exchange does not have, and what is expected in its place.
+    /// The first instrument that an exchange does not support, and what is expected instead.
     fn refused_instrument(&self) -> Option<(&'static str, &'static str)> {
         let plan = &self.measure;
         let others = [("profile", plan.profiles.is_empty()), ("flow", plan.flows.is_empty())];
@@ -151,11 +153,11 @@ impl SceneParts {
     }
 }
 
-/// Instruments that look at one time, and at no events.
+/// Instruments that use states at single times, and no events.
 const AT_ONE_TIME: [&str; 5] = ["radial_distribution", "structure_factor", "chains", "bond_order", "profile"];
 
 impl SceneBuilder {
-    /// Whether the system of the scene has an equilibrium at each temperature.
+    /// Checks that the system has an equilibrium at each temperature.
     pub(in crate::scene) fn check_equilibrium(&self, scene: &Scene) -> Result<(), SceneError> {
         let Some(plan) = &scene.exchange else { return Ok(()) };
         let root = ConfigPath::root();
@@ -193,12 +195,13 @@ impl SceneBuilder {
     }
 }
 
-/// Attempts that the equilibration has at least in which something is prepared: of a multicanonical exchange five of them are the first energies that weights are made of.
+/// Minimum number of attempts in an equilibration that prepares something. In a multicanonical exchange, five
+/// of them yield the first energies for the weights.
 const LEAST_LEARNING: u64 = 20;
 
 const LOSSLESS: &str = "1 beside [exchange]: what loses energy in contacts has no equilibrium";
 
-/// Energies that change in steps only, for weights of them.
+/// Requires energies that change only in steps, for weights.
 fn check_energies(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> {
     if plan.ensemble != ExchangeEnsemble::Multicanonical {
         return Ok(());
@@ -217,7 +220,7 @@ fn check_energies(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// Several positive temperatures, one after the other, and no windows.
+/// Requires several positive temperatures in order, and no windows.
 fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
     let temperatures = &plan.temperatures;
     if plan.umbrella.is_some() {
@@ -249,14 +252,14 @@ fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Whether an axis keeps particles where a temperature decides what they do.
+/// Checks that the sides of an axis confine particles and conserve energy or have the right temperature.
 fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneError> {
     match scene.space.boundary[axis] {
         Boundary::Flat => Ok(()),
         Boundary::Bounded { lower, upper } => {
             let [below, above] = scene.wall_temperatures[axis];
             let sides = [("lower", lower, below), ("upper", upper, above)];
-            // One law of both walls stands with their axis.
+            // A common law of both walls is given with their axis.
             let is_common = scene.space.walls(axis) < 2 || (lower, below) == (upper, above);
             sides.into_iter().try_for_each(|(side, face, temperature)| {
                 let wall = if is_common { at.clone() } else { at.key(side) };
@@ -272,7 +275,7 @@ fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneEr
     }
 }
 
-/// Whether a surface keeps the energy of particles.
+/// Checks that a surface conserves the energy of particles.
 fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneError> {
     if surface.moves() {
         let expected = "none beside [exchange]: what a surface moves has no equilibrium";
@@ -290,7 +293,8 @@ fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneErr
     }
 }
 
-/// Whether one side of an axis keeps particles where a temperature decides what they do; the keys of its wall stand at `wall`.
+/// Checks that one side of an axis confines particles and conserves energy or has the right temperature;
+/// `wall` is the config path of its keys.
 fn check_side(face: Face, temperature: Option<f64>, axis: &ConfigPath, wall: &ConfigPath) -> Result<(), SceneError> {
     if let Some(temperature) = temperature {
         let expected = "none beside [exchange], whose replicas have temperatures of their own";

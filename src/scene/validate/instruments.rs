@@ -1,11 +1,11 @@
-//! Instruments that would measure nothing in a scene, whatever happens in it.
+//! Rejects instruments that could never measure anything in a scene.
 
 use crate::model::Scene;
 use crate::model::space::Boundary;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
 
-/// Refuses instruments whose numbers have no meaning in the scene.
+/// Rejects instruments whose results are meaningless in the scene.
 pub(in crate::scene) fn check_measurable(scene: &Scene) -> Result<(), SceneError> {
     let plan = &scene.measure;
     if plan.is_empty() {

@@ -1,4 +1,4 @@
-//! Validates what is to be measured: numbers, names, boxes and species of instruments.
+//! Validates measurements: numbers, names, boxes and species of instruments.
 
 use crate::model::measurement_plan::{
     DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Outlet, Profile,
@@ -12,7 +12,7 @@ use crate::scene::limits::{finite, finite_vector, positive, positive_if_given};
 use crate::scene::names::Taken;
 
 impl SceneParts {
-    /// Intervals, bins, names and species of what is to be measured.
+    /// Validates intervals, bins, names and species of instruments.
     pub(in crate::scene) fn check_measure(&self, space: &Space, species: &[Species]) -> Result<(), SceneError> {
         let at = ConfigPath::root().key("measure");
         check_numbers(&self.measure, &at)?;
@@ -59,7 +59,7 @@ impl SceneParts {
     }
 }
 
-/// Planes, directions and windows of flows.
+/// Validates planes, directions and windows of flows.
 fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     for (index, flow) in plan.flows.iter().enumerate() {
         let at = at.key("flow").index(index);
@@ -90,7 +90,7 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
     Ok(())
 }
 
-/// Openings with a published law: in three dimensions, for all grains together.
+/// Requires an outlet with a published law: in three dimensions, for all grains together.
 fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let key = at.key("outlet");
     if space.dimensions() != 3 {
@@ -107,7 +107,7 @@ fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPat
     }
 }
 
-/// The direction of a tilted plane, which has no images.
+/// Validates the direction of a tilted plane, which has no images.
 fn check_normal(normal: &crate::Vector, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(normal, at)?;
     let refused = |k: usize| matches!(space.boundary[k], Boundary::Flat | Boundary::Periodic) && normal[k] != 0.0;
@@ -165,7 +165,7 @@ fn check_cells(profile: &Profile, space: &Space, at: &ConfigPath) -> Result<(), 
     Ok(())
 }
 
-/// Windows that there can be, of a species that has speeds.
+/// Validates windows of time, and requires a species that moves.
 fn check_speeds(plan: &MeasurementPlan, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
     let Some(plan) = &plan.speeds else { return Ok(()) };
     if let Some(count) = plan.windows.filter(|count| !(1..=MOST_WINDOWS).contains(count)) {
@@ -197,10 +197,11 @@ fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError
     Ok(())
 }
 
-/// An instrument that is asked for: its key, its numbers that have to be positive by their keys, and its number of bins.
+/// A requested instrument: its key, its numbers that must be positive with their keys, and its number of
+/// bins.
 type Asked = (&'static str, Vec<(&'static str, Option<f64>)>, Option<u64>);
 
-/// The instruments that are asked for, except for profiles and flows.
+/// The requested instruments, except profiles and flows.
 pub(super) fn asked(plan: &MeasurementPlan) -> impl Iterator<Item = Asked> {
     let instruments = [
         plan.pressure_tensor.as_ref().map(|it| ("pressure_tensor", vec![("interval", it.interval)], None)),
@@ -238,7 +239,7 @@ fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneErr
     named(plan).try_for_each(|it| positive_if_given(it.interval, it.at.key("interval")))
 }
 
-/// The intervals, spans and windows that are given, by their keys `[time]`.
+/// The given intervals, spans and windows, with their keys `[time]`.
 pub(crate) fn measurement_times(plan: &MeasurementPlan) -> Vec<(String, f64)> {
     let measure = ConfigPath::root().key("measure");
     let is_time = |key: &str| ["interval", "span", "window"].contains(&key);
@@ -251,7 +252,7 @@ pub(crate) fn measurement_times(plan: &MeasurementPlan) -> Vec<(String, f64)> {
     all.into_iter().map(|(at, time)| (at.to_string(), time)).collect()
 }
 
-/// A profile or a flow: where it stands in the scene, and what both have.
+/// A profile or a flow: its config path, and the common keys.
 pub(in crate::scene) struct Named<'p> {
     pub at: ConfigPath,
     pub name: &'p str,

@@ -1,4 +1,4 @@
-//! A scene from its parts, with the same checks as one from a file.
+//! A scene from its parts, with the same checks as a scene from a file.
 
 use std::collections::HashSet;
 use std::mem::take;
@@ -15,10 +15,11 @@ use crate::scene::validate::plan;
 use crate::scene::validate::start::Configuration;
 
 impl Scene {
-    /// Checks parts, such as those of another scene that were changed, and makes a scene of them.
+    /// Validates parts, for example modified parts of another scene, and creates a scene.
     ///
-    /// Positions beyond the sides of periodic axes are wrapped into the box. Of a scene that starts from another run, what its engine and its pairs
-    /// remember is dropped: these particles are a start of their own.
+    /// Positions outside periodic axes are wrapped into the box. If the parts come from a scene that starts
+    /// from another run, the state of its engine and pairs is dropped: the particles are an independent
+    /// start.
     ///
     /// ```
     /// # use carom::model::{Potential, Scene};
@@ -37,9 +38,9 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake, as of a scene from a file.
+    /// [`SceneError`] with the first mistake, as for a scene from a file.
     pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
-        // Particles that may have been changed are a start of their own.
+        // Particles that may have been modified are an independent start.
         let mut builder = SceneBuilder::of_parts(SceneParts { predecessor: None, ..parts });
         builder.check_header()?;
         let mut species = builder.checked_species()?;
@@ -63,11 +64,11 @@ impl Scene {
         builder.settled(builder.assembled(start))
     }
 
-    /// Scene with another limit of the measurement.
+    /// The scene with another limit of the measurement.
     ///
     /// # Errors
-    /// [`SceneErrorKind::Value`] for a time that is not positive, or no events; of replica exchange also for one that is no whole number of its
-    /// intervals, and for a number of events.
+    /// [`SceneErrorKind::Value`] for a time that is not positive, or no events; for replica exchange also for
+    /// a time that is not a whole number of its intervals, and for a number of events.
     pub fn with_limit(self, limit: Limit) -> Result<Self, SceneError> {
         let at = ConfigPath::root().key("run");
         plan::check_limit(limit, at.key("until_time"), at.key("until_events"))?;
@@ -78,7 +79,7 @@ impl Scene {
     }
 }
 
-/// Particles of species that exist, at places and with velocities that these can have; wraps them into the box.
+/// Requires existing species and permitted positions and velocities. Wraps particles into the box.
 fn check_particles(particles: &mut [Particle], species: &[Species], space: &Space) -> Result<(), SceneError> {
     let at = ConfigPath::root().key("particle");
     if particles.is_empty() {
@@ -99,7 +100,8 @@ fn check_particles(particles: &mut [Particle], species: &[Species], space: &Spac
     Ok(())
 }
 
-/// Bonds of two different particles, lower id first, each once. At least one of the two can move.
+/// Requires bonds of two different particles, the lower id first, each once. At least one of the two must
+/// move.
 fn check_bonds(
     bonds: &[(Bond, ConfigPath)],
     particles: &[Particle],
@@ -127,7 +129,7 @@ fn check_bonds(
     Ok(())
 }
 
-/// Surfaces of static particles that exist.
+/// Requires existing static particles for surfaces.
 fn check_surfaces(surfaces: &[StaticSurface], particles: &[Particle], species: &[Species]) -> Result<(), SceneError> {
     let count = particles.len();
     for (index, surface) in surfaces.iter().enumerate() {

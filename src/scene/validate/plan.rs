@@ -15,23 +15,23 @@ use crate::scene::validate::barostat;
 
 pub(in crate::scene) const SO_MANY_THREADS: &str = "a whole number from 1 to 64, or \"auto\"";
 
-/// Gravity of a stage, which is zero along flat axes.
+/// Validates the gravity of a stage, which must be zero along flat axes.
 fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     gravity.map_or(Ok(()), |gravity| on_flat_axes(&gravity, &Vector::zeros(), space, &at.key("gravity")))
 }
 
-/// Largest relative round-off of a time of the run that is added to the start time.
+/// Largest relative round-off of a time of the run after the start time is added.
 const ROUNDED: f64 = 1e-3;
 
-/// Whether the times of a run have digits beside the time at its start: those that are given to a thousandth, and whether the fastest particle moves by less than a diameter in the
-/// smallest step of it.
+/// Checks that the times of a run can be resolved when added to the start time: the given intervals to a
+/// thousandth, and the fastest particle's motion by less than a diameter in the smallest step.
 pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     let Scene { run, output, species, particles, start_time, .. } = scene;
     let stages = run.stages.iter().filter_map(|stage| stage.limit.time);
     let given = [run.limit.time, run.equilibration.time, output.thermo_interval, output.frame_interval];
     let fastest = particles.iter().map(|particle| particle.velocity.norm()).fold(0.0, f64::max);
     let smallest = species.iter().map(|species| species.diameter).fold(f64::INFINITY, f64::min);
-    // Events have times of their own, since the start; rows have the digits that are left beside it.
+    // Events have their own times since the start. Rows have the digits that remain.
     let crossing = if fastest > 0.0 { smallest / fastest / ROUNDED } else { f64::INFINITY };
     let times = stages.chain(given.into_iter().flatten());
     let shortest = times.fold(crossing, f64::min);
@@ -51,14 +51,14 @@ pub(super) fn check_limit(limit: Limit, time: ConfigPath, events: ConfigPath) ->
     Ok(())
 }
 
-/// Whether the name of a measured stage can be that of a folder on every system.
+/// Whether the name of a measured stage can be the name of a folder on every system.
 fn is_file_name(name: &str) -> bool {
     let is_good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
     !name.starts_with('.') && !name.ends_with('.') && name.len() <= 50 && name.chars().all(is_good)
 }
 
 impl SceneParts {
-    /// Limits, thermostats and growth.
+    /// Validates limits, thermostats and growth.
     pub(super) fn check_run(&self) -> Result<(), SceneError> {
         let at = ConfigPath::root().key("run");
         check_limit(self.run.equilibration, at.key("equilibration_time"), at.key("equilibration_events"))?;
@@ -108,7 +108,7 @@ impl SceneParts {
                 "letters, digits, `_`, `-` and `.` only, not beginning with a dot: it names the folder of its tables";
             return refuse(at.key("name"), format!("{name:?} of a measured stage"), expected);
         }
-        // The name of its equilibration has a blank, which no measured stage has.
+        // The name of its equilibration contains a space, which no measured stage has.
         let is_same = |other: &StagePlan| other.name == *name || other.name == format!("{name} {EQUILIBRATION}");
         let others = self.run.stages.iter().enumerate().filter(|(other, _)| *other != index);
         if let Some((other, _)) = others.into_iter().find(|(_, other)| is_same(other)) {
@@ -119,7 +119,7 @@ impl SceneParts {
         Ok(())
     }
 
-    /// Whether what is there can grow and be sheared as planned.
+    /// Checks that the system can grow and be sheared as planned.
     pub(in crate::scene) fn check_drive(
         &self,
         space: &Space,
@@ -156,7 +156,7 @@ fn check_thermostat(thermostat: Option<&Thermostat>, at: &ConfigPath) -> Result<
     thermostat.map_or(Ok(()), |thermostat| thermostat.check().or_else(|error| refuse_thermostat(error, at)))
 }
 
-/// Refuses a thermostat, at the key that is to be changed.
+/// Error for a thermostat, at the key that has to be changed.
 fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), SceneError> {
     match error {
         ThermostatError::Number { name, value } => positive(value, at.key(name)).map(drop),
@@ -172,7 +172,8 @@ fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), Scen
     }
 }
 
-/// Gives every stage its gravity, where some have one of their own: that of the species is what the first stage has.
+/// Sets the gravity of every stage, if some stages have their own. That of the species is the gravity of the
+/// first stage.
 pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
     if scene.run.gravities().next().is_none() {
         return Ok(());
@@ -196,7 +197,7 @@ pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Thermostats that have something to act on; a heat bath leaves flat axes out, along which nothing moves.
+/// Resolves thermostats. Flat axes are removed from a heat bath.
 pub(super) fn settle_thermostats(scene: &mut Scene) -> Result<(), SceneError> {
     let is_moving = |species: SpeciesId| !scene.species[species.0 as usize].is_static();
     let moving = scene.particles.iter().filter(|particle| is_moving(particle.species)).count();
@@ -228,7 +229,7 @@ fn check_growth(growth: &Growth, at: &ConfigPath) -> Result<(), SceneError> {
     }
 }
 
-/// The packing fraction of the densest packing of equal particles; 1 for those of several sizes.
+/// The packing fraction of the densest packing of equal particles; 1 for several sizes.
 fn densest(scene: &Scene) -> f64 {
     let diameters = || scene.particles.iter().map(|particle| scene.species[particle.species.0 as usize].diameter);
     let (least, largest) = (diameters().fold(f64::INFINITY, f64::min), diameters().fold(0.0, f64::max));
@@ -240,7 +241,7 @@ fn densest(scene: &Scene) -> f64 {
     }
 }
 
-/// Whether spheres that grow begin below their target, and do not outgrow the box.
+/// Checks that growing spheres begin below their target, and do not outgrow the box.
 pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneError> {
     let dimensions = scene.space.dimensions();
     let start = scene.packing_fraction();
@@ -262,7 +263,7 @@ pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneErro
                 return refuse(at.key("packing_fraction"), target, expected);
             }
             GrowthTarget::PackingFraction(target) => target,
-            // Where that ends is not known; nothing is denser than full.
+            // The final density is unknown, but cannot exceed a filled box.
             GrowthTarget::CompressibilityFactor(_) => 1.0,
         };
         let range = scene.longest_range() * libm::pow(target / start, 1.0 / dimensions as f64);

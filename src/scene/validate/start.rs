@@ -15,20 +15,20 @@ use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
 use crate::scene::unvalidated::UnvalidatedBond;
 
-/// A wall or the end of a bond may be passed by the rounding of the coordinates that put the particle there.
+/// A wall or the end of a bond may be exceeded by the rounding of a particle's coordinates.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Initial configuration: particles and bonds in their box, with the interactions that they have.
+/// Initial configuration: particles and bonds in their box, with their interactions.
 pub(crate) struct Configuration<'a> {
     pub groups: Groups,
     pub interactions: Interactions<'a>,
     pub space: Space,
-    /// Displacement along x of the next image up along y; 0 unless the box is sheared `[length]`.
+    /// Displacement along x of the next image along y; 0 unless the box is sheared `[length]`.
     pub displacement: f64,
     pub surfaces: Surfaces,
 }
 
-/// A pair must never meet an image of its partner: periodic axes are at least two ranges long.
+/// Requires periodic axes of at least two ranges, so that a particle never meets two images of another.
 pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, .. } = start;
     let counts = groups.counts(interactions.species.len());
@@ -44,7 +44,7 @@ pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// No moving particle reaches through a wall or another surface.
+/// Checks that no moving particle overlaps a wall or another surface.
 pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &Surfaces) -> Result<(), SceneError> {
     for (index, particle) in groups.particles.iter().enumerate() {
         let row = particle.species.0;
@@ -54,7 +54,7 @@ pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &Su
         }
         let (position, radius) = (&particle.position, 0.5 * species.diameter);
         let mut refused = None;
-        // A scene with more species was refused.
+        // A scene with more species was rejected.
         let row = u16::try_from(row).unwrap_or(u16::MAX);
         surfaces.for_each_near((position, radius), row, surfaces.start_time(), |surface, position| {
             let rounding = ROUNDING * (surface.shape.terms(position) + radius);
@@ -80,7 +80,7 @@ pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &Su
     Ok(())
 }
 
-/// Every bonded pair starts where its bond allows.
+/// Checks that every bonded pair starts within its bond's range.
 pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, displacement, .. } = start;
     let periods = space.periods();
@@ -105,7 +105,7 @@ pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// No two particles are inside of each other's core, except for bonded pairs, which have a core of their own.
+/// Checks that no cores overlap, except those of bonded pairs, which have a core of their own.
 pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, displacement, .. } = start;
     let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();
@@ -124,7 +124,7 @@ pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError
     }
 }
 
-/// Adds the bonds that a scene lists, after those of its chains, and checks that each names a pair that can move.
+/// Adds the bonds listed in a scene after those of its chains, and checks that each pair can move.
 pub(crate) fn list_bonds(
     groups: &mut Groups,
     drafts: &[UnvalidatedBond],
@@ -132,7 +132,7 @@ pub(crate) fn list_bonds(
 ) -> Result<(), SceneError> {
     for draft in drafts {
         let at = &draft.at;
-        // One of a coordinate file has no keys of its own.
+        // A bond of a coordinate file has no keys of its own.
         let is_listed = matches!(at.steps().first(), Some(PathStep::Key(table)) if table == "bond");
         let key_at = |key: &'static str| if is_listed { at.key(key) } else { at.clone() };
         let particles = groups.particles.len();

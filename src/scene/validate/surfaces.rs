@@ -15,7 +15,8 @@ use crate::scene::limits::{finite_vector, not_negative, positive, restitution};
 use crate::scene::names::{self, Taken};
 use crate::scene::surface_draft::SurfaceDraft;
 
-/// A sphere's radius, of the largest coordinate of a surface: rounding would put smaller ones on its other side.
+/// Smallest radius of a sphere, relative to the largest coordinate of a surface. With smaller ones, rounding
+/// would put a sphere on the other side.
 const LEAST_RADIUS: f64 = 1e-9;
 
 impl SceneBuilder {
@@ -72,7 +73,7 @@ impl SceneBuilder {
         if known.contains(&name) { Ok(()) } else { Err(unknown(at, "stage", name, known)) }
     }
 
-    /// A surface with the numbers of its species and the times of its motions.
+    /// A surface with the ids of its species and absolute times of its motions.
     fn resolved(&self, draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
         let SurfaceDraft { name, shape, species: named, law, stages, motions } = draft.clone();
         let at = ConfigPath::entry("surface", index);
@@ -93,7 +94,7 @@ impl SceneBuilder {
         Ok(SceneSurface { name, shape, species, law, stages, motions })
     }
 
-    /// Simulated time at which a stage begins, where that is known before the run `[time]`.
+    /// Simulated time at which a stage begins, if it is known before the run `[time]`.
     fn start_of_stage(&self, name: &str, at: &ConfigPath) -> Result<f64, SceneError> {
         self.check_stage(name, at)?;
         let (mut time, stages) = (self.parts.start_time, &self.parts.run.stages);
@@ -107,7 +108,7 @@ impl SceneBuilder {
         Ok(time)
     }
 
-    /// Refuses shear and growth: surfaces are at rest.
+    /// Rejects shear and growth, which surfaces do not support.
     fn check_no_growth_or_shear(&self) -> Result<(), SceneError> {
         let expected = "no [[surface]] with it: surfaces are at rest, and met at a constant distance";
         if self.parts.shear_rate.is_some() {
@@ -159,7 +160,7 @@ pub(super) fn direction(vector: &Vector, at: &ConfigPath) -> Result<(), SceneErr
     positive(vector.norm(), at.clone()).map(drop)
 }
 
-/// Triangles of vertices that there are.
+/// Checks that triangles have existing vertices.
 fn check_mesh(mesh: &TriangleMesh, at: &ConfigPath) -> Result<(), SceneError> {
     let at = at.key("path");
     if mesh.triangles.is_empty() {
@@ -181,7 +182,7 @@ fn check_mesh(mesh: &TriangleMesh, at: &ConfigPath) -> Result<(), SceneError> {
     }
 }
 
-/// Shapes that fit the box: its flat axes and its images.
+/// Checks that a shape fits the box: its flat axes and its images.
 fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     for k in 0..3 {
         let axis = AXES[k];
@@ -222,15 +223,15 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
     Ok(())
 }
 
-/// Largest distance or extent of a surface beyond the box in periods, because each image is stored.
+/// Largest distance or extent of a surface beyond the box in periods. Each image is stored.
 const MOST_PERIODS: f64 = 30.0;
 
-/// Refuses shapes with images without number along a periodic axis.
+/// Rejects shapes with too many images along a periodic axis.
 fn check_images(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) -> Result<(), SceneError> {
     let (key, ends) = match shape {
         SurfaceShape::Plane { .. } => return Ok(()),
         SurfaceShape::Sphere { centre, radius, .. } => ("centre", [centre[k] - radius, centre[k] + radius]),
-        // Along its axis it has no ends.
+        // It has no ends along its axis.
         SurfaceShape::Cylinder { axis, .. } if axis[k] != 0.0 => return Ok(()),
         SurfaceShape::Cylinder { point, radius, .. } => ("base", [point[k] - radius, point[k] + radius]),
         SurfaceShape::Capsule { ends, radius } => {
@@ -247,7 +248,7 @@ fn check_images(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) 
     refuse(at.key(key), format!("at {} = {}", AXES[k], shortest(end)), expected)
 }
 
-/// Shapes whose section with a plane or a line is met there only.
+/// Requires shapes that touch the plane or line of the scene only at their section with it.
 fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) -> Result<(), SceneError> {
     let (axis, flat) = (AXES[k], space.lower[k]);
     let off = |point: &Vector, key: &'static str| match point[k] == flat {
@@ -276,7 +277,7 @@ fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) ->
     }
 }
 
-/// Spheres that find room inside, and are large enough to be on one side.
+/// Requires spheres that fit inside and that are large enough to be on one side.
 fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
     let meeting =
         (0..).zip(species).filter(|(index, species)| surface.meets(SpeciesId(*index)) && !species.is_static());

@@ -9,24 +9,24 @@ use crate::model::space::displacement_within_period;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameSpecies;
 
-/// Where the lines of a frame keep what, counted in columns from 0.
+/// Columns of the data in the lines of a frame, counted from 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Columns {
     pub total: usize,
     pub position: usize,
     pub species: Option<usize>,
-    /// All columns that may name the species: other programs put one of their own before that of the file.
+    /// All columns that may contain the species. Other programs insert one of their own before the file's.
     pub may_be_species: Vec<usize>,
     pub velocity: Option<usize>,
     pub radius: Option<usize>,
     pub id: Option<usize>,
     pub image: Option<usize>,
-    /// Only where there are no velocities.
+    /// Only if there are no velocities.
     pub momentum: Option<usize>,
     pub mass: Option<usize>,
-    /// Names of columns that mean nothing here.
+    /// Names of columns that are ignored.
     pub unused: Vec<String>,
-    /// Names of scalars, and where they are.
+    /// Names of scalars, and their columns.
     pub scalars: Vec<(String, usize)>,
 }
 
@@ -40,12 +40,12 @@ const RADIUS: &[&str] = &["radius"];
 const ID: &[&str] = &["id"];
 const IMAGE: &[&str] = &["map_shift", "images", "image"];
 
-/// The boxes that a frame can have.
+/// Description of the boxes that a frame can have.
 const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
     `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
 
-/// A box is aligned with the axes if all other components of its edges are at most this part of the longest one: the round-off of a
-/// rotation.
+/// A box is aligned with the axes if all other components of its edges are at most this fraction of the
+/// longest one: the round-off of a rotation.
 const ALIGNED: f64 = 1e-14;
 
 /// Content of a comment line.
@@ -55,19 +55,19 @@ pub(super) struct Comment {
     /// Lower corner and edges; `None` without `Lattice`.
     pub region: Option<(Vector, Vector)>,
     pub periodic: [bool; 3],
-    /// Displacement along x of the next image up along y, without whole periods.
+    /// Displacement along x of the next image along y, without whole periods.
     pub displacement: f64,
     pub species: Vec<FrameSpecies>,
     pub bonds: Vec<[ParticleId; 2]>,
     pub bond_names: Vec<String>,
     pub bond_kinds: Vec<u32>,
-    /// Whether each surface of the scene is there.
+    /// Whether each surface of the scene is present.
     pub surfaces: Vec<bool>,
     pub columns: Columns,
 }
 
 impl Comment {
-    /// Reads a comment line. Keys that mean nothing here are skipped.
+    /// Reads a comment line. Unknown keys are ignored.
     pub fn parse(text: &str, line: usize) -> Result<Self, ReadError> {
         let value_of = |key: &'static str| {
             let found = pairs(text).find(|(k, _)| k.eq_ignore_ascii_case(key));
@@ -109,14 +109,14 @@ impl Comment {
             columns.unused.push("Time".to_owned());
         }
         let time = time.unwrap_or(0.0);
-        // A column of masses says the same once more, where there is a table of them.
+        // A column of masses is redundant if there is a table of them.
         columns.mass = columns.mass.filter(|_| species.iter().all(|species| species.mass.is_none()));
         Ok(Self { time, region, periodic, displacement, species, bonds, bond_names, bond_kinds, surfaces, columns })
     }
 }
 
-/// The `key=value` pairs of a line, as ASE reads them: values may be quoted or in brackets, blanks may stand around `=`, and words without
-/// `=` are skipped.
+/// The `key=value` pairs of a line, as ASE reads them: values may be quoted or in brackets, spaces may
+/// surround `=`, and words without `=` are ignored.
 fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -135,7 +135,7 @@ fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// The value that a text begins with, without its quotes or brackets, and the rest.
+/// The value at the beginning of a text, without its quotes or brackets, and the rest.
 fn value(text: &str) -> (&str, &str) {
     let inside = text.get(1..).unwrap_or_default();
     match text.chars().next() {
@@ -157,7 +157,7 @@ fn value(text: &str) -> (&str, &str) {
     }
 }
 
-/// A value with what an error about it says.
+/// A value and what is needed for an error message about it.
 struct Value<'a> {
     key: &'static str,
     value: &'a str,
@@ -169,7 +169,7 @@ impl<'a> Value<'a> {
         ReadError::unexpected(self.line, self.key, self.value, expected)
     }
 
-    /// The words of a list. ASE puts `_JSON` before lists of some kinds.
+    /// The words of a list. ASE puts `_JSON` before some kinds of lists.
     fn words(&self) -> impl Iterator<Item = &'a str> {
         let list = self.value.trim_start();
         list.strip_prefix("_JSON")
@@ -178,7 +178,7 @@ impl<'a> Value<'a> {
             .filter(|word| !word.is_empty())
     }
 
-    /// Parses each word, if the number of words is the expected one.
+    /// Parses each word, if there are exactly `N`.
     fn as_many<T>(
         &self,
         count: usize,
@@ -194,7 +194,7 @@ impl<'a> Value<'a> {
         Ok(std::array::from_fn(|k| numbers[k]))
     }
 
-    /// The edges of a box that is aligned with the axes, and the displacement of its next image up.
+    /// The edges of a box that is aligned with the axes, and the displacement of the next image along y.
     fn lattice(&self) -> Result<(Vector, f64), ReadError> {
         let mut vectors = self.numbers::<9>("nine finite numbers")?;
         let longest = [0, 4, 8].map(|entry| vectors[entry].abs()).into_iter().fold(0.0, f64::max);
@@ -218,7 +218,7 @@ impl<'a> Value<'a> {
         Ok((Vector::new(x, y, z), within))
     }
 
-    /// One flag for each axis, or one for all.
+    /// A flag for each axis, or one for all.
     fn periodic(&self) -> Result<[bool; 3], ReadError> {
         flag(self.value.trim()).map_or_else(|| self.three_flags(), |flag| Ok([flag; 3]))
     }
@@ -311,7 +311,7 @@ impl<'a> Value<'a> {
             scalars,
         };
         let used = [Some(columns.position), columns.species, velocity, columns.radius, columns.id, columns.image];
-        // If there are both, velocities are taken. They say the same as momenta.
+        // If both are present, velocities are used, because momenta contain the same information.
         let used = [&used[..], &[momentum, columns.mass]].concat();
         let is_used = |at: usize| used.contains(&Some(at)) || columns.may_be_species.contains(&at);
         let unused = groups.iter().filter(|(_, range)| !is_used(range.start));
@@ -319,7 +319,7 @@ impl<'a> Value<'a> {
     }
 }
 
-/// Whether a number can be a mass: positive, and infinite for what never moves.
+/// Whether a number can be a mass: positive, possibly infinite for static particles.
 pub(super) fn is_mass(mass: &f64) -> bool {
     *mass > 0.0
 }
@@ -332,7 +332,7 @@ fn flag(word: &str) -> Option<bool> {
     }
 }
 
-/// A finite number, or nothing.
+/// A finite number; otherwise `None`.
 pub(super) fn finite(word: &str) -> Option<f64> {
     word.parse().ok().filter(|number: &f64| number.is_finite())
 }

@@ -19,7 +19,7 @@ pub enum ReadError {
         /// Why.
         source: io::Error,
     },
-    /// The file is compressed, where its frames have to be reached one by one.
+    /// The file is compressed, but its frames must be accessed individually.
     #[error("{} is compressed, so that its frames cannot be reached one by one: unpack it first, with `carom convert --to xyz --out plain.xyz`", .0.display())]
     Compressed(PathBuf),
     /// The operating system failed to read on.
@@ -33,13 +33,13 @@ pub enum ReadError {
     /// The file is empty or blank.
     #[error("the file holds no frame")]
     NoFrame,
-    /// Something other than text.
+    /// The file is not text.
     #[error("line {line} is not text (UTF-8)")]
     NotText {
         /// The line.
         line: usize,
     },
-    /// No end of line for many megabytes.
+    /// A line is longer than many megabytes.
     #[error("line {line} is too long to be part of a trajectory")]
     LineTooLong {
         /// The line.
@@ -57,7 +57,8 @@ pub enum ReadError {
         /// The number of complete particles.
         found: usize,
     },
-    /// A line does not have what belongs there: a number of particles, a value of a key, all columns, a number of its column.
+    /// A line does not contain what is expected: a number of particles, a value of a key, all columns, a
+    /// valid number in a column.
     #[error("line {line}: {problem}")]
     Malformed {
         /// The line.
@@ -68,7 +69,7 @@ pub enum ReadError {
 }
 
 impl ReadError {
-    /// A value that is not what its key or column needs.
+    /// A value that does not fit its key or column.
     pub(super) fn unexpected(line: usize, name: &str, value: &str, expected: &str) -> Self {
         Self::Malformed { line, problem: format!("{name} is `{}`, expected {expected}", shorten(value)) }
     }
@@ -86,7 +87,7 @@ impl ReadError {
         }
     }
 
-    /// The message without the line, for callers that add it.
+    /// The message without the line number.
     #[must_use]
     pub fn problem(&self) -> String {
         let message = self.to_string();
@@ -103,20 +104,20 @@ pub enum WriteError {
     /// The operating system failed to write.
     #[error("cannot write the frame")]
     Io(#[from] io::Error),
-    /// A column of the file cannot hold the name of a species.
+    /// The name of a species cannot be stored in a column.
     #[error("species name `{0}` cannot be written: expected one word without quotes or backslashes, used once")]
     SpeciesName(String),
-    /// A column of the file cannot hold a scalar.
+    /// A scalar cannot be stored in a column.
     #[error(
         "scalar `{0}` cannot be written: expected a word that no other column has, and a finite number of each particle"
     )]
     Scalar(String),
-    /// The interactions of bonds are known of some bonds only, or not by names.
+    /// The interactions of only some bonds are known, or they have no names.
     #[error(
         "the bonds cannot be written: expected an interaction of each or of none, whose name is one word without quotes or backslashes"
     )]
     Bonds,
-    /// Images are known of some particles only.
+    /// The images of only some particles are known.
     #[error("the images cannot be written: expected those of all particles or of none")]
     Images,
     /// A mass is zero, negative or NaN.
@@ -128,13 +129,13 @@ pub enum WriteError {
     /// A position, velocity or radius is NaN or infinite, or the radius is negative.
     #[error("particle {} has a position, velocity or radius that is no finite length", .0.0)]
     Particle(ParticleId),
-    /// The time or the box is NaN or infinite, or the box has a negative edge, or it is displaced without being periodic along x and
-    /// y, or by more than half a period.
+    /// The time or the box is NaN or infinite, the box has a negative edge, or its displacement is invalid:
+    /// without periods along x and y, or more than half a period.
     #[error("the frame's time or box is not finite, or the box is displaced by more than half of its edge")]
     Frame,
 }
 
-/// The beginning of a value, for a message: what is malformed may be long.
+/// The beginning of a value, for an error message. Malformed values may be long.
 pub(super) fn shorten(text: &str) -> String {
     const LONGEST: usize = 60;
     let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };

@@ -1,4 +1,4 @@
-//! Where the frames of a trajectory are in its file, so that each can be read without those before it.
+//! Positions of frames in a trajectory file, so that each frame can be read without the earlier ones.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
@@ -11,7 +11,7 @@ use crate::trajectory::compressed::is_compressed;
 /// Bytes that are read at once.
 const BUFFER: usize = 1 << 18;
 
-/// Where a frame begins in the file of a trajectory.
+/// Position at which a frame begins in a trajectory file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FramePlace {
     byte: u64,
@@ -19,8 +19,8 @@ pub struct FramePlace {
     lines: usize,
 }
 
-/// Where the frames of a trajectory file are, in order. The file is passed over once, and none of its numbers is read; a frame that is cut off at
-/// the end, as by a kill, is left out.
+/// Positions of the frames of a trajectory file, in order. The file is scanned once without parsing its
+/// numbers. A frame that is cut off at the end, as after a kill, is left out.
 ///
 /// ```
 /// # use carom::trajectory::extended_xyz::{frame_at, frame_places};
@@ -74,10 +74,11 @@ pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
     }
 }
 
-/// The frame of a trajectory file at a place.
+/// The frame of a trajectory file at a position.
 ///
 /// # Errors
-/// [`ReadError::Open`] if the file cannot be opened; any other [`ReadError`] if the frame is malformed, or the file is another one by now.
+/// [`ReadError::Open`] if the file cannot be opened; any other [`ReadError`] if the frame is malformed, or
+/// the file has changed.
 pub fn frame_at(path: &Path, place: FramePlace) -> Result<Frame, ReadError> {
     let mut input = opened(path)?;
     input.seek(SeekFrom::Start(place.byte)).map_err(|source| ReadError::Open { path: path.to_owned(), source })?;
@@ -96,7 +97,7 @@ mod tests {
     use super::*;
 
     fn trajectory() -> String {
-        // The second frame has two particles, and blank lines stand between frames.
+        // The second frame has two particles, and there are blank lines between frames.
         let mut text = String::new();
         for frame in 0..5 {
             let count = if frame == 1 { 2 } else { 1 };

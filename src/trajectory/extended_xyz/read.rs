@@ -15,10 +15,10 @@ use crate::analysis::instruments::Scalar;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 
-/// The most particles that memory is set aside for before they have been seen.
+/// Maximum number of particles for which memory is reserved before they have been read.
 const TRUSTED_COUNT: usize = 1 << 16;
 
-/// Properties of a frame that stand before its particles.
+/// Properties of a frame that precede its particles.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Preamble {
     /// Number of particles.
@@ -31,15 +31,15 @@ pub(crate) struct Preamble {
 
 /// Reader of extended XYZ: an iterator over the frames of a trajectory. Ends after the first error.
 ///
-/// Where a file does not say: velocities are zero, radii 1/2, ids count from 0 in the order of the lines, the time is
-/// 0, images are not known, and the box is the smallest that holds the spheres, not periodic. Columns of one real number that mean nothing here are kept
-/// as scalars, if all their numbers are finite.
+/// Defaults for missing data: velocities are zero, radii 1/2, ids count from 0 in the order of the lines, the
+/// time is 0, images are unknown, and the box is the smallest that holds the spheres, not periodic. Unknown
+/// columns of one real number are kept as scalars if all their numbers are finite.
 #[derive(Debug)]
 pub struct FrameReader<R> {
     input: R,
     line: usize,
     text: Vec<u8>,
-    /// Where the frame read last begins.
+    /// First line of the last frame.
     frame_line: usize,
     /// Columns of the last frame.
     columns: Columns,
@@ -54,7 +54,7 @@ impl<R: BufRead> FrameReader<R> {
         Self::behind(input, 0)
     }
 
-    /// Reads from the beginning of a frame that follows a number of lines.
+    /// Reads from the beginning of a frame after the given number of lines.
     pub(crate) fn behind(input: R, lines: usize) -> Self {
         Self {
             input,
@@ -68,45 +68,45 @@ impl<R: BufRead> FrameReader<R> {
         }
     }
 
-    /// Whether the frame read last came with velocities.
+    /// Whether the last frame contained velocities.
     #[must_use]
     pub fn has_velocities(&self) -> bool {
         self.columns.velocity.is_some()
     }
 
-    /// Whether the frame read last came with the species of its particles.
+    /// Whether the last frame contained the species of its particles.
     #[must_use]
     pub fn has_species(&self) -> bool {
         self.columns.species.is_some()
     }
 
-    /// Whether the frame read last came with the radii of its particles.
+    /// Whether the last frame contained the radii of its particles.
     #[must_use]
     pub fn has_radii(&self) -> bool {
         self.columns.radius.is_some()
     }
 
-    /// Whether the frame read last came with its box.
+    /// Whether the last frame contained its box.
     #[must_use]
     pub fn has_box(&self) -> bool {
         self.has_box
     }
 
-    /// Further columns of the frame read last.
+    /// Further columns of the last frame.
     pub(crate) fn beside(&mut self) -> Beside {
         std::mem::take(&mut self.beside)
     }
 
-    /// The line on which the frame read last begins, from 1; its comment is on the next one.
+    /// The first line of the last frame, counted from 1. Its comment is on the next line.
     #[must_use]
     pub fn frame_line(&self) -> usize {
         self.frame_line
     }
 
-    /// Passes over the next frame without reading its numbers; false where nothing but blank lines is left.
+    /// Skips the next frame without parsing its numbers. Returns false if only blank lines are left.
     ///
     /// # Errors
-    /// As for other frames, except for what their lines say.
+    /// As for other frames, except errors within the lines of particles.
     pub fn skip_frame(&mut self) -> Result<bool, ReadError> {
         let Some(count) = self.next_count()? else { return Ok(false) };
         let first = self.line;
@@ -123,11 +123,11 @@ impl<R: BufRead> FrameReader<R> {
         (self.line, &mut self.input)
     }
 
-    /// Passes over the next frame without reading the numbers of its particles; `None` where nothing but blank lines is left. A frame that is
-    /// cut off is seen as when it is read.
+    /// Reads the beginning of the next frame and skips its particles without parsing them; `None` if only
+    /// blank lines are left. A truncated frame is detected as usual.
     ///
     /// # Errors
-    /// As for other frames, except for what the lines of particles say.
+    /// As for other frames, except errors within the lines of particles.
     pub(crate) fn next_preamble(&mut self) -> Result<Option<Preamble>, ReadError> {
         let Some((count, comment)) = self.begin_frame()? else { return Ok(None) };
         let first = self.frame_line;
@@ -166,7 +166,7 @@ impl<R: BufRead> FrameReader<R> {
         Ok(if length == 0 { None } else { Some(text.trim_end_matches(['\n', '\r'])) })
     }
 
-    /// The number of particles of the next frame, or `None` where nothing but blank lines is left.
+    /// The number of particles of the next frame; `None` if only blank lines are left.
     fn next_count(&mut self) -> Result<Option<usize>, ReadError> {
         loop {
             match self.next_line()?.map(str::trim) {
@@ -186,7 +186,7 @@ impl<R: BufRead> FrameReader<R> {
         }
     }
 
-    /// The number of particles and the comment of the next frame, or `None` where nothing but blank lines is left.
+    /// The number of particles and the comment of the next frame; `None` if only blank lines are left.
     fn begin_frame(&mut self) -> Result<Option<(usize, Comment)>, ReadError> {
         let Some(count) = self.next_count()? else { return Ok(None) };
         let first = self.line;
@@ -199,7 +199,7 @@ impl<R: BufRead> FrameReader<R> {
         Ok(Some((count, comment?)))
     }
 
-    /// The next frame, or `None` where nothing but blank lines is left.
+    /// The next frame; `None` if only blank lines are left.
     fn next_frame(&mut self) -> Result<Option<Frame>, ReadError> {
         let Some((count, mut comment)) = self.begin_frame()? else { return Ok(None) };
         let first = self.frame_line;
@@ -226,7 +226,7 @@ impl<R: BufRead> FrameReader<R> {
             });
             match read {
                 Ok(()) => {}
-                // A file that was cut in the middle of a line is not malformed.
+                // A file that was cut within a line is truncated, not malformed.
                 Err(_) if self.text.last() != Some(&b'\n') => return Err(truncated(index)),
                 Err(error) => return Err(error),
             }

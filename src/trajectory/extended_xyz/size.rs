@@ -1,17 +1,19 @@
-//! How long the text of a frame will be.
+//! Size of the text of a frame.
 
 use crate::base::shortest::Shortest;
 use crate::model::Scene;
 
-/// Bytes of a number that has all its digits, with a sign now and then and the space before it; a coordinate and a velocity have one less.
+/// Number of bytes of a full-precision number, including an occasional sign and the space before it.
+/// Coordinates and velocities have one less.
 const DIGITS: usize = 20;
 
-/// Bytes of the first two lines, without bonds, of a bond in them, and of the periods that a particle has travelled.
+/// Number of bytes of the first two lines without bonds, of a bond in them, and of the periods that a
+/// particle has travelled.
 const HEADING: usize = 300;
 const BOND: usize = 16;
 const PERIODS: usize = 7;
 
-/// Estimated length of the text of a frame of a scene `[bytes]`, at most a tenth too large if particles move.
+/// Estimated size of the text of a frame of a scene `[bytes]`, at most a tenth too large if particles move.
 pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
     let length = |number: f64| {
         let mut text = Vec::new();

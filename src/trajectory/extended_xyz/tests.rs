@@ -133,7 +133,7 @@ fn the_column_of_species_is_the_one_with_the_names_of_the_table() {
     let frame = read(text.as_bytes()).pop().unwrap().unwrap();
     assert_eq!(frame.particles.iter().map(|particle| particle.species.0).collect::<Vec<_>>(), [1, 0]);
     assert_eq!(frame.species.iter().map(|species| species.is_static).collect::<Vec<_>>(), [true, false]);
-    // Without a table, the first one is taken.
+    // Without a table, the first one is used.
     let text = text.replace("species_table=\"ball Fe\" static=\"_JSON [true, false]\"", "");
     assert_eq!(read(text.as_bytes()).pop().unwrap().unwrap().species[0].name, "X");
 }
@@ -297,7 +297,7 @@ fn frame() -> impl Strategy<Value = Frame> {
         })
 }
 
-/// Bytes that look enough like a frame to reach every branch of the reader.
+/// Bytes that resemble a frame enough to reach every branch of the reader.
 fn nearly_a_frame() -> impl Strategy<Value = Vec<u8>> {
     (frame(), prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6), any::<prop::sample::Index>())
         .prop_map(|(frame, changes, end)| {
@@ -351,7 +351,7 @@ fn passing_over_frames_finds_as_many_as_reading_them_wherever_the_file_ends() {
         let fault = fault.map(|error| matches!(error, ReadError::Truncated { .. }));
         assert_eq!(ended, fault, "{cut}");
     }
-    // Read on behind the first frame.
+    // Read on after the first frame.
     let at: usize = text.split_inclusive('\n').take(4).map(str::len).sum();
     let rest = FrameReader::behind(&text.as_bytes()[at..], 4).collect::<Result<Vec<_>, _>>().unwrap();
     assert_eq!(rest, read(text.as_bytes()).into_iter().skip(1).map(Result::unwrap).collect::<Vec<_>>());

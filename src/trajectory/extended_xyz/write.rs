@@ -13,15 +13,16 @@ use crate::model::space::displacement_within_period;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 
-/// Text is handed on in pieces of about this size `[bytes]`, so that the output needs no buffer of its own.
+/// Text is written in pieces of about this size `[bytes]`, so that the output needs no buffer.
 const PIECE: usize = 1 << 16;
 
 /// Appends a frame to a trajectory. The output needs no buffer, and is not flushed.
 ///
 /// # Errors
-/// [`WriteError::Io`] if the output fails, any other [`WriteError`] if the frame could not be read back: a species
-/// name that is not one word or used twice, a mass that is not positive, a particle without species, a scalar that is not one
-/// number of each particle, images of some particles only, or something not finite. Nothing is written of a frame whose table, box or scalars are refused.
+/// [`WriteError::Io`] if the output fails, any other [`WriteError`] if the frame could not be read back: a
+/// species name that is not one word or is used twice, a mass that is not positive, a particle without
+/// species, a scalar without exactly one number per particle, images of only some particles, or a number that
+/// is not finite. If the table, box or scalars are rejected, nothing is written.
 pub fn write_frame<W: Write>(output: W, frame: &Frame) -> Result<(), WriteError> {
     if !frame.images.is_empty() && frame.images.len() != frame.particles.len() {
         return Err(WriteError::Images);
@@ -39,9 +40,9 @@ pub fn write_frame<W: Write>(output: W, frame: &Frame) -> Result<(), WriteError>
     writer.end()
 }
 
-/// Heading of a frame: properties of all of its particles together.
+/// Heading of a frame: common properties of all its particles.
 pub(crate) struct Heading {
-    /// How many there are.
+    /// Number of particles.
     pub count: usize,
     pub has_images: bool,
     /// Whether the masses of all are known.
@@ -50,19 +51,20 @@ pub(crate) struct Heading {
     pub thickness: f64,
 }
 
-/// A frame that is written particle by particle: as [`write_frame`] does it, without memory for all of them.
+/// Writer of a single frame, particle by particle. The result is that of [`write_frame`], without memory for
+/// all particles.
 pub(crate) struct FrameWriter<'a, W> {
     output: W,
     /// Table, box, bonds and scalars.
     frame: &'a Frame,
     has_masses: bool,
-    /// Particles so far.
+    /// Number of particles so far.
     index: usize,
     text: Vec<u8>,
 }
 
 impl<'a, W: Write> FrameWriter<'a, W> {
-    /// Writes the heading of a frame; its particles are not looked at.
+    /// Writes the heading of a frame. The particles in `frame` are ignored.
     ///
     /// # Errors
     /// Those of [`write_frame`] for the table, the box, the bonds and the scalars.
@@ -112,7 +114,7 @@ impl<'a, W: Write> FrameWriter<'a, W> {
         Ok(())
     }
 
-    /// Hands on what is left.
+    /// Writes the rest of the buffer.
     ///
     /// # Errors
     /// [`WriteError::Io`].
@@ -122,7 +124,7 @@ impl<'a, W: Write> FrameWriter<'a, W> {
     }
 }
 
-/// The mass of the particles of a species, if it is known; 0 for those that never move, with which sums stay finite.
+/// The mass of the particles of a species, if it is known; 0 for static ones, so that sums stay finite.
 fn mass(frame: &Frame, species: SpeciesId) -> Option<f64> {
     let mass = frame.species.get(species.0 as usize)?.mass?;
     Some(if mass.is_finite() { mass } else { 0.0 })
@@ -182,7 +184,7 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
     Ok(())
 }
 
-/// Several values of a key, between quotes.
+/// Several values of a key, in quotes.
 fn write_list(text: &mut Vec<u8>, key: &str, values: impl IntoIterator<Item = impl Display>) -> io::Result<()> {
     write!(text, "{key}=\"")?;
     for (index, value) in values.into_iter().enumerate() {
@@ -207,7 +209,7 @@ fn refuse_scalars(frame: &Frame, count: usize) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// Whether a name can stand in a list of names.
+/// Whether a name can be part of a list of names.
 fn is_word(name: &str) -> bool {
     !name.is_empty() && !name.chars().any(|c| c.is_whitespace() || c.is_control() || matches!(c, '"' | '\\'))
 }

@@ -1,4 +1,4 @@
-//! Unwrapping, from what files have.
+//! Tests of unwrapping with the contents of files.
 
 use super::*;
 use crate::engine::{Simulation, Until};
@@ -9,13 +9,13 @@ use crate::model::space::Space;
 use crate::scene::{Fill, Lattice, SceneBuilder};
 use crate::trajectory::extended_xyz::{FrameReader, write_frame};
 
-/// Frames of a thin gas that flies round its box, so close in time that nothing moves by half of it from one to the next; and where
-/// particles are if they are followed from frame to frame, along the shortest way.
+/// Frames of a thin gas that crosses its box, so frequent that no particle moves by half of it between
+/// frames, and the positions obtained by following particles along the shortest way from frame to frame.
 fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
     let space = Space { size: Vector::new(5.0, 4.5, 4.0), ..Space::periodic_cube(1.0) };
     let gas = SceneBuilder::new("gas")
         .species("ball", 0.7, 0.5)
-        // Under shear they lose what they are heated by.
+        // Under shear, restitution removes the heat.
         .interaction("ball", "ball", Potential::hard_sphere(0.5).unwrap(), if shear_rate.is_some() { 0.6 } else { 1.0 })
         .space(Space { lower: Vector::new(-1.0, 2.0, 0.0), ..space })
         .add_fill(Fill::new(Lattice::SimpleCubic, "ball").count(27))
@@ -40,7 +40,7 @@ fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
             Some(last) => (0..27)
                 .map(|k| {
                     let (from, to) = (before.particles[k].position, frame.particles[k].position);
-                    // Everything that many boxes up has moved by this since.
+                    // Everything that many boxes up has moved by this amount since.
                     let boxes_up = ((last[k].y - from.y) / frame.size.y).round();
                     let slid = boxes_up * shear_rate.unwrap_or(0.0) * frame.size.y * (frame.time - before.time);
                     last[k] + frame.nearest_image(to - from) + Vector::new(slid, 0.0, 0.0)
@@ -66,7 +66,7 @@ fn unwrapped(frames: &[Frame]) -> Vec<Vec<Vector>> {
     frames.iter().map(|frame| (0..frame.particles.len()).map(|place| frame.unwrapped(place)).collect()).collect()
 }
 
-/// The numbers of a table from some column on.
+/// The numbers of a table from a column on.
 fn columns(table: &str, first: usize) -> Vec<Vec<f64>> {
     let row = |line: &str| line.split(',').skip(first).map(|word| word.parse().unwrap()).collect();
     table.lines().skip(1).map(row).collect()
@@ -99,7 +99,7 @@ fn unwrapped_positions_of_files_are_those_of_particles_that_are_followed() {
             .collect();
         for (name, positions) in [("extended XYZ", unwrapped(&read)), ("CSV", table)] {
             for (k, (found, expected)) in squares(&positions).iter().zip(squares(&followed)).enumerate() {
-                // Sums of some 600 steps, each rounded at the size of the coordinates.
+                // Sums of about 600 steps, each rounded at the size of the coordinates.
                 let allowed = 1e-11 * expected.amax().max(1.0);
                 assert!((found - expected).amax() <= allowed, "{name}, {rate:?}, frame {k}: {found} {expected}");
             }

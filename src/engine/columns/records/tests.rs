@@ -13,7 +13,7 @@ use crate::scene::{Arrangement, Fill, SceneBuilder};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-/// The next events, and where everything is then.
+/// The next events and the final state.
 fn go_on<const FALLING: bool, const TABLE: bool>(
     engine: &mut Engine<FALLING, TABLE>,
     events: u64,
@@ -39,7 +39,8 @@ fn pair(event: &Event, name: impl Fn(ParticleId) -> ParticleId) -> (ParticleId, 
     (one.min(other), one.max(other))
 }
 
-/// An engine goes on as a new one does that starts where it is, for so few events that rounding has not grown by many powers of ten.
+/// Checks that an engine continues like a new one that starts from its state, for few enough events that
+/// rounding errors stay small.
 fn goes_on_as_a_new_one<const FALLING: bool, const TABLE: bool>(
     mut engine: Engine<FALLING, TABLE>,
     scene: &Scene,
@@ -70,7 +71,7 @@ fn goes_on_as_a_new_one<const FALLING: bool, const TABLE: bool>(
     }
 }
 
-/// A place at a distance from all centres.
+/// A place at the given distance from all centres.
 fn hole<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     random: &mut Random,
@@ -88,7 +89,7 @@ fn hole<const FALLING: bool, const TABLE: bool>(
     })
 }
 
-/// Pairs that a particle at a place is in the well of.
+/// Particles in whose well a given position is.
 fn captured_at<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     row: u16,
@@ -104,7 +105,7 @@ fn captured_at<const FALLING: bool, const TABLE: bool>(
     engine.particles().filter_map(pair).collect()
 }
 
-/// A third of the particles leave, then some come in where they overlap with none.
+/// Removes a third of the particles, then inserts some where they do not overlap.
 fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, diameter: f64) {
     let mut random = Random::new(5, Purpose::Velocities, 0);
     let mut engine = Engine::<FALLING, TABLE>::new(scene);

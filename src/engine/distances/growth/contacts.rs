@@ -1,4 +1,5 @@
-//! Contacts of spheres that grow: in SIMD lanes those that may be the earliest, one by one when they are due.
+//! Contacts of growing spheres. SIMD lanes find the candidates for the earliest one, and these are computed
+//! one by one.
 
 use super::GrowingDiameters;
 use crate::engine::batch::{Batch, dot};
@@ -7,14 +8,14 @@ use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
-/// Pairs that are compared with each other: longer lists come in parts.
+/// Number of pairs that are compared together. Longer lists are split.
 const TOGETHER: usize = 32;
 
-/// Parts of a number that rounding does not reach: what is nearer to a limit than this is left to the prediction one by one, whose contacts
-/// count.
+/// Relative uncertainty. Pairs closer to a limit than this are left to the scalar prediction, whose result
+/// counts.
 const SLACK: f64 = 1e-9;
 
-/// Times are compared with this slack, because the root of a discriminant that is `SLACK` of its terms has half as many digits.
+/// Slack for times. The root of a discriminant that is `SLACK` of its terms has half as many digits.
 const SLACK_OF_TIMES: f64 = 1e-6;
 
 /// The search of [`Batch::growing_contacts`].
@@ -22,7 +23,7 @@ struct GrowingContacts<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// The factor of all diameters, and how fast it grows `[1, 1 / time]`.
+    /// The factor of all diameters and its growth rate `[1, 1 / time]`.
     growth: [f64; 2],
     horizon: f64,
 }
@@ -56,7 +57,8 @@ impl Work for GrowingContacts<'_> {
             let is_overtaken = b.if_less(zero, never, v2.sub(F::all(SLACK).mul(speed).mul(speed)));
             let is_grazing = discriminant.mul(discriminant).sub(F::all(SLACK * SLACK).mul(squares).mul(squares));
             let is_unsure = is_touching.at_most(0.0) | is_overtaken.at_most(0.0) | is_grazing.at_most(0.0);
-            // Species that do not meet have a negative squared distance. Its root is NaN, and no comparison with NaN holds.
+            // The squared distance of species that do not meet is negative. Its root is NaN, and every
+            // comparison with NaN is false.
             unsure |= is_unsure << (at * F::COUNT);
             let dt = zero.if_less(is_touching, dt, never);
             dt.write(due);
@@ -74,8 +76,8 @@ impl Work for GrowingContacts<'_> {
 }
 
 impl Batch<'_> {
-    /// Which of up to [`TOGETHER`] others, as bits, may be the first that `me` meets while all grow, before a finite or infinite time; never
-    /// leaves that one out.
+    /// Bit mask of up to [`TOGETHER`] others that `me` may meet first before `horizon`, while all diameters
+    /// grow. The true first contact is always included.
     #[inline]
     fn growing_contacts(&self, me: &Streamed, others: &[u32], growth: [f64; 2], horizon: f64) -> u32 {
         self.width.run(GrowingContacts { batch: self, me, others, growth, horizon })
@@ -83,7 +85,8 @@ impl Batch<'_> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The first contact with any of some uncaptured others while all grow; their number is a multiple of [`MOST_LANES`].
+    /// The first contact with uncaptured others while all diameters grow. The number of others is a multiple
+    /// of [`MOST_LANES`].
     pub(in crate::engine) fn predict_growing(
         &self,
         me: &Streamed,
@@ -116,7 +119,7 @@ mod tests {
     use crate::physics::detection::lanes::Simd;
     use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
 
-    /// Spheres of three kinds, which are not additive.
+    /// Three species with non-additive diameters.
     fn mixture(packing_fraction: f64) -> Scene {
         let hard_sphere = |diameter| Potential::hard_sphere(diameter).unwrap();
         let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
@@ -137,7 +140,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Every prediction has the contact that all others, looked at one by one, have.
+    /// Checks that every prediction equals the result of testing all others one by one.
     fn finds_what_one_by_one_finds<const TABLE: bool>(scene: &Scene, rate: f64, largest: f64) -> [bool; 2] {
         let mut used = [false; 2];
         for width in Simd::all() {
@@ -155,7 +158,7 @@ mod tests {
                 for particle in engine.particles() {
                     let mut one_by_one = Prediction::NONE;
                     let me = engine.streamed(particle, now);
-                    // Another one comes into the list before it can be met.
+                    // Another particle must enter the list before it can be met.
                     let others = if let Some(verlet) = engine.neighbours.verlet() {
                         verlet.lists.of(particle)
                     } else {
@@ -179,7 +182,7 @@ mod tests {
     fn the_first_contact_in_lanes_is_that_of_all_one_by_one() {
         let mut used = [false; 2];
         for (packing_fraction, largest) in [(0.1, 1.3), (0.3, 1.15), (0.42, 1.06)] {
-            // From much slower to faster than the spheres themselves.
+            // From growth much slower than the spheres to growth faster than them.
             for rate in [0.002, 0.1, 3.0] {
                 let scene = mixture(packing_fraction);
                 let one = finds_what_one_by_one_finds::<true>(&scene, rate, largest);

@@ -1,4 +1,4 @@
-//! The search in the cells around a particle's, and the look ahead at what it will touch.
+//! The search in a particle's cell and the adjacent ones, and prefetching for it.
 
 use super::Cells;
 use crate::engine::hardware::prefetch::prefetch;
@@ -29,7 +29,7 @@ impl Cells {
         });
     }
 
-    /// Puts every particle in `cell` and the cells next to it into `near`.
+    /// Finds every particle in `cell` and the adjacent cells.
     #[inline]
     pub fn find_candidates(&self, cell: u32, near: &mut Candidates) {
         let mut heads = near.heads();
@@ -42,7 +42,7 @@ impl Cells {
         near.follow(found, &self.next);
     }
 
-    /// Puts every particle that is near to `cell` and was not near to the cell before a transition through `face` into `near`.
+    /// Finds every particle near `cell` that was not near the cell before a transition through `face`.
     #[inline]
     pub fn find_new_candidates(&self, cell: u32, face: CellFace, near: &mut Candidates) {
         let mut heads = near.heads();
@@ -51,7 +51,8 @@ impl Cells {
         near.follow(found, &self.next);
     }
 
-    /// Prefetches what a transition through a face reads: the heads of its cell and of those that become near.
+    /// Prefetches data for a transition through a face: the heads of the cell and of the cells that become
+    /// near.
     #[inline]
     pub fn prefetch_transition(&self, cell: u32, face: CellFace) {
         prefetch(&self.first, cell as usize);
@@ -64,8 +65,8 @@ impl Cells {
         self.for_each_new_after(cell, face, |new| self.prefetch_head(self.first[new as usize], &expect));
     }
 
-    /// Prefetches the first particle of a cell. An empty cell stands for the last particle of all: that costs less than
-    /// a processor that has to guess which cells are empty.
+    /// Prefetches the first particle of a cell. For an empty cell it prefetches the last particle of the
+    /// system, which costs less than a mispredicted branch.
     #[inline(always)]
     fn prefetch_head(&self, head: u32, expect: &impl Fn(u32)) {
         #[expect(

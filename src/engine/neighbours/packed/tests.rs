@@ -1,4 +1,4 @@
-//! Neighbours found among packed centres, against all of them one by one.
+//! Neighbours among packed centres, compared with a search over all particles.
 
 use super::*;
 use crate::model::space::minimum_image;
@@ -16,7 +16,8 @@ fn space(is_periodic: bool, lower: f64) -> Space {
     space
 }
 
-/// Centres found around one with each set of instructions that the processor has, which have to agree; and whether all are certainly within reach.
+/// Centres found near another with each instruction set of the processor, which must agree, and whether all
+/// are certainly within reach.
 fn found(packed: &mut Packed, centre: &Vector) -> (Vec<u32>, bool) {
     let mut ways = Simd::all().into_iter().map(|width| {
         let mut near = Candidates::default();

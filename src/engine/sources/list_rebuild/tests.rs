@@ -1,4 +1,4 @@
-//! Content of Verlet lists, against all pairs.
+//! Contents of Verlet lists, compared with all pairs.
 
 use super::*;
 use crate::engine::Until;
@@ -9,7 +9,8 @@ use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face, Space, minimum_image};
 use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
-/// Every uncaptured pair within reach is in both lists, no other is, and each particle is in its skin.
+/// Checks that every uncaptured pair within reach is in both lists, that no other pair is, and that each
+/// particle is in its skin.
 fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, verlet: &VerletLists) {
     for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
         let (position, _) = engine.state_at(particle, engine.clock.now);
@@ -24,7 +25,7 @@ fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING,
             let species = [particle, other].map(|id| usize::from(engine.row(id)));
             let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
             let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
-            // By the margin of the skin, a millionth, and the rounding of a distance.
+            // Within the margin of the skin, a millionth, and the rounding of a distance.
             let is_near = |margin| apart < (range + 2.0 * verlet.half_skin * (1.0 + margin)) * (1.0 + 1e-14);
             let may_meet = other != particle && range > 0.0 && !is_captured;
             let times = list.iter().filter(|entry| **entry == other).count();
@@ -34,7 +35,7 @@ fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING,
     }
 }
 
-/// Lists are complete while a scene runs.
+/// Checks the lists at times of a run.
 fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, events: u64) {
     let mut engine = Engine::<FALLING, TABLE>::new(scene);
     for part in 1..=10 {
@@ -91,7 +92,8 @@ fn lists_are_complete_and_no_longer_in_a_small_box_far_from_the_origin() {
     }
 }
 
-/// Two species in a cube, the second of some mass and diameter and hard, with potentials of the first with itself and with the second.
+/// Two species in a cube. The second is hard, with a given mass and diameter. The potentials are those of the
+/// first species with itself and with the second.
 fn mixture(size: f64, (mass, diameter): (f64, f64), [own, mixed]: [Potential; 2], [first, second]: [u64; 2]) -> Scene {
     SceneBuilder::new("mixture")
         .space(Space::periodic_cube(size))
@@ -115,7 +117,7 @@ fn lists_are_complete_among_wells_of_two_sizes() {
 
 #[test]
 fn lists_are_complete_in_a_small_box_of_wells() {
-    // The skin is as wide as the box lets it be.
+    // The skin is as wide as the box allows.
     let well = Potential::square_well(1.0, 1.5, 0.8).unwrap();
     let shoulder = Potential::square_shoulder(0.9, 1.4, 0.4).unwrap();
     check::<false, true>(&mixture(4.1, (0.7, 0.8), [well, shoulder], [18, 17]), 20_000);
@@ -147,7 +149,8 @@ fn lists_are_complete_for_grains_that_fall_on_static_ones() {
     check::<true, true>(&builder.add_fill(fill).temperature(1.0).build().unwrap(), 200_000);
 }
 
-/// Until one of a pair leaves its skin, its lists hold all that a particle meets in any image of the box.
+/// Checks that lists hold everything that a particle meets in any image of the box, until one of the pair
+/// leaves its skin.
 fn lists_hold_all_images<const TABLE: bool>(scene: &Scene) {
     let mut engine = Engine::<false, TABLE>::new(scene);
     assert!(engine.neighbours.verlet().is_some());

@@ -1,4 +1,4 @@
-//! Distances that are held in windows.
+//! Tests of distances held in windows.
 
 use super::*;
 use crate::engine::Until;
@@ -10,7 +10,7 @@ fn ids(groups: [&[u32]; 2]) -> [Vec<ParticleId>; 2] {
     groups.map(|group| group.iter().map(|id| ParticleId(*id)).collect())
 }
 
-/// The distance of two groups of a snapshot, from positions that are unwrapped in the order of the groups.
+/// The distance of two groups in a snapshot. Positions are unwrapped along the order of the groups.
 fn distance(simulation: &Simulation, groups: [&[u32]; 2]) -> f64 {
     let (scene, snapshot) = (simulation.scene(), simulation.snapshot());
     let periods = scene.space().periods();
@@ -25,7 +25,7 @@ fn distance(simulation: &Simulation, groups: [&[u32]; 2]) -> f64 {
     nearest(centre(groups[0]) - centre(groups[1])).norm()
 }
 
-/// Six bonded pairs and single particles of three masses in a box; those of bonds lie across its sides.
+/// Six bonded pairs and single particles of three masses in a box. The bonds cross its sides.
 fn molecules() -> Scene {
     let bond = Potential::bond(0.9, 1.3).unwrap();
     let mut scene = SceneBuilder::new("molecules")
@@ -69,7 +69,7 @@ fn a_reflection_conserves_momentum_and_energy_and_leaves_the_motion_within_group
             engine.simulated(engine.sources.restraint.as_ref().unwrap().next_reflection())
         });
         let energy = simulation.energy().kinetic;
-        // Rounding puts it before the time or after.
+        // Rounding may put it before or after that time.
         simulation.advance(Until::time(next + 1e-12)).unwrap();
         let after = simulation.snapshot();
         if simulation.event_counts().physical() > counts {
@@ -109,7 +109,7 @@ fn a_distance_stays_in_its_window_whatever_happens_to_the_members() {
             assert!(window[0] - 1e-13 <= now && now <= window[1] + 1e-13, "{step}: {now} of {window:?}");
         }
         assert!(farthest > 0.9, "{farthest}");
-        // It has gone through many epochs, and contacts and bonds were as before.
+        // It has gone through many epochs, with contacts and bonds as before.
         assert!(simulation.event_counts().physical() > 200);
         assert_eq!(simulation.real_overlaps(), []);
     }
@@ -145,7 +145,7 @@ fn two_spheres_of_a_fluid_are_held_together() {
     assert!((simulation.energy().kinetic / free.0 - 1.0).abs() < 1e-12 && free.1.is_none());
 }
 
-/// On a line, in a plane, and falling between walls; a copy goes on to the same bits.
+/// On a line, in a plane, and falling between walls. A copy continues with the same bits.
 #[test]
 fn distances_are_held_in_all_dimensions() {
     let wall = Boundary::walls(1.0);
@@ -185,7 +185,8 @@ fn distances_are_held_in_all_dimensions() {
     }
 }
 
-/// A window that ends where the distance is, or one float beside it, lets the distance come back and no farther out.
+/// If the distance is exactly at an end of its window, or one float beyond, it returns and goes no further
+/// out.
 #[test]
 fn a_distance_at_an_end_of_its_window_comes_back() {
     for (speed, is_lower) in [(0.7, false), (-0.7, true), (1e-200, false), (0.0, false)] {

@@ -1,4 +1,5 @@
-//! Meshes and round surfaces in the event loop: against walls, against a plane, and closed ones that nothing leaves.
+//! Meshes and round surfaces in the event loop: compared with walls and with a plane, and closed meshes that
+//! nothing leaves.
 
 use super::run;
 use crate::Vector;
@@ -65,7 +66,7 @@ fn a_box_of_triangles_is_a_box_of_walls() {
         assert_eq!(walls.len(), faces.len());
         assert!(walls.len() > 20);
         for (wall, face) in walls.iter().zip(&faces) {
-            // Some tens of events multiply the last bit.
+            // The error of the last bit grows over some tens of events.
             assert_eq!(wall.particle, face.particle);
             assert!((wall.time - face.time).abs() < 1e-9, "{} {}", wall.time, face.time);
             assert!((wall.after[0] - face.after[0]).norm() < 1e-9);
@@ -88,7 +89,7 @@ fn floor(n: u32, size: f64) -> TriangleMesh {
 
 #[test]
 fn a_floor_of_ten_thousand_triangles_is_a_plane() {
-    // Elastic, so that it bounces for ever; the drift takes it over thousands of seams, some of them along an edge.
+    // Elastic, so that it bounces forever. The drift takes it over thousands of seams, some along an edge.
     for (velocity, restitution) in [
         (Vector::new(0.021, 0.017, 0.0), 1.0),
         (Vector::new(0.018, 0.018, 0.0), 1.0),
@@ -144,10 +145,10 @@ fn nothing_leaves<const FALLING: bool>(
     let found = run(&mut engine, 6_000, |event, surface| {
         let radius = event.distance;
         let gap = super::Surface::gap(&surface.shape, &event.positions[0], radius);
-        // Rounding may put the foot beside its face, where another feature is.
+        // Rounding may put the foot just off its face, at another feature.
         besides += u32::from(gap == f64::INFINITY);
         assert!(gap.abs() < 1e-12 || gap == f64::INFINITY, "{gap}");
-        // The difference of two velocities, each rounded, and a direction from coordinates that are.
+        // The difference of two rounded velocities, and a direction from rounded coordinates.
         let direction = 2.0 + event.positions[0].amax() / radius;
         let rounding = 4.0 * f64::EPSILON * event.before[0].norm() * 3.1 * direction;
         let across = (event.impulse - event.normal * event.normal_impulse()).norm();
@@ -165,7 +166,7 @@ fn nothing_leaves<const FALLING: bool>(
     assert!((change + counts.dissipated.total()).abs() < 1e-9 * start.kinetic.max(start.potential.abs()), "{change}");
 }
 
-/// Whether a place is in the vase, by its profile.
+/// Whether a place is inside the vase, from its profile.
 fn in_vase(place: &Vector) -> bool {
     let radius = (place.x - 10.0).hypot(place.y - 10.0);
     let profile = [[4.0, 3.0], [4.1, 3.0], [7.0, 4.5], [10.0, 2.2], [13.0, 3.9], [15.5, 0.0]];
@@ -240,7 +241,8 @@ fn rods_balls_and_capsules_are_met_from_outside_by_those_that_they_are_for() {
 
 #[test]
 fn what_reaches_through_a_periodic_side_is_met_on_the_other() {
-    // A box of triangles across the corner of a periodic box, and a gas around it: none is ever inside of any image.
+    // A box of triangles across the corner of a periodic box, with a gas around it. No particle is ever
+    // inside any image.
     let hard = Potential::hard_sphere(0.5).unwrap();
     let mut scene = SceneBuilder::new("corner")
         .space(Space::periodic_cube(6.0))
@@ -270,7 +272,7 @@ fn what_reaches_through_a_periodic_side_is_met_on_the_other() {
 
 #[test]
 fn cells_and_lists_find_the_same_contacts() {
-    // The choice follows from the density; both are taken here.
+    // The choice follows from the density; both occur here.
     let mut taken = [false; 2];
     for count in [3, 27, 125] {
         let scene = gas(count, 4.0, 0.0)

@@ -1,4 +1,5 @@
-//! Surfaces that move: against exact bounces, against surfaces at rest in another frame, and closed ones that nothing leaves.
+//! Moving surfaces, compared with exact bounces and with surfaces at rest in another frame, and closed
+//! surfaces that nothing leaves.
 
 use super::meshes::{contacts, gas, mesh};
 use crate::Vector;
@@ -40,7 +41,7 @@ fn ball(gravity: f64, height: f64, speed: f64, floor: SurfaceDraft) -> Scene {
 
 #[test]
 fn a_surface_that_moves_later_is_waited_for() {
-    // So long that the search tries to prove that no event follows.
+    // Long enough that the search tries to prove that no event follows.
     let floor = floor(1.0).motion(moving((1e6, 1e6 + 20.0), along_z(0.1, 0.0)));
     let mut simulation = Simulation::without_plan(ball(0.0, 1.0, 0.0, floor));
     assert_eq!(simulation.advance(Until::events(1)), Ok(crate::engine::Reason::Events));
@@ -54,7 +55,7 @@ fn oscillation(amplitude: f64, rate: f64, phase: f64) -> MotionKind {
 
 #[test]
 fn a_floor_that_starts_and_stops_throws_a_ball_as_far_as_it_should() {
-    // Up by 0.5 t from the time 2 to 4, then by 0.3 t^2 to 5. The ball waits at 0.6 above it, at rest.
+    // It moves up by 0.5 t from t = 2 to 4, then by 0.3 t^2 until 5. The ball waits at rest, 0.6 above it.
     let floor = floor(0.8).motion(moving((2.0, 4.0), along_z(0.5, 0.0))).motion(moving((4.0, 5.0), along_z(0.0, 0.6)));
     let found = contacts(ball(0.0, 0.6, 0.0, floor), 1);
     let event = &found[0];
@@ -63,7 +64,8 @@ fn a_floor_that_starts_and_stops_throws_a_ball_as_far_as_it_should() {
     assert!((event.after[0].z - 0.9).abs() < 1e-14);
     let (work, lost) = (0.7 * 0.9 * 0.5, 0.5 * 0.7 * (1.0 - 0.64) * 0.25);
     assert!((event.energy_step - work).abs() < 1e-14 && (event.dissipated - lost).abs() < 1e-14, "{event:?}");
-    // It accelerates from 4 on: `0.3 (t - 4)^2 = 0.8` after the ball at 1.8 has come to rest there, is never.
+    // It accelerates from 4 on. `0.3 (t - 4)^2 = 0.8`, which would reach the ball at rest at 1.8, never
+    // happens.
     let late = ball(0.0, 1.1, 0.0, self::floor(1.0).motion(moving((4.0, 5.0), along_z(0.0, 2.4))));
     let found = contacts(late, 1);
     assert!((found[0].time - (4.0 + (1.1_f64 / 1.2).sqrt())).abs() < 1e-14, "{}", found[0].time);
@@ -73,7 +75,7 @@ fn a_floor_that_starts_and_stops_throws_a_ball_as_far_as_it_should() {
     assert_eq!(simulation.event_counts().wall, 0, "it stops 0.1 below the ball");
 }
 
-/// Times of the first bounces of a ball on a floor, by steps and bisection of the height above it.
+/// Times of the first bounces of a ball on a floor, from steps and bisection of its height above the floor.
 fn bounces(
     gravity: f64,
     (height, leaving): (f64, f64),
@@ -108,7 +110,7 @@ fn bounces(
 
 #[test]
 fn a_ball_bounces_on_a_vibrating_floor_when_it_should() {
-    // Near to stable orbits, which forget rounding, and elastic bounces without an orbit, which multiply it.
+    // Near stable orbits, where rounding errors decay, and elastic bounces without an orbit, where they grow.
     for (restitution, gamma, count) in [(0.5, 1.3, 400), (0.8, 0.9, 400), (1.0, 2.0, 6)] {
         let (gravity, rate) = (9.81, 31.0);
         let amplitude = gamma * gravity / (rate * rate);
@@ -126,7 +128,7 @@ fn a_ball_bounces_on_a_vibrating_floor_when_it_should() {
 
 #[test]
 fn bounces_on_a_vibrating_floor_have_the_times_of_forty_digits() {
-    // Times of the bounces 1, 50, 100 and 200, by bisection with 40 digits of the same numbers.
+    // Times of the bounces 1, 50, 100 and 200, from bisection with 40 digits and the same numbers.
     let cases = [
         (
             0.5,
@@ -165,7 +167,8 @@ fn a_late_floor_is_where_its_time_says_as_far_as_that_has_digits() {
     assert!(simulation.event_counts().deepest_overlap < 1e-7, "{}", simulation.event_counts().deepest_overlap);
 }
 
-/// The largest difference of intervals between bounces, in periods, long after the start on the orbit of one bounce in each period.
+/// The largest difference between successive intervals of bounces, in periods, long after the start on the
+/// orbit with one bounce per period.
 fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
     let (gravity, rate) = (9.81, 31.0);
     let amplitude = gamma * gravity / (rate * rate);
@@ -181,7 +184,7 @@ fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
 
 #[test]
 fn the_period_of_a_bouncing_ball_doubles_where_it_should() {
-    // The acceleration at which the orbit loses its stability, in units of gravity.
+    // The acceleration at which the orbit becomes unstable, in units of gravity.
     for (restitution, threshold) in [(0.5, 1.52682), (0.8, 1.07084)] {
         let below = unevenness(restitution, threshold - 1e-3, 20_000);
         let above = unevenness(restitution, threshold + 1e-3, 20_000);
@@ -192,7 +195,7 @@ fn the_period_of_a_bouncing_ball_doubles_where_it_should() {
 
 #[test]
 fn what_moves_with_its_surface_sees_one_at_rest() {
-    // A closed box with a gas, at rest and at a constant velocity, and one that falls with its gas.
+    // A closed box with a gas: at rest, at a constant velocity, and falling with its gas.
     let (lower, upper) = (Vector::new(6.1, 6.3, 6.7), Vector::new(13.9, 14.2, 14.8));
     let draft = || mesh("box", TriangleMesh::cuboid(&lower, &upper)).restitution(0.9);
     let scene = |drift: Vector, gravity: f64, draft: SurfaceDraft| {
@@ -219,7 +222,8 @@ fn what_moves_with_its_surface_sees_one_at_rest() {
 
 #[test]
 fn a_blade_that_turns_strikes_along_its_own_normal() {
-    // It lies along x and turns about z, through the middle: at an angle of 2 pi f t it meets the ball above x = 3.
+    // It lies along x and turns about z through the middle. At an angle of 2 pi f t it meets the ball above x
+    // = 3.
     let blade = TriangleMesh::cuboid(&Vector::new(10.0, 9.9, 9.0), &Vector::new(14.0, 10.0, 11.0));
     let kind = MotionKind::Rotation { point: Vector::repeat(10.0), axis: Vector::z(), frequency: 0.1 };
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -230,7 +234,7 @@ fn a_blade_that_turns_strikes_along_its_own_normal() {
         .surface(mesh("blade", blade).motion(moving(ALWAYS, kind)))
         .particle("A", Vector::new(13.0, 12.0, 10.0), Vector::zeros());
     let found = contacts(scene.build().unwrap(), 1);
-    // The foot is `sqrt(13 - 1/16)` along the blade, at the angle of the ball less that of its radius.
+    // The foot is `sqrt(13 - 1/16)` along the blade, at the angle of the ball less the angle of its radius.
     let angle = libm::atan2(2.0, 3.0) - libm::asin(0.25 / 13.0_f64.sqrt());
     let rate = TAU * 0.1;
     assert!((found[0].time - angle / rate).abs() < 1e-13, "{} {}", found[0].time, angle / rate);
@@ -243,7 +247,8 @@ fn a_blade_that_turns_strikes_along_its_own_normal() {
 
 #[test]
 fn a_blade_ends_where_it_ends() {
-    // The ball is beyond its end by more than a radius, but less beyond that in the direction of its faces.
+    // The ball is more than a radius beyond the end of the blade, but less than that in the direction of its
+    // faces.
     let blade = TriangleMesh::cuboid(&Vector::new(10.0, 9.9, 9.0), &Vector::new(12.0, 10.0, 11.0));
     let kind = MotionKind::Rotation { point: Vector::repeat(10.0), axis: Vector::z(), frequency: 0.1 };
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -258,7 +263,7 @@ fn a_blade_ends_where_it_ends() {
     assert_eq!(simulation.event_counts().wall, 0);
 }
 
-/// Whether a place is within a convex mesh.
+/// Depth of a place within a convex mesh.
 fn depth(mesh: &TriangleMesh, place: &Vector) -> f64 {
     let height = |[a, b, c]: [Vector; 3]| (b - a).cross(&(c - a)).normalize().dot(&(a - place));
     mesh.all_corners().map(height).fold(f64::INFINITY, f64::min)

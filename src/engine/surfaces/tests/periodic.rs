@@ -30,7 +30,7 @@ fn gas(count: u64, gravity: f64) -> SceneBuilder {
         .temperature(1.0)
 }
 
-/// From the nearest image of a surface of the gas to a place.
+/// Vector from the nearest image of a surface to a place.
 fn from_surface(surface: u32, place: &Vector) -> Vector {
     let centres = [Vector::new(0.0, 0.3, 5.0), Vector::new(6.9, 3.0, 3.0), Vector::new(3.0, 0.2, 6.8)];
     let apart = place - centres[surface as usize - 6];

@@ -1,4 +1,4 @@
-//! Files that are damaged at random: an error or a mesh, never a panic. `CAROM_MUTATIONS` says how many.
+//! Randomly damaged files give an error or a mesh, never a panic. `CAROM_MUTATIONS` sets their number.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -6,15 +6,15 @@ use rand_core::{Rng, SeedableRng};
 use super::*;
 use crate::mesh::report::{Inside, MeshReport};
 
-/// Files without the variable.
+/// Number of files without the variable.
 const USUAL: usize = 2_000;
 
-/// A number below another.
+/// A random number below another.
 fn below(random: &mut ChaCha8Rng, end: usize) -> usize {
     random.next_u32() as usize % end.max(1)
 }
 
-/// Pieces that readers may trip over.
+/// Fragments that may confuse readers.
 const PIECES: [&[u8]; 16] = [
     b"nan",
     b"-inf",
@@ -34,7 +34,7 @@ const PIECES: [&[u8]; 16] = [
     b"v ",
 ];
 
-/// Changes, cuts, inserts, doubles or takes out some bytes.
+/// Changes, cuts, inserts, duplicates or removes some bytes.
 fn damage(content: &mut Vec<u8>, random: &mut ChaCha8Rng) {
     let length = content.len();
     let place = below(random, length);
@@ -57,7 +57,7 @@ fn damage(content: &mut Vec<u8>, random: &mut ChaCha8Rng) {
             content.splice(place..place, piece.iter().copied());
         }
         _ => {
-            // Numbers of 32 bits, above all that of the triangles.
+            // 32-bit numbers, in particular the number of triangles.
             let place = if random.next_u32().is_multiple_of(2) { 80 } else { place };
             if let Some(bytes) = content.get_mut(place..place + 4) {
                 bytes.copy_from_slice(&(random.next_u32() >> (random.next_u32() % 32)).to_le_bytes());

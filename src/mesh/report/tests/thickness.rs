@@ -14,7 +14,7 @@ fn walls_and_gaps_of_closed_meshes_are_told_apart() {
     assert_eq!(report.thinnest, report.gap);
     let gap = report.gap.unwrap();
     assert!(gap.triangle < 12 && gap.other >= 12);
-    // Outside becomes the solid.
+    // The outside becomes the solid.
     let report = assert_clean(&inside_out(&mesh));
     assert_eq!((report.wall.unwrap().distance, report.gap.unwrap().distance), (0.25, 0.0625));
     let alone = assert_clean(&plate(0.0, 1.0));
@@ -38,7 +38,7 @@ fn open_sheets_have_one_distance_whichever_way_they_face() {
         assert_eq!((report.thinnest.unwrap().distance, report.wall, report.gap), (0.125, None, None));
     }
     assert_eq!(MeshReport::of(&sheet(0.0)).thinnest, None);
-    // Faces that are inclined to each other by more than 60 degrees are no wall.
+    // Faces inclined to each other by more than 60 degrees are not a wall.
     let inclined = |degrees: f64| {
         let upper = sheet(3.0).transformed(1.0, &Rotation3::new(Vector::x() * degrees.to_radians()), &Vector::zeros());
         let wide = sheet(0.0).transformed(50.0, &Rotation3::identity(), &Vector::zeros());
@@ -55,7 +55,7 @@ fn the_tree_finds_the_shortest_ray() {
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 2).unwrap();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 0.4 + uniform(&mut random));
         let report = assert_clean(&mesh);
-        // Distances by planes, and whether the foot is in the triangle by the sum of areas.
+        // Distances from planes, and the sum of areas to test whether the foot is in the triangle.
         let mut shortest = [f64::INFINITY; 2];
         for (i, corners) in mesh.all_corners().enumerate() {
             let normal = crate::model::triangle_mesh::twice_area(&corners).normalize();

@@ -1,5 +1,6 @@
-//! Contacts with triangles feature by feature, against the distance from the whole triangle, followed by conservative advancement, and balls in closed
-//! meshes: nothing that starts inside is ever outside.
+//! Contacts with triangles feature by feature, compared with the distance from the whole triangle, which is
+//! followed by conservative advancement; and balls in closed meshes, where nothing that starts inside ever
+//! gets outside.
 
 mod mesh;
 
@@ -20,7 +21,8 @@ fn vector(random: &mut ChaCha8Rng, scale: f64) -> Vector {
     Vector::from_fn(|_, _| scale * (2.0 * uniform(random) - 1.0))
 }
 
-/// The first time at which the distance is that of contact, by steps that cannot pass it; none before `end`.
+/// The first time at which the distance is that of contact, by steps that cannot pass it; `None` before
+/// `end`.
 fn by_advancement(mesh: &Mesh, state: &RelativeState, g: &Vector, contact: f64, end: f64) -> Option<f64> {
     let fastest = state.velocity.norm() + g.norm() * end;
     let mut t = 0.0;
@@ -62,14 +64,15 @@ fn a_triangle_is_met_where_its_distance_says_in_straight_flight_and_in_a_fall() 
         let found = mesh.next(&state, &g, contact).map(|(t, _)| t).filter(|t| *t < end);
         match (expected, found) {
             (Some(expected), Some(found)) => {
-                // Advancement stops at a gap of 1e-11, reached at a grazing angle: the square root of it.
+                // Advancement stops at a gap of 1e-11, reached at a grazing angle, so the error is its square
+                // root.
                 let at = state.position + velocity * found + g * (0.5 * found * found);
                 assert!((mesh.distance(&at) - contact).abs() < 1e-12, "{case}");
                 assert!((found - expected).abs() < 1e-5, "{case}: {found} {expected}");
                 counts[0] += 1;
             }
             (None, None) => counts[1] += 1,
-            // A miss by less than advancement resolves.
+            // A miss by less than the resolution of advancement.
             (Some(t), None) => {
                 let at = |t: f64| state.position + velocity * t + g * (0.5 * t * t);
                 let nearest = (0..2_000).map(|k| mesh.distance(&at(t + 1e-8 * f64::from(k)))).fold(9.0, f64::min);
@@ -83,13 +86,13 @@ fn a_triangle_is_met_where_its_distance_says_in_straight_flight_and_in_a_fall() 
 
 #[test]
 fn a_foot_that_comes_onto_a_face_within_its_thickness_is_an_event_there() {
-    // Half a unit above the face, falling, one unit beside it: over its edge at t = 1.
+    // Half a unit above the face and falling, one unit beside it: over its edge at t = 1.
     let height = Parabola([0.5, -0.01, 0.0]);
     let extent = Parabola([-1.0, 1.0, 0.0]);
     assert_eq!(face(&height, 1.0, &[extent]), Some(1.0));
-    // It rises: left alone.
+    // It rises, so it is left alone.
     assert_eq!(face(&Parabola([0.5, 0.01, 0.0]), 1.0, &[extent]), None);
-    // Beside it for ever, or on it only after it has passed to the other side.
+    // Beside it forever, or on it only after passing to the other side.
     assert_eq!(face(&height, 1.0, &[Parabola([-1.0, 0.0, 0.0])]), None);
     assert_eq!(face(&Parabola([0.5, -1.0, 0.0]), 1.0, &[extent]), None);
     // From below.
@@ -98,7 +101,8 @@ fn a_foot_that_comes_onto_a_face_within_its_thickness_is_an_event_there() {
 
 #[test]
 fn a_foot_that_comes_in_at_a_corner_is_on_the_face() {
-    // Two extents rise at the same time within round-off: at the time of either, the other one may be negative still.
+    // Two extents rise at the same time within round-off. At the time of one, the other may still be
+    // negative.
     let mut random = ChaCha8Rng::seed_from_u64(7);
     for case in 0..20_000 {
         let at = 1.0 + uniform(&mut random);
@@ -110,12 +114,12 @@ fn a_foot_that_comes_in_at_a_corner_is_on_the_face() {
         let met = face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides);
         assert!(met.is_some_and(|t| (t - at).abs() < 1e-13), "{case}: {met:?} {at}");
     }
-    // One side is left when the other one is come to, or just before, or just after.
+    // One extent is left when the other is reached, just before, or just after.
     for (leaves, expected) in [(1.5, Some(1.5)), (1.5_f64.next_down(), None), (1.75, Some(1.5))] {
         let sides = [Parabola([-1.5, 1.0, 0.0]), Parabola([leaves, -1.0, 0.0])];
         assert_eq!(face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides), expected);
     }
-    // Three in turn, each later than the one that is asked after it; one that dips meanwhile.
+    // Three in turn, each later than the one tested after it; and one that dips meanwhile.
     let rising = |at: f64| Parabola([-at, 1.0, 0.0]);
     let dips = Parabola([1.5 * 2.0, -3.5, 1.0]);
     let height = Parabola([2.0, -0.5, 0.0]);
@@ -141,7 +145,7 @@ fn two_faces_with_a_common_edge_never_both_miss_a_foot() {
     }
 }
 
-/// Impacts of a ball in a mesh; the deepest overlap that was seen.
+/// Simulates impacts of a ball in a mesh. Returns the deepest overlap.
 fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize, random: &mut ChaCha8Rng) -> f64 {
     let mut ball = RelativeState { position: Vector::zeros(), velocity: vector(random, 1.0) };
     let mut deepest = 0.0_f64;
@@ -153,7 +157,7 @@ fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize,
         let vn = normal.dot(&ball.velocity);
         assert!(vn < 1e-7, "{impact}: it comes, {vn}");
         ball.velocity -= normal * ((1.0 + restitution) * vn.min(0.0));
-        // The lost speed comes back in any direction away from the surface.
+        // The lost speed is added again in a random direction away from the surface.
         if ball.velocity.norm() < 0.3 {
             let push = vector(random, 1.0);
             ball.velocity += if push.dot(&normal) > 0.0 { push } else { -push };
@@ -163,7 +167,7 @@ fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize,
     deepest
 }
 
-/// Impacts of each ball, of a mesh and a law.
+/// Number of impacts of each ball, for each mesh and law.
 fn impacts() -> usize {
     std::env::var("CAROM_IMPACTS").map_or(300, |impacts| impacts.parse().unwrap())
 }
@@ -174,7 +178,7 @@ fn a_ball_in_a_closed_mesh_never_leaves_it() {
     let mut deepest = 0.0_f64;
     for case in 0..30 {
         let (mut points, triangles) = sphere(1 + case % 2);
-        // Smooth, rough without being convex, and with slivers.
+        // Smooth, rough and not convex, and with slivers.
         let rough = [0.0, 0.2, 0.5][case % 3];
         points.iter_mut().for_each(|point| *point *= 1.0 - rough * uniform(&mut random));
         if case % 5 == 0 {
@@ -190,6 +194,6 @@ fn a_ball_in_a_closed_mesh_never_leaves_it() {
             deepest = deepest.max(bounce(&mesh, radius, g, restitution, impacts(), &mut random));
         }
     }
-    // Coordinates of 1, streamed and rounded some times.
+    // Coordinates are about 1 and were rounded several times.
     assert!(deepest < 1e-13, "{deepest}");
 }

@@ -1,4 +1,4 @@
-//! Four numbers for processors with AVX2; only code for them is given any, by [`super::Simd::run`].
+//! Four numbers, for processors with AVX2. Only [`super::Simd::run`] creates them, after a check.
 
 use super::Lanes;
 use std::arch::x86_64::*;
@@ -7,8 +7,8 @@ use std::arch::x86_64::*;
 #[derive(Debug, Clone, Copy)]
 pub struct Wide(__m256d);
 
-// SAFETY, of all that follows: only functions compiled for AVX2 call these, because nothing else can name the type; loads and stores
-// are of 4 numbers within slices of at least as many.
+// SAFETY, for everything below: only functions compiled for AVX2 call these methods, because no other code
+// can name the type. Loads and stores are of 4 numbers within slices of at least that length.
 #[allow(clippy::undocumented_unsafe_blocks, reason = "said once, above")]
 impl Lanes for Wide {
     const COUNT: usize = 4;
@@ -22,8 +22,8 @@ impl Lanes for Wide {
     }
     #[inline(always)]
     fn columns<'a>(row: impl Fn(usize) -> &'a [f64; 8]) -> [Self; 8] {
-        // A pair of numbers of every other row in each register: the processor puts them there as it loads. (Closures would be
-        // functions without AVX2.)
+        // Loads pairs of numbers of every other row into each register, which needs no shuffle. (Closures
+        // would be functions without AVX2.)
         macro_rules! pairs {
             ($first:expr, $at:expr) => {{
                 let pairs = _mm256_castpd128_pd256(_mm_loadu_pd(row($first).as_ptr().add($at)));

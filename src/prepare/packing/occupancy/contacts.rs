@@ -2,7 +2,7 @@
 
 use crate::model::species_pairs::SpeciesPairs;
 
-/// The distances that the cores of each two species keep `[length]`; 0 where they have none.
+/// Minimum distances of the cores of each pair of species `[length]`; 0 for pairs without cores.
 #[derive(Debug, Clone)]
 pub(crate) struct Contacts(SpeciesPairs<f64>);
 
@@ -26,7 +26,7 @@ impl Contacts {
         self.0.get(a, b).unwrap_or(0.0)
     }
 
-    /// Contact distances other than 0, of each pair of species once.
+    /// Contact distances other than 0, each pair of species once.
     pub(crate) fn iter(&self) -> impl Iterator<Item = ([usize; 2], f64)> + '_ {
         self.0.iter()
     }

@@ -1,10 +1,11 @@
-//! A hashed grid of cells: linked lists of particles, whose memory follows the number of particles.
+//! A hashed grid of cells: linked lists of particles, whose memory grows with the number of particles.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_i64;
 use crate::model::space::{Boundary, Space};
 
-/// Offsets to the cells around one, nearest first: the likeliest to hold an overlap, where most random attempts end.
+/// Offsets to the adjacent cells, nearest first. These most likely hold an overlap, which ends most random
+/// attempts.
 const NEIGHBOURS: [[i64; 3]; 27] = neighbours();
 
 const fn neighbours() -> [[i64; 3]; 27] {
@@ -28,7 +29,7 @@ const fn neighbours() -> [[i64; 3]; 27] {
 /// Marks the end of a cell's list.
 const NONE: u32 = u32::MAX;
 
-/// A place that is taken.
+/// A placed particle.
 pub(super) struct Taken {
     pub(super) position: Vector,
     pub(super) species: u32,
@@ -47,16 +48,16 @@ pub(super) struct Grid<'a> {
     space: &'a Space,
     pub(super) periods: Vector,
     edge: Vector,
-    /// Number of cells around a periodic axis, 0 elsewhere.
+    /// Number of cells along a periodic axis; 0 along other axes.
     around: [i64; 3],
-    /// Steps to the neighbouring cells per axis.
+    /// Steps to the adjacent cells per axis.
     reach: [i64; 3],
-    /// Longest contact of each species with those in the grid.
+    /// Longest contact of each species with particles in the grid.
     pub(super) ranges: Vec<f64>,
-    /// Contacts up to this long are found in neighbouring cells.
+    /// Contacts up to this length are found in adjacent cells.
     finest: f64,
     heads: Vec<u32>,
-    /// Which of the taken ones are in the grid.
+    /// Indices of the placed particles in this grid.
     members: Vec<u32>,
 }
 
@@ -90,7 +91,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// Takes the place of the particle `number` of `taken`.
+    /// Inserts the particle `number` of `taken`.
     pub(super) fn take(&mut self, number: u32, taken: &mut [Taken]) {
         self.members.push(number);
         if 2 * self.members.len() <= self.heads.len() {
@@ -109,7 +110,8 @@ impl<'a> Grid<'a> {
         self.heads[bucket] = number;
     }
 
-    /// The first of what `found` gives for those within `range` of a position; it is also asked for others.
+    /// The first result of `found` for particles within `range` of a position. It may also be called for
+    /// others.
     pub(super) fn find<T>(
         &self,
         taken: &[Taken],
@@ -121,11 +123,11 @@ impl<'a> Grid<'a> {
             return self.find_far(taken, position, range, found);
         }
         let cell = self.cell(position);
-        // Distance of the position from the lower side of its cell, as a part of the edge.
+        // Distance of the position from the lower side of its cell, as a fraction of the edge.
         let within = self.within(position);
-        // A little more than the longest contact, for the rounding of the place within a cell.
+        // Slightly more than the longest contact, to allow for rounding within a cell.
         let longest_squared = range * range * (1.0 + 1e-6);
-        // All are asked for before the first is looked at: together they come from memory as soon as one.
+        // All heads are loaded before the first is used, so that their cache misses overlap.
         let (mut lists, mut count) = ([NONE; NEIGHBOURS.len()], 0);
         for offset in &NEIGHBOURS {
             let mut squared = 0.0;
@@ -139,7 +141,7 @@ impl<'a> Grid<'a> {
                 squared += away * away;
                 is_reached &= offset[k].abs() <= self.reach[k];
             }
-            // A cell that is out of reach of the longest contact holds no overlap.
+            // A cell out of reach of the longest contact holds no overlap.
             if !is_reached || squared > longest_squared {
                 continue;
             }
@@ -150,7 +152,8 @@ impl<'a> Grid<'a> {
         lists[..count].iter().find_map(|&first| find_in(taken, first, &found))
     }
 
-    /// Search where more than the neighbouring cells are within range: all of those, or all particles if they are fewer.
+    /// Search if more than the adjacent cells are within range: all of these, or all particles if they are
+    /// fewer.
     fn find_far<T>(
         &self,
         taken: &[Taken],
@@ -193,7 +196,7 @@ impl<'a> Grid<'a> {
         cell
     }
 
-    /// Neighbours along x share cache lines; two cells in one bucket only cost time.
+    /// Neighbours along x share cache lines. Two cells in one bucket only cost time.
     fn bucket(&self, [x, y, z]: [i64; 3]) -> usize {
         let key = x.wrapping_add(y.wrapping_mul(8_191)).wrapping_add(z.wrapping_mul(67_867_967));
         #[expect(clippy::cast_possible_truncation, reason = "the lowest bits of a hash")]
@@ -202,7 +205,7 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// The first of what `found` gives for the particles of a list.
+/// The first result of `found` for the particles of a list.
 fn find_in<T>(taken: &[Taken], first: u32, found: &impl Fn(u32) -> Option<T>) -> Option<T> {
     let mut number = first;
     while number != NONE {

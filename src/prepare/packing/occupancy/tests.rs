@@ -12,7 +12,7 @@ fn overlaps_are_those_of_a_search_over_all_pairs() {
         for length in [2.5, 5.0] {
             let mut space = Space::periodic_cube(length);
             space.boundary[1] = boundary;
-            // Few at a time: among many, another overlap would hide one that is missed.
+            // Few at a time. Among many, another overlap would hide a missed one.
             for _ in 0..2000 {
                 let mut occupancy = Occupancy::new(&space, &contacts, 3);
                 let mut taken: Vec<(Vector, u32)> = Vec::new();
@@ -46,7 +46,7 @@ fn sizes_that_differ_a_thousandfold_are_searched_in_grids_of_their_own() {
         for _ in 0..300 {
             let mut occupancy = Occupancy::new(&space, &contacts, 300);
             let mut taken: Vec<(Vector, u32)> = Vec::new();
-            // The order of sizes is any, and many are small.
+            // Sizes are in random order, and many are small.
             for _ in 0..300 {
                 let position = Vector::from_fn(|_, _| 4.5 * random.uniform());
                 let species = [0, 0, 0, 0, 2, 3, 1][random.below(7)];
@@ -60,7 +60,7 @@ fn sizes_that_differ_a_thousandfold_are_searched_in_grids_of_their_own() {
                 assert_eq!(overlap.is_some(), !expected.is_empty());
                 assert!(overlap.is_none_or(|overlap| expected.contains(&overlap.other)));
                 found += expected.len();
-                // Nearly all that overlap are left out, so that none hides another.
+                // Nearly all overlapping particles are left out, so that none hides another.
                 if expected.is_empty() || random.below(10) == 0 {
                     occupancy.take(position, species);
                     taken.push((position, species));
@@ -114,7 +114,7 @@ fn the_first_overlap_is_that_of_the_order_of_ids() {
     }
     let (second, overlapping) = first(&particles).unwrap();
     assert_eq!(second, 15_000);
-    // It is also between others.
+    // It is found between other particles as well.
     assert!(overlapping.distance < 1.0 && overlapping.other < 15_000, "{overlapping:?}");
 }
 
@@ -122,7 +122,7 @@ fn the_first_overlap_is_that_of_the_order_of_ids() {
 fn a_start_with_an_overlap_has_a_first_one() {
     let mut random = Random::new(9, Purpose::Placement, 0);
     let mut counts = [0; 2];
-    // The last contact of species makes sizes differ too much for cells of the longest one.
+    // The last species contact makes sizes differ too much for cells of the longest one.
     for (third, displacement, boundary) in [
         (0.8, 0.0, Boundary::Periodic),
         (0.8, 1.3, Boundary::Periodic),

@@ -1,4 +1,4 @@
-//! Validates windows of a distance: their ends, and the groups that it is of.
+//! Validates windows of a distance: their ends, and the two groups.
 
 use crate::base::text::shortest;
 use crate::model::components::Component;
@@ -10,14 +10,15 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::limits::positive;
 
-/// Width of a window relative to its upper end, at least: between the ends of a narrower one a distance is reflected so often that nothing else happens.
+/// Minimum width of a window relative to its upper end. In a narrower one, reflections would dominate the
+/// run.
 const NARROWEST: f64 = 1e-6;
 
 fn at() -> ConfigPath {
     ConfigPath::root().key("exchange").key("umbrella")
 }
 
-/// One temperature, and windows that ascend and overlap.
+/// Requires a single temperature, and windows that ascend and overlap.
 pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     let temperatures = ConfigPath::root().key("exchange").key("temperatures");
     let [temperature] = plan.temperatures[..] else {
@@ -65,7 +66,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Two groups of particles that have centres of mass, whose distance can be held in the windows.
+/// Requires two groups with centres of mass whose distance can be held in the windows.
 pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> {
     let Some(umbrella) = &plan.umbrella else { return Ok(()) };
     check_members(scene, umbrella)?;
@@ -95,7 +96,7 @@ pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), Sce
     Ok(())
 }
 
-/// Windows that two particles can be in: neither within their core nor beyond their bond.
+/// Requires windows that two particles can be in: neither within their core nor beyond their bond.
 fn check_reach(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let [[a], [b]] = umbrella.between.each_ref().map(Vec::as_slice) else { return Ok(()) };
     let bond = scene.bonds.iter().find(|bond| bond.pair == [*a, *b] || bond.pair == [*b, *a]);
@@ -117,13 +118,13 @@ fn check_reach(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError>
     Ok(())
 }
 
-/// Ids as they are typed, not too many of them.
+/// Ids for a message, at most a few.
 fn ids(group: &[ParticleId]) -> String {
     let shown: Vec<String> = group.iter().take(6).map(|id| id.0.to_string()).collect();
     format!("[{}{}]", shown.join(", "), if group.len() > 6 { ", ..." } else { "" })
 }
 
-/// Particles that exist and move, each once.
+/// Requires particles that exist and move, each once.
 fn check_members(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let mut taken: Vec<ParticleId> = Vec::new();
     for (index, group) in umbrella.between.iter().enumerate() {
@@ -151,7 +152,7 @@ fn check_members(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneErro
     Ok(())
 }
 
-/// Centres that accelerate alike, so that their distance changes along straight lines.
+/// Requires centres with equal accelerations, so that their distance vector changes along straight lines.
 fn check_accelerations(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let mut all = umbrella.between.iter().flatten().map(|id| scene.species_of(*id));
     let Some(first) = all.next() else { return Ok(()) };

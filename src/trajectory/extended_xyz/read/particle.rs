@@ -10,17 +10,17 @@ use crate::trajectory::extended_xyz::ReadError;
 use crate::trajectory::extended_xyz::comment::{Columns, finite};
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
-/// Radius of particles in files that give none `[length]`: a diameter of 1 in reduced units.
+/// Radius of particles in files without radii `[length]`: a diameter of 1 in reduced units.
 const DEFAULT_RADIUS: f64 = 0.5;
 
 /// Columns of a file that are not part of a frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Beside {
-    /// Momenta of the particles of a frame without velocities; else empty `[mass length / time]`.
+    /// Momenta of the particles of a frame without velocities, otherwise empty `[mass length / time]`.
     pub momenta: Vec<Vector>,
-    /// The mass of each particle, if it has a column and no table of them; 0 for what never moves `[mass]`.
+    /// The mass of each particle, if it has a column and no table; 0 for static particles `[mass]`.
     pub masses: Vec<f64>,
-    /// Names of columns that mean nothing here.
+    /// Names of columns that are ignored.
     pub unused: Vec<String>,
 }
 
@@ -37,7 +37,7 @@ impl Beside {
     }
 }
 
-/// The species by name, in the order of the table of the file, then of their appearance.
+/// The species by name, in the order of the file's table, then of their first appearance.
 pub(super) struct SpeciesTable {
     pub species: Vec<FrameSpecies>,
     index: HashMap<String, u32>,
@@ -49,7 +49,7 @@ impl SpeciesTable {
         Self { species, index }
     }
 
-    /// Whether a species has this name.
+    /// Whether there is a species of this name.
     pub fn has(&self, name: &str) -> bool {
         self.index.contains_key(name)
     }
@@ -65,10 +65,11 @@ impl SpeciesTable {
     }
 }
 
-/// Number of words of a line that are kept; later ones are searched again, and no usual file has as many columns.
+/// Number of words of a line that are stored. Later ones are searched for again; no usual file has that many
+/// columns.
 const KEPT: usize = 64;
 
-/// The words of a line, as many as `Properties` announces.
+/// The words of a line, as many as `Properties` requires.
 pub(super) struct Words<'a> {
     line: usize,
     text: &'a str,
@@ -113,7 +114,7 @@ impl<'a> Words<'a> {
         Ok(Vector::new(component(0)?, component(1)?, component(2)?))
     }
 
-    /// The particle; `id` is its place in the file.
+    /// The particle; `id` is its index in the file.
     pub fn particle(&self, id: u32, columns: &Columns, table: &mut SpeciesTable) -> Result<FrameParticle, ReadError> {
         let length = |at| self.read(at, "radius", "a finite length, not negative", not_negative);
         let whole = |at| self.read(at, "id", "a whole number, 0 to 4294967295", |word| word.parse().ok());
@@ -126,7 +127,7 @@ impl<'a> Words<'a> {
         })
     }
 
-    /// The periods that a particle has travelled, if there are columns of them.
+    /// The periods that a particle has travelled, if there are such columns.
     pub fn image(&self, columns: &Columns) -> Result<Option<[i32; 3]>, ReadError> {
         let Some(first) = columns.image else { return Ok(None) };
         let periods =

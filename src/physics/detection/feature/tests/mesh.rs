@@ -1,4 +1,4 @@
-//! Triangle meshes by their features: the next contact of a ball with any, and the distance of a place from the nearest.
+//! Triangle meshes as sets of features: the next contact of a ball, and the distance from a position.
 
 use super::super::{across, face, point, segment};
 use crate::Vector;
@@ -13,14 +13,14 @@ struct Face {
     inwards: [Vector; 3],
 }
 
-/// A mesh, each feature once.
+/// A mesh. Each feature is listed once.
 pub struct Mesh {
     faces: Vec<Face>,
     edges: Vec<[Vector; 2]>,
     points: Vec<Vector>,
 }
 
-/// An icosahedron whose faces are divided, on a sphere of radius 1.
+/// A subdivided icosahedron on a sphere of radius 1.
 pub fn sphere(divisions: usize) -> (Vec<Vector>, Vec<[usize; 3]>) {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let mut points = Vec::new();
@@ -73,7 +73,7 @@ impl Mesh {
         Self { faces, edges: edges.into_iter().map(|edge| edge.map(|k| points[k])).collect(), points }
     }
 
-    /// The first contact, and the unit vector from the feature to the ball there.
+    /// The first contact, and the unit vector from the feature to the ball at contact.
     pub fn next(&self, ball: &RelativeState, g: &Vector, contact: f64) -> Option<(f64, Vector)> {
         let squared = contact * contact;
         let from = |p: &Vector| RelativeState { position: ball.position - p, velocity: ball.velocity };
@@ -110,7 +110,7 @@ impl Mesh {
         faces.chain(edges).fold(f64::INFINITY, f64::min)
     }
 
-    /// Crossings of a ray, odd inside.
+    /// Whether the number of crossings of a ray is odd.
     pub fn is_inside(&self, at: &Vector) -> bool {
         let along = Vector::new(0.3, 0.5, 0.81).normalize();
         let crossings = self.faces.iter().filter(|face| {
