@@ -1,18 +1,18 @@
-//! The command that goes on with what was interrupted, as it is typed into a shell.
+//! The shell command that resumes interrupted work.
 
 use std::fmt::{Display, Write};
 use std::path::Path;
 use std::time::Duration;
 
-/// Wall time between two checkpoints where none is asked for, in seconds.
+/// Default wall time between two checkpoints, in seconds.
 pub const CHECKPOINT_EVERY: &str = "300";
 
-/// A command with its options: all that is not kept in the folder that it is about.
+/// A command with its options: everything that is not stored in the folder that it refers to.
 #[derive(Debug, Clone)]
 pub struct Again(String);
 
 impl Again {
-    /// `carom run --resume` and the like, with the folder behind it.
+    /// `carom run --resume` and the like, followed by the folder.
     pub fn new(words: &str, folder: &Path) -> Self {
         Self(format!("carom {words} {}", quoted(&folder.to_string_lossy())))
     }
@@ -26,7 +26,7 @@ impl Again {
         self
     }
 
-    /// Wall time between two checkpoints, if it is another one than usual.
+    /// Wall time between two checkpoints, if it is not the default.
     pub fn checkpoint_every(self, interval: Duration) -> Self {
         let seconds = interval.as_secs_f64().to_string();
         self.option("checkpoint-every", (seconds != CHECKPOINT_EVERY).then_some(seconds))
@@ -47,7 +47,7 @@ impl Display for Again {
     }
 }
 
-/// A word for a shell: in quotes where it has to be.
+/// A word for a shell, quoted if necessary.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '/' | '.' | '_' | '-' | '+' | ':' | '@' | '%' | ',');
     if !word.is_empty() && word.chars().all(is_plain) {

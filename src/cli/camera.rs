@@ -1,4 +1,4 @@
-//! From where pictures and movies are seen.
+//! Camera options of pictures and movies.
 
 use crate::Vector;
 use crate::view::render::Style;
@@ -7,7 +7,8 @@ use clap::Args;
 /// Options of the camera.
 #[derive(Debug, Args)]
 pub struct Camera {
-    /// From where the scene is seen: x, y, z, -x, -y or -z, or an azimuth and an elevation in degrees; flat scenes are seen from the front
+    /// Direction from which the scene is seen: x, y, z, -x, -y or -z, or azimuth and elevation in degrees;
+    /// flat scenes are seen from the front
     #[arg(long, value_name = "AXIS|AZIMUTH,ELEVATION", allow_hyphen_values = true, value_parser = view)]
     view: Option<View>,
     /// Magnification about the middle, 0.01 to 100
@@ -23,7 +24,7 @@ pub struct Camera {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum View {
-    /// From this side.
+    /// A view from this side.
     From(Vector),
     /// Azimuth and elevation in degrees.
     Angles([f64; 2]),
@@ -50,7 +51,7 @@ fn zoom(text: &str) -> Result<f64, String> {
 }
 
 impl Camera {
-    /// A style with these options.
+    /// The style with these options applied.
     pub fn applied_to(&self, style: Style) -> Style {
         let style = Style { zoom: self.zoom, has_box: !self.no_box, has_ground: !self.no_ground, ..style };
         match self.view {

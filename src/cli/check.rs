@@ -52,12 +52,12 @@ impl Check {
     }
 }
 
-/// Events per second of a short try on the clock: the one number here that differs from call to call. `None` where nothing happens for [`PATIENCE`], or
-/// too little for an estimate.
+/// Events per second of a short trial. This is the only number here that differs from call to call. `None` if
+/// nothing happens within [`PATIENCE`], or too little for an estimate.
 fn per_second(scene: &Scene) -> Option<f64> {
     let (sender, receiver) = mpsc::channel();
     let scene = scene.clone();
-    // A thread that is left behind ends with the program.
+    // The thread ends with the program.
     std::thread::spawn(move || {
         let mut simulation = Simulation::without_plan(scene);
         let begun = Instant::now();
@@ -68,13 +68,13 @@ fn per_second(scene: &Scene) -> Option<f64> {
             }
         }
         let events = simulation.event_counts().physical() as f64;
-        // The receiver is gone where this came too late.
+        // The receiver no longer exists if this came too late.
         let _ = sender.send((events >= 10.0).then_some(events / begun.elapsed().as_secs_f64()));
     });
     receiver.recv_timeout(PATIENCE).ok().flatten()
 }
 
-/// Duration of the trial, and longest wait for an answer.
+/// Duration of the trial, and longest wait for its result.
 const TRY: Duration = Duration::from_millis(200);
 const PATIENCE: Duration = Duration::from_secs(2);
 
@@ -101,7 +101,7 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRat
         + &description::line("needs", &format!("some {memory} of memory; {work}"))
 }
 
-/// The estimate of a run, for all replicas where the scene asks for several.
+/// The estimate for all replicas, if the scene has several.
 fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
     let Some(plan) = scene.exchange() else { return run };
     let (replicas, time) = (plan.replicas() as f64, scene.run().limit.time.unwrap_or(0.0));
@@ -122,7 +122,7 @@ fn about(count: f64) -> String {
     if count < 1e4 { format!("{count:.0}") } else { format!("{count:.1e}") }
 }
 
-/// Message for a run that asks for --force because of its size.
+/// Message for a run that needs --force because of its size.
 fn too_much(estimate: &SizeEstimate, free: Option<f64>) -> Option<String> {
     let most = allowance(free);
     (estimate.bytes > most).then(|| {

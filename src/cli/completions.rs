@@ -1,4 +1,4 @@
-//! `carom completions` and `carom man`: the command line in the words of shells and manuals.
+//! `carom completions` and `carom man`: the command line for shells and manuals.
 
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
@@ -15,7 +15,7 @@ const SHELLS: [Choice<Shell>; 5] = [
     ("zsh", None, Shell::Zsh),
 ];
 
-/// Prints what a shell needs to complete commands and options
+/// Prints a script with which a shell completes commands and options
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -50,7 +50,7 @@ pub struct Manual {
 impl Manual {
     pub fn execute(&self) -> Result<(), Failure> {
         let mut cli = Cli::command();
-        // Commands get their names behind that of the program.
+        // Commands get their full names.
         cli.build();
         let page = match &self.command {
             None => Some(cli),

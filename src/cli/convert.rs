@@ -27,10 +27,10 @@ pub struct Convert {
     /// The file or folder to write; beside the trajectory if not given
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
-    /// Only these frames, the last one included; frames count from 0, and either end may be left out
+    /// Only these frames, both ends included; frames count from 0, and either end may be left out
     #[arg(long, value_name = "FIRST..LAST", value_parser = frames)]
     frames: Option<(u64, Option<u64>)>,
-    /// Replaces a file, or a folder with nothing but files of the format
+    /// Replaces an existing file, or a folder that holds only files of the format
     #[arg(long)]
     force: bool,
 }

@@ -18,7 +18,8 @@ use super::progress::bar;
 use super::terminal::columns;
 use super::{Changes, borrowed, cores, signals};
 
-/// Runs replicas of a scene at several temperatures, or in windows of a distance, which are swapped now and then
+/// Runs replicas of a scene at several temperatures, or in windows of a distance, with swaps between
+/// neighbours
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The scene has a table [exchange]:
@@ -42,13 +43,15 @@ pub struct ExchangeCommand {
     path: PathBuf,
     #[command(flatten)]
     changes: Changes,
-    /// Replicas at the same time; as many as there are processors if not given
+    /// Number of replicas to run at the same time; as many as there are processors if not given
     #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Measures for this simulated time, whatever the scene says; an exchange that is there goes on to it, also if it was complete
+    /// Measures for this simulated time instead of the scene's; an existing exchange continues to it, even if
+    /// it was complete
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = super::run::duration)]
     until_time: Option<f64>,
-    /// Of an exchange that is complete: says at which temperatures all swaps would be accepted with at least this probability
+    /// For a complete exchange: prints temperatures at which all swaps would be accepted with at least this
+    /// probability
     #[arg(long, value_name = "ACCEPTANCE", value_parser = probability, conflicts_with_all = ["until_time", "out"])]
     temperatures_for: Option<f64>,
     /// The folder of the results; runs/NAME-exchange if not given, where NAME is that of the scene
@@ -57,7 +60,7 @@ pub struct ExchangeCommand {
     /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
-    /// Also writes more than 10 GB, or a tenth of the free disk
+    /// Allows more than 10 GB, or a tenth of the free disk space
     #[arg(long)]
     force: bool,
     /// No progress, only the final table
@@ -72,7 +75,7 @@ impl ExchangeCommand {
         }
         let opened = if self.path.is_dir() { self.kept() } else { self.given() };
         let (scene, record, path) = match opened {
-            // Its scene may be of files that are gone by now; its results are not.
+            // The scene's files may have been deleted, but the results are complete.
             Err(_) if self.only_shows() => return end(&ExchangeFolder::read(&self.path)?, &self.path, true),
             opened => opened?,
         };
@@ -86,7 +89,7 @@ impl ExchangeCommand {
         }
     }
 
-    /// Prints temperatures for an acceptance, as `--set` takes them.
+    /// Prints temperatures for an acceptance, in the format of `--set`.
     fn choose_temperatures(&self, acceptance: f64) -> Result<(), Failure> {
         let summary = ExchangeFolder::read(&self.path)?;
         let Some(temperatures) = summary.temperatures_for(acceptance) else {
@@ -108,13 +111,13 @@ impl ExchangeCommand {
         super::print(&format!("exchange.temperatures=[{}]\n", all.join(", ")))
     }
 
-    /// Whether this is about the results of an exchange that is complete.
+    /// Whether only the results of a complete exchange are needed.
     fn only_shows(&self) -> bool {
         let changes_nothing = self.until_time.is_none() && self.changes.are_none() && self.out.is_none();
         changes_nothing && ExchangeFolder::is_one(&self.path) && ExchangeFolder::read(&self.path).is_ok()
     }
 
-    /// A scene that was typed: itself, its text, and the folder.
+    /// The scene from the command line, its text, and the folder.
     fn given(&self) -> Result<(Scene, String, PathBuf), Failure> {
         let scene = read_scene(&self.path, &borrowed(&self.replaced()))?;
         if scene.exchange().is_none() {
@@ -139,7 +142,7 @@ impl ExchangeCommand {
         all
     }
 
-    /// Scene, record and path of the exchange in a folder.
+    /// Scene, record and path of an existing exchange.
     fn kept(&self) -> Result<(Scene, String, PathBuf), Failure> {
         let file = ExchangeFolder::scene_of(&self.path);
         if !ExchangeFolder::is_one(&self.path) || !file.exists() {
@@ -164,7 +167,7 @@ impl ExchangeCommand {
         if self.force {
             return Ok(());
         }
-        // The files of a resumed exchange already use some of the disk.
+        // The files of a resumed exchange already occupy part of the disk.
         let size = |file: fs::DirEntry| file.metadata().map_or(0, |metadata| metadata.len());
         let there: u64 = fs::read_dir(path).map_or(0, |files| files.flatten().map(size).sum());
         let bytes = (ExchangeFolder::expected_bytes(scene) - there as f64).max(0.0);
@@ -199,7 +202,7 @@ fn probability(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "expected a number between 0 and 1".to_owned())
 }
 
-/// Page, table and verdict.
+/// Writes the page and prints the table and the verdict.
 fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Failure> {
     refuse_link(&report::exchange_page_in(path))?;
     let page = report::exchange_page(path)?;
@@ -218,11 +221,11 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     Err(Failure::of_audit(faults))
 }
 
-/// Cure of an exchange without a density of states.
+/// Cure for an exchange without a density of states.
 const NO_DENSITY: &str =
     "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
 
-/// Columns beside the temperature or the window and the acceptance, as far as the scene has them.
+/// Columns shown besides the temperature or the window and the acceptance, if the scene has them.
 const SHOWN: [(&str, &str); 6] = [
     ("distance", "distance"),
     ("temperature", "kinetic T"),
@@ -262,7 +265,7 @@ fn text(summary: &ExchangeSummary) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Where the free energies along a distance are lowest.
+/// Positions of the minima of the free energies along a distance.
 fn lowest(summary: &ExchangeSummary) -> Option<String> {
     let at = |of| MeanForcePoint::lowest(&summary.potential_of_mean_force, of).map(|point| digits(point.distance));
     let (free_energy, potential) = (at(|it| it.free_energy)?, at(|it| it.potential_of_mean_force)?);

@@ -1,4 +1,4 @@
-//! How a command fails: a report and an exit code.
+//! Failure of a command: a report and an exit code.
 
 use std::error::Error;
 use std::fmt;
@@ -15,7 +15,7 @@ use crate::sweep::SweepError;
 use crate::view::ViewError;
 use miette::{Diagnostic, Report};
 
-/// Why a command ends with another exit code than 0.
+/// The reason why a command ends with an exit code other than 0.
 #[derive(Debug)]
 pub struct Failure {
     report: Report,
@@ -24,21 +24,21 @@ pub struct Failure {
 
 /// The simulation failed.
 const FAILED: u8 = 1;
-/// Exit code of wrong input.
+/// Exit code of invalid input.
 const BAD_INPUT: u8 = 2;
 
 impl Failure {
-    /// Something went wrong with good input.
+    /// A failure with valid input.
     pub fn failed(message: impl Into<String>, help: Option<&str>) -> Self {
         Self::new(message, help, FAILED)
     }
 
-    /// The input is wrong.
+    /// Invalid input.
     pub fn bad_input(message: impl Into<String>, help: Option<&str>) -> Self {
         Self::new(message, help, BAD_INPUT)
     }
 
-    /// The audit has faults.
+    /// Faults found by the audit.
     pub fn of_audit(faults: &[String]) -> Self {
         let help = "the results cannot be trusted; carom should not do this: please report the scene";
         Self::failed(format!("the audit failed: {}", faults.join("; ")), Some(help))
@@ -56,21 +56,21 @@ impl Failure {
         self.report.to_string()
     }
 
-    /// Cure, if there is one.
+    /// The cure, if there is one.
     #[must_use]
     pub fn cure(&self) -> Option<String> {
         self.report.help().map(|help| help.to_string())
     }
 
-    /// Says what is wrong on standard error, and returns the exit code.
+    /// Reports the failure on standard error, and returns the exit code.
     pub fn report(&self) -> u8 {
-        // Where standard error is closed, the exit code is still there.
+        // If standard error is closed, there is still the exit code.
         let _ = writeln!(std::io::stderr().lock(), "{:?}", self.report);
         self.code
     }
 }
 
-/// The exit code where a file cannot be written: the place was chosen wrong, or the disk failed.
+/// The exit code if a file cannot be written: a badly chosen path, or a failure of the disk.
 fn code_of(error: &io::Error) -> u8 {
     use io::ErrorKind::{
         InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied, ReadOnlyFilesystem,
@@ -91,7 +91,7 @@ impl From<SceneError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let code = match error {
-            // A name on the way to a folder of a run is missing only if it was taken away.
+            // A component of a run's path is missing only if it was deleted.
             OutputError::Write { ref source, .. } if source.kind() != io::ErrorKind::NotFound => code_of(source),
             OutputError::Write { .. }
             | OutputError::Frame { .. }
@@ -120,7 +120,7 @@ impl From<ExchangeFolderError> for Failure {
                 let message = format!("another process is at the exchange in {}", path.display());
                 Self::bad_input(message, Some("wait for it, or choose another folder with --out"))
             }
-            // The cure of a damaged checkpoint differs from that of a run.
+            // The cure for a damaged checkpoint differs from that of a run.
             error @ ExchangeFolderError::Output(OutputError::Checkpoint(_)) => {
                 Self::bad_input(with_causes(&error), error.cure())
             }

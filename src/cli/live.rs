@@ -9,16 +9,16 @@ use clap::Args;
 use super::failure::Failure;
 use super::{SceneArgs, borrowed};
 
-/// The module that the program was built with: the engine as WebAssembly.
+/// The WebAssembly module of the engine that was built into the program.
 #[cfg(carries_module)]
 const CARRIED: Option<&[u8]> = Some(include_bytes!(env!("CAROM_MODULE")));
 #[cfg(not(carries_module))]
 const CARRIED: Option<&[u8]> = None;
 
-/// Where `web/build` leaves the module, from the root of the sources.
+/// Path of the module from `web/build`, from the root of the sources.
 const MODULE: &str = "web/carom.module";
 
-/// Writes a page on which a scene runs, for a browser: with plots, sliders and an editor
+/// Writes a page that runs a scene in a browser: with plots, sliders and an editor
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The page is one file that needs no network. It carries the engine as WebAssembly, and has the bits of this program.
@@ -32,10 +32,11 @@ pub struct Live {
     /// The file to write
     #[arg(long, value_name = "FILE", default_value = "live.html")]
     out: PathBuf,
-    /// The engine as WebAssembly, made by web/build; found beside the program or the scene if not given
+    /// The engine as WebAssembly, made by web/build; searched for beside the program and the scene if not
+    /// given
     #[arg(long, value_name = "FILE")]
     module: Option<PathBuf>,
-    /// Replaces a file that is there
+    /// Replaces an existing file
     #[arg(long)]
     force: bool,
 }
@@ -86,7 +87,7 @@ impl Live {
     }
 }
 
-/// Beside the sources that the program was built in, and here.
+/// Beside the sources of the program, and in the present folder.
 fn places() -> Vec<PathBuf> {
     let program = std::env::current_exe().unwrap_or_default();
     program.ancestors().skip(1).take(4).chain([Path::new("")]).map(|folder| folder.join(MODULE)).collect()

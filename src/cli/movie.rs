@@ -33,31 +33,32 @@ pub struct Movie {
     /// The file to write; .mp4, .gif or .apng
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Only these frames, the last one included; frames count from 0, and either end may be left out
+    /// Only these frames, both ends included; frames count from 0, and either end may be left out
     #[arg(long, value_name = "FIRST..LAST", value_parser = frames)]
     frames: Option<(u64, Option<u64>)>,
     /// Use every N-th frame
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = run::count)]
     every: u64,
-    /// Frames that are shown in a second, 1 to 120
+    /// Frames shown per second, 1 to 120
     #[arg(long, value_name = "N", default_value = "25", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u32).range(1..=120))]
     fps: u32,
-    /// Quantity that colours show
+    /// Quantity shown by colours
     #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color", value_parser = one_of(&COLOURS))]
     colour: ColourBy,
     /// Pixels across and down
     #[arg(long, value_name = "WxH", default_value = "1280x960", value_parser = width_and_height)]
     size: (u32, u32),
-    /// How far the camera walks around the scene from the first frame to the last, in degrees; at 0 it stands still, as it does before flat scenes
+    /// Angle by which the camera moves around the scene from the first frame to the last, in degrees; 0 for a
+    /// fixed camera. Flat scenes always have a fixed camera
     #[arg(long, value_name = "DEGREES", default_value = "30", allow_negative_numbers = true, value_parser = degrees)]
     turn: f64,
     #[command(flatten)]
     camera: Camera,
-    /// Middle of the picture: com, the centre of mass of all that moves, or the id of a particle
+    /// Middle of the picture: com, the centre of mass of all moving particles, or the id of a particle
     #[arg(long, value_name = "com|ID", allow_negative_numbers = true, value_parser = follow)]
     follow: Option<Follow>,
-    /// Replaces a file that is there
+    /// Replaces an existing file
     #[arg(long)]
     force: bool,
     /// No progress

@@ -1,20 +1,20 @@
-//! `carom new`: scenes to start from. They are those of `configs/`, which the tests run.
+//! `carom new`: template scenes. They are those of `configs/`, which the tests run.
 
 use clap::Args;
 
 use super::failure::Failure;
 use super::{Choice, one_of};
 
-/// Kinds of scenes to start from: the name of each, and its text.
+/// Templates: name and text of each.
 pub fn scenes() -> impl Iterator<Item = (&'static str, &'static str)> {
     SCENES.iter().map(|(kind, _, text)| (*kind, *text))
 }
 
-/// Prints a commented scene to start from
+/// Prints a commented template of a scene
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  carom new hopper > hopper.toml && carom run hopper.toml")]
 pub struct New {
-    /// Kind of scene; without one they are listed
+    /// Kind of scene; without it, all kinds are listed
     #[arg(value_parser = one_of(&SCENES))]
     kind: Option<&'static str>,
 }

@@ -1,4 +1,4 @@
-//! The processes that `carom run` was started in together.
+//! The processes that `carom run` was started in.
 
 use std::ffi::OsString;
 use std::ops::ControlFlow;
@@ -11,7 +11,7 @@ use crate::run::Run;
 use super::failure::Failure;
 use super::signals;
 
-/// Refuses processes that were started together to do different things, and more of them than there can be.
+/// Rejects processes that were started with different arguments, and more processes than permitted.
 pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Result<(), Failure> {
     let arguments = arguments.iter().flat_map(|argument| [argument.as_encoded_bytes(), b"\0"].concat());
     let all = transport.share(arguments.collect());
@@ -26,11 +26,11 @@ pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Resul
     Err(Failure::bad_input("the processes that were started together have different arguments", Some(cure)))
 }
 
-/// Takes part in the run that the first process has, which also says what is to be said.
+/// Takes part in the run of the first process, which also prints the messages.
 pub fn take_part(transport: &Arc<dyn Transport>) -> Result<(), Failure> {
     let Some(run) = Run::shared(None, transport) else { return Ok(()) };
     signals::watch();
-    // The first process gets the signals, too, and decides.
+    // The first process receives the signals as well, and decides.
     let result = run.execute(&mut (), &mut |_| {
         let _ = signals::flow();
         ControlFlow::Continue(())

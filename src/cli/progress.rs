@@ -1,4 +1,4 @@
-//! How far a run has come, on the terminal or in lines.
+//! Shows the progress of a run, as a bar on a terminal, otherwise in lines.
 
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -11,11 +11,11 @@ use crate::run::{self, Stage};
 use crate::view::movie;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Between two lines where there is no terminal.
+/// Interval of lines, without a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
-/// Between two states of the bar.
+/// Interval of updates of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
-/// Steps of the bar.
+/// Resolution of the bar.
 const STEPS: u64 = 1000;
 
 /// A bar on a terminal, hidden elsewhere.
@@ -39,11 +39,11 @@ pub struct Display {
     done: Rate,
 }
 
-/// The stage that is shown.
+/// The stage shown.
 struct Begun {
     name: &'static str,
     since: Instant,
-    /// Part that was done when it was last shown.
+    /// Fraction done at the last update.
     fraction: f64,
 }
 
@@ -94,18 +94,18 @@ impl From<&movie::MovieProgress> for State {
     }
 }
 
-/// How fast something has grown of late.
+/// Recent rate of growth.
 struct Rate {
     since: Instant,
     count: f64,
     per_second: f64,
-    /// For how long it remembers `[s]`.
+    /// Averaging time `[s]`.
     memory: f64,
 }
 
 /// Half a second, so that the number can be read on the bar.
 const MEMORY_OF_EVENTS: f64 = 0.5;
-/// The speed of a run that settles changes slowly, that of many tasks with each that is done.
+/// The speed of a run that settles changes slowly, that of a set of tasks with each task.
 const MEMORY_OF_DONE: f64 = 10.0;
 
 impl Display {
@@ -113,7 +113,7 @@ impl Display {
         Self::named(scene.name().to_owned(), is_quiet)
     }
 
-    /// For work of a name.
+    /// For a task with this name.
     pub fn named(name: String, is_quiet: bool) -> Self {
         let bar = bar(STEPS, "{prefix} {wide_bar:.cyan/blue} {percent:>3} %\n  {msg}", is_quiet);
         let now = Instant::now();
@@ -121,7 +121,7 @@ impl Display {
         Self { name, bar, is_quiet, shown: None, stage: None, events, done }
     }
 
-    /// Shows how far the run is, if it is time to.
+    /// Shows the progress, if it is time to.
     pub fn show(&mut self, progress: impl Into<State>) {
         let progress = progress.into();
         if self.is_quiet {
@@ -137,7 +137,7 @@ impl Display {
         self.events.see(progress.events as f64, now);
         self.done.see(progress.fraction, now);
         let State { fraction, stage, unit, .. } = progress;
-        // Few are counted on the average.
+        // Few items are averaged over the whole time.
         let rate = match unit {
             EVENTS => short(self.events.per_second),
             _ => format!("{:.1}", progress.events as f64 / (now - started).as_secs_f64().max(1e-3)),
@@ -161,7 +161,8 @@ impl Display {
         self.bar.set_position(position);
     }
 
-    /// When the stage that is shown began. One with less done than before is another one, even if it has the same name.
+    /// The time at which the stage shown began. A smaller fraction than before indicates a new stage, even
+    /// with the same name.
     fn began(&mut self, progress: &State, now: Instant) -> Instant {
         let same = self.stage.take().filter(|it| it.name == progress.stage && it.fraction <= progress.fraction);
         let since = same.map_or(now, |it| it.since);
@@ -195,7 +196,7 @@ impl Rate {
     }
 }
 
-/// Remaining time at a speed.
+/// Remaining time at the present speed.
 fn left(fraction: f64, per_second: f64) -> String {
     if fraction <= 0.0 || per_second <= 0.0 {
         return String::new();
@@ -214,7 +215,7 @@ mod tests {
         assert_eq!(left(0.0, done.per_second), "");
         done.see(0.25, start + Duration::from_secs(10));
         assert_eq!(left(0.25, done.per_second), ", 30 s left");
-        // Half as fast for long.
+        // Half as fast for a long time.
         for k in 1..=7_u32 {
             done.see(0.25 + 0.1 * f64::from(k), start + Duration::from_secs(10 + 8 * u64::from(k)));
         }

@@ -10,7 +10,7 @@ use clap::Args;
 
 use super::failure::Failure;
 
-/// Writes a page about a run, for a browser: results, audit, plots and the moving particles
+/// Writes a page about a run for a browser: results, audit, plots and the moving particles
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The page is one file that needs no network: send it, or keep it with the data.
@@ -23,7 +23,7 @@ pub struct Report {
     /// The file to write; report.html in the folder of the run if not given
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Replaces a file that is there
+    /// Replaces an existing file
     #[arg(long)]
     force: bool,
 }
@@ -59,7 +59,7 @@ impl Report {
         Ok(default)
     }
 
-    /// The page of a replica exchange, which is there already under its own name.
+    /// The page of a replica exchange, which already exists under its own name.
     fn of_exchange(&self) -> Result<(), Failure> {
         let page = report::exchange_page(&self.run)?;
         let out = self.place(report::exchange_page_in(&self.run))?;

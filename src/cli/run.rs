@@ -44,26 +44,28 @@ pub struct Run {
     scene: Option<PathBuf>,
     #[command(flatten)]
     changes: Changes,
-    /// Goes on with the run in this folder, from its last checkpoint
+    /// Continues the run in this folder from its last checkpoint
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "seed", "overrides", "from"])]
     resume: Option<PathBuf>,
     /// The folder of the results; runs/NAME if not given, where NAME is that of the scene
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Measures for this simulated time, whatever the scene says
+    /// Measures for this simulated time instead of the scene's
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = duration)]
     until_time: Option<f64>,
-    /// Measures for this many physical events, whatever the scene says; with --until-time, whichever comes first
+    /// Measures for this many physical events instead of the scene's; with --until-time, until whichever
+    /// comes first
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     until_events: Option<u64>,
     /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
-    /// Simulates on so many threads, whatever the scene says, with the same bits as on one; auto takes as many as there are cores, one for each
-    /// 250000 particles
+    /// Number of threads instead of the scene's, with the same bits as on one; auto uses one per core, but at
+    /// most one per 250000 particles
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     threads: Option<Threads>,
-    /// Replaces the run in the folder, when the new one is complete; also writes more than 10 GB, or a tenth of the free disk
+    /// Replaces the run in the folder once the new one is complete; also allows more than 10 GB, or a tenth
+    /// of the free disk space
     #[arg(long)]
     force: bool,
     /// No progress, only the final table
@@ -84,7 +86,7 @@ pub fn duration(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A whole number, also written as `1e6` or `1_000_000`.
+/// An integer, also written as `1e6` or `1_000_000`.
 pub fn count(text: &str) -> Result<u64, String> {
     let plain = text.replace('_', "");
     let whole = |x: &f64| x.fract() == 0.0 && (1.0..=9.007_199_254_740_992e15).contains(x);
@@ -116,17 +118,17 @@ impl Run {
         }
     }
 
-    /// The run, before its first step.
+    /// The run before its first step.
     fn ready(&self) -> Result<Ready, Failure> {
         match (&self.resume, &self.scene) {
             (Some(path), _) => self.go_on(path),
             (None, Some(scene)) => self.begin(scene),
-            // The command line does not let this through.
+            // The command line parser excludes this.
             (None, None) => Err(Failure::bad_input("expected a scene, or --resume with a folder", None)),
         }
     }
 
-    /// A run from its start.
+    /// A new run.
     fn begin(&self, file: &Path) -> Result<Ready, Failure> {
         let mut scene = self.changes.load(file)?;
         super::refuse_exchange(
@@ -159,7 +161,7 @@ impl Run {
         Ok(Ready { run: self.on_threads(run::Run::without_start(scene)), folder, display })
     }
 
-    /// A run from its last checkpoint.
+    /// A run continued from its last checkpoint.
     fn go_on(&self, path: &Path) -> Result<Ready, Failure> {
         let (folder, checkpoint) =
             Folder::resume_with(path, self.limit(), &[]).map_err(|error| not_a_run(path, error))?;
@@ -169,7 +171,7 @@ impl Run {
         Ok(Ready { run: self.on_threads(run::Run::resume(checkpoint)), folder, display })
     }
 
-    /// The command that goes on with the run in a folder.
+    /// The command that resumes the run in a folder.
     fn again(&self, folder: &Path) -> Again {
         Again::new("run --resume", folder)
             .option("threads", self.threads)
@@ -184,7 +186,7 @@ impl Run {
         }
     }
 
-    /// Largest size of the files; a run that will write more is begun with --force only.
+    /// Largest permitted size of the files. A run that will write more needs --force.
     fn most_bytes(&self, scene: &Scene, path: &Path) -> Result<f64, Failure> {
         if self.force {
             return Ok(f64::INFINITY);
@@ -193,14 +195,14 @@ impl Run {
         super::refuse_large("run", bytes, path, "longer intervals in [output]")
     }
 
-    /// Limit that replaces that of the scene.
+    /// Limit that replaces the scene's.
     fn limit(&self) -> Option<Limit> {
         let is_given = self.until_time.is_some() || self.until_events.is_some();
         is_given.then_some(Limit { time: self.until_time, events: self.until_events })
     }
 }
 
-/// Why a run cannot be resumed. If the folder has no run, says what it has.
+/// Why a run cannot be resumed. If the folder holds no run, names its content.
 fn not_a_run(path: &Path, error: OutputError) -> Failure {
     let folder = path.display();
     let (what, cure) = match &error {
@@ -218,7 +220,7 @@ fn not_a_run(path: &Path, error: OutputError) -> Failure {
     Failure::bad_input(format!("{folder} is the folder of {what}, not of a run"), Some(&cure))
 }
 
-/// A run that is ready, where it goes, and who is told.
+/// A run that is ready to start, its folder, and its progress display.
 struct Ready {
     run: run::Run,
     folder: Folder,
@@ -226,7 +228,7 @@ struct Ready {
 }
 
 impl Ready {
-    /// A run up to its end, with other processes if there are some.
+    /// Executes a run to its end, with other processes if there are any.
     fn execute(self, transport: Option<&Arc<dyn Transport>>, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
         let Self { run, mut folder, mut display } = self;
         let run = match transport {
@@ -244,7 +246,7 @@ impl Ready {
             (Ok(finished), _) => end(&finished, folder, again),
             (Err(error), None) => Err(error.into()),
             (Err(error), Some(transport)) => {
-                // The others cannot know.
+                // The other processes have no information about it.
                 Failure::from(error).report();
                 transport.abort("the run ends here")
             }
@@ -252,7 +254,7 @@ impl Ready {
     }
 }
 
-/// Files, table and verdict.
+/// Writes the files and prints the table and the verdict.
 fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
     let report = final_table::text(finished);
     let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);
@@ -279,7 +281,7 @@ fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> R
     Err(Failure::failed(unconverted, Some(&cure)))
 }
 
-/// Message about an old run that was kept instead of being replaced.
+/// Message about an old run that was not replaced.
 fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -> String {
     let Some(kept) = &done.kept else { return String::new() };
     let run = kept.display();
@@ -293,7 +295,7 @@ fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -
     format!("The run in {run} is as it was: the new one {why}\n{next}`--force` begins another\n")
 }
 
-/// Whether the run did what it was asked to, and stands its own audit.
+/// Checks whether the run reached its end and its audit is sound.
 fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {
     let faults = finished.audit.faults();
     match &finished.ending {

@@ -7,18 +7,19 @@ use std::time::Duration;
 /// Set by the first signal.
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// Whether signals are handled.
+/// Whether the work checks for signals.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Work that leaves nothing behind is ended if it does not ask for so long after a signal.
+/// Work that leaves no files is ended if it has not checked for a signal within this time.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Lets the first signal end the work in good order, and the second one at once; so does the first, before the work has begun.
+/// The first signal ends the work in good order, the second one immediately. Before the work has begun, the
+/// first one also ends it immediately.
 pub fn watch() {
     listen(|| {});
 }
 
-/// Ends work that leaves nothing behind soon after the first signal, whether it asks or not.
+/// Ends work that leaves no files soon after the first signal, whether it checks or not.
 pub fn watch_without_traces() {
     listen(|| {
         IS_ASKED.store(false, Ordering::Relaxed);
@@ -30,7 +31,7 @@ pub fn watch_without_traces() {
 }
 
 fn listen(then: fn()) {
-    // Without a handler, a signal ends the program as it does by default.
+    // Without a handler, a signal ends the program by default.
     let _ = ctrlc::set_handler(move || {
         let is_working = IS_ASKED.load(Ordering::Relaxed);
         if IS_STOPPED.swap(true, Ordering::Relaxed) || !is_working {

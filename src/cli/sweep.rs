@@ -42,12 +42,12 @@ Examples:
 pub struct SweepCommand {
     /// A scene with --vary, the file of a sweep, or the folder of one
     path: PathBuf,
-    /// A key of the scene and its values; several times for all combinations
+    /// A key of the scene and its values; may be given several times for all combinations
     #[arg(long = "vary", value_name = "KEY=VALUES")]
     axes: Vec<Axis>,
     #[command(flatten)]
     changes: Changes,
-    /// Runs at the same time; as many as there are processors if not given
+    /// Number of runs at the same time; as many as there are processors if not given
     #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// The folder of the sweep; runs/NAME-sweep if not given, where NAME is that of the file
@@ -59,7 +59,7 @@ pub struct SweepCommand {
     /// Wall time between two checkpoints of a run, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
-    /// Also writes more than 10 GB, or a tenth of the free disk
+    /// Allows more than 10 GB, or a tenth of the free disk space
     #[arg(long)]
     force: bool,
     /// No progress, only the final table
@@ -129,13 +129,13 @@ impl SweepCommand {
             }
             error => error.into(),
         })?;
-        // The file of a sweep within its folder goes on there.
+        // The file of a sweep inside its folder continues there.
         let own = self.path.parent().filter(|folder| SweepFolder::file_in(folder) == self.path);
         let path = self.out.clone().or_else(|| own.filter(|folder| holds_runs(folder, &sweep)).map(Path::to_owned));
         Ok((sweep, path.unwrap_or_else(|| beside(&self.path))))
     }
 
-    /// Checks a sweep before anything is made.
+    /// Checks a sweep before anything is created.
     fn check(&self, sweep: &Sweep, path: &Path) -> Result<(), Failure> {
         let scene = sweep.check()?;
         super::refuse_exchange(
@@ -148,7 +148,7 @@ impl SweepCommand {
         super::refuse_large("sweep", sweep.expected_bytes(&scene), path, "longer intervals in [output]").map(drop)
     }
 
-    /// Tables, page and verdict.
+    /// Writes tables and page, and prints the verdict.
     fn end(&self, sweep: &Sweep, folder: &SweepFolder, fates: &[(usize, Fate)]) -> Result<(), Failure> {
         let results = Results::read(folder, sweep);
         folder.write_tables(sweep, &results)?;
@@ -197,7 +197,7 @@ impl SweepCommand {
         Ok(())
     }
 
-    /// The command that goes on with the sweep in a folder.
+    /// The command that resumes the sweep in a folder.
     fn again(&self, folder: &Path) -> Again {
         let share = self.share.map(|Share { number, of }| format!("{number}/{of}"));
         Again::new("sweep", folder)
@@ -208,24 +208,24 @@ impl SweepCommand {
     }
 }
 
-/// Whether a folder has runs of a sweep in it.
+/// Whether a folder contains runs of a sweep.
 fn holds_runs(folder: &Path, sweep: &Sweep) -> bool {
     let is_there =
         |name: &str| crate::io::Folder::state_of(&folder.join(name)).is_ok_and(|it| it != FolderState::Nothing);
     sweep.points().iter().any(|point| is_there(point.folder()))
 }
 
-/// The folder of a sweep whose file has this name.
+/// The folder of the sweep with this file.
 fn beside(file: &Path) -> PathBuf {
     let name = file.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
     PathBuf::from("runs").join(format!("{name}-sweep"))
 }
 
-/// Columns, and rows of them, that are printed.
+/// Maximum number of columns that are printed.
 const MOST_COLUMNS: usize = 4;
 const MOST_ROWS: usize = 40;
 
-/// The means of what was measured, as far as they fit on a terminal.
+/// The means of the measured quantities, as many as fit on a terminal.
 fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     let [done, failed] = results.counts();
     let begun = results.points.iter().filter(|point| matches!(point.standing, Standing::Begun)).count();
@@ -249,7 +249,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         let stage = results.has_stages().then(|| means.stage.clone());
         let values = shown.iter().map(|at| match means.values[*at] {
             None => String::new(),
-            // A quantity that each run conserves may differ from run to run.
+            // A quantity conserved by each run may differ from run to run.
             Some(it) => match it.error.filter(|error| *error > 0.0).or(it.scatter) {
                 Some(error) if error > 0.0 => {
                     describe::estimate(&Estimate { mean: it.mean, standard_error: Some(error) })
@@ -268,7 +268,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Deviation of a quantity from published values, a line for each result.
+/// Deviations of a quantity from published values, one line for each source.
 fn agreements(results: &Results, at: usize) -> Vec<String> {
     let name = results.quantities[at].name.replace('_', " ");
     let line = |it: &Agreement| {

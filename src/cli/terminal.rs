@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal};
 use terminal_size::{Width, terminal_size_of};
 use textwrap::{Options, WordSeparator, WordSplitter, wrap};
 
-/// Columns of the terminal that standard output goes to; `None` of a file or a pipe.
+/// Columns of the terminal of standard output; `None` for a file or a pipe.
 fn width() -> Option<usize> {
     let stdout = io::stdout();
     let is_terminal = stdout.is_terminal();
@@ -23,10 +23,11 @@ pub fn columns(rows: &[Vec<String>], keys: usize) -> Vec<String> {
     tables(rows, keys, width().unwrap_or(usize::MAX))
 }
 
-/// Narrowest terminal that is cared for.
+/// Narrowest supported terminal.
 const NARROWEST: usize = 20;
 
-/// Breaks long lines between words. What comes next is below the second column, which two spaces divide from the first.
+/// Breaks long lines between words. Continuation lines are indented to the second column, which two spaces
+/// separate from the first.
 fn wrapped(text: &str, width: usize) -> String {
     let mut lines = Vec::new();
     for line in text.lines() {
@@ -73,7 +74,7 @@ fn tables(rows: &[Vec<String>], keys: usize, width: usize) -> Vec<String> {
     blocks.iter().flat_map(|(block, _)| rows.iter().map(|row| line(row, block))).collect()
 }
 
-/// Between two columns.
+/// Separator of columns.
 const GAP: &str = "   ";
 
 #[cfg(test)]

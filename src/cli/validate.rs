@@ -9,7 +9,7 @@ use clap::Args;
 use super::failure::Failure;
 use super::signals;
 
-/// Measures known state points and compares
+/// Measures known state points and compares the results
 #[derive(Debug, Args)]
 #[command(after_help = "\
 A quantity passes if it is off by no more than four of its standard errors and an allowance, whose reason stands below the table: the
@@ -22,7 +22,7 @@ Examples:
 pub struct Validate {
     /// Only points whose names contain this
     filter: Option<String>,
-    /// Says what would be measured
+    /// Lists what would be measured
     #[arg(long)]
     list: bool,
     /// More particles, more events, more points: a quarter of an hour
@@ -128,7 +128,7 @@ fn row(point: &StatePoint, comparison: &Comparison, notes: &mut Notes) -> String
     )
 }
 
-/// Sources and reasons, numbered as they come up.
+/// Sources and reasons, numbered in the order of their first use.
 #[derive(Default)]
 struct Notes {
     sources: Vec<Source>,
@@ -136,7 +136,7 @@ struct Notes {
 }
 
 impl Notes {
-    /// The source of a comparison, and the letter of its allowance.
+    /// The number of a comparison's source, and the letter of its allowance.
     fn refer(&mut self, comparison: &Comparison) -> String {
         if !self.sources.contains(&comparison.source) {
             self.sources.push(comparison.source);

@@ -40,10 +40,10 @@ pub struct Verify {
     run: PathBuf,
     #[command(flatten)]
     changes: Changes,
-    /// Proves this many physical events, or all up to the end of the run if there are fewer
+    /// Proves this many physical events, or all events up to the end of the run if there are fewer
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count, default_value = "1e5")]
     events: u64,
-    /// Only replays this many events first; pair states at their end are then the engine's
+    /// Only replays this many events first; the pair states at their end are taken from the engine
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = count)]
     from_events: Option<u64>,
     /// Does not compare the files of the run, which takes as long as the run itself
@@ -71,7 +71,7 @@ impl Verify {
         proof.verdict
     }
 
-    /// The scene; and of a folder what its run says of itself.
+    /// The scene, and the recorded results if it is a folder.
     fn load(&self) -> Result<(Scene, Option<Recorded>), Failure> {
         if !self.run.is_dir() {
             return Ok((self.changes.load(&self.run)?, None));
@@ -86,7 +86,7 @@ impl Verify {
     }
 }
 
-/// The scene of a run, and what the run says of itself.
+/// The scene and the recorded results of a run.
 fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
     let file = Folder::scene_of(run);
     if !file.exists() {
@@ -100,7 +100,7 @@ fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
     Ok((scene, recorded))
 }
 
-/// Progress of a proof, or of the second simulation for the comparison of files.
+/// Progress of a proof, or of the replay for the comparison of files.
 #[derive(Debug)]
 pub enum VerifyStep<'a> {
     /// Progress of the proof.
@@ -114,19 +114,19 @@ pub enum VerifyStep<'a> {
 pub struct Proof {
     /// Its certificate.
     pub certificate: Certificate,
-    /// Comparison of the files with those of a second simulation; none if it was not asked for.
+    /// Comparison of the files with those of a replay; `None` if not requested.
     pub files: Option<Comparison>,
-    /// The table that is printed.
+    /// The printed table.
     pub table: String,
-    /// Why it is none, if it is none.
+    /// Why the proof failed, if it did.
     pub verdict: Result<(), Failure>,
 }
 
-/// Proves a range of the physical events of the run in a folder: the number of events to skip first, if any, and how many to prove. With `has_files` it also
-/// simulates the run again and compares its files.
+/// Proves a range of the physical events of the run in a folder: the number of events to skip first, if any,
+/// and the number to prove. With `has_files` it also repeats the run and compares its files.
 ///
 /// # Errors
-/// [`Failure`] if there is nothing that could be proven, or the files cannot be compared.
+/// [`Failure`] if nothing can be proven, or the files cannot be compared.
 pub fn prove_run(
     run: &Path,
     (from, events): (Option<u64>, u64),
@@ -167,7 +167,7 @@ fn prove(
         Some(recorded) => verify::verify_run(scene, recorded.end, range, of_proof),
         None => verify::verify(scene, range, of_proof),
     };
-    // A range behind the end of the run is a mistake.
+    // A range beyond the end of the run is a mistake.
     let has_ended = matches!(certificate.end, End::RunEnded | End::Idle);
     if has_ended && certificate.first_event <= range.from {
         refuse_nothing(certificate.first_event - 1)?;
@@ -195,10 +195,10 @@ impl From<CompareError> for Failure {
     }
 }
 
-/// Files that are named in a line; of more, the number.
+/// Maximum number of files named in a line.
 const MOST_NAMES: usize = 5;
 
-/// Which files are those of the replay.
+/// Table of the files that equal those of the replay.
 fn files_table(files: &Comparison) -> String {
     let mut lines = Lines::default();
     lines.title("files compared with a replay");
@@ -226,7 +226,7 @@ fn files_table(files: &Comparison) -> String {
     lines.text()
 }
 
-/// Names, or the first of them and the number of the others.
+/// Names, or the first few and the number of the others.
 fn several(names: &[String], count: usize) -> String {
     let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
     match count {
@@ -255,7 +255,7 @@ fn verdict_of_files(files: &Comparison, recorded: Option<&Recorded>) -> Result<(
     Err(Failure::failed(format!("{name} is not what the run writes: {difference}{others}"), Some(&help)))
 }
 
-/// Results of a run by its `summary.json`.
+/// Results of a run from its `summary.json`.
 struct Recorded {
     path: PathBuf,
     summary: Summary,
@@ -283,7 +283,7 @@ impl Recorded {
         Ok(Self { path, summary, end })
     }
 
-    /// A scene with another seed or other particles is not that of the run.
+    /// A scene with another seed or other particles does not belong to the run.
     fn refuse_other(&self, scene: &Scene) -> Result<(), Failure> {
         let numbers = [
             ("seed", scene.seed(), self.summary.seed),

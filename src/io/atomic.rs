@@ -1,4 +1,5 @@
-//! Atomic writes: files and folders get their names when they are complete, and replace nothing unasked.
+//! Atomic writes. Files and folders get their final names once they are complete, and replace nothing without
+//! permission.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -11,19 +12,19 @@ use crate::base::durability;
 /// Policy for an existing file or folder at the path of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Existing {
-    /// It stays as it is, and the output is refused.
+    /// It is kept, and the output is rejected.
     #[default]
     Keep,
-    /// It is replaced, when what replaces it is complete.
+    /// It is replaced once the new one is complete.
     Replace,
 }
 
-/// Writes a file beside its name, makes it safe on the disk and gives it its name. The same bytes again are no replacement; a
-/// device or a pipe is written to.
+/// Writes a file under a temporary name, syncs it to disk and renames it. Writing the same bytes again is not
+/// a replacement. Devices and pipes are written directly.
 ///
 /// # Errors
-/// [`io::ErrorKind::AlreadyExists`] if there is another file that is to be kept; those of the system. There is no new file then, and an old
-/// one is as it was.
+/// [`io::ErrorKind::AlreadyExists`] if another file exists and is to be kept; system errors. Then no new file
+/// is left, and an existing one is unchanged.
 pub(crate) fn write_atomically(
     path: &Path,
     existing: Existing,
@@ -47,7 +48,7 @@ pub(crate) fn write_atomically(
     draft.publish(existing)
 }
 
-/// Writes a text, in the place of what was there, as [`write_atomically`].
+/// Writes a text and replaces the file if it exists, as [`write_atomically`] does.
 ///
 /// # Errors
 /// [`OutputError::Write`].
@@ -59,10 +60,11 @@ pub(super) fn holds_same(one: &Path, other: &Path) -> io::Result<bool> {
     Ok(fs::metadata(one)?.len() == fs::metadata(other)?.len() && fs::read(one)? == fs::read(other)?)
 }
 
-/// Gives a complete file or folder its name, at once.
+/// Gives a complete file or folder its final name, in one step.
 ///
 /// # Errors
-/// [`io::ErrorKind::AlreadyExists`] if the name is taken and to be kept; those of the system. Both are as they were then.
+/// [`io::ErrorKind::AlreadyExists`] if the name is taken and to be kept; system errors. Both are unchanged
+/// then.
 pub(crate) fn publish(from: &Path, to: &Path, existing: Existing) -> io::Result<()> {
     match existing {
         Existing::Keep => publish_new(from, to)?,
@@ -78,7 +80,7 @@ fn publish_new(from: &Path, to: &Path) -> io::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::Unsupported => {}
         result => return result,
     }
-    // A second name is refused where there is a first; folders cannot have one, nor files on some disks.
+    // A hard link fails if the name exists. Folders cannot have one, nor files on some disks.
     match fs::hard_link(from, to) {
         Ok(()) => return fs::remove_file(from),
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Err(error),
@@ -90,10 +92,10 @@ fn publish_new(from: &Path, to: &Path) -> io::Result<()> {
     fs::rename(from, to)
 }
 
-/// Lets a folder take the place of another one, which is removed afterwards.
+/// Replaces a folder by another, and then deletes the old one.
 fn exchange(from: &Path, to: &Path) -> io::Result<()> {
     match rename_with(from, to, EXCHANGE) {
-        // Now the old one; what is left of it does no harm.
+        // Now the old one. Remains of it do no harm.
         Ok(()) => {
             sync_folder(folder_of(to));
             let _ = fs::remove_dir_all(from);
@@ -115,7 +117,7 @@ fn exchange(from: &Path, to: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Makes the names in a folder safe on the disk; not every system can open a folder for that.
+/// Syncs the names in a folder to disk. Not every system can open a folder for that.
 pub(crate) fn sync_folder(folder: &Path) {
     if let Ok(folder) = File::open(folder) {
         let _ = durability::sync_all(&folder);
@@ -135,14 +137,15 @@ const NO_REPLACE: u32 = 1;
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 const EXCHANGE: u32 = 2;
 
-/// A renaming that replaces nothing, or exchanges two names; [`io::ErrorKind::Unsupported`] where the system or the disk has none.
+/// Renames without replacing anything, or exchanges two names; [`io::ErrorKind::Unsupported`] if the system
+/// or the disk cannot.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn rename_with(from: &Path, to: &Path, flags: u32) -> io::Result<()> {
     use std::ffi::CString;
     use std::os::unix::ffi::OsStrExt;
 
     let (from, to) = (CString::new(from.as_os_str().as_bytes())?, CString::new(to.as_os_str().as_bytes())?);
-    // SAFETY: both are strings that end with 0 and outlive the call.
+    // SAFETY: both are null-terminated strings that outlive the call.
     let result = unsafe { libc::renameat2(libc::AT_FDCWD, from.as_ptr(), libc::AT_FDCWD, to.as_ptr(), flags) };
     if result == 0 {
         return Ok(());

@@ -16,9 +16,10 @@ pub(super) fn columns() -> Vec<Column> {
     HEADER.trim_end().split(',').zip(UNITS).map(|(name, unit)| Column::new(name, unit)).collect()
 }
 
-/// A line for an event. The partner of a contact with a wall is the side of the box, `-z` for the lower wall of z.
+/// A line for an event. For a contact with a wall, the partner is the side of the box, such as `-z` for the
+/// lower z wall.
 pub(super) fn line(event: &Event) -> Vec<u8> {
-    // Room for most of them.
+    // Enough for most lines.
     let mut text = Vec::with_capacity(128);
     let line = &mut text;
     let kind: &[u8] = match event.kind {

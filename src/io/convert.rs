@@ -1,16 +1,17 @@
-//! Trajectories in the formats of other programs, made from the extended XYZ that a run writes.
+//! Conversion of trajectories from the extended XYZ of a run to formats of other programs.
 //!
-//! | format | file | precision | carries |
+//! | format | file | precision | contents |
 //! |---|---|---|---|
 //! | [`Format::Lammps`] | text dump | exact | box and its flags, time, id, species, position, velocity, radius |
 //! | [`Format::Gsd`] | GSD 2.0, schema `hoomd` 1.4 | `f32` | box, time, species, position, velocity, diameter, mass, bonds |
-//! | [`Format::Vtk`] | a folder: `.vtp` per frame, `.pvd` with the times, the box | exact | all of it but masses |
-//! | [`Format::Npy`] | a folder of NumPy arrays | exact | all of it |
+//! | [`Format::Vtk`] | a folder: `.vtp` per frame, `.pvd` with the times, the box | exact | everything except masses |
+//! | [`Format::Npy`] | a folder of NumPy arrays | exact | everything |
 //! | [`Format::Csv`] | one table | exact | time, id, species, position, velocity, radius |
-//! | [`Format::Xyz`] | extended XYZ, compressed where its name ends with `.gz` or `.zst` | exact | all of it |
+//! | [`Format::Xyz`] | extended XYZ, compressed if its name ends with `.gz` or `.zst` | exact | everything |
 //!
-//! Each module says where its format differs. Memory holds two frames at a time, whatever the length of the trajectory.
-//! Files are written beside their final name, with `.partial` behind it, and take that name when they are complete.
+//! Each module documents where its format differs. At most two frames are in memory, whatever the length of
+//! the trajectory. Files are written under temporary names, with `.partial` appended, and renamed once they
+//! are complete.
 
 mod bonds;
 mod error;
@@ -41,7 +42,7 @@ use packed::{Compressed, Text};
 use target::Target;
 
 impl Format {
-    /// Where a conversion is written unless a path is given: beside the source, under its name with another ending.
+    /// Default path of a conversion: beside the source, with the same name and another ending.
     #[must_use]
     pub fn target_beside(self, source: &Path) -> PathBuf {
         let ending = match self {
@@ -57,7 +58,8 @@ impl Format {
         source.with_file_name(name)
     }
 
-    /// The format that the ending of a name stands for: `.lammpstrj`, `.gsd`, `.csv` or `.xyz` of a file, `-vtk` or `-npy` of a folder.
+    /// The format for the ending of a name: `.lammpstrj`, `.gsd`, `.csv` or `.xyz` of a file, `-vtk` or
+    /// `-npy` of a folder.
     #[must_use]
     pub fn of_name(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?.to_ascii_lowercase();
@@ -81,24 +83,24 @@ impl Format {
         (Self::Xyz, ".xyz.zst"),
     ];
 
-    /// Whether it fills a folder with files.
+    /// Whether the format is a folder of files.
     #[must_use]
     pub fn is_folder(self) -> bool {
         self.folder_of().is_some()
     }
 
-    /// The name of a conversion of a run's trajectory in the list of the run's files, unless it was given another one.
+    /// Name of a converted trajectory in the list of a run's files, at its default path.
     pub(super) fn listed(self) -> String {
         let name = self.target_beside(Path::new(TRAJECTORY));
         format!("{}{}", name.display(), if self.is_folder() { "/" } else { "" })
     }
 
-    /// The format that fills a folder of such a name in that list.
+    /// The format of a folder with such a name in that list.
     pub(super) fn filling(listed: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.is_folder() && format.listed() == listed)
     }
 
-    /// The endings of the files of a format that fills a folder.
+    /// The endings of the files in a folder of this format.
     fn folder_of(self) -> Option<&'static [&'static str]> {
         match self {
             Self::Vtk => Some(&["vtp", "pvd"]),
@@ -111,11 +113,11 @@ impl Format {
 /// Options of a conversion: which frames, and what may be replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {
-    /// The first frame; frames count from 0.
+    /// The first frame, counted from 0.
     pub first: u64,
-    /// The last frame, itself included; `None` goes on to the end.
+    /// The last frame, inclusive; `None` for all.
     pub last: Option<u64>,
-    /// Whether a file, or a folder with nothing but files of the format, may be replaced.
+    /// Whether an existing file may be replaced, or a folder that holds only files of the format.
     pub replace: bool,
 }
 
@@ -124,17 +126,17 @@ pub struct Options {
 pub struct Converted {
     /// The number of frames written.
     pub frames: u64,
-    /// Whether the source ends within a frame, as it does when a run was killed; the frames before are complete.
+    /// Whether the source ends within a frame, as after a killed run. Earlier frames are complete.
     pub is_truncated: bool,
 }
 
-/// A frame with what its file says about it.
+/// A frame with information from its file.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moment<'a> {
-    /// Place of the frame in its file, from 0.
+    /// Index of the frame in its file, from 0.
     pub index: u64,
     pub frame: &'a Frame,
-    /// Whether the file gives velocities.
+    /// Whether the file contains velocities.
     pub has_velocities: bool,
 }
 
@@ -142,31 +144,33 @@ pub(super) struct Moment<'a> {
 pub(super) trait Writer: Send {
     fn write(&mut self, moment: &Moment) -> Result<(), FrameError>;
 
-    /// Writes what can be known only at the end, and makes all files safe on the disk.
+    /// Writes data known only at the end, and syncs all files to disk.
     fn finish(self: Box<Self>) -> Result<(), FrameError>;
 }
 
 /// Converts a trajectory in extended XYZ, frame by frame.
 ///
-/// Nothing that exists, finished or not, is replaced unless the options say so, and then only a file, or a folder that holds
-/// nothing but files of the format. If a conversion fails, what it wrote is removed. One of the trajectory of a run, at
-/// [`Format::target_beside`] it, is one of the run's files: a run that replaces that run removes it.
+/// Nothing that exists, finished or not, is replaced unless the options permit it, and then only a file, or a
+/// folder that holds only files of the format. If a conversion fails, its output is removed. A conversion of
+/// a run's trajectory at [`Format::target_beside`] counts as one of the run's files, and is removed when that
+/// run is replaced.
 ///
 /// # Errors
 /// - [`ConvertError::Read`] if the source cannot be read, is malformed or holds no frame;
-/// - [`ConvertError::NoSuchFrame`] if it ends before the first frame asked for;
+/// - [`ConvertError::NoSuchFrame`] if it ends before the first requested frame;
 /// - [`ConvertError::Exists`], [`ConvertError::Foreign`], [`ConvertError::Source`] if the target may not be replaced;
-/// - [`ConvertError::Frame`] if the format cannot hold a frame;
-/// - [`ConvertError::Surface`] if the file of a surface beside the trajectory cannot be read, of a format that shows surfaces;
+/// - [`ConvertError::Frame`] if the format cannot represent a frame;
+/// - [`ConvertError::Surface`] if the file of a surface beside the trajectory cannot be read, for a format
+///   with surfaces;
 /// - [`ConvertError::Write`] if the target cannot be written.
 pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) -> Result<Converted, ConvertError> {
     convert_watched((source, format, target), options, &mut || ControlFlow::Continue(()))
 }
 
-/// As [`convert`] from a source to a format in a target; `watch` is asked after each frame, and may break it off.
+/// As [`convert`], from a source to a format in a target; `watch` is called after each frame, and may end it.
 ///
 /// # Errors
-/// As [`convert`]; [`ConvertError::Interrupted`] if `watch` breaks. What was written is removed then.
+/// As [`convert`]; [`ConvertError::Interrupted`] if `watch` breaks. The output is removed then.
 pub fn convert_watched(
     (source, format, target): (&Path, Format, &Path),
     options: &Options,
@@ -218,7 +222,7 @@ fn go_on(watch: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), ConvertError>
     if watch().is_break() { Err(ConvertError::Interrupted) } else { Ok(()) }
 }
 
-/// Whether a conversion of the trajectory of a run has its default name.
+/// Whether a converted trajectory of a run is at its default path.
 fn is_listed(source: &Path, format: Format, target: &Path) -> bool {
     let expected = format.target_beside(source);
     let [one, other] = [source, target].map(|path| std::fs::canonicalize(folder_of(path)).ok());
@@ -234,7 +238,7 @@ struct Reading {
 }
 
 impl Reading {
-    /// The next frame. One that is cut off ends the file, unless it is the first.
+    /// The next frame. A truncated frame ends the file, unless it is the first.
     fn next(&mut self, reader: &mut FrameReader<Box<dyn BufRead>>) -> Result<Option<Frame>, ReadError> {
         match reader.next() {
             Some(Ok(frame)) => {
@@ -259,7 +263,7 @@ impl Reading {
     }
 }
 
-/// Writer of a format, with the surfaces beside a source.
+/// Writer of a format, with the surfaces beside the source.
 fn open(format: Format, target: &Target, source: Option<&Path>) -> Result<Box<dyn Writer>, ConvertError> {
     let file = || draft(target.partial()).map_err(ConvertError::write(target.partial()));
     Ok(match format {
@@ -276,7 +280,7 @@ fn open(format: Format, target: &Target, source: Option<&Path>) -> Result<Box<dy
     })
 }
 
-/// A piece of a trajectory in its own format. Velocities that the source does not have are written as zero.
+/// An extract of a trajectory in its own format. Velocities missing in the source are written as zero.
 struct Piece(Text);
 
 impl Writer for Piece {

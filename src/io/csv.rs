@@ -1,10 +1,11 @@
-//! A trajectory as one table: a line per particle and frame, for spreadsheets, pandas and R.
+//! A trajectory as a single table with a line per particle and frame, for spreadsheets, pandas and R.
 //!
-//! The columns are `frame` (place in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`, `vy`, `vz` and
-//! `radius`, then the periods travelled, `ix`, `iy`, `iz`, and the scalars, if the first frame has them; other frames have empty cells
-//! where they have none. Numbers have the fewest digits that read back as the same; velocities that the source does not have are empty
-//! cells. A species name with a comma or a quote is quoted (RFC 4180); one that a spreadsheet would take for a formula
-//! gets an apostrophe before it. Names of scenes are neither: they begin with a letter or a digit.
+//! The columns are `frame` (index in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`,
+//! `vy`, `vz` and `radius`, then the periods travelled, `ix`, `iy`, `iz`, and the scalars, if the first frame
+//! has them. Cells of missing values are empty. Numbers have the fewest digits that read back as the same. A
+//! species name with a comma or a quote is quoted (RFC 4180); one that a spreadsheet would interpret as a
+//! formula is preceded by an apostrophe. Names in scenes need neither, because they begin with a letter or a
+//! digit.
 
 use std::io::Write;
 
@@ -15,11 +16,11 @@ use crate::trajectory::Frame;
 
 const HEADER: &str = "frame,time,id,species,x,y,z,vx,vy,vz,radius";
 
-/// The table while it is written.
+/// The table being written.
 #[derive(Debug)]
 pub(super) struct Table {
     file: Draft,
-    /// Whether there are images, and the names of the scalars, once the header is written.
+    /// Whether there are images, and the names of the scalars; known once the header is written.
     columns: Option<(bool, Vec<String>)>,
 }
 

@@ -1,5 +1,5 @@
-//! Drafts: files beside the name that they get when they are complete. A draft is locked by the process that writes it, so that one of a
-//! process that was killed is recognised, and removed by the next command in its folder.
+//! Drafts: files under temporary names until they are complete. The process that writes a draft locks it. A
+//! draft of a killed process is therefore recognized and removed by the next command in its folder.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
@@ -10,11 +10,12 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use super::atomic::{Existing, folder_of, holds_same, publish};
 use super::plain;
 
-/// Begins and ends the name of a draft; between them stand the number of its process and its own, as in `.carom-4711-0.partial`.
+/// Beginning of the name of a draft, followed by the number of its process and its own number, as in
+/// `.carom-4711-0.partial`.
 const PREFIX: &str = ".carom-";
 const SUFFIX: &str = ".partial";
 
-/// A file beside the name that it gets when it is complete; until then it is removed when this is dropped.
+/// A file under a temporary name. It is removed when this is dropped, unless it has been published.
 pub(crate) struct UnnamedFile {
     temporary: TemporaryFile,
     target: PathBuf,
@@ -24,7 +25,7 @@ impl UnnamedFile {
     /// An empty file.
     ///
     /// # Errors
-    /// Those of the system.
+    /// System errors.
     pub fn beside(path: &Path) -> io::Result<(Self, File)> {
         // The target of a link is replaced, not the link.
         let target = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
@@ -33,15 +34,15 @@ impl UnnamedFile {
         Ok((Self { temporary, target }, file))
     }
 
-    /// Where it is for now.
+    /// Its temporary path.
     pub fn path(&self) -> &Path {
         &self.temporary.path
     }
 
-    /// Gives it its name. The same bytes again are no replacement.
+    /// Gives it its final name. Writing the same bytes again is not a replacement.
     ///
     /// # Errors
-    /// [`io::ErrorKind::AlreadyExists`] if there is another file that is to be kept; those of the system.
+    /// [`io::ErrorKind::AlreadyExists`] if another file exists and is to be kept; system errors.
     pub fn publish(self, existing: Existing) -> io::Result<()> {
         let Self { temporary, target } = self;
         if existing == Existing::Keep && target.exists() && holds_same(&target, &temporary.path)? {
@@ -51,10 +52,10 @@ impl UnnamedFile {
     }
 }
 
-/// A file without a name of its own yet; what is left of it is removed.
+/// A file without a final name. Remains of it are removed.
 struct TemporaryFile {
     path: PathBuf,
-    /// Locked until it is dropped, whoever writes to the file.
+    /// Locked until it is dropped, whichever process writes to the file.
     _lock: File,
 }
 
@@ -66,10 +67,10 @@ impl TemporaryFile {
             let number = COUNT.fetch_add(1, Ordering::Relaxed);
             let path = folder.join(format!("{PREFIX}{}-{number}{SUFFIX}", std::process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&path) {
-                // Another process may take it for abandoned before it is locked, and remove it.
+                // Another process may consider it abandoned before it is locked, and remove it.
                 Ok(file) if is_lost(&file) => {}
                 Ok(file) => return Ok((Self { path, _lock: file.try_clone()? }, file)),
-                // Left by a process of the same number that was killed.
+                // Left by a killed process of the same number.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
             }
@@ -83,13 +84,13 @@ impl Drop for TemporaryFile {
     }
 }
 
-/// Removes the drafts in a folder that no process has locked any more. Where the system has no locks, they stay.
+/// Removes the drafts in a folder that are no longer locked. On systems without locks, they stay.
 pub(crate) fn remove_abandoned(folder: &Path) {
     // If the folder cannot be read, the command itself reports it.
     for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_draft(&entry.file_name())) {
         let path = entry.path();
         let Ok(file) = plain::open(OpenOptions::new().write(true), &path) else { continue };
-        // Locked until it is gone: one that is just being made would take it for its own otherwise.
+        // Locked until it is removed. Otherwise a process that is just creating it would use it.
         if is_abandoned(&file) {
             let _ = fs::remove_file(path);
         }
@@ -103,13 +104,13 @@ pub(crate) fn is_draft(name: &OsStr) -> bool {
     inner.and_then(|inner| inner.split_once('-')).is_some_and(|(process, count)| is_number(process) && is_number(count))
 }
 
-/// Locks a new draft; whether another process has taken it for abandoned.
+/// Locks a new draft. Returns whether another process has removed it as abandoned.
 #[cfg(unix)]
 fn is_lost(file: &File) -> bool {
     matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) || !has_name(file)
 }
 
-/// Locks a draft, if no process writes it; it may have got its final name meanwhile.
+/// Locks a draft if no process is writing it. It may have got its final name meanwhile.
 #[cfg(unix)]
 fn is_abandoned(file: &File) -> bool {
     file.try_lock().is_ok() && has_name(file)
@@ -120,7 +121,7 @@ fn has_name(file: &File) -> bool {
     file.metadata().is_ok_and(|metadata| std::os::unix::fs::MetadataExt::nlink(&metadata) > 0)
 }
 
-/// Elsewhere a lock would keep ffmpeg out.
+/// On other systems, a lock would block ffmpeg.
 #[cfg(not(unix))]
 fn is_lost(_file: &File) -> bool {
     false

@@ -15,21 +15,21 @@ use crate::trajectory::extended_xyz::WriteError;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The folder holds something that is not a run.
+    /// The folder holds something other than a run.
     #[error("{} exists and holds something that is not a run of carom", .0.display())]
     Occupied(PathBuf),
-    /// The target is an input file, or holds one.
+    /// The target is an input file, or contains one.
     #[error("{} would take the place of {}, which is read", target.display(), input.display())]
     Input {
-        /// Path to be written.
+        /// Path of the output.
         target: PathBuf,
         /// Path of the input.
         input: PathBuf,
     },
-    /// A file stands where the folder should be.
+    /// A file exists at the path of the folder.
     #[error("{} is not a folder", .0.display())]
     NotFolder(PathBuf),
-    /// The folder cannot be read or made.
+    /// The folder cannot be read or created.
     #[error("cannot make the folder {}", path.display())]
     Folder {
         /// The folder.
@@ -37,7 +37,7 @@ pub enum OutputError {
         /// Why.
         source: io::Error,
     },
-    /// A file cannot be written: no permission, no space.
+    /// A file cannot be written: no permission, or no space.
     #[error("cannot write {}", path.display())]
     Write {
         /// The file.
@@ -56,7 +56,7 @@ pub enum OutputError {
     /// Another run writes to this folder.
     #[error("another run writes to {}", .0.display())]
     Busy(PathBuf),
-    /// The files of a run take more than they may.
+    /// The files of a run exceed the permitted size.
     #[error("the files in {} take {}, more than the {} that a run writes unasked", path.display(), size(*bytes), size(*most))]
     TooMuch {
         /// The folder.
@@ -69,10 +69,11 @@ pub enum OutputError {
     /// The folder holds a run that has ended.
     #[error("{} holds a run already", .0.display())]
     Finished(PathBuf),
-    /// The folder holds something under the name of one of Carom's files that Carom did not write.
+    /// A file not written by Carom has the name of one of Carom's files.
     #[error("{} exists and was not written by carom", .0.display())]
     Foreign(PathBuf),
-    /// Something else is under the name of one of Carom's files, such as a link: nothing is written through it.
+    /// Something other than a plain file has the name of one of Carom's files, such as a link. Nothing is
+    /// written through it.
     #[error("{} is {found}, expected {expected} of carom", path.display())]
     NotPlain {
         /// Its path.
@@ -82,30 +83,30 @@ pub enum OutputError {
         /// Expected kind, in words.
         expected: &'static str,
     },
-    /// The folder holds a run that was not finished, and can be.
+    /// The folder holds an unfinished run that can be resumed.
     #[error("{} holds a run that has not ended", .0.display())]
     Unfinished(PathBuf),
-    /// The folder holds a run, and one that was to replace it and has not come to a good end.
+    /// The folder holds a run, and an unfinished or unsound run that was to replace it.
     #[error("{} holds a run, and in it one that was to replace it and has not come to its end", .0.display())]
     Replacing(PathBuf),
-    /// Something else is where a run is written that replaces another one.
+    /// Something else is at the path of a run that replaces another one.
     #[error("{} is where the new run would be written, and holds something else", .0.display())]
     NotReplacement(PathBuf),
-    /// The folder is in that of a run.
+    /// The folder is inside the folder of a run.
     #[error("{} is within {}, the folder of a run", target.display(), run.display())]
     WithinRun {
         /// The folder.
         target: PathBuf,
-        /// That of the run.
+        /// The folder of that run.
         run: PathBuf,
     },
-    /// The trajectory cannot be converted into a format that the scene asks for.
+    /// The trajectory cannot be converted to a format that the scene requests.
     #[error(transparent)]
     Convert(#[from] ConvertError),
     /// The run cannot be resumed.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// The run began with other instruments of one's own.
+    /// The run began with other custom instruments.
     #[error(transparent)]
     Instrument(#[from] InstrumentError),
 }
@@ -150,10 +151,10 @@ impl OutputError {
     }
 }
 
-/// Cure of an error of a file that is written.
+/// Cure for an error of writing a file.
 pub(crate) fn cure_of(error: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
-    /// Numbers of errors on all systems of the Unix family: too many files are open, in the system or in the process.
+    /// Error numbers on all Unix systems: too many open files, in the system or in the process.
     const TOO_MANY_OPEN: [i32; 2] = [23, 24];
     match error.kind() {
         StorageFull | QuotaExceeded | FileTooLarge => {

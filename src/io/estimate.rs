@@ -1,4 +1,4 @@
-//! Estimates of what a run will write and need, before it is run.
+//! Estimates of the output and memory of a run before it starts.
 //!
 //! ```
 //! use carom::io::estimate::SizeEstimate;
@@ -26,53 +26,57 @@ use crate::model::{Format, Limit, Scene, SceneSurface, SurfaceShape};
 use crate::run::{FrameLimit, Settings, Stage};
 use crate::trajectory::extended_xyz;
 
-/// Largest number of rows if the run chooses the interval. The rows at the start and the end come on top.
+/// Largest number of rows if the run chooses the interval, besides those at the start and the end.
 const ROWS: f64 = 400.0;
 
 /// Bytes of a number with all its digits, in text.
 const DIGITS: f64 = 19.0;
 
-/// Bytes per particle of a checkpoint. For a moment there are three checkpoints.
+/// Bytes per particle of a checkpoint. At times, three checkpoints exist.
 const CHECKPOINT: f64 = 3.0 * 300.0;
 
-/// Bytes of an event in the log by columns, and in the table of contacts.
+/// Bytes of an event in the columnar log, and in the table of contacts.
 const LOGGED: f64 = 197.0;
 const CONTACT: f64 = 100.0;
 
-/// Memory of the program, and of a particle with its prediction and neighbours, which are most in dense systems `[bytes]`.
+/// Memory of the program, and of a particle with its prediction and neighbours, which are most numerous in
+/// dense systems `[bytes]`.
 const PROGRAM: f64 = 12e6;
 const PARTICLE: f64 = 250.0;
 
-/// Memory of a triangle of a curved mesh, with its edges and corners, the tree that finds them, and what `carom check` looks at `[bytes]`.
+/// Memory of a triangle of a curved mesh, with its edges and corners and the tree that finds them `[bytes]`:
+/// 0.97 GB were measured for a million triangles.
 const TRIANGLE: f64 = 1_000.0;
 
-/// Memory of a particle in the copy that looks ahead where instruments have to know how long a run will last `[bytes]`.
+/// Memory of a particle in the copy that looks ahead, if instruments need the duration of the run in advance
+/// `[bytes]`.
 const COPY: f64 = 250.0;
 
-/// Largest size of a run that is written without being asked twice `[bytes]`.
+/// Largest size of a run that is written without --force `[bytes]`.
 const MOST: f64 = 1e10;
 
 /// Estimated sizes of the output of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SizeEstimate {
-    /// Rows of `thermo.csv`; `None` where the scene does not determine it.
+    /// Rows of `thermo.csv`; `None` if the scene does not determine it.
     pub rows: Option<f64>,
-    /// Frames of `trajectory.xyz`; `None` where the scene does not determine it.
+    /// Frames of `trajectory.xyz`; `None` if the scene does not determine it.
     pub frames: Option<f64>,
-    /// Why there are no more frames, where that is because of what they would take on the disk.
+    /// Why there are no more frames, if their size on disk limits them.
     pub frames_limit: Option<&'static str>,
-    /// Events of all stages; `None` where the scene does not determine it.
+    /// Events of all stages; `None` if the scene does not determine it.
     pub events: Option<f64>,
     /// All files together `[bytes]`, within a factor of two.
     pub bytes: f64,
-    /// Whether `bytes` counts all files. If not, it is a lower bound.
+    /// Whether `bytes` counts all files. Otherwise it is a lower bound.
     pub is_complete: bool,
     /// Memory `[bytes]`, within a factor of two.
     pub memory: f64,
 }
 
 impl SizeEstimate {
-    /// For a scene. `rate` is the number of events per simulated time, where it is known `[1/time]`.
+    /// The estimate for a scene. `rate` is the number of events per simulated time, if it is known
+    /// `[1/time]`.
     #[must_use]
     pub fn of(scene: &Scene, rate: Option<f64>) -> Self {
         let (duration, measured) = lengths(&scene.run.limit, rate);
@@ -124,7 +128,7 @@ impl SizeEstimate {
     }
 }
 
-/// Triangles of all meshes.
+/// Number of triangles of all meshes.
 fn triangles(scene: &Scene) -> f64 {
     let of = |surface: &SceneSurface| match &surface.shape {
         SurfaceShape::Mesh(mesh) => mesh.triangles.len(),
@@ -133,7 +137,7 @@ fn triangles(scene: &Scene) -> f64 {
     scene.surfaces.iter().map(of).sum::<usize>() as f64
 }
 
-/// Whether nothing will ever happen: all is at rest, apart, and nothing outside acts on it.
+/// Whether nothing will ever happen: all particles are at rest and apart, and nothing outside acts on them.
 fn rests(scene: &Scene) -> bool {
     let plan = &scene.run;
     let is_pushed = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0) || scene.shear_rate.is_some();
@@ -150,13 +154,13 @@ fn earlier(scene: &Scene) -> impl Iterator<Item = (Stage, Settings)> + '_ {
     all.map(|stage| (stage, stage.settings(&scene.run)))
 }
 
-/// Rows of those stages; `None` where the scene does not determine it.
+/// Rows of those stages; `None` if the scene does not determine it.
 fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
     let simulated = earlier(scene).filter(|(_, settings)| settings.has_end());
     simulated.map(|(_, settings)| at_times(&settings, rate, scene.output.thermo_interval, ROWS)).sum()
 }
 
-/// Frames of those that are measured.
+/// Frames of the measured stages.
 fn earlier_frames(scene: &Scene, rate: Option<f64>, limit: FrameLimit) -> Option<f64> {
     let measured = earlier(scene).filter(|(stage, _)| stage.is_measured());
     let frames = |(stage, settings): (Stage, Settings)| {
@@ -165,7 +169,8 @@ fn earlier_frames(scene: &Scene, rate: Option<f64>, limit: FrameLimit) -> Option
     measured.map(frames).sum()
 }
 
-/// Number of rows or frames of a stage before the last measurement, at intervals given or chosen; `None` where the scene does not determine it.
+/// Number of rows or frames of a stage before the last measurement, at a given or chosen interval; `None` if
+/// the scene does not determine it.
 fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most: f64) -> Option<f64> {
     if settings.is_endless() {
         return None;
@@ -177,7 +182,8 @@ fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most:
     }
 }
 
-/// Simulated time and events until a limit, as far as is known: of two limits, the rate decides which one comes first.
+/// Simulated time and events until a limit, as far as known. If there are two limits, the rate decides which
+/// comes first.
 fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     let rate = rate.filter(|rate| *rate > 0.0);
     match (limit.time, limit.events.map(|events| events as f64), rate) {
@@ -188,10 +194,10 @@ fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     }
 }
 
-/// Bytes of a frame in all formats that the scene asks for.
+/// Bytes of a frame in all formats that the scene requests.
 fn frame_bytes(scene: &Scene) -> f64 {
     let text = extended_xyz::frame_bytes(scene);
-    // In binary a number takes 4 or 8 bytes in place of its digits.
+    // In binary formats, a number takes 4 or 8 bytes instead of its digits.
     let share = |format: &Format| match format {
         Format::Gsd => 0.3,
         Format::Npy => 0.5,
@@ -200,32 +206,33 @@ fn frame_bytes(scene: &Scene) -> f64 {
     text * (1.0 + scene.output.formats.iter().map(share).sum::<f64>())
 }
 
-/// Something would write more than it may without being asked twice.
+/// The expected output exceeds the size permitted without --force.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("would write some {}, and writes no more than {} unasked", size(*.bytes), size(*.most))]
 pub struct TooLarge {
-    /// Size that it would write `[bytes]`.
+    /// Expected size `[bytes]`.
     pub bytes: f64,
     /// Largest allowed size `[bytes]`.
     pub most: f64,
 }
 
-/// Largest size that may be written in a folder without being asked twice `[bytes]`, where `bytes` are expected to be.
+/// Checks the expected `bytes` and returns the largest size that may be written in a folder without --force
+/// `[bytes]`.
 ///
 /// # Errors
-/// [`TooLarge`] if they are more than that.
+/// [`TooLarge`] if `bytes` exceeds it.
 pub fn allowed(bytes: f64, folder: &Path) -> Result<f64, TooLarge> {
     let most = allowance(free_disk(folder));
     if bytes <= most { Ok(most) } else { Err(TooLarge { bytes, most }) }
 }
 
-/// Largest size of a run that is written without being asked twice: 10 GB, or a tenth of the free space on the disk `[bytes]`.
+/// Largest size of a run without --force: 10 GB, or a tenth of the free space on the disk `[bytes]`.
 #[must_use]
 pub fn allowance(free: Option<f64>) -> f64 {
     free.map_or(MOST, |free| (0.1 * free).min(MOST))
 }
 
-/// Free space on the disk of a folder that may be yet to be made `[bytes]`; `None` where the system does not report it.
+/// Free disk space for a folder that may not exist yet `[bytes]`; `None` if the system does not report it.
 #[cfg(target_os = "linux")]
 #[must_use]
 pub fn free_disk(folder: &Path) -> Option<f64> {
@@ -236,14 +243,14 @@ pub fn free_disk(folder: &Path) -> Option<f64> {
     let there = folder.ancestors().find(|folder| folder.exists())?;
     let path = CString::new(there.as_os_str().as_bytes()).ok()?;
     let mut status = std::mem::MaybeUninit::<libc::statvfs>::zeroed();
-    // SAFETY: the path ends with 0, and there is room for what the call writes.
+    // SAFETY: the path is null-terminated, and there is room for what the call writes.
     let result = unsafe { libc::statvfs(path.as_ptr(), status.as_mut_ptr()) };
-    // SAFETY: zeros are a valid value, and the call has written another one.
+    // SAFETY: zeros are a valid value, which the call has overwritten.
     let status = unsafe { status.assume_init() };
     (result == 0).then_some(status.f_bavail as f64 * status.f_frsize as f64)
 }
 
-/// Free space on the disk of a folder; not known on this system.
+/// Free disk space for a folder; unknown on this system.
 #[cfg(not(target_os = "linux"))]
 #[must_use]
 pub fn free_disk(_folder: &Path) -> Option<f64> {

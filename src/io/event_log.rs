@@ -1,14 +1,15 @@
-//! The log of all events, exact and by columns: NumPy arrays in the folder `events`, one entry per event in the order of time.
+//! The log of all events, exact and in columns: NumPy arrays in the folder `events`, one entry per event in
+//! order of time.
 //!
 //! | file | kind | content |
 //! |---|---|---|
 //! | `time.npy` | `f64` | simulated time |
 //! | `kind.npy` | `u8` | 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 walls -x, +x, -y, +y, -z, +z, 10 thermostat |
 //! | `particle.npy` | `u32` | id |
-//! | `partner.npy` | `i64` | id; -1 where there is none |
-//! | `positions.npy` | `f64` x 2 x 3 | of particle and partner, within the box; 0 for no partner |
-//! | `velocities_before.npy`, `velocities_after.npy` | `f64` x 2 x 3 | of the same |
-//! | `energy_step.npy` | `f64` | potential energy gained; of a thermostat, the kinetic energy that it gave |
+//! | `partner.npy` | `i64` | id; -1 if there is none |
+//! | `positions.npy` | `f64` x 2 x 3 | positions of particle and partner, inside the box; 0 without a partner |
+//! | `velocities_before.npy`, `velocities_after.npy` | `f64` x 2 x 3 | their velocities |
+//! | `energy_step.npy` | `f64` | potential energy gained; for a thermostat, the kinetic energy that it supplied |
 //! | `dissipated.npy` | `f64` | kinetic energy lost to restitution |
 //!
 //! Numbers are little-endian and have all the digits of the run: 197 bytes per event.
@@ -27,7 +28,7 @@ use crate::run::checkpoint::{CheckpointError, Manifest, ManifestEntry};
 /// The folder of the columns.
 pub(super) const FOLDER: &str = "events";
 
-/// Name, kind as NumPy writes it, shape of an entry, and bytes per entry.
+/// Name, NumPy type, shape of an entry, and bytes per entry.
 type Kind = (&'static str, &'static str, &'static [usize], u64);
 
 const COLUMNS: [Kind; 9] = [
@@ -42,14 +43,14 @@ const COLUMNS: [Kind; 9] = [
     ("dissipated.npy", "<f8", &[], 8),
 ];
 
-/// Entries that are gathered in memory before they go to the files: some hundred pages of the widest columns.
+/// Number of entries buffered in memory: some hundred pages of the widest columns.
 const GATHERED: usize = 4096;
 
-/// The columns while they are written.
+/// The columns being written.
 #[derive(Debug)]
 pub(super) struct EventLog {
     columns: Vec<PartialFile>,
-    /// The entries that are not in the files yet, column by column.
+    /// The buffered entries, column by column.
     gathered: [Vec<u8>; COLUMNS.len()],
 }
 
@@ -98,7 +99,7 @@ impl EventLog {
         if kind.len() < GATHERED { Ok(()) } else { self.hand_on() }
     }
 
-    /// Hands what is gathered to the files.
+    /// Writes the buffered entries to the files.
     fn hand_on(&mut self) -> Result<(), OutputError> {
         for (column, entries) in self.columns.iter_mut().zip(&mut self.gathered) {
             column.write_bytes(entries)?;
@@ -107,19 +108,19 @@ impl EventLog {
         Ok(())
     }
 
-    /// Length of all columns together `[bytes]`.
+    /// Total size of the columns `[bytes]`.
     pub fn length(&self) -> u64 {
         let gathered = self.gathered.iter().map(|entries| entries.len() as u64);
         self.columns.iter().map(PartialFile::length).chain(gathered).sum()
     }
 
-    /// Makes what was written so far safe on the disk.
+    /// Syncs everything written so far to disk.
     pub fn keep(&mut self, run: &Path) -> Result<Vec<ManifestEntry>, OutputError> {
         self.hand_on()?;
         self.columns.iter_mut().map(|column| column.keep(run)).collect()
     }
 
-    /// The columns with their numbers of entries.
+    /// The columns with their final numbers of entries.
     pub fn finish(mut self) -> Result<Vec<PartialFile>, OutputError> {
         self.hand_on()?;
         for (column, (_, kind, shape, size)) in self.columns.iter_mut().zip(&COLUMNS) {
@@ -130,7 +131,7 @@ impl EventLog {
     }
 }
 
-/// Two vectors as the file has them.
+/// Two vectors in the file's byte order.
 fn bytes(vectors: &[Vector; 2]) -> [u8; 48] {
     let mut bytes = [0; 48];
     for (to, x) in bytes.chunks_exact_mut(8).zip(vectors.iter().flatten()) {

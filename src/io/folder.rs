@@ -40,34 +40,35 @@ use crate::model::Scene;
 use crate::run::checkpoint::{Content, Manifest};
 use crate::run::{Recorder, RunState, Stage};
 
-/// The last file of a run: where it is, the others are complete and belong to it.
+/// The last file of a run. If it exists, the others are complete and belong to it.
 pub(super) const SUMMARY: &str = "summary.json";
-/// The summary of a run that goes on, until it has a new one.
+/// The old summary of a run that continues, until there is a new one.
 pub(super) const SUMMARY_BEFORE: &str = "summary.json.before";
 /// The scene as it was run.
 pub(super) const SCENE: &str = "scene.toml";
-/// The particles that a program has given the scene, which names this file then.
+/// The particles that a program has given to the scene, which then refers to this file.
 pub(super) const PARTICLES: &str = "particles.xyz";
 pub(super) const THERMO: &str = "thermo.csv";
 pub(super) const TRAJECTORY: &str = "trajectory.xyz";
 pub(super) const CONTACTS: &str = "contacts.csv";
 pub(super) const REPORT: &str = "report.txt";
-/// The page about a run, which is no longer true when the run has gone on.
+/// The page about a run, which is outdated when the run has continued.
 pub(super) const PAGE: &str = "report.html";
-/// The page of a run that the page of its sweep links to.
+/// The page of a run that its sweep's page links to.
 pub(crate) const SMALL_PAGE: &str = "run.html";
 pub(super) const PICTURE: &str = "picture.png";
 
-/// Time between two flushes of a table, so that it can be viewed while it is written.
+/// Interval of flushes of a table, so that it can be viewed while it is written.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 
 /// The folder of a run: a recorder that writes rows, frames, checkpoints and results.
 ///
-/// Files are written beside their final names, as `thermo.csv.partial`, and take those when all are complete, `summary.json` last; the surfaces of the scene
-/// are complete from the start, in `surfaces/`. A run that
-/// replaces another one is written in the folder `replacement` within the other's, which stays as it is until the new one is complete and
-/// sound; one that is not stays there. Checkpoints are written now and then; from the last one, [`Folder::resume`] goes on. The file `.carom` lists what Carom wrote: nothing else is ever
-/// replaced or removed. It is locked while a run writes.
+/// Files have temporary names, such as `thermo.csv.partial`, until all are complete; `summary.json` is
+/// written last. The surfaces of the scene, in `surfaces/`, are complete from the start. A run that replaces
+/// another one is written to the folder `replacement` inside the other's, which is unchanged until the new
+/// run is complete and sound. Otherwise the new run stays there. Checkpoints are written at intervals, and
+/// [`Folder::resume`] continues from the last one. The file `.carom` lists what Carom wrote. Nothing else is
+/// ever replaced or removed. It is locked while a run writes.
 ///
 /// ```
 /// use carom::io::{Existing, Folder};
@@ -85,19 +86,20 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// With the feature `view`, `carom::view::report::page(&target)` then makes the page of the run from these files, and `report::write` writes it. To go on:
-/// `let (mut folder, checkpoint) = Folder::resume(&target, None)?;` and [`Run::resume(checkpoint)`](crate::run::Run::resume) in place of `Run::new(scene)`.
+/// With the feature `view`, `carom::view::report::page(&target)` creates the page of the run from these
+/// files, and `report::write` writes it. To continue: `let (mut folder, checkpoint) = Folder::resume(&target,
+/// None)?;` and [`Run::resume(checkpoint)`](crate::run::Run::resume) instead of `Run::new(scene)`.
 #[derive(Debug)]
 pub struct Folder {
-    /// The first to be let go: what a thread writes is written before the locks are.
+    /// Dropped first: its thread finishes writing before the locks are released.
     trajectory: Trajectory,
-    /// The folder that was asked for.
+    /// The requested folder.
     target: PathBuf,
-    /// Where the files are until they are complete: the same, or within it.
+    /// The folder of the unfinished files: the same, or one inside it.
     path: PathBuf,
     /// The list of the files there.
     owned: Owned,
-    /// That of the run that is to be replaced.
+    /// The list of the run that is to be replaced.
     outer: Option<Owned>,
     /// Checksum of the scene, if its text is kept.
     scene: Option<u32>,
@@ -113,20 +115,23 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder for a new run, if there is none, it is empty, or [`Existing::Replace`] says that the run in it may be replaced.
+    /// Creates the folder for a new run. It must not exist or be empty, unless [`Existing::Replace`] permits
+    /// replacing the run in it.
     ///
     /// # Errors
-    /// [`OutputError::Occupied`] if the folder holds something else than a run, [`OutputError::Finished`], [`OutputError::Unfinished`] or
-    /// [`OutputError::Replacing`] if it holds a run that is to be kept, [`OutputError::WithinRun`] if it is in the folder of one,
-    /// [`OutputError::NotReplacement`] if something else is where a new run would be written, [`OutputError::Busy`] if another run writes to it, [`OutputError::NotFolder`] or
-    /// [`OutputError::Folder`] if there can be none, [`OutputError::Foreign`] if a file that is not Carom's has the name of one of its
-    /// files, [`OutputError::NotPlain`] if one of its files is a link or a folder, [`OutputError::Write`] if its files cannot be made.
+    /// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::Finished`],
+    /// [`OutputError::Unfinished`] or [`OutputError::Replacing`] if it holds a run to be kept,
+    /// [`OutputError::WithinRun`] if it is inside the folder of a run, [`OutputError::NotReplacement`] if
+    /// something else is at the path of the new run, [`OutputError::Busy`] if another run writes to it,
+    /// [`OutputError::NotFolder`] or [`OutputError::Folder`] if it cannot exist, [`OutputError::Foreign`] if
+    /// a file not written by Carom has the name of one of its files, [`OutputError::NotPlain`] if one of its
+    /// files is a link or a folder, [`OutputError::Write`] if its files cannot be created.
     pub fn create(target: &Path, scene: &Scene, existing: Existing) -> Result<Self, OutputError> {
         if let Some(run) = run_around(target) {
             return Err(OutputError::WithinRun { target: target.to_owned(), run });
         }
         remove_abandoned(target);
-        // Before anything is made there; a run that writes there is found out by its lock.
+        // Before anything is created. A run that writes there is detected by its lock.
         if let Err(error @ (OutputError::Occupied(_) | OutputError::NotFolder(_))) = spot(target, existing) {
             return Err(error);
         }
@@ -145,7 +150,7 @@ impl Folder {
             owned.set_replacement(Replacement::Begun)?;
             make(&path)?;
             let mut inner = Owned::lock(&path)?;
-            // Of one that was to replace the same run, and has not come to its end.
+            // Remains of an unfinished run that was to replace the same run.
             inner.remove_all()?;
             outer = Some(std::mem::replace(&mut owned, inner));
         }
@@ -171,21 +176,21 @@ impl Folder {
         })
     }
 
-    /// Writes a checkpoint so often, instead of every five minutes.
+    /// Writes a checkpoint at this interval, instead of every five minutes.
     #[must_use]
     pub fn checkpoint_every(mut self, interval: Duration) -> Self {
         self.checkpoints.interval = interval;
         self
     }
 
-    /// Interrupts the run, after a checkpoint, where its files take more `[bytes]`: [`Folder::excess`].
+    /// Interrupts the run, after a checkpoint, once its files exceed this size `[bytes]`: [`Folder::excess`].
     #[must_use]
     pub fn at_most(mut self, bytes: f64) -> Self {
         self.most_bytes = bytes;
         self
     }
 
-    /// Whether the files take more than they may, and how much.
+    /// The error if the files exceed the permitted size.
     #[must_use]
     pub fn excess(&self) -> Option<OutputError> {
         let tables = [&self.thermo].into_iter().chain(&self.contacts);
@@ -195,8 +200,8 @@ impl Folder {
         is_too_much.then(|| OutputError::TooMuch { path: self.path.clone(), bytes, most: self.most_bytes })
     }
 
-    /// Keeps the text of the scene as `scene.toml`, from which the run can be made again: [`Scene::record`] of a scene that was read from a file.
-    /// A scene that was made in code has no text; its page then says that there is none.
+    /// Keeps the text of the scene as `scene.toml`, from which the run can be repeated: [`Scene::record`] for
+    /// a scene read from a file. A scene made in code has no text, and its page says so.
     ///
     /// # Errors
     /// [`OutputError::Write`] if it cannot be written.
@@ -205,14 +210,16 @@ impl Folder {
         Ok(())
     }
 
-    /// Name, in the folder, of the file that [`Self::keep_particles`] makes.
+    /// Name of the file, in the folder, that [`Self::keep_particles`] writes.
     pub const PARTICLES: &str = PARTICLES;
 
-    /// Keeps the particles that a program has given the scene, as `particles.xyz`: the scene that [`Self::keep_scene`] keeps has the name and the
-    /// checksum of the file ([`KeptParticles::InFile`](crate::scene::KeptParticles)).
+    /// Keeps the particles that a program has given to the scene, as `particles.xyz`. The scene kept by
+    /// [`Self::keep_scene`] contains the name and the checksum of the file
+    /// ([`KeptParticles::InFile`](crate::scene::KeptParticles)).
     ///
     /// # Errors
-    /// [`OutputError::Foreign`] if such a file is there that Carom did not write, [`OutputError::Write`] if it cannot be written.
+    /// [`OutputError::Foreign`] if a file of this name exists that Carom did not write,
+    /// [`OutputError::Write`] if it cannot be written.
     pub fn keep_particles(&mut self, content: &[u8]) -> Result<(), OutputError> {
         let names = [PARTICLES.to_owned()];
         if let Some(outer) = &self.outer {
@@ -225,27 +232,28 @@ impl Folder {
         file.complete().map(drop)
     }
 
-    /// The state of the run in a folder, by its files.
+    /// The state of the run in a folder, from its files.
     ///
     /// # Errors
-    /// [`OutputError::Occupied`] if the folder holds something else than a run, [`OutputError::NotFolder`] or [`OutputError::Folder`] if it cannot be read.
+    /// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::NotFolder`]
+    /// or [`OutputError::Folder`] if it cannot be read.
     pub fn state_of(run: &Path) -> Result<FolderState, OutputError> {
         state_of(run)
     }
 
-    /// Where the scene of a run is kept, in the folder of the run.
+    /// Path of the scene in the folder of a run.
     #[must_use]
     pub fn scene_of(run: &Path) -> PathBuf {
         run.join(SCENE)
     }
 
-    /// Where the numbers of a run are, in the folder of the run: the last file that it writes.
+    /// Path of the summary in the folder of a run, the last file that it writes.
     #[must_use]
     pub fn summary_of(run: &Path) -> PathBuf {
         run.join(SUMMARY)
     }
 
-    /// The files of a run that other files are made from, whether they are there or not.
+    /// The files of a run that others are made from, whether they exist or not.
     #[must_use]
     pub fn files_of(run: &Path) -> Vec<PathBuf> {
         let names = [SUMMARY, SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];
@@ -254,7 +262,7 @@ impl Folder {
     }
 }
 
-/// The files that a run of a scene will write, besides its measurements.
+/// The files that a run of a scene will write, except its measurements.
 fn names_of(scene: &Scene) -> Vec<String> {
     let [last, previous] = checkpoints::NAMES;
     let mut names: Vec<String> =
@@ -268,7 +276,7 @@ fn names_of(scene: &Scene) -> Vec<String> {
     names
 }
 
-/// Removes a file that may not be there.
+/// Removes a file if it exists.
 pub(crate) fn remove(path: &Path) -> Result<(), OutputError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(OutputError::write(path)(error)),

@@ -1,20 +1,22 @@
-//! A trajectory as GSD 2.0 with the schema `hoomd` 1.4, as HOOMD-blue, OVITO and MDAnalysis read it.
+//! A trajectory in the format GSD 2.0 with the schema `hoomd` 1.4, for HOOMD-blue, OVITO and MDAnalysis.
 //!
 //! | chunk | content |
 //! |---|---|
-//! | `configuration/step` | the place of the frame in the trajectory, from 0; there are no steps in time |
-//! | `configuration/dimensions`, `configuration/box` | the edges and tilt factors, of which `xy = d / Ly` for a displacement `d` of the next image up; a box whose only flat axis is z has 2 dimensions and no extent along it, other flat axes get the largest diameter |
-//! | `particles/N`, `types`, `typeid`, `diameter`, `position`, `velocity` | in the order of ids; velocities only where the source has them |
-//! | `particles/mass` | where the source gives the mass of every species; 0 for static particles, whose mass is infinite |
-//! | `particles/image` | periods travelled, `i32`, for the positions of the file; only where the source has them |
-//! | `bonds/N`, `types`, `typeid`, `group` | the interactions that hold bonds, `bond` where their names are not known; the ends, as places in the order of ids |
+//! | `configuration/step` | index of the frame in the trajectory, from 0; there are no time steps |
+//! | `configuration/dimensions`, `configuration/box` | edges and tilt factors, with `xy = d / Ly` for a displacement `d` of the next image along y; a box whose only flat axis is z has 2 dimensions and no extent along it, other flat axes get the largest diameter |
+//! | `particles/N`, `types`, `typeid`, `diameter`, `position`, `velocity` | in the order of ids; velocities only if the source has them |
+//! | `particles/mass` | if the source contains the mass of every species; 0 for static particles, whose mass is infinite |
+//! | `particles/image` | periods travelled, `i32`, for the positions in the file; only if the source has them |
+//! | `bonds/N`, `types`, `typeid`, `group` | interactions of the bonds, `bond` if their names are unknown; the ends, as indices in the order of ids |
 //! | `log/carom/time` | simulated time, `f64` |
-//! | `log/particles/q6` and such | scalars of the particles, `f64` |
+//! | `log/particles/q6` and others | scalars of the particles, `f64` |
 //! | `log/carom/centre`, `log/carom/periodic` | centre of the box, `f64`, and whether each axis is periodic |
 //!
-//! Numbers are `f32` unless said otherwise. Boxes of HOOMD are centred on the origin: a position of the file is one of the run
-//! minus the centre; where the box is tilted also plus or minus a period along x, into it. They are also periodic along all axes: where the box of the run is not, particles may lie outside, and
-//! `log/carom/periodic` says. What is as in the first frame is not repeated.
+//! Numbers are `f32` unless noted otherwise. Boxes of HOOMD are centred at the origin: a position in the file
+//! is the position in the run minus the centre. If the box is tilted, a multiple of the period along x is
+//! added to put it inside. HOOMD's boxes are also periodic along all axes. If the box of the run is not,
+//! particles may lie outside, and `log/carom/periodic` tells. Data equal to those of the first frame are not
+//! repeated.
 //!
 //! Sources: GSD file layer, version 2, and schema `hoomd`, version 1.4, as documented at <https://gsd.readthedocs.io>.
 
@@ -30,13 +32,14 @@ use crate::base::numbers::{single, trunc_to_i32};
 use crate::trajectory::Frame;
 use chunks::{Chunks, Kind};
 
-/// The trajectory while it is written.
+/// The trajectory being written.
 #[derive(Debug)]
 pub(super) struct Trajectory {
     chunks: Chunks,
-    /// Chunks of the first frame: a later frame writes one again only if it differs.
+    /// Chunks of the first frame. A later frame repeats one only if it differs.
     first: Vec<(&'static str, Vec<u8>)>,
-    /// Whether any frame so far had velocities: without a chunk, those of the first frame would be read again.
+    /// Whether any frame so far had velocities. Without a chunk, readers would reuse those of the first
+    /// frame.
     has_velocities: bool,
     /// Whether any frame so far had images.
     has_images: bool,
@@ -47,7 +50,7 @@ impl Trajectory {
         Self { chunks: Chunks::new(file), first: Vec::new(), has_velocities: false, has_images: false }
     }
 
-    /// Writes a chunk unless the first frame has the same; zero rows are no chunk.
+    /// Writes a chunk unless the first frame has the same. Zero rows give no chunk.
     fn lasting(&mut self, name: &'static str, kind: Kind, columns: u32, bytes: Vec<u8>) -> Result<(), FrameError> {
         let first = self.first.iter().find(|(known, _)| *known == name);
         if first.is_some_and(|(_, first)| *first == bytes) {
@@ -153,8 +156,8 @@ impl Writer for Trajectory {
     }
 }
 
-/// A position relative to the centre, in the box as HOOMD has it, one that is tilted where its next image up is displaced; and by how
-/// many periods along x it is less than before.
+/// A position relative to the centre, inside HOOMD's box, which is tilted if the next image along y is
+/// displaced; and the number of periods along x that were subtracted.
 fn tilted(frame: &Frame, position: Vector) -> (Vector, f64) {
     if frame.displacement == 0.0 {
         return (position, 0.0);
@@ -164,7 +167,7 @@ fn tilted(frame: &Frame, position: Vector) -> (Vector, f64) {
     (Vector::new(position.x - periods * frame.size.x, position.y, position.z), periods)
 }
 
-/// The periods that a particle has travelled, with the whole number of those that it is moved back by.
+/// The periods that a particle has travelled, plus the integer number subtracted from its position.
 fn travelled(image: i32, periods: f64) -> Result<i32, FrameError> {
     let sum = f64::from(image) + periods;
     if !(f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&sum) {
@@ -173,7 +176,7 @@ fn travelled(image: i32, periods: f64) -> Result<i32, FrameError> {
     Ok(trunc_to_i32(sum))
 }
 
-/// GSD has no ids but the index in the file.
+/// GSD has no ids other than the index in the file.
 fn in_order_of_ids(frame: &Frame) -> Cow<'_, Frame> {
     if frame.particles.is_sorted_by_key(|particle| particle.id) {
         return Cow::Borrowed(frame);
@@ -208,7 +211,7 @@ fn singles<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<Vec<u8>, Fr
     Ok(bytes)
 }
 
-/// The names of types, each padded with at least one zero to the same width.
+/// The names of types, each padded with at least one zero to equal width.
 fn names_of_types(names: &[&str]) -> Result<(Vec<u8>, u32), FrameError> {
     let width = names.iter().map(|name| name.len()).max().unwrap_or(0) + 1;
     let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! Inputs stay as they are: neither replaced by outputs, nor changed between two parts of a run.
+//! Protection of inputs: they are neither replaced by outputs, nor changed between two parts of a run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
 use crate::scene::NamedInput;
 
-/// Refuses to write a file, or a folder, where a file would be lost that is read: one in that place, or in that folder.
+/// Rejects writing a file or a folder if an input would be lost: one at that path, or in that folder.
 ///
 /// # Errors
 /// [`OutputError::Input`] with the first of them.
@@ -26,15 +26,15 @@ pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Ite
     Ok(())
 }
 
-/// Refuses to write a file of Carom's own through a link, or where a folder is.
+/// Rejects writing one of Carom's own files through a link, or where a folder exists.
 ///
 /// # Errors
-/// [`OutputError::NotPlain`]. What is not there is fine.
+/// [`OutputError::NotPlain`]. A missing file is fine.
 pub fn refuse_link(path: &Path) -> Result<(), OutputError> {
     plain::refuse(path, false)
 }
 
-/// Input of a scene with the checksum that it has now; `None` where it cannot be read.
+/// An input of a scene with its present checksum; `None` if it cannot be read.
 pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
     match kind {
         NamedInput::File => Some(InputFile::new(path, &fs::read(path).ok()?)),
@@ -46,7 +46,8 @@ pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
     }
 }
 
-/// Refuses inputs of a run that are not what they were. One that is gone is not needed to go on, nor is a run that it started from.
+/// Rejects changed inputs of a run. A missing input is not needed to continue, nor is a run that it started
+/// from.
 pub(crate) fn refuse_changed(scene: &Scene) -> Result<(), CheckpointError> {
     let is_run = |input: &&InputFile| scene.predecessor().is_some_and(|run| run.checkpoint == **input);
     for input in scene.inputs().iter().filter(|input| !is_run(input)) {

@@ -17,23 +17,27 @@
 //! 0 1 ball 0.5 0.5 0 1 0 0 -2 0 0 0.5
 //! ```
 //!
-//! `TIMESTEP` is the place of the frame in the trajectory, from 0: there are no steps in time. `TIME` is the simulated time.
-//! Ids are those of every other output and count from 0, types from 1 in the order of the species; `element` is the name of
-//! the species; `ix iy iz` are the periods travelled, so that `x + ix Lx + iy xy`, `y + iy Ly`, `z + iz Lz` is the unwrapped position.
-//! Velocities and images that the source does not have are left out. Sides are `p` (periodic) or `f` (anything else). A flat
-//! axis gets the largest diameter, centred on the particles. Scalars of the particles follow in columns of their own. Numbers have the fewest digits that read back as the same.
+//! `TIMESTEP` is the index of the frame in the trajectory, from 0, because there are no time steps. `TIME` is
+//! the simulated time. Ids are those of every other output and count from 0, types count from 1 in the order
+//! of the species. `element` is the name of the species. `ix iy iz` are the periods travelled, so that `x +
+//! ix Lx + iy xy`, `y + iy Ly`, `z + iz Lz` is the unwrapped position. Velocities and images that the source
+//! does not have are left out. Sides are `p` (periodic) or `f` (anything else). A flat axis gets the largest
+//! diameter, centred on the particles. Scalars of the particles follow in further columns. Numbers have the
+//! fewest digits that read back as the same.
 //!
-//! A sheared box whose next image up is displaced has the bounds of its parallelepiped, with the displacement behind those along x as
-//! the tilt factor `xy`: `ITEM: BOX BOUNDS xy xz yz pp pp pp`. Positions are those of the run.
+//! A sheared box whose next image along y is displaced has the bounds of its parallelepiped, followed by the
+//! displacement as the tilt factor `xy`: `ITEM: BOX BOUNDS xy xz yz pp pp pp`. Positions are those of the
+//! run.
 //!
-//! ASE takes only chemical symbols as names, and MDAnalysis (2.11) no dump with `TIME`: for these there are extended XYZ and GSD.
+//! ASE accepts only chemical symbols as names, and MDAnalysis (2.11) rejects dumps with `TIME`. Use extended
+//! XYZ or GSD for these.
 
 use std::io::Write;
 
 use super::convert::{Draft, FrameError, Moment, Writer, finish};
 use super::number::Cell;
 
-/// The dump while it is written.
+/// The dump being written.
 #[derive(Debug)]
 pub(super) struct Dump {
     file: Draft,

@@ -1,5 +1,5 @@
-//! Results of the instruments of a run or an exchange, as files: `measurements.json`, and a table for each curve in the folder `measurements`, in a folder
-//! in it for those of a stage, or of a temperature.
+//! Results of the instruments of a run or an exchange, as files: `measurements.json`, and a table for each
+//! curve in the folder `measurements`. Stages and temperatures have subfolders.
 
 use std::fmt::Write;
 use std::fs;
@@ -15,28 +15,29 @@ use crate::analysis::instruments::{Curve, Measured};
 use crate::base::text;
 use crate::run::{Finished, MeasuredStage};
 
-/// Everything in one file.
+/// The file with everything.
 pub(crate) const FILE: &str = "measurements.json";
 /// The folder of the tables.
 pub(crate) const TABLES: &str = "measurements";
 
-/// Content of `measurements.json`: what the last measurement of a run has measured, and what its measured stages have; of an exchange, what was measured at each temperature.
+/// Content of `measurements.json`: the results of the last measurement of a run and of its measured stages;
+/// for an exchange, the results at each temperature.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Measurements {
     /// The last measurement.
     #[serde(flatten)]
     pub last: Measured,
-    /// The measured stages before it, if there are any; the temperatures of an exchange.
+    /// The earlier measured stages, if there are any; the temperatures of an exchange.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stages: Vec<StageMeasured>,
 }
 
-/// Results of a measured stage, or of a temperature.
+/// Results of a measured stage or of a temperature.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StageMeasured {
-    /// Its name in the scene; of the first temperature `temperature-1`, and so on.
+    /// Its name in the scene; `temperature-1` for the first temperature, and so on.
     pub name: String,
-    /// Results of the instruments in it.
+    /// Results of its instruments.
     #[serde(flatten)]
     pub measured: Measured,
 }
@@ -51,7 +52,7 @@ impl Measurements {
         Self { last: finished.measured.clone(), stages }
     }
 
-    /// Reads the file of a run; `None` where there is none, because the run has measured no more than its rows.
+    /// Reads the file of a run; `None` if it does not exist because the run had no instruments.
     ///
     /// # Errors
     /// If it cannot be read, or is damaged.
@@ -62,7 +63,7 @@ impl Measurements {
         }
     }
 
-    /// All curves, each with the name of its table.
+    /// All curves, each with the path of its table.
     fn curves(&self) -> impl Iterator<Item = (String, &Curve)> {
         let of_stage = |stage: &StageMeasured, curve: &Curve| format!("{TABLES}/{}/{}.csv", stage.name, curve.name);
         let last = self.last.curves.iter().map(|curve| (format!("{TABLES}/{}.csv", curve.name), curve));
@@ -73,7 +74,7 @@ impl Measurements {
         )
     }
 
-    /// Writes the files beside their names; none if nothing was measured.
+    /// Writes the files under temporary names; none if nothing was measured.
     pub(crate) fn prepare(&self, folder: &Path) -> Result<Vec<PartialFile>, OutputError> {
         if *self == Self::default() {
             return Ok(Vec::new());
@@ -100,13 +101,13 @@ impl Measurements {
     }
 }
 
-/// Whether a name is that of such a table.
+/// Whether a name is that of a table of measurements.
 pub(super) fn is_table(name: &str) -> bool {
     name.strip_prefix(TABLES).is_some_and(|rest| rest.starts_with('/'))
 }
 
-/// A curve as a table: its variables, and each quantity with its standard error; empty cells for insufficient data. The headings are identifiers, the units
-/// are in `measurements.json`.
+/// A curve as a table: its variables, and each quantity with its standard error. Cells of missing data are
+/// empty. The headings are identifiers, and the units are in `measurements.json`.
 fn table(curve: &Curve) -> String {
     let mut text = String::new();
     let heads = curve.variables.iter().map(|variable| variable.name.clone());

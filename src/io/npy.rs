@@ -6,18 +6,19 @@
 //! | `positions.npy`, `velocities.npy` | frames x N x 3 | no velocities if the source has none |
 //! | `images.npy` | frames x N x 3 | periods travelled, `i32`; no file if the source has none |
 //! | `box.npy` | frames x 2 x 3 | lower corner and edges; an edge is 0 along flat axes |
-//! | `displacements.npy` | frames | of the next image of the box up along y, along x; 0 in a box at rest |
+//! | `displacements.npy` | frames | displacement along x of the next image of the box along y; 0 in a box at rest |
 //! | `periodic.npy` | 3 | whether each axis is periodic |
 //! | `ids.npy`, `radius.npy` | N | |
 //! | `species.npy` | N | index into the two below |
 //! | `species_names.npy`, `species_static.npy` | species | name, and whether it never moves |
-//! | `species_mass.npy` | species | infinite for those that never move; no file if one is not known |
-//! | `q6.npy` and such | frames x N | scalars of the particles |
+//! | `species_mass.npy` | species | infinite for static species; no file if one is unknown |
+//! | `q6.npy` and others | frames x N | scalars of the particles |
 //! | `bonds.npy` | bonds x 2 | the ids of the ends; no file if there are none |
-//! | `bond_names.npy`, `bond_kinds.npy` | interactions, bonds | the names of the interactions that hold bonds, and an index into them |
+//! | `bond_names.npy`, `bond_kinds.npy` | interactions, bonds | the names of the bonds' interactions, and an index into them |
 //!
-//! A position plus its image times the edges of the box, and in a sheared box plus its image along y times the displacement along x, is
-//! where the particle would be if it had never been wrapped. Numbers are `f64`, ids and indices `u32`, little-endian. Every frame must have the same particles in the same order.
+//! The unwrapped position is the position plus the image times the edges of the box; in a sheared box, also
+//! plus the image along y times the displacement along x. Numbers are `f64`, ids and indices `u32`,
+//! little-endian. Every frame must have the same particles in the same order.
 
 pub(super) mod array;
 #[cfg(test)]
@@ -30,14 +31,14 @@ use crate::analysis::instruments::Scalar;
 use crate::trajectory::Frame;
 use array::Array;
 
-/// The folder while it is written.
+/// The folder being written.
 #[derive(Debug)]
 pub(super) struct Arrays {
     folder: PathBuf,
     growing: Option<Growing>,
 }
 
-/// Arrays that grow with every frame, and the first frame, which all others must resemble.
+/// Arrays that grow with every frame, and the first frame, with which all others must agree.
 #[derive(Debug)]
 struct Growing {
     first: Frame,
@@ -55,7 +56,7 @@ impl Arrays {
         Self { folder: folder.to_owned(), growing: None }
     }
 
-    /// Writes what all frames share.
+    /// Writes the data common to all frames.
     fn start(&self, frame: &Frame, has_velocities: bool) -> Result<Growing, FrameError> {
         let file = |name: &str| self.folder.join(name);
         let all = &frame.particles;

@@ -4,8 +4,8 @@ use std::fmt;
 
 use crate::base::shortest::Shortest;
 
-/// The fewest digits that read back as the same number, with an exponent where there would be many zeros; nothing for
-/// what is not known.
+/// The fewest digits that read back as the same number, with an exponent instead of many zeros; empty for a
+/// missing value.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cell(pub Option<f64>);
 
@@ -18,12 +18,13 @@ impl fmt::Display for Cell {
     }
 }
 
-/// A word of a table, in quotes where a comma, a quote or the end of a line stands in it.
+/// A word of a table, in quotes if it contains a comma, a quote or a line end.
 pub(crate) fn quoted(word: &str) -> String {
     if word.contains([',', '"', '\n']) { format!("\"{}\"", word.replace('"', "\"\"")) } else { word.to_owned() }
 }
 
-/// A text as a cell: one that a spreadsheet would take for a formula gets an apostrophe before it. Numbers stay as they are.
+/// A text as a cell. If a spreadsheet would interpret it as a formula, it is preceded by an apostrophe.
+/// Numbers are unchanged.
 pub(crate) fn text_cell(word: &str) -> String {
     let is_formula = word.starts_with(['=', '+', '-', '@', '\t', '\r']) && word.parse::<f64>().is_err();
     if is_formula { quoted(&format!("'{word}")) } else { quoted(word) }

@@ -1,4 +1,4 @@
-//! Content of a folder before a run writes there: nothing, a run that has ended or not, or something else.
+//! Content of a folder before a run writes to it: nothing, a finished or unfinished run, or something else.
 
 use std::fs;
 use std::io;
@@ -15,7 +15,7 @@ use super::{checkpoints, replacement};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FolderState {
-    /// Nothing, or what a run left that was killed before its first checkpoint.
+    /// Nothing, or remains of a run that was killed before its first checkpoint.
     Nothing,
     /// A run that can be resumed.
     Unfinished,
@@ -23,13 +23,14 @@ pub enum FolderState {
     Finished,
 }
 
-/// The folder in which a new run writes its files until they are complete: the one that was asked for, or one within it while
-/// the run there is to be replaced.
+/// The folder in which a new run writes its files until they are complete: the requested one, or one inside
+/// it while the run there is to be replaced.
 ///
 /// # Errors
-/// [`OutputError::Occupied`] if it holds something else, [`OutputError::Finished`], [`OutputError::Unfinished`] or [`OutputError::Replacing`] if
-/// it holds a run that is to be kept, [`OutputError::NotReplacement`] if something else is where the new one would be written,
-/// [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none.
+/// [`OutputError::Occupied`] if it holds something else, [`OutputError::Finished`],
+/// [`OutputError::Unfinished`] or [`OutputError::Replacing`] if it holds a run to be kept,
+/// [`OutputError::NotReplacement`] if something else is at the path of the new run,
+/// [`OutputError::NotFolder`] or [`OutputError::Folder`] if it cannot exist.
 pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputError> {
     match (state_of(path)?, existing) {
         (FolderState::Nothing, _) => Ok(path.to_owned()),
@@ -38,7 +39,7 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
         (FolderState::Unfinished, Existing::Keep) => Err(OutputError::Unfinished(path.to_owned())),
         (_, Existing::Replace) => {
             let inner = replacement::within(path);
-            // Files that the list of the run does not name do not belong to it.
+            // Files that are not on the run's list do not belong to it.
             let is_known = owned::replacement_of(path) != Replacement::None;
             if !is_known && (inner.is_symlink() || !matches!(state_of(&inner), Ok(FolderState::Nothing))) {
                 return Err(OutputError::NotReplacement(inner));
@@ -48,26 +49,27 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
     }
 }
 
-/// The folder of the run that was begun last: this one, or the one within it that was to replace it.
+/// The folder of the latest run: this one, or the one inside it that was to replace it.
 pub(super) fn active(path: &Path) -> PathBuf {
     let inner = replacement::within(path);
     let is_known = owned::replacement_of(path) != Replacement::None;
     if is_known && is_run(&inner) && checkpoints::has_any(&inner) { inner } else { path.to_owned() }
 }
 
-/// The run in whose folder a folder is, or would be.
+/// The run whose folder contains a path, existing or not.
 pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     let path = std::path::absolute(path).ok()?;
-    // By the names that links stand for, as far as there are any.
+    // With links resolved, as far as the path exists.
     let (depth, real) =
         path.ancestors().enumerate().find_map(|(depth, it)| Some((depth, fs::canonicalize(it).ok()?)))?;
     real.ancestors().skip(usize::from(depth == 0)).find(|folder| is_run(folder)).map(Path::to_owned)
 }
 
-/// The state of the run in a folder; it has ended, whether it has or not, where one that is to replace it can be resumed.
+/// The state of the run in a folder. It counts as unfinished if a run that is to replace it can be resumed.
 ///
 /// # Errors
-/// [`OutputError::Occupied`] if it holds something else, [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none.
+/// [`OutputError::Occupied`] if it holds something else, [`OutputError::NotFolder`] or
+/// [`OutputError::Folder`] if it cannot exist.
 pub(super) fn state_of(path: &Path) -> Result<FolderState, OutputError> {
     let folder_error = |source| OutputError::Folder { path: path.to_owned(), source };
     match fs::metadata(path) {

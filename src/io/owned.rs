@@ -1,5 +1,6 @@
-//! List of all files that Carom wrote in the folder of a run: by this list a run is known, and nothing else in its folder is replaced or removed. It
-//! also notes how far a run has come that is to replace this one: no other folder is ever taken for such a run.
+//! List of all files that Carom wrote in the folder of a run. The list identifies a run, and nothing else in
+//! its folder is replaced or removed. It also records the progress of a run that is to replace this one, so
+//! that no other folder is mistaken for such a run.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -17,13 +18,13 @@ use crate::base::durability;
 use crate::model::Format;
 use crate::run::checkpoint::Checkpoint;
 
-/// The list, in the folder. It is locked as long as a run writes there.
+/// The list, in the folder. It is locked while a run writes to the folder.
 pub(super) const FILE: &str = ".carom";
 
 /// Its first line.
 const HEADER: &str = "carom lists here what it wrote in this folder; nothing else will be replaced or removed\n";
 
-/// Begins a line that says how far a run has come that is to replace this one.
+/// Beginning of a line with the progress of a run that is to replace this one.
 const REPLACEMENT: &str = "replacement ";
 
 /// Progress of a run that is to replace the one in a folder.
@@ -34,7 +35,7 @@ pub(super) enum Replacement {
     None,
     /// It has been begun.
     Begun,
-    /// It is complete, and takes the place of the other one.
+    /// It is complete, and is taking the place of the old run.
     Complete,
 }
 
@@ -51,7 +52,7 @@ impl Replacement {
     }
 }
 
-/// Names of files in the folder of a run; of folders with all files of a format, with `/` at the end.
+/// Names of files in the folder of a run, and of folders with all files of a format, with a trailing `/`.
 #[derive(Debug)]
 pub(super) struct Owned {
     folder: PathBuf,
@@ -60,35 +61,36 @@ pub(super) struct Owned {
     replacement: Replacement,
 }
 
-/// Whether a folder is that of a run: by its list, or by a checkpoint where the list was left behind.
+/// Whether a folder belongs to a run: by its list, or by a checkpoint if the list is missing.
 pub(super) fn is_run(folder: &Path) -> bool {
     let start = plain::read(&folder.join(FILE), HEADER.len() as u64);
     let has_list = start.is_ok_and(|bytes| bytes == HEADER.as_bytes());
     has_list || Checkpoint::is_one(&checkpoints::newest(folder))
 }
 
-/// Progress of a run that is to replace the one in a folder, from the list of files of the old one.
+/// Progress of a run that is to replace the one in a folder, from the old run's list.
 pub(super) fn replacement_of(folder: &Path) -> Replacement {
     read(folder).map(|list| list.replacement).unwrap_or_default()
 }
 
-/// The formats of other programs that a run was asked for its trajectory in, or that it was converted to.
+/// The formats of other programs requested for a run's trajectory, or to which it was converted.
 pub(super) fn listed_formats(folder: &Path) -> Vec<Format> {
     let names = read(folder).map(|list| list.names).unwrap_or_default();
     Format::ALL.into_iter().filter(|format| names.contains(&format.listed())).collect()
 }
 
-/// Whether a list is all that a run has made that was killed while it began.
+/// Whether a list is all that remains of a run killed at its beginning.
 pub(super) fn is_begun(list: &Path) -> bool {
     plain::read(list, HEADER.len() as u64 + 1).is_ok_and(|bytes| HEADER.as_bytes().starts_with(&bytes))
 }
 
 impl Owned {
-    /// Takes a folder for a run, empty or that of a run; no other program may until this is dropped.
+    /// Takes possession of a folder, which must be empty or belong to a run, until this is dropped.
     ///
     /// # Errors
-    /// [`OutputError::Busy`] if another run writes there; [`OutputError::NotPlain`] if a link, or anything else that is no plain file, is
-    /// under the name of one of its files, and [`OutputError::Foreign`] if its list is none: nothing is changed then.
+    /// [`OutputError::Busy`] if another run writes to it; [`OutputError::NotPlain`] if a link, or anything
+    /// else than a plain file, has the name of one of its files, and [`OutputError::Foreign`] if its list is
+    /// not one. Nothing is changed then.
     pub fn lock(folder: &Path) -> Result<Self, OutputError> {
         let path = folder.join(FILE);
         let is_run = is_run(folder);
@@ -108,7 +110,7 @@ impl Owned {
             owned.file.set_len(whole as u64).map_err(OutputError::write(&path))?;
         }
         if whole == 0 {
-            // Of a run whose list is lost, or of none yet.
+            // For a run whose list is lost, or a new run.
             owned.append(HEADER)?;
             owned.list(&lost)?;
         }
@@ -123,7 +125,7 @@ impl Owned {
         self.replacement
     }
 
-    /// Notes how far a run has come that is to replace this one.
+    /// Records the progress of a run that is to replace this one.
     pub fn set_replacement(&mut self, state: Replacement) -> Result<(), OutputError> {
         if self.replacement != state {
             self.append(&format!("{REPLACEMENT}{}\n", state.word()))?;
@@ -132,19 +134,20 @@ impl Owned {
         Ok(())
     }
 
-    /// Puts names on the list, before their files are made.
+    /// Adds names to the list, before their files are created.
     ///
     /// # Errors
-    /// [`OutputError::Foreign`] if there is something under such a name that Carom did not write.
+    /// [`OutputError::Foreign`] if something not written by Carom has one of the names.
     pub fn claim(&mut self, names: &[String]) -> Result<(), OutputError> {
         self.allow(names)?;
         self.list(names)
     }
 
-    /// Whether there is nothing under some names that Carom did not write; nor in the folders among them.
+    /// Checks that nothing foreign has one of the names, and that the folders among them contain nothing
+    /// foreign.
     ///
     /// # Errors
-    /// [`OutputError::Foreign`] if there is.
+    /// [`OutputError::Foreign`] otherwise.
     pub fn allow(&self, names: &[String]) -> Result<(), OutputError> {
         for name in names {
             plain::refuse_links_to(&self.folder, name)?;
@@ -172,7 +175,7 @@ impl Owned {
         Ok(())
     }
 
-    /// Removes files that Carom wrote, also what there is of them before they are complete, and takes them off the list.
+    /// Removes files that Carom wrote, including unfinished ones, and removes their names from the list.
     pub fn remove(&mut self, names: &[String]) -> Result<(), OutputError> {
         for name in names {
             let path = self.folder.join(name.trim_end_matches('/'));
@@ -182,7 +185,7 @@ impl Owned {
                 remove(&path)?;
             }
             self.remove_partial(name)?;
-            // A folder that is empty now has no use.
+            // A folder that is now empty is removed too.
             if let Some(parent) = path.parent().filter(|parent| *parent != self.folder) {
                 let _ = fs::remove_dir(parent);
             }
@@ -198,7 +201,7 @@ impl Owned {
         self.remove(&names)
     }
 
-    /// Removes what there is of a file, or of a folder, before it is complete.
+    /// Removes an unfinished file or folder, if it exists.
     pub fn remove_partial(&self, name: &str) -> Result<(), OutputError> {
         let partial = partial_of(&self.folder.join(name.trim_end_matches('/')));
         if name.ends_with('/') { convert::remove_converted(&partial) } else { remove(&partial) }
@@ -210,18 +213,18 @@ impl Owned {
     }
 }
 
-/// Files that commands write beside those of a run unless another path is given.
+/// Files that commands write beside those of a run by default.
 const ABOUT: [&str; 3] = [PAGE, SMALL_PAGE, PICTURE];
 
-/// Notes that Carom has written a page or an image in the folder of a run, or has converted its trajectory, under the default
-/// name: a run that replaces this one removes it.
+/// Records that Carom has written a page or an image to the folder of a run, or has converted its trajectory,
+/// under the default name. A run that replaces this one then removes it.
 pub(crate) fn note(path: &Path) {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else { return };
     let conversions = Format::ALL.map(Format::listed);
     let is_it = |listed: &&str| listed.trim_end_matches('/') == name;
     let Some(listed) = ABOUT.into_iter().chain(conversions.iter().map(String::as_str)).find(is_it) else { return };
     if read(folder).is_some_and(|list| !list.names.contains(listed)) {
-        // Without the note the file only outlives the run.
+        // Without the record, the file merely outlives the run.
         if let Ok(mut file) = plain::open(OpenOptions::new().append(true), &folder.join(FILE)) {
             let _ = file.write_all(format!("+ {listed}\n").as_bytes());
         }
@@ -231,13 +234,14 @@ pub(crate) fn note(path: &Path) {
 /// Content of a list.
 #[derive(Debug, Default)]
 struct List {
-    /// The names that were added and not taken off.
+    /// The names that were added and not removed.
     names: BTreeSet<String>,
     replacement: Replacement,
 }
 
 impl List {
-    /// The list in a file that is one, and how many bytes of it are whole lines: a last line that was cut off is none.
+    /// The list in a file, and the number of bytes of complete lines; a truncated last line is ignored.
+    /// `None` if the file is not a list.
     fn of(text: &[u8]) -> Option<(Self, usize)> {
         let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
         let lines = text[..whole].strip_prefix(HEADER.as_bytes())?;
@@ -261,7 +265,7 @@ fn read(folder: &Path) -> Option<List> {
     List::of(&text).map(|(list, _)| list)
 }
 
-/// The files in the folder of a run whose list is lost that every run writes.
+/// The files that every run writes, for a folder whose list is lost.
 fn known_in(folder: &Path) -> Vec<String> {
     let known = [SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, SUMMARY, measurements::FILE];
     let known = known.into_iter().chain(checkpoints::NAMES).map(str::to_owned);
@@ -269,7 +273,7 @@ fn known_in(folder: &Path) -> Vec<String> {
     known.filter(|name| is_there(folder.join(name)) || is_there(partial_of(&folder.join(name)))).collect()
 }
 
-/// Whether a name leads to somewhere in the folder.
+/// Whether a name stays inside the folder.
 fn is_inside(name: &str) -> bool {
     let mut parts = Path::new(name).components();
     !name.is_empty() && parts.all(|part| matches!(part, Component::Normal(_)))
@@ -291,7 +295,7 @@ mod tests {
         assert!(matches!(owned.claim(&names(&["c", "mine"])), Err(OutputError::Foreign(_))));
         owned.remove(&names(&["b"])).unwrap();
         drop(owned);
-        // A torn line, as after a power cut.
+        // A truncated line, as after a power failure.
         OpenOptions::new().append(true).open(folder.path().join(FILE)).unwrap().write_all(b"+ mi").unwrap();
         let owned = Owned::lock(folder.path()).unwrap();
         assert_eq!(owned.names().iter().collect::<Vec<_>>(), ["a"]);

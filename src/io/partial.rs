@@ -1,4 +1,4 @@
-//! Files that get their name when they are complete.
+//! Files that get their final names once they are complete.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
@@ -9,18 +9,18 @@ use super::plain;
 use crate::base::durability;
 use crate::run::checkpoint::{Checked, CheckpointError, ManifestEntry};
 
-/// Ends the name of a file that is not complete.
+/// Suffix of the name of an unfinished file.
 const SUFFIX: &str = ".partial";
 
-/// A file that is written under a name of its own, and takes its final name at the end.
+/// A file with a temporary name until it is complete.
 ///
-/// Its checksum is taken as its pieces go to the operating system, so that a checkpoint reads nothing again.
+/// Its checksum is computed while it is written, so that a checkpoint does not have to read it again.
 #[derive(Debug)]
 pub(crate) struct PartialFile {
     path: PathBuf,
     partial: PathBuf,
     file: BufWriter<Checked<File>>,
-    /// Bytes at the start that are replaced at the end and are not checked.
+    /// Number of bytes at the start that are replaced at the end and are not checked.
     head: u64,
 }
 
@@ -32,20 +32,20 @@ impl PartialFile {
         Ok(Self { path, partial, file: buffered(Checked::new(file)), head: 0 })
     }
 
-    /// A file beside `path` that begins with a text, or has nothing else.
+    /// A file beside `path` that begins with a text, or contains only that.
     pub fn with_text(path: PathBuf, text: &str) -> Result<Self, OutputError> {
         let mut file = Self::create(path)?;
         file.write(text)?;
         Ok(file)
     }
 
-    /// The name under which a file that takes its name at the end is there now.
+    /// The present name of a file that may still be unfinished.
     pub fn present(path: &Path) -> PathBuf {
         let partial = partial_of(path);
         if partial.exists() { partial } else { path.to_owned() }
     }
 
-    /// Whether a file still has what it had at a checkpoint, under either name.
+    /// Checks that a file still has its content of a checkpoint, under either name.
     pub fn check(path: &Path, entry: &ManifestEntry) -> Result<(), CheckpointError> {
         let path = Self::present(path);
         if path.exists() {
@@ -54,8 +54,7 @@ impl PartialFile {
         Err(CheckpointError::File { path, found: 0, expected: entry.length })
     }
 
-    /// Goes on with a file that has been checked, under its name of a file that is not complete; what was written after the checkpoint
-    /// is cut off.
+    /// Continues a checked file under its temporary name. What was written after the checkpoint is cut off.
     pub fn resume(path: PathBuf, entry: &ManifestEntry) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
         file.set_len(entry.length).map_err(OutputError::write(&partial))?;
@@ -64,7 +63,7 @@ impl PartialFile {
         Ok(Self { path, partial, file: buffered(file), head: entry.head })
     }
 
-    /// Goes on with a file that no checkpoint counts.
+    /// Continues a file that belongs to no checkpoint.
     pub fn reopen(path: PathBuf) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
         let mut file = Checked::new(file);
@@ -77,7 +76,7 @@ impl PartialFile {
         self.file.write_all(bytes).map_err(OutputError::write(&self.partial))
     }
 
-    /// Writes the first bytes of an empty file, which will be replaced at its end.
+    /// Writes the first bytes of an empty file, which will be replaced at the end.
     pub fn write_head(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
         self.replace_head(bytes)?;
         self.head = bytes.len() as u64;
@@ -85,7 +84,7 @@ impl PartialFile {
         Ok(())
     }
 
-    /// Replaces the first bytes; more goes to its end as before.
+    /// Replaces the first bytes. Writing continues at the end.
     pub fn replace_head(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
         self.flush()?;
         let mut file = self.file.get_ref().inner();
@@ -96,12 +95,12 @@ impl PartialFile {
             .map_err(OutputError::write(&self.partial))
     }
 
-    /// Length of the file, with buffered bytes `[bytes]`.
+    /// Length of the file, including buffered bytes `[bytes]`.
     pub fn length(&self) -> u64 {
         self.file.get_ref().length() + self.file.buffer().len() as u64
     }
 
-    /// Makes what was written so far safe on the disk, and says what that is; `folder` is that of the run.
+    /// Syncs everything written so far to disk, and returns its description; `folder` is that of the run.
     pub fn keep(&mut self, folder: &Path) -> Result<ManifestEntry, OutputError> {
         self.flush()?;
         let written = self.file.get_ref();
@@ -123,23 +122,23 @@ impl PartialFile {
         self.write_bytes(text.as_bytes())
     }
 
-    /// Hands what was written so far to the operating system, so that it can be looked at.
+    /// Flushes everything written so far to the operating system, so that it can be viewed.
     pub fn flush(&mut self) -> Result<(), OutputError> {
         self.file.flush().map_err(OutputError::write(&self.partial))
     }
 
-    /// Makes it safe on the disk.
+    /// Syncs it to disk.
     pub fn sync(&mut self) -> Result<(), OutputError> {
         self.flush()?;
         durability::sync_all(self.file.get_ref().inner()).map_err(OutputError::write(&self.partial))
     }
 
-    /// Removes it, before it is complete.
+    /// Removes the unfinished file.
     pub fn discard(self) -> Result<(), OutputError> {
         fs::remove_file(&self.partial).map_err(OutputError::write(&self.partial))
     }
 
-    /// Makes it safe on the disk and gives it its name.
+    /// Syncs it to disk and gives it its final name.
     pub fn complete(mut self) -> Result<PathBuf, OutputError> {
         self.sync()?;
         fs::rename(&self.partial, &self.path).map_err(OutputError::write(&self.path))?;
@@ -147,7 +146,7 @@ impl PartialFile {
     }
 }
 
-/// A file under its name of one that is not complete, whichever name it has.
+/// A file under its temporary name, whichever name it has now.
 fn open_again(path: &Path) -> Result<(PathBuf, File), OutputError> {
     let partial = partial_of(path);
     if !partial.exists() {
@@ -165,7 +164,7 @@ fn buffered(file: Checked<File>) -> BufWriter<Checked<File>> {
     BufWriter::with_capacity(1 << 16, file)
 }
 
-/// The name of a file that is not complete.
+/// The temporary name of an unfinished file.
 pub(super) fn partial_of(path: &Path) -> PathBuf {
     let mut partial = path.as_os_str().to_owned();
     partial.push(SUFFIX);

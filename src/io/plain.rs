@@ -1,5 +1,5 @@
-//! Files of Carom's own: plain files in plain folders. No link is followed to them: what it leads to is not Carom's, nor what has another
-//! name as well.
+//! Carom's own files: plain files in plain folders. Links to them are not followed, because their targets are
+//! not Carom's, and files with a second name are not used.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read};
@@ -10,10 +10,10 @@ use super::error::OutputError;
 use super::occupied::run_around;
 use super::partial::partial_of;
 
-/// An empty file, in the place of one that was there: neither a link nor a second name leads its bytes elsewhere.
+/// Creates an empty file in place of an existing one, so that no link or second name redirects its bytes.
 ///
 /// # Errors
-/// Those of the system, also if a folder is there.
+/// System errors, also if a folder exists at the path.
 pub(crate) fn create(path: &Path) -> io::Result<File> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
@@ -22,17 +22,17 @@ pub(crate) fn create(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).create_new(true).open(path)
 }
 
-/// Opens a file as the options say, unless it is a link, a folder or a device.
+/// Opens a file with the given options, unless it is a link, a folder or a device.
 ///
 /// # Errors
-/// Those of the system; [`io::ErrorKind::InvalidInput`] for a device or a pipe, and what the system says of a link.
+/// System errors, including those for a link; [`io::ErrorKind::InvalidInput`] for a device or a pipe.
 pub(crate) fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     #[cfg(target_os = "linux")]
     {
-        // Nor is a pipe waited for.
+        // Pipes do not block either.
         std::os::unix::fs::OpenOptionsExt::custom_flags(options, libc::O_NOFOLLOW | libc::O_NONBLOCK);
     }
-    // Elsewhere this is all; on Linux the flags hold also where a link appears in between.
+    // On other systems this is the only check. On Linux, the flags also cover a link created in between.
     if fs::symlink_metadata(path).is_ok_and(|metadata| !metadata.is_file()) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a plain file"));
     }
@@ -43,17 +43,19 @@ pub(crate) fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
 /// Content of a plain file, up to a number of bytes.
 ///
 /// # Errors
-/// Those of [`open`], and those of reading.
+/// The errors of [`open`], and those of reading.
 pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(OpenOptions::new().read(true), path)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// Opens the file by which a folder of Carom's is known, or makes it, for this process alone until it is dropped; and what it holds.
+/// Opens or creates the file that identifies a folder as Carom's, locked for this process until it is
+/// dropped; also returns its content.
 ///
 /// # Errors
-/// [`OutputError::Busy`] if another process has it, [`OutputError::NotPlain`] or [`OutputError::Write`] if it cannot be opened.
+/// [`OutputError::Busy`] if another process has locked it, [`OutputError::NotPlain`] or
+/// [`OutputError::Write`] if it cannot be opened.
 pub(crate) fn lock(folder: &Path, name: &str) -> Result<(File, Vec<u8>), OutputError> {
     let path = folder.join(name);
     refuse(&path, false)?;
@@ -61,7 +63,7 @@ pub(crate) fn lock(folder: &Path, name: &str) -> Result<(File, Vec<u8>), OutputE
         open(OpenOptions::new().read(true).append(true).create(true), &path).map_err(OutputError::write(&path))?;
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => return Err(OutputError::Busy(folder.to_owned())),
-        // Where the system has no locks, nothing keeps two processes apart.
+        // On systems without locks, nothing separates two processes.
         Ok(()) | Err(TryLockError::Error(_)) => {}
     }
     let mut bytes = Vec::new();
@@ -69,10 +71,12 @@ pub(crate) fn lock(folder: &Path, name: &str) -> Result<(File, Vec<u8>), OutputE
     Ok((file, bytes))
 }
 
-/// Makes a folder in which a command writes, unless there is one, and removes what killed commands have left there.
+/// Creates a folder for the output of a command, unless it exists, and removes drafts of killed commands in
+/// it.
 ///
 /// # Errors
-/// [`OutputError::WithinRun`] in the folder of a run, [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none.
+/// [`OutputError::WithinRun`] inside the folder of a run, [`OutputError::NotFolder`] or
+/// [`OutputError::Folder`] if it cannot exist.
 pub(crate) fn make_folder(path: &Path) -> Result<(), OutputError> {
     if let Some(run) = run_around(path) {
         return Err(OutputError::WithinRun { target: path.to_owned(), run });
@@ -85,11 +89,11 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Refuses whatever is under the name of a file of Carom's, complete or not, and no plain file; of a folder with all files of a format,
-/// whose name ends with `/`, no folder; and links on the way to it.
+/// Rejects anything but a plain file at the path of one of Carom's files, complete or not; anything but a
+/// folder if the name ends with `/`; and links on the way to it.
 ///
 /// # Errors
-/// [`OutputError::NotPlain`]. What is not there is fine.
+/// [`OutputError::NotPlain`]. A missing file is fine.
 pub(crate) fn refuse_others(folder: &Path, name: &str) -> Result<(), OutputError> {
     refuse_links_to(folder, name)?;
     let path = folder.join(name.trim_end_matches('/'));
@@ -97,7 +101,7 @@ pub(crate) fn refuse_others(folder: &Path, name: &str) -> Result<(), OutputError
     refuse(&path, name.ends_with('/'))
 }
 
-/// Refuses what is not a plain folder on the way to a file.
+/// Rejects anything but plain folders on the way to a file.
 ///
 /// # Errors
 /// [`OutputError::NotPlain`].
@@ -107,10 +111,10 @@ pub(crate) fn refuse_links_to(folder: &Path, name: &str) -> Result<(), OutputErr
     parents.try_for_each(|parent| refuse(parent, true))
 }
 
-/// Refuses what is neither a plain file nor, where one is to be there, a plain folder.
+/// Rejects anything but a plain file, or a plain folder if `is_folder`.
 ///
 /// # Errors
-/// [`OutputError::NotPlain`]. What is not there is fine.
+/// [`OutputError::NotPlain`]. A missing file is fine.
 pub(crate) fn refuse(path: &Path, is_folder: bool) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(path) else { return Ok(()) };
     let kind = metadata.file_type();

@@ -5,23 +5,25 @@ use serde::{Deserialize, Serialize};
 use crate::engine::Simulation;
 use crate::engine::event::EventCountsBySpecies;
 
-/// Event rate: events of one kind per time of the measurement, between particles of two species or with those of one.
+/// Event rate: number of events of one kind per time of the measurement, between particles of two species or
+/// with those of one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
-    /// `core`, `capture`, `release`, `bounce` (off a finite step), `bond` (off its far end), `wall` or `thermostat`.
+    /// `core`, `capture`, `release`, `bounce` (by a finite step), `bond` (by its far end), `wall` or
+    /// `thermostat`.
     pub kind: String,
-    /// One species for walls and thermostats, else two.
+    /// One species for walls and thermostats, otherwise two.
     pub species: Vec<String>,
     /// Number of such events.
     pub events: u64,
-    /// Number of such events by time `[1 / time]`; `None` where no time passed.
+    /// Number of such events per time `[1 / time]`; `None` if no time passed.
     pub per_time: Option<f64>,
-    /// How many of them a particle of each of the species takes part in, by time `[1 / time]`; two of one species both do. `None` for
-    /// static particles.
+    /// Number of these events per particle of each species and time `[1 / time]`. In an event of two
+    /// particles of one species, both count. `None` for static particles.
     pub per_particle: Vec<Option<f64>>,
 }
 
-/// The rates of all kinds of events that took place in a simulation, in a measurement of some duration `[time]`.
+/// The rates of all kinds of events that occurred in a measurement of some duration `[time]`.
 #[must_use]
 pub fn rates(simulation: &Simulation, counts: &EventCountsBySpecies, duration: f64) -> Vec<Rate> {
     let (numbers, scene) = (simulation.population(), simulation.scene());
@@ -50,7 +52,8 @@ impl Rate {
         format!("{}, {}", self.kind, self.species.join(" and "))
     }
 
-    /// The rates per particle, in words: `0.57 per A, 0.11 per B`; two of one species have one.
+    /// The rates per particle, in words: `0.57 per A, 0.11 per B`; two particles of one species have a single
+    /// rate.
     #[must_use]
     pub fn words(&self) -> String {
         let mut words: Vec<String> = Vec::new();
@@ -62,7 +65,8 @@ impl Rate {
     }
 }
 
-/// The rates besides the collision rate of a run: all, but that of the cores if there is one and no other species had events.
+/// The rates to print besides the collision rate of a run: all of them, or none if only cores of a single
+/// species had events.
 #[must_use]
 pub fn told_apart(rates: &[Rate]) -> Vec<&Rate> {
     let is_core = |rate: &Rate| rate.kind == "core";

@@ -1,6 +1,7 @@
-//! A run that replaces another one: it is written in a folder within the other's, which stays as it is until all of the new one is
-//! complete and sound. Its files then take their places; what was killed meanwhile is finished when the folder is opened next. The list of
-//! the other run says how far that has come: what else is in such a folder is left alone.
+//! A run that replaces another one. It is written to a folder inside the other's, which is unchanged until
+//! the new run is complete and sound. Then its files take the places of the old ones. If this is interrupted,
+//! it is completed when the folder is opened next. The list of the old run records the progress; anything
+//! else in such a folder is left alone.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,15 +21,15 @@ pub(super) fn within(run: &Path) -> PathBuf {
     run.join(FOLDER)
 }
 
-/// Finishes what a killed program began: puts a complete run in the place of the one that it replaces, and removes one that came to nothing.
-/// The folder is locked.
+/// Completes the work of a killed program: puts a complete run in the place of the old one, or removes an
+/// unusable one. The folder is locked.
 pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     if owned.replacement() == Replacement::None {
         return Ok(());
     }
     let inner = within(run);
     if !inner.join(owned::FILE).exists() {
-        // It was moved away, or removed.
+        // It was moved or deleted.
         return owned.set_replacement(Replacement::None);
     }
     let mut new = Owned::lock(&inner)?;
@@ -44,15 +45,15 @@ pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> 
     owned.set_replacement(Replacement::None)
 }
 
-/// Puts all files of a complete run into the place of those of the run that it replaces.
+/// Puts all files of a complete run in the place of those of the old run.
 ///
 /// # Errors
-/// [`OutputError::Foreign`] if there is a file that neither of them wrote; [`OutputError::Write`].
+/// [`OutputError::Foreign`] if a file exists that neither of them wrote; [`OutputError::Write`].
 pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) -> Result<(), OutputError> {
     let names: Vec<String> = new.names().iter().cloned().collect();
     old.claim(&names)?;
     old.set_replacement(Replacement::Complete)?;
-    // From here on the old files are replaced; all new ones are complete and safe.
+    // From here on, old files are replaced. All new ones are complete and synced.
     remove(&run.join(SUMMARY))?;
     sync_folder(run);
     for name in names.iter().filter(|name| *name != SUMMARY) {
@@ -61,7 +62,7 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     let stale: Vec<String> = old.names().difference(new.names()).cloned().collect();
     old.remove(&stale)?;
     for name in &names {
-        // Files of a replaced run that had not ended.
+        // Files of an old run that was unfinished.
         old.remove_partial(name)?;
     }
     sync_folder(run);
@@ -71,7 +72,7 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     old.set_replacement(Replacement::None)
 }
 
-/// Renames a file, or a folder with all files of a format; what is not there any more has been moved before.
+/// Renames a file, or a folder with all files of a format. A missing one has been moved before.
 fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(from) else { return Ok(()) };
     let write = |source| OutputError::Write { path: to.to_owned(), source };
@@ -81,7 +82,7 @@ fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
         }
         return fs::rename(from, to).map_err(write);
     }
-    // None of the old files stays among the new ones, also where a kill comes between: all new ones arrive at once.
+    // No old file remains among the new ones, even after a kill, because all new ones arrive in one step.
     remove_converted(to)?;
     fs::rename(from, to).map_err(write)
 }
@@ -94,7 +95,7 @@ fn clear(inner: &Path, list: Owned) {
         }
     }
     drop(list);
-    // The user's own files stay, and the folder with them.
+    // The user's own files stay, and so does the folder.
     let _ = fs::remove_file(inner.join(owned::FILE));
     let _ = fs::remove_dir(inner);
 }

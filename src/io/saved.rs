@@ -1,4 +1,4 @@
-//! Simulations in files of their own: their state with all bits, in the form of a checkpoint.
+//! Simulations in separate files: their state with all bits, in the format of a checkpoint.
 
 use std::fs::File;
 use std::io::{self, Cursor, Read, Seek, Write};
@@ -13,11 +13,11 @@ use super::error::cure_of;
 use crate::engine::Simulation;
 use crate::run::checkpoint::{Flaw, Kind, read_sealed, write_sealed};
 
-/// Error of a simulation that is saved, or loaded again.
+/// Error of saving or loading a simulation.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SavedError {
-    /// Something else has the name.
+    /// Something else exists at the path.
     #[error("{} exists, and is no saved simulation", .0.display())]
     Exists(PathBuf),
     /// It cannot be written.
@@ -36,22 +36,22 @@ pub enum SavedError {
         /// Why.
         source: io::Error,
     },
-    /// The bytes have changed since they were written, or never were a simulation.
+    /// The bytes have changed since they were written, or are not a simulation.
     #[error("{name} is no saved simulation, or a damaged one: {why}")]
     Damaged {
         /// The file.
         name: String,
-        /// How that is known.
+        /// The evidence.
         why: String,
     },
-    /// Another version of carom wrote it, or one that was built from other sources.
+    /// It was written by another version of carom, or by a build from other sources.
     #[error("carom {found} wrote {name}, and this is carom {} ({here}), which may go on otherwise", env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The file.
         name: String,
-        /// Which one, with the fingerprint of its sources.
+        /// That version, with the fingerprint of its sources.
         found: String,
-        /// The fingerprint of the sources of this one.
+        /// The fingerprint of the sources of this program.
         here: &'static str,
     },
 }
@@ -70,9 +70,11 @@ impl SavedError {
     }
 }
 
-/// Saves a simulation, and what a program keeps beside it, so that [`load_simulation`] goes on to the same bits.
+/// Saves a simulation, and data that a program keeps with it, so that [`load_simulation`] continues with the
+/// same bits.
 ///
-/// The file has its name when it is complete; a saved simulation that was there is replaced, anything else if that is to be.
+/// The file gets its final name once it is complete. An existing saved simulation is replaced; anything else
+/// only if `existing` permits.
 ///
 /// ```
 /// use carom::engine::{Simulation, Until};
@@ -94,7 +96,7 @@ impl SavedError {
 /// ```
 ///
 /// # Errors
-/// [`SavedError::Exists`] and [`SavedError::Write`]; what was there is as it was then.
+/// [`SavedError::Exists`] and [`SavedError::Write`]; an existing file is unchanged then.
 pub fn save_simulation(
     path: &Path,
     simulation: &Simulation,
@@ -109,10 +111,11 @@ pub fn save_simulation(
     })
 }
 
-/// Loads a simulation that [`save_simulation`] has saved, and what was kept beside it. It runs on one thread until [`Simulation::set_threads`].
+/// Loads a simulation saved by [`save_simulation`], and the data kept with it. It runs on one thread until
+/// [`Simulation::set_threads`].
 ///
 /// # Errors
-/// [`SavedError`] if there is none, if another version wrote it, or if a single bit of it has changed.
+/// [`SavedError`] if the file does not exist, was written by another version, or has a changed bit.
 pub fn load_simulation<T: DeserializeOwned>(path: &Path) -> Result<(Simulation, T), SavedError> {
     let unreadable = |source| SavedError::Read { path: path.to_owned(), source };
     // Opening a pipe would block.
@@ -123,7 +126,7 @@ pub fn load_simulation<T: DeserializeOwned>(path: &Path) -> Result<(Simulation, 
     read(file, &path.display().to_string()).map_err(unreadable)?
 }
 
-/// The bytes that [`save_simulation`] writes, for where there is no file.
+/// The bytes that [`save_simulation`] would write to a file.
 ///
 /// # Errors
 /// If something cannot be serialized.
@@ -133,7 +136,7 @@ pub fn simulation_to_bytes(simulation: &Simulation, beside: &impl Serialize) -> 
     Ok(bytes)
 }
 
-/// The simulation that [`simulation_to_bytes`] has made the bytes of, and what was kept beside it.
+/// The simulation and data from the bytes of [`simulation_to_bytes`].
 ///
 /// # Errors
 /// As [`load_simulation`].
@@ -143,7 +146,7 @@ pub fn simulation_from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<(Simul
         .unwrap_or_else(|error| Err(SavedError::Damaged { name: name.to_owned(), why: error.to_string() }))
 }
 
-/// The simulation in a file, if no bit of it has changed.
+/// The simulation in a file, if no bit has changed.
 fn read<T: DeserializeOwned>(input: impl Read + Seek, name: &str) -> io::Result<Result<(Simulation, T), SavedError>> {
     let name = name.to_owned();
     let found = match read_sealed::<(Simulation, T)>(input, Kind::Simulation)? {
@@ -201,7 +204,7 @@ mod tests {
         assert!(matches!(refused, Err(SavedError::Exists(_))));
         assert!(std::fs::read_to_string(&path).unwrap().starts_with("notes"));
         save_simulation(&path, &simulation, &1_u8, Existing::Replace).unwrap();
-        // A saved one is replaced.
+        // A saved simulation is replaced.
         save_simulation(&path, &simulation, &2_u8, Existing::Keep).unwrap();
         assert_eq!(load_simulation::<u8>(&path).unwrap().1, 2);
         assert!(matches!(load_simulation::<u8>(folder.path()), Err(SavedError::Read { .. })));

@@ -10,7 +10,8 @@ use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
 use crate::scene::{GivenParticles, LastRun, SceneError, SceneErrorKind, read_text};
 
-/// Reads a scene from a file, with some of its values replaced, as [`Scene::from_file_with`] does; the scene may start from a run.
+/// Reads a scene from a file, with overrides, as [`Scene::from_file_with`] does. The scene may start from a
+/// run.
 ///
 /// ```
 /// use carom::io::{Existing, Folder, read_scene};
@@ -34,13 +35,15 @@ use crate::scene::{GivenParticles, LastRun, SceneError, SceneErrorKind, read_tex
 /// ```
 ///
 /// # Errors
-/// As [`Scene::from_file_with`]; [`SceneErrorKind::NoStart`] and [`SceneErrorKind::RunChanged`] of a run that it cannot start from.
+/// As [`Scene::from_file_with`]; [`SceneErrorKind::NoStart`] and [`SceneErrorKind::RunChanged`] if it cannot
+/// start from the run.
 pub fn read_scene(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Scene, SceneError> {
     let path = path.as_ref();
     Scene::from_toml_and_run(read_text(path)?, path, overrides, None, &open)
 }
 
-/// Reads a scene from its text, as [`Scene::from_toml_with`] does; the scene may start from a run. `name` stands for the file.
+/// Reads a scene from its text, as [`Scene::from_toml_with`] does. The scene may start from a run. `name` is
+/// used like the path of a file.
 ///
 /// # Errors
 /// The errors of [`read_scene`], except those of the file.
@@ -52,7 +55,8 @@ pub fn read_scene_text(
     Scene::from_toml_and_run(text.into(), name.as_ref(), overrides, None, &open)
 }
 
-/// Reads a scene from its text with particles from memory, as if the text named a file with them. `name` stands for the file of the text.
+/// Reads a scene from its text with particles from memory, as if the text named a file with them. `name` is
+/// used like the path of the text's file.
 ///
 /// ```
 /// use carom::io::{read_scene_text, read_scene_with};
@@ -70,7 +74,7 @@ pub fn read_scene_text(
 /// ```
 ///
 /// # Errors
-/// As [`read_scene_text`]; a mistake in the particles has the name that they were given and their row.
+/// As [`read_scene_text`]. A mistake in the particles is reported with their name and row.
 pub fn read_scene_with(
     text: impl Into<String>,
     name: impl AsRef<Path>,
@@ -80,7 +84,7 @@ pub fn read_scene_with(
     Scene::from_toml_and_run(text.into(), name.as_ref(), overrides, Some(particles), &open)
 }
 
-/// A run that is over, at its end.
+/// A finished run, at its end.
 fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
     let refused =
         |problem: String, cure: String| Err(SceneErrorKind::NoStart { path: folder.to_owned(), problem, cure });
@@ -126,7 +130,7 @@ fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
     Ok(LastRun { simulation, checkpoint: InputFile::of_checkpoint(&path, checksum) })
 }
 
-/// Cure of an error of a checkpoint from which nothing can start.
+/// Cure for a checkpoint from which nothing can start.
 fn cure(error: &CheckpointError) -> String {
     match error {
         CheckpointError::OtherVersion { .. } => {

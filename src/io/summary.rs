@@ -1,4 +1,4 @@
-//! The numbers of a run, `summary.json`. Its keys are a contract with what reads it.
+//! The numerical results of a run, `summary.json`. Its keys are stable for programs that read it.
 
 mod system;
 
@@ -23,8 +23,8 @@ use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
 ///
-/// Counts, observables and speed are those of the measurement; energies, momentum and overlaps span the whole run with
-/// its equilibration. What means nothing for the scene is `null` or, of the observables, absent.
+/// Counts, observables and speed are those of the measurement. Energies, momentum and overlaps span the whole
+/// run with its equilibration. Values that do not apply to the scene are `null`; such observables are absent.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the keys are described as a whole")]
 pub struct Summary {
@@ -40,51 +40,54 @@ pub struct Summary {
     pub particles: usize,
     /// Simulated time at the end.
     pub time: f64,
-    /// Why it ended, in a word; `None` in files that do not have it.
+    /// Why it ended, in a word; `None` in files without it.
     #[serde(default)]
     pub ending: Option<String>,
     /// The measurement.
     #[serde(default)]
     pub measured: Option<Period>,
-    /// System that was simulated, in numbers.
+    /// The simulated system, in numbers.
     #[serde(default)]
     pub system: Option<System>,
-    /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files that do not have it.
+    /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files
+    /// without it.
     #[serde(default = "not_grown")]
     pub diameter_factor: f64,
-    /// Volume moves of the barostat of the measurement; absent without one.
+    /// Volume moves of the barostat in the measurement; absent without a barostat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_moves: Option<VolumeMoves>,
     pub events: Events,
     pub energy: Energies,
     pub momentum: Momentum,
     pub overlap: Overlaps,
-    /// Why it is no sound run, in a line: it jammed, stood still or gave up, or the audit failed; absent for a sound run, and in files that do
-    /// not have it.
+    /// Why it is not a sound run, in a line: it jammed, stood still or gave up, or the audit failed; absent
+    /// for a sound run, and in files without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trouble: Option<String>,
-    /// Faults that the audit found, in words; empty for a sound run.
+    /// Faults found by the audit, in words; empty for a sound run.
     pub faults: Vec<String>,
     /// Whether the observables were stationary while they were measured.
     #[serde(default)]
     pub equilibrated: Equilibrium,
     pub observables: BTreeMap<String, Observable>,
-    /// The measured stages before, in their order.
+    /// The earlier measured stages, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stages: Vec<StageSummary>,
-    /// Published values, of theory and other simulations, of the measured quantities at the mean temperature.
+    /// Published values from theory and other simulations for the measured quantities, at the mean
+    /// temperature.
     #[serde(default)]
     pub published: Vec<PublishedValue>,
-    /// The columns of the tables of the run with their units, by file; empty where there is no folder, and in files that do not have it.
+    /// The columns of the run's tables with their units, by file; empty without a folder, and in files
+    /// without it.
     #[serde(default)]
     pub columns: BTreeMap<String, Vec<Column>>,
-    /// By kind and species, only those that took place; empty in files of runs before they were counted.
+    /// Rates by kind and species, only of kinds that occurred; empty in files without them.
     #[serde(default)]
     pub rates: Vec<Rate>,
     pub speed: Speed,
 }
 
-/// Summary of a measured stage, with the keys that the last measurement of a run has.
+/// Summary of a measured stage, with the same keys as the last measurement of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Summary`")]
 pub struct StageSummary {
@@ -92,7 +95,7 @@ pub struct StageSummary {
     pub name: String,
     pub measured: Period,
     pub diameter_factor: f64,
-    /// Volume moves of its barostat; absent without one.
+    /// Volume moves of its barostat; absent without a barostat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_moves: Option<VolumeMoves>,
     pub events: Events,
@@ -103,7 +106,7 @@ pub struct StageSummary {
     pub speed: Speed,
 }
 
-/// When the measurement began, in simulated time, and how long it was.
+/// Start and duration of the measurement, in simulated time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `MeasurementPeriod`")]
 pub struct Period {
@@ -111,12 +114,12 @@ pub struct Period {
     pub duration: f64,
 }
 
-/// Numbers of events; `total` are the physical ones: core, capture, release, bounce and wall.
+/// Numbers of events. `total` counts physical events: core, capture, release, bounce and wall.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `EventCounts`")]
 pub struct Events {
     pub total: u64,
-    /// Physical events of the run before its measurement; `None` in files that do not have it.
+    /// Physical events of the run before its measurement; `None` in files without it.
     #[serde(default)]
     pub before: Option<u64>,
     pub core: u64,
@@ -131,7 +134,7 @@ pub struct Events {
     pub tc_altered: u64,
 }
 
-/// Energies: at the start and the end of the run, and what became of them.
+/// Energies at the start and the end of the run, and their balance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Audit`")]
 pub struct Energies {
@@ -143,16 +146,16 @@ pub struct Energies {
     #[serde(default)]
     pub supplied: f64,
     pub ledger_error_relative: f64,
-    /// Where the audit fails.
+    /// Limit of the audit.
     pub ledger_limit: f64,
 }
 
 /// Conservation of momentum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Momentum {
-    /// Relative to the sum of `m |v|`; `None` where momentum is not conserved.
+    /// Relative to the sum of `m |v|`; `None` if momentum is not conserved.
     pub drift: Option<f64>,
-    /// Where the audit fails.
+    /// Limit of the audit.
     pub limit: f64,
 }
 
@@ -163,23 +166,23 @@ pub struct Overlaps {
     pub deepest_executed: f64,
     /// At the end.
     pub deepest_final: f64,
-    /// Where the audit fails; `None` judges each overlap by the round-off of its coordinates.
+    /// Limit of the audit; `None` judges each overlap by the round-off of its coordinates.
     pub limit: Option<f64>,
-    /// Pairs that overlapped at the start, deeper than round-off.
+    /// Number of pairs that overlapped at the start, beyond round-off.
     pub initial: usize,
-    /// Pairs that overlap at the end, deeper than round-off.
+    /// Number of pairs that overlap at the end, beyond round-off.
     pub r#final: usize,
-    /// Simulated time after which the last of the initial ones was gone.
+    /// Simulated time at which the last initial overlap was resolved.
     pub resolved_after: Option<f64>,
 }
 
-/// A mean and its standard error; `None` where the run is too short for one.
+/// A mean and its standard error; `None` if the run is too short for one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Estimate`")]
 pub struct Observable {
     pub mean: f64,
     pub standard_error: Option<f64>,
-    /// `None` in files that do not have it.
+    /// `None` in files without it.
     #[serde(default)]
     pub stationarity: Option<Stationarity>,
 }
@@ -193,7 +196,7 @@ pub struct Speed {
     pub events_per_second: Option<f64>,
     /// Core events per second.
     pub contacts_per_second: Option<f64>,
-    /// The most memory that the program held, where the system reports it.
+    /// The peak memory of the program, if the system reports it.
     pub peak_memory_bytes: Option<u64>,
 }
 
@@ -258,7 +261,7 @@ impl Summary {
     }
 }
 
-/// Diameters now over those of the simulation's scene, which has those of the last growth that came to its end.
+/// Present diameters relative to the simulation's scene, which has those of the last completed growth.
 fn scale_of_scene(simulation: &Simulation) -> f64 {
     simulation.scale() / simulation.grown()
 }
@@ -313,7 +316,8 @@ fn observables(
     estimates.iter().map(observable).collect()
 }
 
-/// Published values of a system in a stage, or in the last measurement, with diameters that are larger by a factor than those of its scene, at its mean temperature; none where the volume of the simulation now is not that of the measurement.
+/// Published values for a system in a stage, or in the last measurement, at its mean temperature. Diameters
+/// are larger than the scene's by a factor. Empty if the present volume is not that of the measurement.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,
@@ -323,7 +327,7 @@ fn published(
     let temperature = estimates.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
     let (scene, population) = (simulation.scene(), simulation.population());
     let run = &scene.run;
-    // A stage may have been measured in another volume than there is at the end.
+    // A stage may have been measured in another volume than the final one.
     let is_other_volume = match stage {
         Some(_) => run.has_barostat(),
         None => run.barostat.is_some(),
@@ -359,12 +363,12 @@ fn events(measurement: &MeasurementPeriod) -> Events {
     }
 }
 
-/// Default for runs of versions without growth.
+/// Default for files from versions without growth.
 fn not_grown() -> f64 {
     1.0
 }
 
-/// The high-water mark of resident memory, which Linux reports in kibibytes.
+/// The peak resident memory, which Linux reports in kibibytes.
 fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,8 +1,11 @@
-//! Surfaces of a scene as files beside its trajectory, to be looked at with it: binary STL in the folder `surfaces`, one file for each.
+//! Surfaces of a scene as files beside its trajectory, for viewers: binary STL in the folder `surfaces`, one
+//! file each.
 //!
-//! The name of a file is that of its surface, where blanks and letters beyond ASCII are `_`; where two would be the same, also on a disk that does not tell
-//! capitals from small letters, the later one has a number. A surface of which nothing is in sight has no file, nor has one with coordinates beyond `f32`.
-//! The files are those before the first motion. Where surfaces move, or come and go by stage, `surfaces.json` lists all of the scene with their motions.
+//! The name of a file is that of its surface, with `_` for spaces and letters beyond ASCII. If two names
+//! would be equal, even ignoring case, the later one gets a number. A surface that is out of sight has no
+//! file, nor has one with coordinates beyond `f32`. The files show the surfaces before the first motion. If
+//! surfaces move, or are present in some stages only, `surfaces.json` lists all surfaces of the scene with
+//! their motions.
 
 #[cfg(test)]
 mod tests;
@@ -19,10 +22,10 @@ use super::partial::PartialFile;
 use crate::mesh::{WriteStlError, shown, write_stl};
 use crate::model::{Scene, SurfaceMotion};
 
-/// The folder, in that of a run.
+/// The folder, inside the folder of a run.
 const FOLDER: &str = "surfaces";
 
-/// The list of them.
+/// The list of surfaces.
 const LIST: &str = "surfaces.json";
 
 /// Extension of the files.
@@ -31,7 +34,7 @@ const EXTENSION: &str = "stl";
 /// The longest name without its extension, in bytes.
 const LONGEST: usize = 80;
 
-/// Names that stand for devices on Windows, whatever their extension.
+/// Names of devices on Windows, with any extension.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
 /// The files of the surfaces of a scene, in the folder of a run.
@@ -47,24 +50,25 @@ fn meshes(scene: &Scene) -> Vec<String> {
     surfaces.map(|name| format!("{}.{EXTENSION}", file_name(name, &mut taken))).collect()
 }
 
-/// A surface in the list of those of a run, which has all of the scene in its order.
+/// A surface in the list of a run, which contains all surfaces of the scene in order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ListedSurface {
-    /// The name of its file, which it has if anything of it is in sight.
+    /// The name of its file, which exists if any part of it is in sight.
     pub file: String,
     /// Its motions.
     pub motions: Vec<SurfaceMotion>,
 }
 
-/// Whether a list is needed: some surfaces are not where their files have them at all times.
+/// Whether a list is needed because some surfaces are not always as in their files.
 fn is_listed(scene: &Scene) -> bool {
     scene.surfaces().iter().any(|surface| surface.moves() || surface.comes_and_goes())
 }
 
-/// The list of the surfaces in the folder of a trajectory; empty where there is none, since all rest and are always there.
+/// The list of the surfaces in the folder of a trajectory; empty if there is none, because all surfaces rest
+/// and are always present.
 ///
 /// # Errors
-/// The file, and [`io::Error`], if there is one that cannot be read.
+/// The path of the list and [`io::Error`], if it exists and cannot be read.
 pub fn listed_surfaces(folder: &Path) -> Result<Vec<ListedSurface>, (PathBuf, io::Error)> {
     let path = folder.join(FOLDER).join(LIST);
     let read = match fs::read(&path) {
@@ -75,7 +79,7 @@ pub fn listed_surfaces(folder: &Path) -> Result<Vec<ListedSurface>, (PathBuf, io
     read.map_err(|error| (path, error))
 }
 
-/// Writes those of these files that are wanted, each with its name at once: they are complete from the start of a run.
+/// Writes the wanted files, each directly with its final name: they are complete from the start of a run.
 ///
 /// # Errors
 /// [`OutputError::Folder`] or [`OutputError::Write`].
@@ -93,7 +97,7 @@ pub(crate) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool
         match write_stl(&mesh, file.writer()) {
             Ok(()) => file.complete().map(drop)?,
             Err(WriteStlError::Io(source)) => return Err(OutputError::write(&path)(source)),
-            // Beyond what the format holds; nothing was written.
+            // Out of range of the format; nothing was written.
             Err(_) => file.discard()?,
         }
     }
@@ -110,7 +114,8 @@ pub(crate) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool
     file.complete().map(drop)
 }
 
-/// The files of surfaces in the folder of a trajectory, in the order of their names; none without such a folder.
+/// The files of surfaces in the folder of a trajectory, in the order of their names; empty without such a
+/// folder.
 #[must_use]
 pub fn surface_files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder.join(FOLDER)).into_iter().flatten().flatten().map(|entry| entry.path());
@@ -122,7 +127,7 @@ pub fn surface_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// A name that every disk can have, and that no other surface has.
+/// A name that is valid on every disk and not taken by another surface.
 fn file_name(name: &str, taken: &mut BTreeSet<String>) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+.()".contains(c);
     let plain: String = name.chars().take(LONGEST).map(|c| if is_plain(c) { c } else { '_' }).collect();

@@ -1,8 +1,9 @@
-//! The table of measurements at even times, `thermo.csv`.
+//! The table of measurements at regular times, `thermo.csv`.
 //!
-//! Columns have names that are identifiers; their units are in `summary.json`. A column that means nothing for a scene is absent; a cell that cannot be
-//! known, as a rate at the start of a stage, is empty. The last column names the stage: those of the scene, where `a equilibration` comes
-//! before the measurement of the stage `a`, then `equilibration` and `measurement`.
+//! Names of columns are identifiers; their units are in `summary.json`. Columns that do not apply to a scene
+//! are absent. Unknown values, such as a rate at the start of a stage, are empty cells. The last column names
+//! the stage: the stages of the scene, with `a equilibration` before the measurement of a stage `a`, then
+//! `equilibration` and `measurement`.
 
 use std::fmt::Write;
 
@@ -30,10 +31,10 @@ impl Column {
     }
 }
 
-/// A quantity of a row: whether it means something for the scene, its name, its unit, and its value.
+/// A quantity of a row: whether it applies to the scene, its name, its unit, and its value.
 type Quantity = (bool, &'static str, &'static str, fn(&Row) -> Option<f64>);
 
-/// Which columns a scene has.
+/// The columns of a scene.
 #[derive(Debug, Clone)]
 pub(super) struct Columns {
     applicable: ApplicableObservables,
@@ -50,7 +51,7 @@ impl Columns {
         Self::with(scene, ApplicableObservables::of(scene))
     }
 
-    /// Columns of a run that goes on: its scene may have no particles any more.
+    /// Columns of a continued run, whose scene may no longer contain particles.
     pub fn with(scene: &Scene, applicable: ApplicableObservables) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
         Self { applicable, is_driven: scene.is_driven(), regions, plan: scene.run.clone() }

@@ -1,16 +1,19 @@
 //! A trajectory as VTK XML PolyData for ParaView and PyVista: a folder with
 //!
-//! - `trajectory.pvd`, which lists the frames with their times: open this one;
-//! - `frame_000000.vtp` and so on, numbered by the place of the frame in the trajectory;
-//! - `surfaces.pvd` and `surface_0_NAME.vtp`, the surfaces beside the trajectory as triangles: those that are there, where they are at the time of each frame
-//!   (`surface_0_NAME_000000.vtp` for one that moves);
-//! - `box.vtp`, the edges of the box of the first frame as lines; also in a sheared box those of the region that holds all positions.
+//! - `trajectory.pvd`, the list of frames with their times, which is the file to open;
+//! - `frame_000000.vtp` and so on, numbered by the index of the frame in the trajectory;
+//! - `surfaces.pvd` and `surface_0_NAME.vtp`, the surfaces beside the trajectory as triangles: those present,
+//!   in their position at the time of each frame (`surface_0_NAME_000000.vtp` for a moving surface);
+//! - `box.vtp`, the edges of the first frame's box as lines; in a sheared box, of the region that contains
+//!   all positions.
 //!
-//! A frame has a point and a vertex per particle, with the arrays `radius`, `velocity` (where the source has it), `species` (an
-//! index), `id`, `image` (periods travelled along each axis, where the source has them: times the edges of the box, and in a sheared box the
-//! second one times the displacement along x, they unwrap the position), `static` (1 for what never moves: a mesh, a pivot) and what else is known of each, and a line per bond. A bond that leaves through
-//! a periodic side is not drawn: its line would cross the whole box. Fields of the frame: `TimeValue`, `box` (lower and upper
-//! corner), `displacement` (of the next image up along y, along x; 0 in a box at rest), `periodic`, and `species_names`.
+//! A frame has a point and a vertex per particle, with the arrays `radius`, `velocity` (if the source has
+//! it), `species` (an index), `id`, `image` (periods travelled along each axis, if the source has them),
+//! `static` (1 for particles that never move) and the scalars, and a line per bond. The unwrapped position is
+//! the position plus the image times the edges of the box, in a sheared box also plus the second image times
+//! the displacement along x. A bond through a periodic side is not drawn, because its line would cross the
+//! whole box. Fields of the frame: `TimeValue`, `box` (lower and upper corner), `displacement` (along x of
+//! the next image along y; 0 in a box at rest), `periodic`, and `species_names`.
 //!
 //! Numbers are `f64`, little-endian, appended raw. Source: *VTK file formats*, XML, <https://docs.vtk.org>.
 
@@ -28,7 +31,7 @@ use crate::trajectory::Frame;
 use poly_data::PolyData;
 pub(super) use surfaces::Surfaces;
 
-/// The folder while it is written.
+/// The folder being written.
 #[derive(Debug)]
 pub(super) struct Series {
     folder: PathBuf,
@@ -38,7 +41,7 @@ pub(super) struct Series {
 
 const END_OF_LIST: &[u8] = b"</Collection>\n</VTKFile>\n";
 
-/// A list of files with their times, which is begun.
+/// Begins a list of files with their times.
 fn list(path: &Path) -> std::io::Result<Draft> {
     let mut list = draft(path)?;
     list.write_all(
@@ -114,7 +117,7 @@ fn particles(moment: &Moment) -> Result<PolyData, FrameError> {
     Ok(data)
 }
 
-/// Whether the shorter way from one end to the other is through a periodic side.
+/// Whether the shortest connection between the ends crosses a periodic side.
 fn leaves_through_a_side(frame: &Frame, ends: [u32; 2]) -> bool {
     let [Some(a), Some(b)] = ends.map(|end| frame.particles.get(end as usize)) else { return true };
     let separation = a.position - b.position;

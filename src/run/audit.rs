@@ -1,7 +1,7 @@
-//! Audit of a run: how correct it was.
+//! Audit of a run: how accurate it was.
 //!
-//! Energy and momentum are compared with the exact ledger: what restitution dissipated is counted at every contact, so that
-//! kinetic and potential energy and the dissipated energy add up to the same sum, within round-off.
+//! Energy and momentum are compared with the exact ledger. The energy dissipated by restitution is counted at
+//! every contact, so that the sum of kinetic, potential and dissipated energy is constant within round-off.
 
 use std::convert::Infallible;
 
@@ -14,20 +14,21 @@ use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Overlap, Simulation};
 use crate::model::AuditPlan;
 
-/// Roundings of one physical event, relative to the energy (or momentum) of the particles that it touches: two streamings, `B`,
-/// `|r|^2`, the quotient, and the new velocities, of three terms each.
+/// Number of roundings in a physical event, relative to the energy (or momentum) of the particles involved:
+/// two streamings, `B`, `|r|^2`, the quotient, and the new velocities, of three terms each.
 const ROUNDINGS: f64 = 32.0;
 
-/// Round-off limit of a sum over all particles and events, relative to it.
+/// Relative round-off limit of a sum over all particles and events.
 ///
-/// A rounding is at most `eps / 2` of what it rounds, and as often up as down. Those of `n` events add up to a random walk, whose
-/// standard deviation is below `ROUNDINGS eps / 2 sqrt(n)`, even if every event touched all of the energy. Four times that is
-/// the limit, and `4 ROUNDINGS eps / 2` more for the sums themselves.
+/// A rounding is at most `eps / 2` relative to the rounded number, and as often up as down. The roundings of
+/// `n` events add up to a random walk, whose standard deviation is below `ROUNDINGS eps / 2 sqrt(n)`, even if
+/// every event involved the total energy. The limit is four times that, plus `4 ROUNDINGS eps / 2` for the
+/// sums themselves.
 fn round_off(events: u64) -> f64 {
     4.0 * ROUNDINGS * 0.5 * f64::EPSILON * (1.0 + (events as f64).sqrt())
 }
 
-/// Limits of an audit: the scene's, or those of round-off.
+/// Limits of an audit: those of the scene, or of round-off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// Largest relative error of the energy ledger.
@@ -39,7 +40,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The limits for a run with a number of events, cell transitions included.
+    /// The limits for a run with a number of events, including cell transitions.
     #[must_use]
     pub fn new(plan: &AuditPlan, events: u64) -> Self {
         Self {
@@ -50,13 +51,14 @@ impl Limits {
     }
 }
 
-/// Overlaps of the initial configuration, and when they were resolved.
+/// Overlaps of the initial configuration, and the time at which they were resolved.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Initial {
     /// Number of overlaps deeper than round-off.
     pub overlaps: usize,
-    /// When the last of them had gone, after the start `[time]`; `None` where some are left, or there were none.
+    /// Time since the start at which the last of them was resolved `[time]`; `None` if some are left, or
+    /// there were none.
     pub resolved_after: Option<f64>,
 }
 
@@ -71,10 +73,10 @@ pub struct Audit {
     pub dissipated: f64,
     /// `|E + dissipated - E_initial|`, relative to the largest of `|E|`, kinetic and dissipated energy along the run.
     pub ledger_error: f64,
-    /// Change of the total momentum relative to the largest sum of all `m |v|` along the run, or of one growth in it; `None` where walls, gravity or static particles
-    /// change it.
+    /// Change of the total momentum relative to the largest sum of all `m |v|` along the run, or during a
+    /// growth; `None` if walls, gravity or static particles change it.
     pub momentum_drift: Option<f64>,
-    /// Everything that happened.
+    /// Event counts of the whole run.
     pub event_counts: EventCounts,
     /// The deepest overlap at the end.
     pub deepest_final: Option<Overlap>,
@@ -82,7 +84,7 @@ pub struct Audit {
     pub final_overlaps: usize,
     /// The overlaps at the start.
     pub initial: Initial,
-    /// When it fails.
+    /// Limits of the audit.
     pub limits: Limits,
 }
 
@@ -90,10 +92,10 @@ pub struct Audit {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AuditFault {
-    /// Something is not a number.
+    /// A quantity is NaN.
     #[error("a quantity is not finite")]
     NotFinite,
-    /// Energy came from nowhere or went away.
+    /// Energy was created or lost.
     #[error("the energy ledger is off by {error:.1e}, more than the limit of {limit:.1e}")]
     Ledger {
         /// Relative error.
@@ -101,7 +103,7 @@ pub enum AuditFault {
         /// Largest allowed error.
         limit: f64,
     },
-    /// Momentum came from nowhere or went away.
+    /// Momentum was created or lost.
     #[error("the total momentum drifted by {drift:.1e}, more than the limit of {limit:.1e}")]
     Momentum {
         /// Relative drift.
@@ -117,7 +119,7 @@ pub enum AuditFault {
         /// Largest allowed depth.
         limit: f64,
     },
-    /// Particles overlap deeper than round-off explains, though they did not at the start.
+    /// Particles overlap deeper than round-off explains, although they did not at the start.
     #[error(
         "{events} events in invalid states and {pairs} overlaps at the end, deeper than round-off explains, the deepest \
          {depth:.1e} of the contact distance"
@@ -161,22 +163,23 @@ impl Audit {
         faults
     }
 
-    /// The deepest overlap caused by the run: one that was there at the start only counts if it still is.
+    /// The deepest overlap caused by the run. Initial overlaps count only if they are still present.
     fn deepest(&self) -> f64 {
         let last = self.deepest_final.map_or(0.0, |overlap| overlap.depth);
         if self.initial.overlaps == 0 { last.max(self.event_counts.deepest_overlap) } else { last }
     }
 }
 
-/// The books of a run while it goes on.
+/// The ledger of a run in progress.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Ledger {
     initial_energy: f64,
-    /// The total momentum at the start, or after the last growth, if it is conserved.
+    /// The total momentum at the start, or after the last growth; `None` if it is not conserved.
     initial_momentum: Option<Vector>,
-    /// The largest `sum m |v|` since then: what is rounded are momenta as large as they were when they were rounded.
+    /// The largest `sum m |v|` since then. Rounding errors are relative to the momenta at the time of
+    /// rounding.
     largest_momenta: f64,
-    /// The relative drift until then.
+    /// The relative drift before that time.
     earlier_drift: f64,
     scale: f64,
     initial: Initial,
@@ -186,7 +189,7 @@ impl Ledger {
     pub fn open(simulation: &Simulation, conserves_momentum: bool) -> Self {
         let energy = simulation.energy();
         let initial_energy = energy.kinetic + energy.potential;
-        // A scene that does not allow any was refused if it had some.
+        // A scene that does not allow initial overlaps was validated.
         let is_valid = !simulation.scene().allow_invalid_start;
         let overlaps = if is_valid { 0 } else { simulation.real_overlaps().len() };
         Self {
@@ -199,8 +202,8 @@ impl Ledger {
         }
     }
 
-    /// Begins the books of the momentum again after a growth, from which the simulation starts again: what it has heated, and a scaling has cooled,
-    /// says nothing about later roundings.
+    /// Restarts the ledger of momentum after a growth, when the simulation starts again. The heating by
+    /// growth, and cooling by scaling, do not affect later roundings.
     pub fn start_again(&mut self, simulation: &Simulation) {
         if self.initial_momentum.is_some() {
             let momentum = simulation.energy().momentum;
@@ -210,28 +213,28 @@ impl Ledger {
         }
     }
 
-    /// The change of the total momentum, relative to the largest `sum m |v|`; the largest since the start.
+    /// The largest change of the total momentum since the start, relative to the largest `sum m |v|`.
     fn momentum_drift(&self, momentum: &Vector, simulation: &Simulation) -> Option<f64> {
         self.initial_momentum.map(|initial| {
             let drift = relative((momentum - initial).norm(), self.largest_momenta.max(sum_of_momenta(simulation)));
-            // NaN wins.
+            // NaN is kept.
             if drift >= self.earlier_drift || drift.is_nan() { drift } else { self.earlier_drift }
         })
     }
 
-    /// Whether overlaps of the start may be left.
+    /// Whether initial overlaps may be left.
     pub fn has_overlaps(&self) -> bool {
         self.initial.overlaps > 0 && self.initial.resolved_after.is_none()
     }
 
-    /// Looks whether overlaps of the start are left.
+    /// Checks whether initial overlaps are left.
     pub fn see_overlaps(&mut self, simulation: &Simulation) {
         if self.has_overlaps() && simulation.real_overlaps().is_empty() {
             self.initial.resolved_after = Some(simulation.time() - simulation.scene().start_time);
         }
     }
 
-    /// Takes note of the size of energies and momenta that no row has: before velocities are scaled.
+    /// Records energies and momenta at a time without a row, before velocities are scaled.
     pub fn note(&mut self, simulation: &Simulation, energy: &Energy) {
         self.scale = self.scale.max((energy.kinetic + energy.potential).abs()).max(energy.kinetic);
         if self.initial_momentum.is_some() {
@@ -239,7 +242,7 @@ impl Ledger {
         }
     }
 
-    /// Takes note of the size of the energies.
+    /// Records the energies of a row.
     pub fn see(&mut self, row: &Row) {
         let energy = row.kinetic + row.potential;
         let dissipated = row.ledger - energy;

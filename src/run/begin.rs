@@ -1,4 +1,4 @@
-//! A run that is put together: what is run, with which instruments, and where it goes.
+//! Setup of a run: the scene, the instruments, and the recorder.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -16,22 +16,23 @@ use crate::analysis::instruments::{Instrument, InstrumentError, Registry, Setup}
 use crate::engine::{Simulation, Until};
 use crate::model::{Limit, Scene, Species, Threads};
 
-/// Why a run did not come to its end: `E` is the error of its [`Recorder`].
+/// Why a run ended early. `E` is the error of its [`Recorder`].
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RunError<E> {
-    /// Something could not be kept.
+    /// Something could not be recorded.
     #[error(transparent)]
     Recorder(E),
-    /// Its instruments are the wrong ones.
+    /// The instruments do not match.
     #[error(transparent)]
     Instrument(#[from] InstrumentError),
 }
 
-/// Runs a scene as it plans, and hands rows and frames to a recorder: [`Run::execute`] without instruments of one's own.
+/// Runs a scene as planned, and passes rows and frames to a recorder: [`Run::execute`] without custom
+/// instruments.
 ///
 /// # Errors
-/// The recorder's. A simulation that cannot go on is no error here, but an [`Ending`](super::Ending).
+/// The recorder's. A simulation that cannot continue is not an error here, but an [`Ending`](super::Ending).
 pub fn run<R: Recorder>(
     scene: Scene,
     recorder: &mut R,
@@ -41,16 +42,17 @@ pub fn run<R: Recorder>(
     drive(simulation, state, Registry::default(), recorder, watch)
 }
 
-/// Origin of a run: what its instruments are compared with.
+/// Origin of a run, with which its instruments are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Origin {
     Scene,
     Checkpoint,
-    /// It has them already.
+    /// It already has them.
     Pause,
 }
 
-/// A run of a scene with all that it plans (stages, equilibration, thermostat, instruments), from its start or from a checkpoint.
+/// A run of a scene with everything that it plans (stages, equilibration, thermostat, instruments), from its
+/// start or from a checkpoint.
 ///
 /// ```
 /// use carom::model::{Limit, Potential, RunPlan};
@@ -80,16 +82,17 @@ pub struct Run {
 }
 
 impl Run {
-    /// From the start of a scene.
+    /// A run from the start of a scene.
     pub fn new(scene: Scene) -> Self {
         let simulation = Simulation::without_plan(scene);
         let state = RunState::new(&simulation);
         Self { simulation, state, registry: Registry::default(), origin: Origin::Scene }
     }
 
-    /// From the start of a scene, with less memory: the positions and velocities of the start, 56 bytes of each particle, are let go as soon as the
-    /// simulation has them. `simulation.scene().particles()` of a run that has [`Finished`] is empty then, unless the scene has static particles or a
-    /// stage of growth, which need them.
+    /// A run from the start of a scene, with less memory. The initial positions and velocities, 56 bytes per
+    /// particle, are freed once the simulation has copied them. `simulation.scene().particles()` of a
+    /// [`Finished`] run is then empty, unless the scene has static particles or a stage of growth, which need
+    /// them.
     pub fn without_start(scene: Scene) -> Self {
         let keeps_start =
             scene.species.iter().any(Species::is_static) || scene.run.stages.iter().any(|stage| stage.growth.is_some());
@@ -99,47 +102,49 @@ impl Run {
         Self { simulation, state, registry: Registry::default(), origin: Origin::Scene }
     }
 
-    /// From a checkpoint, to the same bits as if the run had never stopped.
+    /// A run continued from a checkpoint, with the same bits as without the interruption.
     pub fn resume(checkpoint: Checkpoint) -> Self {
         let Checkpoint { mut simulation, state, .. } = checkpoint;
         simulation.set_threads(simulation.scene().run().threads);
         Self { simulation, state, registry: Registry::default(), origin: Origin::Checkpoint }
     }
 
-    /// Sets the number of threads, in place of that in the scene. The bits are the same: [`Simulation::set_threads`].
+    /// Sets the number of threads, instead of the scene's. The bits are the same:
+    /// [`Simulation::set_threads`].
     pub fn threads(mut self, threads: impl Into<Threads>) -> Self {
         self.simulation.set_threads(threads);
         self
     }
 
-    /// Plans rows, frames and instruments of the measurement as for another end, which the run to be repeated was given at first.
+    /// Plans rows, frames and instruments of the measurement for another end, which the run to be repeated
+    /// had originally.
     pub(crate) fn planned_for(mut self, end: Option<Limit>) -> Self {
         self.state.planned = end;
         self
     }
 
-    /// The simulation as it is before the run, or where it goes on.
+    /// The simulation in its present state.
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         &self.simulation
     }
 
-    /// Stage that the run is in.
+    /// The present stage.
     #[must_use]
     pub fn stage(&self) -> Stage {
         self.state.stage.stage
     }
 
-    /// The simulation while the run pauses, to set positions or velocities.
+    /// The simulation while the run is paused, to set positions or velocities.
     pub fn simulation_mut(&mut self) -> &mut Simulation {
         &mut self.simulation
     }
 
-    /// Measures with an instrument of one's own, which `begin` makes at the start of the measurement; [`Instrument`] shows one.
-    /// [`Finished::instrument`] and [`Finished::take_instrument`] give it back after the run.
+    /// Adds a custom instrument, which `begin` creates at the start of the measurement; see [`Instrument`].
+    /// [`Finished::instrument`] and [`Finished::take_instrument`] return it after the run.
     ///
-    /// Its state is part of the checkpoints of the run, under this name: where the run goes on from one, it has to be registered again, and
-    /// `begin` is called only if the measurement has not begun.
+    /// Its state is part of the run's checkpoints, under this name. When the run continues from a checkpoint,
+    /// it has to be registered again, and `begin` is called only if the measurement has not begun.
     pub fn instrument<I>(mut self, name: &str, begin: impl FnOnce(&Setup<'_>) -> I + Send + 'static) -> Self
     where
         I: Instrument + Clone + Serialize + DeserializeOwned + Send + Sync + 'static,
@@ -148,14 +153,16 @@ impl Run {
         self
     }
 
-    /// Runs to the end, and hands rows, frames and events to a recorder, such as the [`Folder`](crate::io::Folder) of a run.
+    /// Runs to the end, and passes rows, frames and events to a recorder, such as the
+    /// [`Folder`](crate::io::Folder) of a run.
     ///
-    /// `watch` is called every few hundredths of a second; the run ends at once, but in good order, where it breaks. Neither
-    /// it nor the recorder changes the trajectory. A stage without a limit is left out.
+    /// `watch` is called every few hundredths of a second. The run ends in good order when it breaks. Neither
+    /// `watch` nor the recorder changes the trajectory. A stage without a limit is skipped.
     ///
     /// # Errors
-    /// [`RunError::Recorder`] if something cannot be kept, and [`RunError::Instrument`] if the instruments that are registered are not those
-    /// that the run began with. A simulation that cannot go on is no error here, but an [`Ending`](super::Ending).
+    /// [`RunError::Recorder`] if something cannot be recorded, and [`RunError::Instrument`] if the registered
+    /// instruments differ from those at the beginning of the run. A simulation that cannot continue is not an
+    /// error here, but an [`Ending`](super::Ending).
     pub fn execute<R: Recorder>(
         self,
         recorder: &mut R,
@@ -179,8 +186,9 @@ impl Run {
         Ok(self)
     }
 
-    /// Runs on to a simulated time, or to a number of physical events since the start of the simulation, whichever comes first, and pauses there: the run goes
-    /// on from there to the same bits, and `None`. If it ends before, the run as it is then, without its last row and frame, and why it ended:
+    /// Runs to a simulated time or to a number of physical events since the start of the simulation,
+    /// whichever comes first, and pauses there. Returns the run, which continues with the same bits, and
+    /// `None`. If the run ends before, returns the run without its last row and frame, and why it ended;
     /// [`Run::execute`] and [`Run::finish`] add these.
     ///
     /// ```
@@ -213,8 +221,9 @@ impl Run {
         drive_to(self.registered()?, Halt::At(until), recorder, watch).map_err(RunError::Recorder)
     }
 
-    /// Runs to where another run of the same scene was interrupted, and ends there as that one did: after a number of physical events since the start of the simulation, at a
-    /// simulated time, which may be that of a cell transition after them. `watch` is that of [`Self::execute`]; where it breaks, the run ends at once.
+    /// Runs to where another run of the same scene was interrupted, and ends there in the same way: after a
+    /// number of physical events since the start of the simulation, at a simulated time, which may be that of
+    /// a later cell transition. `watch` is that of [`Self::execute`]; when it breaks, the run ends at once.
     pub(crate) fn execute_up_to<R: Recorder>(
         self,
         events: u64,
@@ -228,10 +237,11 @@ impl Run {
         drive_in_steps(run, end, recorder).map_err(RunError::Recorder)
     }
 
-    /// Runs all that comes before the last measurement (stages, growth, equilibration) and pauses where that begins, with its heat bath and its gravity: the run
-    /// goes on from there to the same bits, and `None`. Otherwise the run as it is then, and why it ended.
+    /// Runs everything before the last measurement (stages, growth, equilibration) and pauses where that
+    /// begins, with its heat bath and its gravity. Returns the run, which continues with the same bits, and
+    /// `None`; or the run in its present state, and why it ended.
     ///
-    /// `watch` is that of [`Self::execute`]. Of measured stages nothing is kept.
+    /// `watch` is that of [`Self::execute`]. Results of measured stages are not recorded.
     ///
     /// # Errors
     /// As [`Self::execute`].
@@ -243,13 +253,13 @@ impl Run {
         Ok(prepared)
     }
 
-    /// The simulation as it is, without the run.
+    /// Extracts the simulation.
     #[must_use]
     pub fn into_simulation(self) -> Simulation {
         self.simulation
     }
 
-    /// Runs to the end, and keeps only what it returns.
+    /// Runs to the end without a recorder.
     ///
     /// # Errors
     /// [`InstrumentError`] as [`Self::execute`].

@@ -1,4 +1,4 @@
-//! A run whose scene is changed while it pauses.
+//! Changes the scene of a paused run.
 
 use std::path::Path;
 
@@ -8,26 +8,28 @@ use super::{Run, Stage};
 use crate::model::{Limit, Scene};
 use crate::scene::SceneError;
 
-/// Reason why a run cannot go on with another scene.
+/// Why a run cannot continue with another scene.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ChangeError {
-    /// The text, or what it has in common with the state.
+    /// The text is invalid, or does not fit the state.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Its spheres do not have the diameters of any scene.
+    /// Diameters are growing and differ from those of any scene.
     #[error("the diameters have grown, expected a stage before they grow: start the scene anew")]
     Grown,
 }
 
 impl Run {
-    /// Run of a scene with other values (gravity, interactions, temperatures of walls, ...), from the positions and velocities that this one has now, at the
-    /// start of the stage that it is in. Its particles, bonds and static meshes stay, in place of those of the text.
+    /// A run of a scene with other values (gravity, interactions, temperatures of walls, ...), from the
+    /// present positions and velocities, at the start of the present stage. The present particles, bonds and
+    /// static meshes replace those of the text.
     ///
-    /// `overrides` are as those of [`Scene::from_file_with`].
+    /// `overrides` have the form of those of [`Scene::from_file_with`].
     ///
     /// # Errors
-    /// [`ChangeError`] if the text has a mistake or does not fit the state, such as another box or a larger diameter, and if diameters grow.
+    /// [`ChangeError`] if the text has a mistake or does not fit the state, for example with another box or a
+    /// larger diameter, and while diameters grow.
     pub fn changed(&self, text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<Self, ChangeError> {
         if self.simulation.is_growing() || self.simulation.scale() != 1.0 {
             return Err(ChangeError::Grown);
@@ -65,7 +67,7 @@ mod tests {
     use super::*;
     use crate::engine::Until;
 
-    /// Discs and chains of two kinds that fall on a static mesh, after a stage and an equilibration.
+    /// Disks and chains of two species that fall on a static mesh, after a stage and an equilibration.
     const SCENE: &str = r#"
         [space]
         size = [12.0, 10.0, 14.0]
@@ -140,7 +142,7 @@ mod tests {
         assert_eq!((ending, run.stage()), (None, Stage::Measurement));
         let same = changed(&run, &[]).unwrap();
         assert_eq!(same.stage(), Stage::Equilibration);
-        // It is over as soon as it begins.
+        // It ends immediately.
         assert_eq!(same.simulation().scene().run().equilibration, Limit::default());
         assert_eq!(same.simulation().snapshot(), run.simulation().snapshot());
         let end = run.simulation().time() + 3.0;
@@ -205,7 +207,7 @@ mod tests {
             assert!(matches!(changed(&run, &overrides), Err(ChangeError::Scene(_))), "{overrides:?}");
         }
         let text = include_str!("../../configs/random_packing.toml");
-        // While they grow, and when they have grown.
+        // While diameters grow, and after they have grown.
         let few = [("fill.0.count", "200"), ("stage.0.until_events", "500")];
         for (events, is_growing) in [(50, true), (600, false)] {
             let run = Run::new(Scene::from_toml_with(text, "scene.toml", &few).unwrap());

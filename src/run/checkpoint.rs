@@ -1,17 +1,18 @@
-//! Checkpoints: all that a run needs to go on with the same bits, in one file.
+//! Checkpoints: everything that a run needs to continue with the same bits, in one file.
 //!
 //! | bytes | content |
 //! |---|---|
-//! | 16 | `carom checkpoint`; of a simulation alone, `carom simulation` |
+//! | 16 | `carom checkpoint`; for a simulation alone, `carom simulation` |
 //! | 12 | the version of carom that wrote it, padded with zeros |
-//! | 8 | the fingerprint of the sources that it was built from, little endian |
+//! | 8 | the fingerprint of the sources of that build, little endian |
 //! | n | scene, engine and state of the run, lengths and checksums of its files (postcard, with all bits of every number) |
 //! | 8 | n, little endian |
-//! | 4 | CRC-32 of all that stands before, little endian |
+//! | 4 | CRC-32 of everything before, little endian |
 //!
-//! Only a program of the same sources and dependencies reads a checkpoint: another one may lay the state out otherwise, or round differently, and would
-//! not go on with the same bits. The fingerprint is taken at build time, of all sources but those that only talk about runs, and of `Cargo.lock`.
-//! The files of a run belong to its checkpoint by their checksums (CRC-32): those of another run are refused.
+//! A checkpoint can only be read by a program of the same sources and dependencies. Another program may store
+//! the state differently, or round differently, and would not continue with the same bits. The fingerprint is
+//! computed at build time from `Cargo.lock` and all sources, except those that only report on runs. The files
+//! of a run belong to its checkpoint by their checksums (CRC-32). Files of other runs are rejected.
 
 mod checked;
 mod error;
@@ -38,10 +39,10 @@ use crate::run::RunState;
 /// Relative round-off of a time.
 const NEAR: f64 = 1e-9;
 
-/// Checkpoint of a run: all that it needs to go on with the same bits.
+/// Checkpoint of a run: everything needed to continue with the same bits.
 #[derive(Debug, Deserialize)]
 pub struct Checkpoint {
-    /// The simulation as it was.
+    /// The simulation in its state at the checkpoint.
     pub simulation: Simulation,
     /// Progress of the run.
     pub state: RunState,
@@ -49,10 +50,10 @@ pub struct Checkpoint {
     pub manifest: Manifest,
 }
 
-/// Content of a [`Checkpoint`] to be written, field by field.
+/// Content of a [`Checkpoint`] for writing, field by field.
 pub(crate) type Content<'a> = (&'a Simulation, &'a RunState, &'a Manifest);
 
-/// Writes any content in the form of a checkpoint, and makes it safe on the disk.
+/// Writes any content in the format of a checkpoint, and syncs it to disk.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -61,10 +62,10 @@ pub(crate) fn write(file: &File, content: &impl Serialize) -> io::Result<()> {
     durability::sync_all(file)
 }
 
-/// Reads the content of a checkpoint, without memory for more than what is made of it.
+/// Reads the content of a checkpoint, without memory for anything but the result.
 ///
 /// # Errors
-/// [`CheckpointError`] if there is none, if another version wrote it, or if a single bit of it has changed.
+/// [`CheckpointError`] if it does not exist, was written by another version, or has a changed bit.
 pub(crate) fn read_content<T: DeserializeOwned>(path: &Path) -> Result<T, CheckpointError> {
     let read = File::open(path).and_then(|file| read_sealed(file, Kind::Checkpoint));
     read.map_err(|source| CheckpointError::unreadable(path, source))?.map_err(|flaw| match flaw {
@@ -74,10 +75,10 @@ pub(crate) fn read_content<T: DeserializeOwned>(path: &Path) -> Result<T, Checkp
 }
 
 impl Checkpoint {
-    /// Reads a checkpoint, without memory for more than what is made of it.
+    /// Reads a checkpoint, without memory for anything but the result.
     ///
     /// # Errors
-    /// [`CheckpointError`] if there is none, if another version wrote it, or if a single bit of it has changed.
+    /// [`CheckpointError`] if it does not exist, was written by another version, or has a changed bit.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
         let checkpoint: Self = read_content(path)?;
         if let Some(what) = checkpoint.simulation.unsound_index() {
@@ -87,7 +88,8 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// The checksum that a checkpoint ends with, of all that stands before; that of the whole file is the same for all.
+    /// The checksum at the end of a checkpoint, of everything before. The checksum of the whole file would be
+    /// the same for all checkpoints.
     pub(crate) fn stated_checksum(path: &Path) -> Result<u32, CheckpointError> {
         let unreadable = |source| CheckpointError::unreadable(path, source);
         let mut file = File::open(path).map_err(unreadable)?;
@@ -96,15 +98,16 @@ impl Checkpoint {
         Ok(u32::from_le_bytes(checksum))
     }
 
-    /// Whether the run has come to an end that its scene asks for, or to that of all events.
+    /// Whether the run has reached an end that its scene specifies, or has no further events.
     pub(crate) fn has_ended(&self) -> bool {
         self.state.has_ended(&self.simulation)
     }
 
-    /// Continues to the end of the last stage. The last checkpoint may be short of it by the rounding of the time of a row.
+    /// Continues to the end of the last stage. The last checkpoint may be slightly before it, by the rounding
+    /// of the time of a row.
     ///
     /// # Errors
-    /// If the simulation cannot go on.
+    /// If the simulation cannot continue.
     pub(crate) fn go_to_end(&mut self) -> Result<(), EngineError> {
         match self.state.rest_of_stage(&self.simulation) {
             Some((end, left)) if left > 0.0 => self.simulation.advance(Until::time(end)).map(|_| ()),
@@ -117,7 +120,8 @@ impl Checkpoint {
         Kind::Checkpoint.is_that_of(path)
     }
 
-    /// Refuses an end of the measurement that it is beyond, so that no scene names an end that was none.
+    /// Rejects an end of the measurement that has already passed, so that no scene names an end that was not
+    /// the end.
     ///
     /// # Errors
     /// [`CheckpointError::Passed`].
@@ -133,7 +137,7 @@ impl Checkpoint {
         Err(CheckpointError::Passed { time: self.simulation.time(), measured, asked })
     }
 
-    /// Gives the measurement another end; one that was reached before ends it at once.
+    /// Sets another end of the measurement. If it has already been reached, the measurement ends at once.
     pub fn extend(&mut self, limit: Limit) {
         self.simulation.set_limit(limit);
         self.state.extend(limit);
@@ -151,7 +155,7 @@ mod tests {
         let scene = SceneBuilder::new("full")
             .species("A", 1.0, 1.0)
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            // Some megabytes, more than any buffer on the way.
+            // Some megabytes, more than any buffer involved.
             .fill(Lattice::FaceCentredCubic, "A", 10_976, Amount::PackingFraction(0.3))
             .run(crate::model::RunPlan { limit: Limit::events(1), ..Default::default() })
             .build()

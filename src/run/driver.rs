@@ -29,14 +29,14 @@ use crate::base::clock::Instant;
 use crate::engine::{Scaling, Simulation, Until};
 use crate::model::Limit;
 
-/// The engine's steps between two questions whether to go on: the first time, and at most. Steps can be slow, of particles with very many
-/// others near them, so that their number follows the clock. It changes nothing else.
+/// Steps of the engine between two calls of `watch`: the first time, and at most. A step is slow if particles
+/// have very many neighbours, so the number is adapted to the wall time. This affects nothing else.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
-/// A pause that never comes.
+/// A pause that is never reached.
 const NEVER: Until = Until { time: f64::INFINITY, events: u64::MAX };
 
-/// Goes on with a run from where it is.
+/// Continues a run.
 pub(super) fn drive<R: Recorder>(
     simulation: Simulation,
     state: RunState,
@@ -49,7 +49,7 @@ pub(super) fn drive<R: Recorder>(
     finished.map_err(|Failed| recorder.into_error())
 }
 
-/// Pause of a run that its caller asks for.
+/// A pause requested by the caller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Halt {
     /// None.
@@ -60,7 +60,7 @@ pub(super) enum Halt {
     Measurement,
 }
 
-/// Goes on with a run, up to a pause: the run as it is then, and how it ended if it did.
+/// Continues a run up to a pause. Returns the run, and how it ended if it did.
 pub(super) fn drive_to<R: Recorder>(
     run: Run,
     halt: Halt,
@@ -81,7 +81,7 @@ pub(super) fn drive_to<R: Recorder>(
     Ok((Run { simulation, state, registry, origin: Origin::Pause }, ending))
 }
 
-/// Goes on with a run step by step up to a simulated time, and ends it there as one that is interrupted.
+/// Continues a run step by step up to a simulated time, and ends it there like an interrupted one.
 pub(super) fn drive_in_steps<R: Recorder>(run: Run, time: f64, recorder: &mut R) -> Result<Finished, R::Error> {
     let Run { simulation, state, registry, .. } = run;
     let mut recorder = KeepsError { recorder, error: None };
@@ -99,31 +99,32 @@ struct Driver<'a> {
     state: RunState,
     /// Description of the system for instruments, if there are any.
     system: Option<SystemDescription>,
-    /// Instruments of the user that have not begun yet.
+    /// Custom instruments that have not begun yet.
     registry: Registry,
     recorder: &'a mut dyn Recorder<Error = Failed>,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    /// Wall time at which the measurement began, or went on.
+    /// Wall time at which the measurement began or continued.
     started: Option<Instant>,
-    /// Whether the present stage has come to what ends it besides its limit: a pressure of growing spheres, or an equilibrium.
+    /// Whether the present stage has ended before its limit: by the pressure of growing spheres, or by
+    /// equilibrium.
     is_over: bool,
     /// Whether this is a pilot run, which is discarded.
     is_pilot: bool,
-    /// Where it pauses, as if the caller wanted no more: at a simulated time, or after a number of physical events.
+    /// An internal pause, invisible to the caller: at a simulated time, or after a number of physical events.
     pause: Until,
-    /// Where the caller has it pause.
+    /// The pause requested by the caller.
     halt: Halt,
-    /// Whether it has paused there.
+    /// Whether the requested pause has been reached.
     is_halted: bool,
-    /// Events, cell transitions and Andersen collisions after which it gives up.
+    /// Number of events, cell transitions and Andersen collisions after which it gives up.
     patience: u64,
-    /// Steps of the engine until it is next asked whether to go on.
+    /// Steps of the engine until the next call of `watch`.
     steps: u64,
-    /// The most of them.
+    /// The maximum of these.
     most_steps: u64,
-    /// A surface of the present stage that is where a particle is.
+    /// A surface of the present stage that overlaps a particle.
     blocked: Option<Blocked>,
-    /// Constants of the volume moves, once there was one.
+    /// Constants of the volume moves, once there has been one.
     scaling: Option<Scaling>,
 }
 
@@ -166,7 +167,7 @@ impl Driver<'_> {
         self.finish(ending)
     }
 
-    /// Goes through the stages, up to where the run ends.
+    /// Runs through the stages, up to the end of the run.
     fn stages(&mut self) -> Result<Ending, Failed> {
         loop {
             if !self.state.has_begun {
@@ -203,7 +204,7 @@ impl Driver<'_> {
         }
     }
 
-    /// Goes on to a time, or `None`; or to a number of events or an obstacle, and says which.
+    /// Advances to a time and returns `None`; or to a number of events or an obstacle, and returns which.
     fn advance(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         while self.simulation.time() < time {
             let done = self.simulation.event_counts().physical();
@@ -223,7 +224,7 @@ impl Driver<'_> {
             let most = events.min(self.next_check());
             let ending = self.go(until, most)?;
             match ending {
-                // By the clock of the simulation that may be a rounding too early.
+                // Due to rounding, this may be slightly too early by the clock of the simulation.
                 Some(Ending::Time) => {
                     if scaling <= until {
                         self.rescale(scaling);
@@ -250,7 +251,7 @@ impl Driver<'_> {
         Ok((self.simulation.event_counts().physical() >= events).then_some(Ending::Events))
     }
 
-    /// Describes the system to instruments as it is now, if there are any.
+    /// Describes the present system to instruments, if there are any.
     fn describe(&mut self) {
         let measurement = self.state.measurement.as_ref();
         let is_measured = !(self.simulation.scene().measure.is_empty() && self.registry.is_empty())
@@ -259,7 +260,7 @@ impl Driver<'_> {
         self.system = is_measured.then(|| SystemDescription::of_simulation(&self.simulation, applicable));
     }
 
-    /// Hands out what is needed to go on from here later.
+    /// Passes a checkpoint to the recorder.
     fn keep(&mut self) -> Result<(), Failed> {
         self.simulation.complete();
         let seconds = self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
@@ -268,7 +269,7 @@ impl Driver<'_> {
         self.recorder.checkpoint(&self.simulation, &state)
     }
 
-    /// Whether the caller wants no more, or no more can be kept.
+    /// Whether the caller has ended the run, or nothing more can be recorded.
     fn is_stopped(&mut self) -> bool {
         let progress = self.progress();
         let is_stopped = (self.watch)(&progress).is_break() || self.recorder.is_full();
@@ -279,7 +280,7 @@ impl Driver<'_> {
         !self.is_pilot && self.agreed(self.recorder.is_checkpoint_due())
     }
 
-    /// A value that all processes take from the first one, because clocks, disks and signals differ.
+    /// The first process's value, because clocks, disks and signals differ between processes.
     fn agreed(&self, found: bool) -> bool {
         self.simulation.agreed(u64::from(found)) != 0
     }
@@ -323,7 +324,7 @@ mod tests {
             .build()
             .unwrap();
         let mut asked = 0;
-        // It is asked once before each of these, and no more than this many steps apart.
+        // `watch` is called before each of these, and at intervals of at most this many steps.
         let finished = run(scene, &mut (), &mut |_| {
             asked += 1;
             if asked < 8 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -355,12 +356,12 @@ mod tests {
     #[test]
     fn a_run_with_overlaps_ends_as_others_do() {
         let limit = |events| RunPlan { limit: Limit::events(events), ..RunPlan::default() };
-        // Many more rows than it would give up after, but some 40 of them between two events.
+        // Far more rows than its patience, but only about 40 of them between two events.
         let bounces = finished(overlapping(Boundary::walls(1.0), [1.0, 0.0, 0.0]), limit(100), Some(0.2));
         assert_eq!((bounces.ending, bounces.measurement.event_counts.wall), (Ending::Events, 100));
         let leaves = finished(overlapping(Boundary::OPEN, [1.0, 0.0, 0.0]), limit(10), None);
         assert_eq!(leaves.ending, Ending::Idle);
-        // For ever past the other two.
+        // Forever past the other two.
         let passes = finished(overlapping(Boundary::Periodic, [1.0, 0.0, 0.0]), limit(10), Some(0.01));
         assert_eq!(passes.ending, Ending::GaveUp);
     }

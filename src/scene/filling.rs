@@ -1,4 +1,5 @@
-//! Numbers, species and places of the particles of a fill: any two of box, count and density give the third.
+//! Numbers, species and positions of the particles of a fill. Any two of box, count and density determine the
+//! third.
 
 use crate::Vector;
 use crate::base::numbers::{index, trunc_to_u64};
@@ -17,15 +18,16 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::region::region;
 use crate::scene::unvalidated::{Amount, Arrangement, Fill, Group, Lattice};
 
-/// Most sites of the lattice around a region, even if few lie in it, as with a thin cylinder across the box: seconds and a gigabyte.
+/// Maximum number of sites of the lattice around a region, even if few lie inside, as for a thin cylinder
+/// across the box: seconds and a gigabyte.
 const MOST_SITES: f64 = 2e7;
 
-/// By how much the mean of two diameters may be above the contact of the two by round-off.
+/// Relative round-off by which the mean of two diameters may exceed their contact distance.
 const ROUNDING: f64 = 1e-12;
 
-/// A fill whose numbers are known.
+/// A fill with known numbers of particles.
 pub(crate) struct Filling {
-    /// Species and how many of each.
+    /// The species and the number of particles of each.
     shares: Vec<(SpeciesId, usize)>,
     pub region: FillRegion,
 }
@@ -43,7 +45,7 @@ impl Filling {
         Ok(filling)
     }
 
-    /// Number of particles; the most that there can be where as many as fit are asked for.
+    /// Number of particles; the maximum number if as many as fit are requested.
     pub(crate) fn count(fill: &Fill, placing: &Placing<'_>, at: &ConfigPath) -> Result<u64, SceneError> {
         let (species, space) = (placing.species, placing.space);
         if fill.as_many_as_fit && fill.arrangement != Arrangement::Random {
@@ -89,7 +91,7 @@ impl Filling {
         self.shares.iter().filter(|(_, count)| *count > 0).map(|(species, _)| *species)
     }
 
-    /// The sites of a lattice; they have to be far enough apart for every species, unless overlaps are allowed.
+    /// The sites of a lattice. They must be far enough apart for every species, unless overlaps are allowed.
     pub(crate) fn on_lattice(
         &self,
         lattice: Lattice,
@@ -154,7 +156,8 @@ fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(Spec
     Ok(shares)
 }
 
-/// More than there is room for, if particles keep each other apart: the room over the volume of the spheres that cannot overlap in a mean particle.
+/// An upper bound of the number of particles that fit, if particles cannot overlap: the room over the mean
+/// volume of their impenetrable spheres.
 fn most_that_fit(
     room: f64,
     shares: &[(SpeciesId, f64)],
@@ -209,7 +212,7 @@ fn volume_per_particle(
 }
 
 impl SceneBuilder {
-    /// The cube, square or line that the one fill with a count and a density needs.
+    /// The cube, square or line required by the only fill with a count and a density.
     pub(crate) fn derived_size(&self, species: &[Species], space: &Space) -> Result<Vector, SceneError> {
         let mut deciding = self.groups.iter().filter_map(|placed| match &placed.group {
             Group::Fill(fill @ Fill { count: Some(count), amount: Some(amount), region: None, .. }) => {

@@ -1,4 +1,4 @@
-//! Particles that a program passes to a scene in memory, in place of a file of coordinates.
+//! Particles that a program passes to a scene in memory, instead of a coordinate file.
 
 use std::collections::HashMap;
 
@@ -12,50 +12,50 @@ use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{WriteError, write_frame};
 use crate::trajectory::frame::FrameParticle;
 
-/// Particles that a program gives a scene from its memory, as if `[[file]]` named a file with them: they follow those of `[[particle]]`, and
-/// are before those of files.
+/// Particles that a program passes to a scene, as if `[[file]]` named a file with them. Their ids follow
+/// those of `[[particle]]` and precede those of files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct GivenParticles {
-    /// Word for them in messages, where a file has its path.
+    /// Their name in messages, used like the path of a file.
     pub name: String,
     /// The particles, with the bonds and the box.
     pub frame: Frame,
-    /// Whether a scene without a size takes the box of the frame.
+    /// Whether a scene without a size takes the box from the frame.
     pub has_box: bool,
-    /// Whether the radii of the frame are known: they have to be those of the species then.
+    /// Whether the radii of the frame are known. They must then equal those of the species.
     pub has_radii: bool,
-    /// Whether the positions are those of a plane, the one in which a flat z has its box.
+    /// Whether the positions are two-dimensional, in the plane of a flat z.
     pub is_plane: bool,
-    /// Name of the interaction that holds the bonds; if not given, each is held by the one whose name the frame has.
+    /// Name of the interaction for the bonds; `None` uses the interactions with the names in the frame.
     pub bond: Option<String>,
 }
 
-/// How the record of a scene has the particles that a program has given.
+/// How the record of a scene stores the particles from a program.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub enum KeptParticles<'a> {
     /// In a file beside the record, with this name and content.
     InFile(&'a str, &'a [u8]),
-    /// One by one in tables, so that the record needs no other file.
+    /// As tables in the record, one for each particle, so that no other file is needed.
     InTables(&'a GivenParticles),
 }
 
 impl GivenParticles {
-    /// Particles of a frame without its box and its radii.
+    /// Particles of a frame, without its box and radii.
     #[must_use]
     pub fn new(name: &str, frame: Frame) -> Self {
         Self { name: name.to_owned(), frame, has_box: false, has_radii: false, is_plane: false, bond: None }
     }
 
-    /// Content of a file in extended XYZ that makes the same particles of the scene that they were given to, bit for bit.
+    /// Content of an extended XYZ file that gives a scene the same particles, bit for bit.
     ///
     /// # Errors
-    /// [`WriteError`] if the scene is not the one that was made of them.
+    /// [`WriteError`] if the scene was not made from these particles.
     pub fn file_for(&self, scene: &Scene) -> Result<Vec<u8>, WriteError> {
         let known: HashMap<&str, u32> =
             scene.species.iter().zip(0..).map(|(species, number)| (species.name.as_str(), number)).collect();
-        // Names without particles may be no species.
+        // Names without particles need not be species.
         let numbers: Vec<u32> =
             self.frame.species.iter().map(|it| known.get(it.name.as_str()).copied().unwrap_or(u32::MAX)).collect();
         let in_scene = |particle: &FrameParticle| {
@@ -82,12 +82,13 @@ impl GivenParticles {
         Ok(content)
     }
 
-    /// A position in the space of a scene, whose z is that of its plane.
+    /// A position in the space of a scene; in two dimensions, z is that of its plane.
     pub(super) fn placed(&self, position: Vector, space: &Space) -> Vector {
         if self.is_plane { Vector::new(position.x, position.y, space.lower.z) } else { position }
     }
 
-    /// Text of one table of each particle and each bond, for the end of a scene that has the ids below `first` for other particles.
+    /// Text with a table for each particle and each bond, to append to a scene whose ids below `first` belong
+    /// to other particles.
     pub(super) fn tables(&self, scene: &Scene, first: usize) -> String {
         let frame = &self.frame;
         let name = |number: usize| frame.species.get(number).map_or("", |species| species.name.as_str());
@@ -111,7 +112,7 @@ impl GivenParticles {
         text
     }
 
-    /// Puts the box of a scene that is that of the particles into its tables.
+    /// Writes the box of a scene, if it comes from the particles, to its tables.
     pub(super) fn put_box(&self, scene: &Scene, table: &mut Table) {
         let has_fill = table.get("fill").and_then(Value::as_array).is_some_and(|fills| !fills.is_empty());
         let space = table.entry("space").or_insert_with(|| Value::Table(Table::new()));
@@ -165,7 +166,7 @@ position = [0.5, 0.5, 0.5]
 until_time = 1.0
 "#;
 
-    /// Two bonded beads; the second one is beyond a periodic side.
+    /// Two bonded beads. The second one is beyond a periodic side.
     fn given() -> GivenParticles {
         let particle = |id: u32, x: f64| FrameParticle {
             id: ParticleId(id),

@@ -1,4 +1,5 @@
-//! The particles of a scene, group by group: placed in the order that leaves room, numbered in the order given, at rest.
+//! The particles of a scene, group by group: placed in the order that leaves most room, numbered in the given
+//! order, at rest.
 
 mod placing;
 
@@ -20,18 +21,18 @@ use crate::scene::limits::{affordable, motion, on_flat_axes};
 use crate::scene::unvalidated::{Group, Listed, LocatedGroup, SurfaceFill};
 use crate::scene::validate::start;
 
-/// All particles, and which group each came from.
+/// All particles, and the group of each.
 pub(crate) struct Groups {
     pub particles: Vec<Particle>,
     pub bonds: Vec<(Bond, ConfigPath)>,
     pub static_surfaces: Vec<StaticSurface>,
-    /// Config path of each group, and the id of its first particle; empty where particles stand for themselves.
+    /// Config path of each group, and the id of its first particle; empty for a plain list of particles.
     pub starts: Vec<(usize, ConfigPath)>,
 }
 
 impl Groups {
-    /// Places everything: first what stands at given places, then static surfaces and lattices, then what has to find room
-    /// among them, chains before single particles.
+    /// Places all groups: first particles at given positions, then static surfaces and lattices, then
+    /// particles at random between them, chains before single particles.
     pub(crate) fn place(
         scene: &SceneBuilder,
         species: &[Species],
@@ -57,7 +58,7 @@ impl Groups {
                         placing.chains(index, chain, &placed.at, interactions, occupancy.as_mut())?
                     }
                 };
-                // With the spheres of all static surfaces, whose numbers are known only now.
+                // Includes the spheres of all static surfaces, whose numbers are only known now.
                 total += parts[index].len() as u64;
                 affordable(total, &placed.at)?;
             }
@@ -111,7 +112,7 @@ impl Groups {
         counts
     }
 
-    /// The velocities of fills and chains; those of listed particles are given, and surfaces stay at rest.
+    /// The velocities of fills and chains. Listed particles have given velocities, and surfaces stay at rest.
     pub(crate) fn drawn(&self, scene: &SceneBuilder) -> Vec<Drawn> {
         let ends = self.starts.iter().skip(1).map(|(first, _)| *first).chain([self.particles.len()]);
         let ids = self.starts.iter().zip(ends).map(|((first, _), end)| *first..end);
@@ -128,7 +129,7 @@ impl Groups {
             .collect()
     }
 
-    /// Where the scene asks for a particle.
+    /// Config path of a particle.
     pub(crate) fn path_of(&self, id: usize) -> ConfigPath {
         if self.starts.is_empty() {
             return ConfigPath::entry("particle", id);
@@ -138,14 +139,14 @@ impl Groups {
     }
 }
 
-/// Particles at given positions, those beyond a periodic side wrapped into the box.
+/// Particles at given positions. Those beyond a periodic side are wrapped into the box.
 fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
     let named = |name: &String| species.iter().position(|candidate| candidate.name == *name);
     let known: Vec<Option<usize>> = listed.names.iter().map(named).collect();
     let mut particles = Vec::with_capacity(listed.particles.len());
     for (row, particle) in listed.particles.iter().enumerate() {
         let found = known.get(particle.species.0 as usize).copied().flatten();
-        // Nothing is made for messages of the many that are right.
+        // For valid particles, which are many, no messages are prepared.
         let Some(kind) = found.filter(|kind| is_right(particle, &species[*kind], space)) else {
             return Err(wrong(listed, row, (species, space), at));
         };
@@ -155,7 +156,7 @@ fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) 
     Ok(particles)
 }
 
-/// Whether a particle may be where it is, and move as it does.
+/// Whether the position and the velocity of a particle are permitted.
 fn is_right(particle: &Particle, species: &Species, space: &Space) -> bool {
     let Particle { position, velocity, .. } = particle;
     let is_on_flat =
@@ -165,7 +166,7 @@ fn is_right(particle: &Particle, species: &Species, space: &Space) -> bool {
         && (!species.is_static() || *velocity == Vector::zeros())
 }
 
-/// Why a particle of a list is refused.
+/// Why a listed particle is rejected.
 fn wrong(listed: &Listed, row: usize, (species, space): (&[Species], &Space), at: &ConfigPath) -> SceneError {
     let particle = &listed.particles[row];
     let place = |keys: [&'static str; 2]| listed.place(at, keys, row);

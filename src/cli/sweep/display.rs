@@ -1,4 +1,4 @@
-//! How far a sweep has come, on the terminal or in lines.
+//! Shows the progress of a sweep, as a bar on a terminal, otherwise in lines.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
@@ -11,14 +11,15 @@ use indicatif::ProgressBar;
 use crate::cli::progress::bar;
 use crate::cli::warn;
 
-/// Between two states of the bar.
+/// Interval of updates of the bar.
 const INTERVAL: Duration = Duration::from_millis(100);
-/// Steps of the bar for each run.
+/// Resolution of the bar for each run.
 const STEPS: u64 = 1000;
-/// Runs that are named beside the bar.
+/// Number of runs that are named beside the bar.
 const MOST_NAMED: usize = 3;
 
-/// Shows the progress of all runs: a bar on a terminal, a line for each run that is over elsewhere, on standard error.
+/// Shows the progress of all runs on standard error: a bar on a terminal, otherwise a line for each finished
+/// run.
 pub struct Display {
     bar: ProgressBar,
     is_quiet: bool,
@@ -28,7 +29,7 @@ pub struct Display {
 
 struct State {
     over: usize,
-    /// Progress of the active runs, by place.
+    /// Progress of the active runs, by index.
     running: BTreeMap<usize, f64>,
     shown: Instant,
 }
@@ -73,7 +74,7 @@ impl Display {
         self.bar.set_position(position);
     }
 
-    /// A line about a run that is over.
+    /// A line about a finished run.
     fn line(&self, sweep: &Sweep, place: usize, fate: &Fate, over: usize) {
         let words = match fate {
             Fate::Done => "done".to_owned(),

@@ -1,11 +1,11 @@
-//! Where the ends of bonds are in a frame.
+//! Finds the ends of bonds in a frame.
 
 use std::collections::HashMap;
 
 use super::FrameError;
 use crate::trajectory::Frame;
 
-/// The places of the two ends of each bond in the list of particles.
+/// For each bond, the indices of its two ends in the list of particles.
 pub(in crate::io) fn bond_ends(frame: &Frame) -> Result<Vec<[u32; 2]>, FrameError> {
     if frame.bonds.is_empty() {
         return Ok(Vec::new());

@@ -21,52 +21,52 @@ pub enum ConvertError {
         /// Why.
         source: ReadError,
     },
-    /// The source ends before the first frame asked for.
+    /// The source ends before the first requested frame.
     #[error("frame {first} of {} does not exist: it has {count} complete frames, counted from 0", path.display())]
     NoSuchFrame {
         /// The file.
         path: PathBuf,
-        /// The frame asked for.
+        /// The requested frame.
         first: u64,
         /// The number of complete frames.
         count: u64,
     },
-    /// There is something under the name of the target.
+    /// The target exists.
     #[error("{} exists", .0.display())]
     Exists(PathBuf),
-    /// The name of the target, or of its unfinished state, is that of something that is not a conversion into this format.
+    /// Something that is not a conversion to this format has the name of the target or its temporary name.
     #[error("{} holds something that is not such a conversion", .0.display())]
     Foreign(PathBuf),
-    /// The name of the target asks for compression, which the format does not have.
+    /// The name of the target specifies a compression that the format does not support.
     #[error("{} ends as compressed files do, and only extended XYZ is written compressed", .0.display())]
     Compressed(PathBuf),
-    /// The target is the source, or would be written over it.
+    /// The target is the source, or would overwrite it.
     #[error("{} is the trajectory that would be converted", .0.display())]
     Source(PathBuf),
-    /// The format cannot hold a frame.
+    /// The format cannot represent a frame.
     #[error("frame {index} of {} cannot be converted", path.display())]
     Frame {
         /// The source.
         path: PathBuf,
-        /// The place of the frame, from 0.
+        /// Index of the frame, from 0.
         index: u64,
         /// Why.
         source: FrameError,
     },
-    /// The format cannot hold a frame of a program.
+    /// The format cannot represent a frame of a program.
     #[error("frame {index} cannot be written to {}", path.display())]
     Unwritable {
         /// The target.
         path: PathBuf,
-        /// The place of the frame, from 0.
+        /// Index of the frame, from 0.
         index: u64,
         /// Why.
         source: FrameError,
     },
-    /// It was asked to end before it was complete.
+    /// It was interrupted before it was complete.
     #[error("interrupted; nothing is left of it")]
     Interrupted,
-    /// A file about the surfaces beside the trajectory cannot be read.
+    /// A file with a surface beside the trajectory cannot be read.
     #[error("cannot read the surface {}: {problem}", path.display())]
     Surface {
         /// The file.
@@ -74,7 +74,7 @@ pub enum ConvertError {
         /// Why.
         problem: String,
     },
-    /// The target cannot be written: no permission, no space.
+    /// The target cannot be written: no permission, or no space.
     #[error("cannot write {}", path.display())]
     Write {
         /// The target.
@@ -90,7 +90,7 @@ impl ConvertError {
         move |source| Self::Write { path, source }
     }
 
-    /// Cure: what the user can do, where that is not plain.
+    /// Cure, if it is not obvious.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         match self {
@@ -105,29 +105,29 @@ impl ConvertError {
     }
 }
 
-/// Error of a frame that a format cannot hold.
+/// Error of a frame that a format cannot represent.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FrameError {
     /// The operating system failed to write.
     #[error("cannot write it")]
     Io(#[from] io::Error),
-    /// Extended XYZ cannot hold the frame.
+    /// Extended XYZ cannot represent the frame.
     #[error(transparent)]
     ExtendedXyz(#[from] WriteError),
-    /// A bond without its ends.
+    /// Two particles with the same id.
     #[error("two particles have the id {}, and bonds refer to ids", .0.0)]
     RepeatedId(ParticleId),
-    /// A bond ends nowhere.
+    /// A bond to a particle that does not exist.
     #[error("a bond ends at particle {}, which does not exist", .0.0)]
     NoBondEnd(ParticleId),
     /// A number is too large for single precision.
     #[error("{0} is beyond the largest number of the format, which keeps numbers in single precision")]
     BeyondSingle(f64),
-    /// The format counts to 2^32 only.
+    /// The format has 32-bit counts.
     #[error("{0} particles, bonds or species are more than the format can hold")]
     TooMany(usize),
-    /// The format counts periods with 32 bits.
+    /// The format has 32-bit image numbers.
     #[error("a particle has travelled {0} periods along x, more than the format can count")]
     BeyondPeriods(f64),
     /// The format numbers the names of arrays with 16 bits.
@@ -141,7 +141,7 @@ pub enum FrameError {
 }
 
 impl FrameError {
-    /// Says where: what failed to be written is the target's fault, all else that of a frame.
+    /// The error with its path: a write error belongs to the target, others to a frame of the source.
     pub(super) fn at(self, source: &Path, index: u64, target: &Path) -> ConvertError {
         match self {
             Self::Io(error) | Self::ExtendedXyz(WriteError::Io(error)) => {

@@ -1,4 +1,4 @@
-//! A text that is written plain, or compressed by gzip or Zstandard.
+//! A text file, plain or compressed by gzip or Zstandard.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -9,10 +9,10 @@ use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 
 use super::target::{Draft, finish};
 
-/// Text in one Zstandard frame `[bytes]`.
+/// Length of text in one Zstandard frame `[bytes]`.
 const FRAME: usize = 1 << 20;
 
-/// Kind of compression, by the ending of a name.
+/// Kind of compression, from the ending of a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Compressed {
     Gzip,
@@ -20,7 +20,7 @@ pub(super) enum Compressed {
 }
 
 impl Compressed {
-    /// The kind that the ending `.gz` or `.zst` of a name stands for.
+    /// The kind for the ending `.gz` or `.zst` of a name.
     pub fn of_name(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
         match ending.as_str() {
@@ -31,16 +31,16 @@ impl Compressed {
     }
 }
 
-/// A file that takes text.
+/// A text file being written.
 pub(super) enum Text {
     Plain(Draft),
     Gzip(GzEncoder<Draft>),
-    /// The file, and the text of the frame that has been begun.
+    /// The file, and the text of the frame being written.
     Zstandard(Draft, Vec<u8>),
 }
 
 impl Text {
-    /// An empty one.
+    /// An empty file.
     pub fn new(file: Draft, kind: Option<Compressed>) -> Self {
         match kind {
             None => Self::Plain(file),
@@ -49,7 +49,7 @@ impl Text {
         }
     }
 
-    /// Writes the rest, and makes it safe on the disk.
+    /// Writes the rest, and syncs it to disk.
     pub fn finish(self) -> io::Result<()> {
         match self {
             Self::Plain(file) => finish(file),

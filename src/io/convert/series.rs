@@ -1,4 +1,4 @@
-//! Frames of a program in the formats of other programs, one after the other.
+//! Writes frames of a program, one after the other, in the formats of other programs.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::trajectory::extended_xyz::WriteError;
 
 /// Frames that a program writes one after the other, in the format of another program.
 ///
-/// They are written beside the final name, which they get at the end; what is not finished is removed.
+/// The output has a temporary name until the end. Unfinished output is removed.
 ///
 /// ```
 /// use carom::io::convert::FrameSeries;
@@ -29,12 +29,12 @@ use crate::trajectory::extended_xyz::WriteError;
 pub struct FrameSeries {
     writer: Box<dyn Writer>,
     target: Target,
-    /// Frames so far.
+    /// Number of frames so far.
     frames: u64,
 }
 
 impl FrameSeries {
-    /// A series that will be in a file, or in a folder where that is what the format has.
+    /// Creates a series in a file, or in a folder if the format needs one.
     ///
     /// # Errors
     /// [`ConvertError::Exists`] or [`ConvertError::Foreign`] if the target may not be replaced, [`ConvertError::Write`] if it cannot be written.
@@ -52,7 +52,8 @@ impl FrameSeries {
     /// Adds a frame.
     ///
     /// # Errors
-    /// [`ConvertError::Unwritable`] if the format cannot hold it, [`ConvertError::Write`] if the target cannot be written.
+    /// [`ConvertError::Unwritable`] if the format cannot represent it, [`ConvertError::Write`] if the target
+    /// cannot be written.
     pub fn write(&mut self, frame: &Frame) -> Result<(), ConvertError> {
         let moment = Moment { index: self.frames, frame, has_velocities: true };
         self.writer.write(&moment).map_err(|error| failed(error, self.frames, self.target.path()))?;
@@ -60,10 +61,11 @@ impl FrameSeries {
         Ok(())
     }
 
-    /// Gives the file or folder its name, with all that was written.
+    /// Gives the file or folder its final name.
     ///
     /// # Errors
-    /// [`ConvertError::Write`] if the target cannot be written, [`ConvertError::Exists`] if another one has been made in the meantime.
+    /// [`ConvertError::Write`] if the target cannot be written, [`ConvertError::Exists`] if another one was
+    /// created in the meantime.
     pub fn finish(self) -> Result<(), ConvertError> {
         let last = self.frames.saturating_sub(1);
         self.writer.finish().map_err(|error| failed(error, last, self.target.path()))?;
@@ -71,7 +73,7 @@ impl FrameSeries {
     }
 }
 
-/// An error with its place: what failed to be written is the target's fault, all else that of a frame.
+/// The error with its place: a write error belongs to the target, others to a frame.
 fn failed(error: FrameError, index: u64, target: &Path) -> ConvertError {
     let path = target.to_owned();
     match error {

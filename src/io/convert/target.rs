@@ -1,4 +1,4 @@
-//! Where a conversion goes, and what it may replace.
+//! Target of a conversion, and what it may replace.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -13,7 +13,7 @@ use crate::io::partial::partial_of;
 use crate::io::plain;
 use crate::model::Format;
 
-/// A file or folder that is written beside its final name. What is not completed is removed.
+/// A file or folder under a temporary name. It is removed unless it is completed.
 #[derive(Debug)]
 pub(super) struct Target {
     path: PathBuf,
@@ -23,11 +23,11 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Makes sure that the target may be written, and makes its folder if it is one.
+    /// Checks that the target may be written, and creates it if it is a folder.
     pub fn claim(path: &Path, format: Format, source: Option<&Path>, replace: bool) -> Result<Self, ConvertError> {
         let partial = partial_of(path);
         remove_abandoned(folder_of(path));
-        // A run that was killed leaves a trajectory that ends on the same suffix.
+        // A killed run leaves a trajectory with the same suffix.
         if let Some(source) = source.filter(|source| [path, &partial].into_iter().any(|path| is_same(path, source))) {
             return Err(ConvertError::Source(source.to_owned()));
         }
@@ -49,12 +49,12 @@ impl Target {
         &self.path
     }
 
-    /// Where to write.
+    /// The temporary path.
     pub fn partial(&self) -> &Path {
         &self.partial
     }
 
-    /// Gives it its name, in the place of what may be replaced.
+    /// Gives it its final name. An existing target that may be replaced is replaced.
     pub fn complete(self) -> Result<(), ConvertError> {
         if self.format.is_folder() {
             sync_folder(&self.partial);
@@ -68,12 +68,12 @@ impl Target {
 
 impl Drop for Target {
     fn drop(&mut self) {
-        // Where nothing is left, there is nothing to remove; what cannot be removed is refused or replaced next time.
+        // Nothing may be left to remove. If it cannot be removed, the next conversion rejects or replaces it.
         let _ = remove(&self.partial);
     }
 }
 
-/// A file of a conversion while it is written.
+/// An unfinished file of a conversion.
 pub(in crate::io) type Draft = BufWriter<File>;
 
 /// An empty file.
@@ -81,13 +81,13 @@ pub(in crate::io) fn draft(path: &Path) -> io::Result<Draft> {
     Ok(BufWriter::with_capacity(1 << 16, plain::create(path)?))
 }
 
-/// Makes a file safe on the disk.
+/// Syncs a file to disk.
 pub(in crate::io) fn finish(mut draft: Draft) -> io::Result<()> {
     draft.flush()?;
     durability::sync_all(draft.get_ref())
 }
 
-/// Removes the files of a former conversion into a folder, and the folder if nothing else is in it.
+/// Removes the files of an earlier conversion to a folder, and the folder if nothing else is in it.
 pub(in crate::io) fn remove_converted(folder: &Path) -> Result<(), OutputError> {
     let endings: Vec<&str> = Format::ALL.into_iter().filter_map(Format::folder_of).flatten().copied().collect();
     let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
@@ -108,14 +108,14 @@ fn is_same(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// Refuses a folder where a file belongs, the reverse, and a folder with anything but files of the format.
+/// Rejects a folder in place of a file, the reverse, and a folder with other files than those of the format.
 fn refuse_foreign(path: &Path, format: Format) -> Result<(), ConvertError> {
     let foreign = foreign_in(path, format).map_err(ConvertError::write(path))?;
     if foreign.is_none() { Ok(()) } else { Err(ConvertError::Foreign(path.to_owned())) }
 }
 
-/// Foreign file or folder where a conversion is to go, which is none into that format: a folder where a file belongs, the reverse, or something in
-/// a folder besides files of the format.
+/// Path of something at the target that is not a conversion to this format: a folder in place of a file, the
+/// reverse, or a foreign file in a folder.
 ///
 /// # Errors
 /// If the folder cannot be read.
@@ -137,7 +137,7 @@ pub(in crate::io) fn foreign_in(path: &Path, format: Format) -> io::Result<Optio
     Ok(None)
 }
 
-/// Removes a file, or a folder of files; nothing is fine as well.
+/// Removes a file, or a folder of files, if it exists.
 fn remove(path: &Path) -> io::Result<()> {
     let removed = match fs::symlink_metadata(path) {
         Ok(metadata) if metadata.is_dir() => fs::remove_dir_all(path),

@@ -1,4 +1,4 @@
-//! Conversions as a whole; the formats have tests of their own.
+//! Tests of conversions as a whole. Each format has its own tests.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::model::{ParticleId, SpeciesId};
 use crate::trajectory::extended_xyz::WriteError;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
-/// Four beads along x in a box that is periodic along x and z; the bond from 3 to 0 goes through the side.
+/// Four beads along x in a box that is periodic along x and z. The bond from 3 to 0 crosses the side.
 pub(in crate::io) fn chain() -> Frame {
     let bead = |id: u32, species, radius| FrameParticle {
         id: ParticleId(id),
@@ -84,7 +84,7 @@ fn a_piece_is_the_frames_asked_for() {
         let frames: Result<Vec<Frame>, _> = FrameReader::new(&fs::read(&target).unwrap()[..]).collect();
         assert_eq!(frames.unwrap(), at(times));
     }
-    // The numbers of frames are those of the source.
+    // Frames keep their numbers from the source.
     let table = folder.path().join("b.csv");
     convert(&source, Format::Csv, &table, &Options { first: 2, ..Options::default() }).unwrap();
     assert!(fs::read_to_string(table).unwrap().lines().nth(1).unwrap().starts_with("2,2,0,bead,"));
@@ -275,7 +275,7 @@ fn scalars_of_particles_are_in_every_format() {
         has(&frame_file, &values) && String::from_utf8_lossy(&fs::read(frame_file).unwrap()).contains("Name=\"q6\"")
     );
     assert!(has(&target(Format::Gsd), &values.iter().rev().copied().collect::<Vec<_>>()));
-    // A piece reads back, and what no format could distinguish from its own columns is left out.
+    // An extract can be read back. Scalars whose names conflict with columns of a format are left out.
     let back =
         FrameReader::new(fs::read(Format::Xyz.target_beside(&source)).unwrap().as_slice()).next().unwrap().unwrap();
     assert_eq!(back, frame);
@@ -317,7 +317,7 @@ fn images_are_in_every_format() {
     assert!(has(&target(Format::Vtk).join("frame_000000.vtp"), &frame.images));
     // By id.
     assert!(has(&target(Format::Gsd), &frame.images.iter().rev().copied().collect::<Vec<_>>()));
-    // A later frame without them has empty cells, and no place in arrays.
+    // A later frame without images has empty cells, and is rejected by arrays.
     trajectory(&source, &[frame.clone(), Frame { images: Vec::new(), ..frame }]);
     let table = folder.path().join("b.csv");
     convert(&source, Format::Csv, &table, &Options::default()).unwrap();

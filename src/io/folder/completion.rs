@@ -28,19 +28,21 @@ pub struct Completed {
     pub files: Vec<PathBuf>,
     /// Their folder.
     pub folder: PathBuf,
-    /// The folder of the run that was to be replaced and was not, because this one has not come to its end, or is not sound.
+    /// The folder of the old run, if it was not replaced because this one has not reached its end or is not
+    /// sound.
     pub kept: Option<PathBuf>,
     /// Why the trajectory could not be converted.
     pub failures: Vec<ConvertError>,
 }
 
 impl Folder {
-    /// Gives the files their names, and adds the measurements, the summary and `report.txt`, which holds `report`: any text for people; then takes the place of the run that is to be
-    /// replaced, if there is one and this one [is sound](Finished::is_sound) and complete.
+    /// Gives the files their final names, and adds the measurements, the summary and `report.txt`, which
+    /// contains `report`, any text for people. Then it takes the place of the run to be replaced, if there is
+    /// one and this run is complete and [sound](Finished::is_sound).
     ///
     /// # Errors
-    /// [`OutputError::Write`] if a file cannot be written; there is no `summary.json` then, or that of the run that was to be replaced. A
-    /// conversion that fails is no error here.
+    /// [`OutputError::Write`] if a file cannot be written. There is no `summary.json` then, or only that of
+    /// the run to be replaced. A failed conversion is not an error here.
     pub fn complete(mut self, finished: &Finished, report: &str) -> Result<Completed, OutputError> {
         let trajectory_file = self.trajectory.into_file()?;
         let measured = Measurements::of(finished);
@@ -56,7 +58,7 @@ impl Folder {
         let scene = self.scene.map(|_| PartialFile::reopen(self.path.join(SCENE))).transpose()?;
         let files = [scene].into_iter().chain(tables).flatten().chain(measurements).chain(events);
         let mut files: Vec<PartialFile> = files.chain([report_file]).collect();
-        // All are safe before the first of them gets its name.
+        // All files are synced before the first of them is renamed.
         files.iter_mut().try_for_each(PartialFile::sync)?;
         let mut files: Vec<_> = files.into_iter().map(PartialFile::complete).collect::<Result<_, _>>()?;
         let Conversions { files: converted, failures } = Conversions::make(&trajectory, &self.formats);
@@ -80,7 +82,7 @@ impl Folder {
     }
 }
 
-/// The summary, safe on the disk under the name of a file that is not complete.
+/// The summary, synced to disk under a temporary name.
 fn summary(folder: &Path, summary: &Summary) -> Result<PartialFile, OutputError> {
     let path = folder.join(SUMMARY);
     let text =
@@ -90,7 +92,7 @@ fn summary(folder: &Path, summary: &Summary) -> Result<PartialFile, OutputError>
     Ok(file)
 }
 
-/// Removes what is not true any more when a run has gone on.
+/// Removes files that are outdated when a run has continued.
 fn remove_stale(owned: &mut Owned, new: &[String]) -> Result<(), OutputError> {
     let is_stale = |name: &&String| {
         [PAGE, SMALL_PAGE, SUMMARY_BEFORE].contains(&name.as_str())

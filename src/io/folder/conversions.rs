@@ -1,4 +1,4 @@
-//! The trajectory of a run in the formats of other programs that its scene asks for.
+//! Conversions of a run's trajectory to the formats that its scene requests.
 
 use std::path::{Path, PathBuf};
 
@@ -12,14 +12,14 @@ use crate::model::Format;
 #[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct Conversions {
-    /// Files that were written.
+    /// Files written.
     pub files: Vec<PathBuf>,
-    /// Why the others could not be.
+    /// Why the others could not be written.
     pub failures: Vec<ConvertError>,
 }
 
 impl Conversions {
-    /// Converts a trajectory to some formats, beside it.
+    /// Converts a trajectory to several formats, beside it.
     pub(super) fn make(trajectory: &Path, formats: &[Format]) -> Self {
         let mut made = Self::default();
         for &format in formats {
@@ -34,11 +34,12 @@ impl Conversions {
 }
 
 impl Folder {
-    /// Makes the conversions of a run that has ended which are not there, as where the disk was full at its end: those on its list, from its trajectory, if
-    /// that is there. Something else under the name of one is a failure.
+    /// Repeats missing conversions of a finished run, for example if the disk was full at its end. They are
+    /// taken from its list, if the trajectory exists. A foreign file with the name of one is a failure.
     ///
     /// # Errors
-    /// [`OutputError::Busy`] if another program writes in the folder, and the others of its list. A conversion that fails is no error here.
+    /// [`OutputError::Busy`] if another program writes to the folder, and the errors of reading its list. A
+    /// failed conversion is not an error here.
     pub fn convert_missing(run: &Path) -> Result<Conversions, OutputError> {
         let trajectory = run.join(TRAJECTORY);
         let is_missing = |format: &Format| {

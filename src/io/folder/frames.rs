@@ -1,4 +1,4 @@
-//! The frames of a run, written particle by particle.
+//! Writes the frames of a run, particle by particle.
 
 use std::convert::Infallible;
 use std::io::Write;
@@ -9,16 +9,16 @@ use crate::model::{ParticleId, Scene, SpeciesId};
 use crate::trajectory::extended_xyz::{FrameWriter, Heading, WriteError};
 use crate::trajectory::frame::{Frame, FrameParticle};
 
-/// Common properties of all frames of a run: the table, the box and the bonds, and the sizes of particles.
+/// Common properties of all frames of a run: the table, the box, the bonds, and the sizes of particles.
 #[derive(Debug)]
 pub(crate) struct Frames {
-    /// Without particles.
+    /// A frame without particles.
     frame: Frame,
     /// Number of particles.
     count: usize,
-    /// Radii at the start of the scene, by species; 0 of those without particles.
+    /// Radii at the start of the scene, by species; 0 for species without particles.
     radii: Vec<f64>,
-    /// The species of each particle; of the first one only, if that is the species of all.
+    /// The species of each particle; only of the first one if all are the same.
     species: Vec<SpeciesId>,
 }
 
@@ -29,7 +29,7 @@ impl Frames {
         Self::with(scene, &diameters, scene.particles.iter().map(|particle| particle.species).collect())
     }
 
-    /// The frames of a run that goes on.
+    /// The frames of a continued run.
     pub fn of_simulation(simulation: &Simulation) -> Self {
         let mut species = Vec::new();
         let Ok(()) = simulation.for_each_now(|particle| {
@@ -39,7 +39,7 @@ impl Frames {
         Self::with(simulation.scene(), simulation.first_diameters(), species)
     }
 
-    /// The diameters are those at the start.
+    /// The diameters are the initial ones.
     fn with(scene: &Scene, diameters: &[f64], mut species: Vec<SpeciesId>) -> Self {
         let mut radii = vec![0.0; scene.species.len()];
         for id in &species {
@@ -59,7 +59,7 @@ impl Frames {
         self.count
     }
 
-    /// Writes a snapshot, with what is measured of each particle.
+    /// Writes a snapshot, with scalars of each particle.
     pub fn write(&mut self, output: impl Write, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (snapshot.time, snapshot.displacement);
         self.frame.size = snapshot.size;
@@ -76,7 +76,7 @@ impl Frames {
         writer.end()
     }
 
-    /// Writes a simulation as it is now.
+    /// Writes the present state of a simulation.
     pub fn write_now(&mut self, output: impl Write, simulation: &Simulation) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (simulation.time(), simulation.displacement());
         self.frame.size = simulation.scene().space.size;
@@ -96,7 +96,7 @@ impl Frames {
 
     fn heading(&self, scale: f64) -> Heading {
         let thickness = Frame::thickness_for(self.radii.iter().map(|radius| radius * scale));
-        // A scene knows all masses.
+        // A scene contains all masses.
         Heading { count: self.count, has_images: true, has_masses: true, thickness }
     }
 }

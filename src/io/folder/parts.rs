@@ -1,4 +1,4 @@
-//! The files of a run by their names, for the comparison with a replay.
+//! The files of a run, for the comparison with a replay.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ impl Folder {
     pub(crate) const REPORT: &'static str = REPORT;
     /// The scene.
     pub(crate) const SCENE: &'static str = SCENE;
-    /// The list of the files.
+    /// The list of files.
     pub(crate) const LIST: &'static str = owned::FILE;
 
     /// The folder of a run that is to replace this one.
@@ -33,12 +33,12 @@ impl Folder {
         name == measurements::FILE || measurements::is_table(name)
     }
 
-    /// Returns true for the names of pages and pictures, which are made from the other files.
+    /// Returns true for the names of pages and pictures, which are derived from other files.
     pub(crate) fn is_view(name: &str) -> bool {
         [PAGE, SMALL_PAGE, PICTURE].contains(&name)
     }
 
-    /// The formats that the trajectory of a run is there in, beside its own.
+    /// The formats besides its own in which a run's trajectory exists.
     pub(crate) fn formats_of(run: &Path) -> Vec<Format> {
         listed_formats(run)
     }
@@ -51,10 +51,11 @@ impl Folder {
         Checkpoint::read(&run.join(name))
     }
 
-    /// Compares the scene in the folder of a run with the checksum that a checkpoint has of it, and says whether it has one.
+    /// Compares the scene in a run's folder with its checksum in a checkpoint. Returns whether the folder has
+    /// a scene.
     ///
     /// # Errors
-    /// [`CheckpointError::Scene`] if it is another one.
+    /// [`CheckpointError::Scene`] if it differs.
     pub(crate) fn check_scene(run: &Path, manifest: &Manifest) -> Result<bool, CheckpointError> {
         let Some(checksum) = manifest.scene else { return Ok(false) };
         scene_copy::check(&run.join(SCENE), checksum)?;

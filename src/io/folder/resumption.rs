@@ -1,4 +1,4 @@
-//! Going on with a run in its folder.
+//! Continues a run in its folder.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,22 +22,26 @@ use crate::run::Recorder;
 use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
 
 impl Folder {
-    /// Goes on with a run from its last checkpoint, or from the one before if that is gone: what its files gained later is cut off. A run that
-    /// was to replace the one in the folder, and has not come to its end, comes first. `limit` gives the measurement another end, which is on
-    /// the disk when this returns.
+    /// Continues a run from its last checkpoint, or from the previous one if the last is missing. What was
+    /// added to its files later is cut off. An unfinished run that was to replace the one in the folder takes
+    /// precedence. `limit` sets another end of the measurement, which is on disk when this returns.
     ///
     /// # Errors
-    /// [`OutputError::Busy`] if another run writes there; [`OutputError::Checkpoint`] if there is none, if a file is missing, too short, or not
-    /// that of the checkpoint, or if the run is beyond the limit; [`OutputError::Foreign`] if a file that is not Carom's is in the way, [`OutputError::NotPlain`] if one
-    /// of its files is a link or a folder: nothing is changed then. [`OutputError::Write`] if one cannot be changed.
+    /// [`OutputError::Busy`] if another run writes to the folder; [`OutputError::Checkpoint`] if there is no
+    /// checkpoint, a file is missing, too short, or different from that of the checkpoint, or the run is
+    /// beyond the limit; [`OutputError::Foreign`] if a file not written by Carom is in the way,
+    /// [`OutputError::NotPlain`] if one of its files is a link or a folder. Nothing is changed in these
+    /// cases. [`OutputError::Write`] if a file cannot be changed.
     pub fn resume(target: &Path, limit: Option<Limit>) -> Result<(Self, Checkpoint), OutputError> {
         Self::resume_if(target, limit, None)
     }
 
-    /// As [`Self::resume`], of a run that is to go on with certain instruments of one's own, by their names: the program has none.
+    /// As [`Self::resume`], for a run that continues with the named custom instruments. The program itself
+    /// has none.
     ///
     /// # Errors
-    /// Those of [`Self::resume`], and [`OutputError::Instrument`] if the run began with others: nothing is changed then.
+    /// The errors of [`Self::resume`], and [`OutputError::Instrument`] if the run began with others; nothing
+    /// is changed then.
     pub fn resume_with(
         target: &Path,
         limit: Option<Limit>,
@@ -65,7 +69,7 @@ impl Folder {
         inputs::refuse_changed(scene)?;
         let names = names_of(scene);
         outer.iter().try_for_each(|outer| outer.allow(&names))?;
-        // The list may have been lost; the files are known by their checksums.
+        // The list may have been lost. The files are recognized by their checksums.
         owned.allow(&names.into_iter().filter(|name| owned.names().contains(name)).collect::<Vec<_>>())?;
         let manifest = &checkpoint.manifest;
         check_files(path, manifest)?;
@@ -83,7 +87,7 @@ impl Folder {
             PartialFile::reopen(path.join(SCENE))?;
         }
         let mut folder = Self {
-            // A program of the library need not have kept it.
+            // A program that uses the library may not have kept it.
             scene: manifest.scene,
             columns: Columns::with(scene, checkpoint.state.applicable().clone()),
             thermo: need(THERMO)?,
@@ -100,10 +104,10 @@ impl Folder {
             outer,
         };
         if limit.is_some() {
-            // Whatever happens next, the new end holds.
+            // From here on, the new end is in effect even after a crash.
             folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
         }
-        // Also where a kill came between a checkpoint with a new end and this.
+        // Also needed if a kill came between a checkpoint with a new end and this point.
         if folder.scene.is_some() {
             scene_copy::set_limit(&path.join(SCENE), checkpoint.simulation.scene().run().limit)?;
         }
@@ -111,7 +115,7 @@ impl Folder {
     }
 }
 
-/// Whether the files of a checkpoint exist and are unchanged.
+/// Checks that the files of a checkpoint exist and are unchanged.
 fn check_files(path: &Path, manifest: &Manifest) -> Result<(), OutputError> {
     if let Some(checksum) = manifest.scene {
         scene_copy::check(&path.join(SCENE), checksum)?;
@@ -122,9 +126,9 @@ fn check_files(path: &Path, manifest: &Manifest) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// The folder of the run to go on with, its list, and that of the run that it is to replace, locked.
+/// The folder of the run to continue, its list, and the list of the run that it is to replace, locked.
 fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError> {
-    // Nothing is made where there is no run.
+    // Nothing is created where there is no run.
     if !is_run(target) {
         let last = checkpoints::last(target);
         return Err(Checkpoint::read(&last).err().unwrap_or(CheckpointError::Missing(target.to_owned())).into());
@@ -140,7 +144,8 @@ fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError>
     Ok(if is_inner { (path.clone(), Owned::lock(&path)?, Some(owned)) } else { (path, owned, None) })
 }
 
-/// Writes the files of surfaces that are not there. Those that are stay as they are: open sides were cut off around the particles at the start.
+/// Writes missing files of surfaces. Existing ones are kept: open sides were cut off around the initial
+/// particles.
 fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), OutputError> {
     let is_missing = |file: &Path| fs::symlink_metadata(file).is_err();
     let names = surfaces::names(scene);
@@ -149,7 +154,7 @@ fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), Out
     surfaces::write(path, scene, is_missing)
 }
 
-/// Gives the summary another name until there is a new one: without it the folder is that of a run under way.
+/// Renames the summary until there is a new one. Without it, the folder is that of an unfinished run.
 fn set_summary_aside(path: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     let summary = path.join(SUMMARY);
     if summary.exists() {

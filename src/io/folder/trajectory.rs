@@ -1,4 +1,4 @@
-//! The trajectory of a run, which a thread of its own writes while the run goes on.
+//! The trajectory of a run, which a separate thread writes while the run continues.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,21 +13,21 @@ use crate::io::partial::PartialFile;
 use crate::run::checkpoint::ManifestEntry;
 use crate::trajectory::extended_xyz::WriteError;
 
-/// Smaller frames are written sooner than a thread is begun `[particles]`.
+/// Smaller frames are written faster than a thread is started `[particles]`.
 const LEAST: usize = 256;
 
-/// The trajectory while it is written, one frame at a time: the next one, a checkpoint and the end wait for it.
+/// The trajectory being written, one frame at a time. The next frame, a checkpoint and the end wait for it.
 #[derive(Debug)]
 pub(super) struct Trajectory {
     path: PathBuf,
     desk: Arc<Mutex<Desk>>,
-    /// Writes the frame that is due.
+    /// Writes the pending frame.
     writer: Option<JoinHandle<()>>,
     /// Length of the file before that frame `[bytes]`.
     before: u64,
 }
 
-/// Data of the thread that writes frames.
+/// Shared data of the thread that writes frames.
 #[derive(Debug)]
 struct Desk {
     file: PartialFile,
@@ -38,7 +38,7 @@ struct Desk {
 }
 
 impl Desk {
-    /// Writes the frame that is due, if there is one.
+    /// Writes the pending frame, if there is one.
     fn write(&mut self) {
         if let Some((snapshot, scalars)) = self.due.take() {
             let written = self.frames.write(self.file.writer(), &snapshot, scalars);
@@ -46,7 +46,7 @@ impl Desk {
         }
     }
 
-    /// Hands a frame to the operating system, so that it can be looked at.
+    /// Flushes a frame to the operating system, so that it can be viewed.
     fn end(&mut self, written: Result<(), WriteError>) -> Result<(), OutputError> {
         written.map_err(|source| OutputError::Frame { path: self.file.path().to_owned(), source })?;
         self.file.flush()
@@ -63,16 +63,16 @@ impl Trajectory {
     /// Appends a frame.
     ///
     /// # Errors
-    /// Those of this frame or of the one before.
+    /// Errors of this frame or the previous one.
     pub fn add(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), OutputError> {
         self.settled()?.due = Some((snapshot.clone(), scalars));
         self.begin()
     }
 
-    /// Appends a frame of a simulation as it is now.
+    /// Appends a frame of the present state of a simulation.
     ///
     /// # Errors
-    /// Those of this frame or of the one before.
+    /// Errors of this frame or the previous one.
     pub fn add_now(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
         let mut desk = self.settled()?;
         if desk.frames.count() < LEAST {
@@ -85,7 +85,7 @@ impl Trajectory {
         self.begin()
     }
 
-    /// Lets a thread write the frame that is due; where there can be none, it is written here.
+    /// Starts a thread that writes the pending frame. If no thread can be started, writes it directly.
     fn begin(&mut self) -> Result<(), OutputError> {
         self.before = locked(&self.desk).file.length();
         let desk = Arc::clone(&self.desk);
@@ -97,7 +97,7 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Waits for the frame that is being written.
+    /// Waits until the frame in progress has been written.
     fn settled(&mut self) -> Result<MutexGuard<'_, Desk>, OutputError> {
         let is_lost = self.writer.take().is_some_and(|writer| writer.join().is_err());
         let mut desk = locked(&self.desk);
@@ -110,7 +110,7 @@ impl Trajectory {
         self.desk.try_lock().map_or(self.before, |desk| desk.file.length())
     }
 
-    /// Whether a frame could not be written: all that comes next fails.
+    /// Whether a frame could not be written. All later frames fail then.
     pub fn has_failed(&self) -> bool {
         match self.desk.try_lock() {
             Ok(desk) => desk.written.is_err(),
@@ -119,10 +119,10 @@ impl Trajectory {
         }
     }
 
-    /// Makes what was written so far safe on the disk.
+    /// Syncs everything written so far to disk.
     ///
     /// # Errors
-    /// If it cannot be, or if a frame could not be written.
+    /// If this fails, or if a frame could not be written.
     pub fn keep(&mut self, run: &Path) -> Result<ManifestEntry, OutputError> {
         self.settled()?.file.keep(run)
     }
@@ -130,7 +130,7 @@ impl Trajectory {
     /// The file, with all frames.
     ///
     /// # Errors
-    /// If one of them could not be written.
+    /// If a frame could not be written.
     pub fn into_file(mut self) -> Result<PartialFile, OutputError> {
         drop(self.settled()?);
         let (desk, path) = (Arc::clone(&self.desk), self.path.clone());
@@ -141,7 +141,7 @@ impl Trajectory {
 }
 
 impl Drop for Trajectory {
-    /// Nothing is written any more to the folder of a run that has been let go.
+    /// Nothing is written to a run's folder after it has been released.
     fn drop(&mut self) {
         let _ = self.writer.take().map(JoinHandle::join);
     }
@@ -182,7 +182,7 @@ mod tests {
                 trajectory.add_now(&simulation).unwrap();
                 frames.write_now(&mut expected, &simulation).unwrap();
                 if end == 3 {
-                    // A checkpoint has all frames so far, and no part of one.
+                    // A checkpoint has all frames so far, and no partial one.
                     let entry = trajectory.keep(folder.path()).unwrap();
                     assert_eq!((entry.length, trajectory.length()), (expected.len() as u64, expected.len() as u64));
                     assert_eq!(entry.checksum, crate::base::checksum::checksum(&expected));

@@ -1,6 +1,7 @@
-//! The file layer of GSD: a header, named arrays of each frame, the list of names, and an index of all arrays.
+//! The file layer of GSD: a header, named arrays of each frame, the list of names, and an index of all
+//! arrays.
 //!
-//! The index is kept in memory until the end, 32 bytes per array: some 130 bytes per frame.
+//! The index is kept in memory until the end, 32 bytes per array: about 130 bytes per frame.
 
 use std::borrow::Cow;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -11,10 +12,10 @@ const MAGIC: u64 = 0x65DF_65DF_65DF_65DF;
 const FILE_VERSION: u32 = 2 << 16;
 const SCHEMA_VERSION: u32 = 1 << 16 | 4;
 const HEADER_SIZE: usize = 256;
-/// The list of names is counted in pieces of this size `[bytes]`.
+/// The list of names is counted in units of this size `[bytes]`.
 const NAME_PIECE: usize = 64;
 
-/// The type of a number, by its code in the file.
+/// The type of a number, with its code in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Kind {
@@ -37,7 +38,7 @@ impl Kind {
     }
 }
 
-/// Where an array is.
+/// Position of an array.
 #[derive(Debug)]
 struct Entry {
     frame: u64,
@@ -48,16 +49,16 @@ struct Entry {
     kind: Kind,
 }
 
-/// A GSD file while it is written.
+/// A GSD file being written.
 #[derive(Debug)]
 pub(super) struct Chunks {
     file: Draft,
-    /// Where the next array begins; 0 before the header.
+    /// Position of the next array; 0 before the header.
     end: u64,
     frame: u64,
     names: Vec<Cow<'static, str>>,
     index: Vec<Entry>,
-    /// Where the entries of this frame begin.
+    /// Index of the first entry of this frame.
     frame_start: usize,
 }
 
@@ -66,7 +67,7 @@ impl Chunks {
         Self { file, end: 0, frame: 0, names: Vec::new(), index: Vec::new(), frame_start: 0 }
     }
 
-    /// The place of the frame that is being written, from 0.
+    /// Index of the frame being written, from 0.
     pub fn frame(&self) -> u64 {
         self.frame
     }
@@ -99,7 +100,7 @@ impl Chunks {
         Ok(())
     }
 
-    /// The next arrays belong to another frame.
+    /// Ends the present frame.
     pub fn end_frame(&mut self) {
         // The index is sorted by frame, then by name.
         if let Some(entries) = self.index.get_mut(self.frame_start..) {
@@ -109,7 +110,7 @@ impl Chunks {
         self.frame += 1;
     }
 
-    /// Writes the names, the index, and the header that says where they are.
+    /// Writes the names, the index, and the header with their positions.
     pub fn finish(mut self) -> io::Result<()> {
         let mut names: Vec<u8> = self.names.iter().flat_map(|name| name.bytes().chain([0])).collect();
         // An empty name ends the list.

@@ -1,4 +1,4 @@
-//! The bytes are read back here by a reader of their own, from the specification.
+//! The bytes are read back by an independent reader, written from the specification.
 
 use std::collections::HashMap;
 
@@ -103,7 +103,8 @@ fn a_frame_read_back() {
 fn a_sheared_box_is_tilted_and_holds_its_particles() {
     let mut frame = Frame { displacement: -1.5, ..chain() };
     frame.periodic[1] = true;
-    // The box is centred at (0, 2, 5) and 6 high; so far above its middle it has moved by -1.5 * 2.9 / 6 = -0.725, to -2.725 .. 1.275.
+    // The box is centred at (0, 2, 5) and 6 high. At this height above its middle it is shifted by -1.5 * 2.9
+    // / 6 = -0.725, to -2.725 .. 1.275.
     for (particle, x) in frame.particles.iter_mut().zip([-1.9, 1.2, 1.3, 1.9]) {
         particle.position = Vector::new(x, 4.9, 5.0);
     }
@@ -113,7 +114,7 @@ fn a_sheared_box_is_tilted_and_holds_its_particles() {
     assert_eq!(get("configuration/box"), [4.0, 6.0, 10.0, -0.25, 0.0, 0.0]);
     let x: Vec<f32> = get("particles/position").into_iter().step_by(3).collect();
     assert_eq!(x, [-1.9, 1.2, -2.7, -2.1]);
-    // Those that were moved by a period have travelled one more.
+    // Particles that were moved by a period have travelled one more.
     let image = &chunks[&(0, "particles/image".to_owned())];
     let expected: Vec<u8> = [0, 1, 0, 3, 0, 0, 4, 0, 0, 0, 0, 2_i32].into_iter().flat_map(i32::to_le_bytes).collect();
     assert_eq!(image, &(7, 4, 3, expected));
@@ -162,7 +163,7 @@ fn particles_are_in_the_order_of_their_ids_and_bonds_follow() {
     frame.particles.reverse();
     let reversed = converted(&[frame], Format::Gsd);
     assert_eq!(reversed, converted(&[chain()], Format::Gsd));
-    // Ids with gaps: bonds refer to places.
+    // Ids with gaps: bonds refer to indices.
     let mut frame = chain();
     for particle in &mut frame.particles {
         particle.id.0 = particle.id.0 * 10 + 5;

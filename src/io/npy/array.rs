@@ -1,4 +1,4 @@
-//! An array in the file format of NumPy, version 1.0, whose length may be known only at the end.
+//! An array in the file format of NumPy, version 1.0. Its length may be known only at the end.
 //!
 //! Source: *NumPy Enhancement Proposal 1*, <https://numpy.org/neps/nep-0001-npy-format.html>.
 
@@ -10,7 +10,7 @@ use crate::io::convert::{Draft, draft, finish};
 /// Length of the header `[bytes]`: enough for any shape here, and a multiple of 64, so that the data is aligned.
 pub(in crate::io) const HEADER_SIZE: usize = 10 + STATED_SIZE as usize;
 
-/// Length of the header as it states it, without the ten bytes up to there.
+/// Length of the header as stated in it, which excludes its first ten bytes.
 const STATED_SIZE: u16 = 118;
 
 /// A file that grows row by row along its first axis.
@@ -23,7 +23,7 @@ pub(super) struct Array {
 }
 
 impl Array {
-    /// An array without rows; `kind` as NumPy writes it, `<f8`.
+    /// An array without rows; `kind` is a NumPy type such as `<f8`.
     pub fn create(path: &Path, kind: &str, row_shape: &[usize]) -> io::Result<Self> {
         let mut file = draft(path)?;
         file.write_all(&[0; HEADER_SIZE])?;
@@ -44,7 +44,7 @@ impl Array {
         array.finish()
     }
 
-    /// Writes words, each filled up with zeros to the length of the longest: four bytes per character.
+    /// Writes words, each padded with zeros to the length of the longest: four bytes per character.
     pub fn words(path: &Path, words: &[&str]) -> io::Result<()> {
         let longest = words.iter().map(|word| word.chars().count()).max().unwrap_or(0).max(1);
         let codes = words.iter().flat_map(|word| {
@@ -61,7 +61,7 @@ impl Array {
         self.file.write_all(&bytes)
     }
 
-    /// Writes the header, now that the length is known.
+    /// Writes the header with the final length.
     pub fn finish(mut self) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(0))?;
         self.file.write_all(&header(&self.kind, &self.row_shape, self.rows))?;
@@ -69,7 +69,7 @@ impl Array {
     }
 }
 
-/// Header before the data: kind of number, `<f8`, and shape.
+/// Header of an array with a type such as `<f8` and a shape.
 pub(in crate::io) fn header(kind: &str, row_shape: &[usize], rows: usize) -> Vec<u8> {
     let shape: String = [rows].iter().chain(row_shape).map(|length| format!("{length}, ")).collect();
     let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", shape.trim_end());

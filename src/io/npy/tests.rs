@@ -1,4 +1,4 @@
-//! The files are read back here by a reader of their own.
+//! The files are read back by an independent reader.
 
 use std::fs;
 use std::path::Path;
@@ -74,7 +74,7 @@ fn what_is_not_known_has_no_file() {
     }
     let (kind, _, bytes) = read(&target.join("species_names.npy"));
     assert_eq!((kind.as_str(), &bytes[..]), ("<U1", &[0xe9, 0, 0, 0][..]));
-    // A frame with velocities does not go with one without.
+    // A frame with velocities cannot follow one without.
     fs::write(&source, "1\n\nO 1 2 3\n1\nProperties=pos:R:3:velo:R:3\n1 2 3 4 5 6\n").unwrap();
     fs::remove_dir_all(&target).unwrap();
     let error = convert(&source, Format::Npy, &target, &Default::default()).unwrap_err();

@@ -1,4 +1,4 @@
-//! The simulated system in numbers: the box, and the species that have particles.
+//! The simulated system in numbers: the box, and the species with particles.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,17 +9,17 @@ use crate::run::Finished;
 /// The system at the end of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct System {
-    /// Axes along which particles move.
+    /// Number of axes along which particles move.
     pub dimensions: usize,
     /// Edges of the box; 0 along flat axes.
     pub size: [f64; 3],
     /// Volume, area or length of the box; `None` where a side is open.
     pub volume: Option<f64>,
-    /// Particles that move, by volume.
+    /// Moving particles per volume.
     pub number_density: Option<f64>,
-    /// Part of the box that they fill.
+    /// Fraction of the box that they fill.
     pub packing_fraction: Option<f64>,
-    /// Species that have particles.
+    /// Species with particles.
     pub species: Vec<SpeciesSummary>,
 }
 

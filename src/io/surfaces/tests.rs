@@ -81,7 +81,7 @@ fn a_resumed_run_writes_only_the_files_that_are_missing() {
     assert_eq!(fs::read(&first).unwrap(), b"as it was");
     assert!(fs::read(&second).unwrap() == before);
     drop(folder);
-    // As after a run of a version that had no such files.
+    // As after a run of a version without such files.
     fs::remove_dir_all(target.join("surfaces")).unwrap();
     let (_folder, checkpoint) = Folder::resume(&target, None).unwrap();
     assert_eq!(checkpoint.simulation.scene().surfaces().len(), 3);
@@ -128,7 +128,8 @@ fn the_motions_of_surfaces_are_beside_their_triangles() {
         |file: &str, motions: &[SurfaceMotion]| ListedSurface { file: file.to_owned(), motions: motions.to_vec() };
     let expected = [listed("a_box.stl", &[]), listed("sphere.stl", &motions), listed("beyond.stl", &[])];
     assert_eq!(listed_surfaces(&target).unwrap(), expected);
-    // One that goes is listed as well; a run whose surfaces rest has no list, and one that is damaged is named.
+    // A surface that disappears is listed as well. A run whose surfaces rest has no list, and a damaged list
+    // is named.
     let mut parts = scene().into_parts();
     parts.surfaces[1].stages = vec!["measurement".to_owned()];
     let going = place.path().join("going");

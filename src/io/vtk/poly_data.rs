@@ -1,4 +1,4 @@
-//! A file of VTK XML PolyData: a description in XML, and behind it the arrays, each with its length in bytes.
+//! A file of VTK XML PolyData: a description in XML, followed by the arrays, each with its length in bytes.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -24,19 +24,20 @@ pub(super) struct PolyData {
 }
 
 impl PolyData {
-    /// An array about the whole.
+    /// Adds an array that belongs to the whole frame.
     pub fn field(&mut self, name: &str, components: usize, numbers: impl IntoIterator<Item = f64>) {
         let bytes: Vec<u8> = numbers.into_iter().flat_map(f64::to_le_bytes).collect();
         let tuples = bytes.len() / (8 * components.max(1));
         self.fields += &append(&mut self.appended, "Float64", name, components, Some(tuples), &bytes);
     }
 
-    /// Small numbers about the whole.
+    /// Adds small integers that belong to the whole frame.
     pub fn byte_field(&mut self, name: &str, bytes: [u8; 3]) {
         self.fields += &append(&mut self.appended, "UInt8", name, 1, Some(3), &bytes);
     }
 
-    /// Words about the whole: VTK has them as the codes of their characters, ended by zeros.
+    /// Adds words that belong to the whole frame. VTK stores them as character codes, each word ended by a
+    /// zero.
     pub fn words<'a>(&mut self, name: &str, words: impl Iterator<Item = &'a str>) {
         let mut count = 0;
         let mut codes = String::new();
@@ -53,7 +54,7 @@ impl PolyData {
         );
     }
 
-    /// Where the points are.
+    /// Sets the points.
     pub fn points<'a>(&mut self, points: impl Iterator<Item = &'a Vector>) {
         let bytes = vector_bytes(points);
         self.point_count = bytes.len() / 24;
@@ -67,19 +68,19 @@ impl PolyData {
         self.vertices = self.cells(&cells);
     }
 
-    /// Lines between two points each.
+    /// Adds lines, each between two points.
     pub fn lines(&mut self, ends: &[[u32; 2]]) {
         self.line_count = ends.len();
         self.lines = self.cells(ends);
     }
 
-    /// Triangles between three points each.
+    /// Adds triangles, each with three points.
     pub fn triangles(&mut self, corners: &[[u32; 3]]) {
         self.polygon_count = corners.len();
         self.polygons = self.cells(corners);
     }
 
-    /// A number per point, or several: of a kind as VTK names it, little-endian.
+    /// Adds an array with one or more numbers per point, of a VTK type, little-endian.
     pub fn point_array(&mut self, name: &str, kind: &str, components: usize, bytes: impl Iterator<Item = u8>) {
         self.point_data += &append(&mut self.appended, kind, name, components, None, &bytes.collect::<Vec<u8>>());
     }
@@ -115,7 +116,7 @@ impl PolyData {
         )?;
         file.write_all(&self.appended)?;
         file.write_all(b"\n</AppendedData>\n</VTKFile>\n")?;
-        // There is one such file per frame: waiting for the disk each time would take longer than all the rest.
+        // There is one such file per frame. Syncing each would take longer than all other work.
         file.flush()
     }
 }
@@ -124,7 +125,8 @@ fn vector_bytes<'a>(vectors: impl Iterator<Item = &'a Vector>) -> Vec<u8> {
     vectors.flat_map(|vector| vector.iter()).flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// Adds an array, with its length before it, and returns its description. Fields say how many tuples they have.
+/// Appends an array, preceded by its length, and returns its description. Fields include their number of
+/// tuples.
 fn append(
     appended: &mut Vec<u8>,
     kind: &str,

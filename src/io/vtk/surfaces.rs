@@ -13,19 +13,19 @@ use crate::model::TriangleMesh;
 use crate::model::surface_motion::Timeline;
 use crate::trajectory::Frame;
 
-/// A surface, and when it is where.
+/// A surface, and its position in time.
 #[derive(Debug)]
 struct Placed {
     /// Name of its files without their ending.
     name: String,
     mesh: TriangleMesh,
-    /// Number among the surfaces of the scene, if that is known.
+    /// Index among the surfaces of the scene, if known.
     number: Option<usize>,
     timeline: Option<Timeline>,
     is_written: bool,
 }
 
-/// All surfaces beside a trajectory, and the list of their files while it is written.
+/// All surfaces beside a trajectory, and the list of their files being written.
 #[derive(Debug, Default)]
 pub(in crate::io) struct Surfaces {
     all: Vec<Placed>,
@@ -33,7 +33,7 @@ pub(in crate::io) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Surfaces in the folder of a trajectory; the error has a file and what is wrong with it.
+    /// Surfaces in the folder of a trajectory; the error names a file and the problem.
     pub fn beside(trajectory: &Path) -> Result<Self, (PathBuf, String)> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
         let list = listed_surfaces(folder).map_err(|(path, error)| (path, error.to_string()))?;
@@ -102,7 +102,7 @@ impl Surfaces {
     }
 }
 
-/// Letters that a name can have in a list and on every disk.
+/// Characters permitted in a list and on every disk.
 fn plain(letter: char) -> char {
     if letter.is_ascii_alphanumeric() || "_-+.".contains(letter) { letter } else { '_' }
 }

@@ -1,4 +1,4 @@
-//! The files are read back here by a reader of their own.
+//! The files are read back by an independent reader.
 
 use std::fs;
 use std::path::Path;
@@ -32,7 +32,7 @@ impl File {
         Self { text: String::from_utf8(bytes[..at].to_vec()).unwrap(), appended }
     }
 
-    /// The elements of a kind of cell, or of the whole.
+    /// The elements of a kind of cell, or of the whole frame.
     fn section(&self, tag: &str) -> &str {
         let (open, close) = (format!("<{tag}>"), format!("</{tag}>"));
         &self.text[self.text.find(&open).unwrap()..self.text.find(&close).unwrap()]
@@ -191,7 +191,7 @@ fn surfaces_are_where_they_are_at_the_time_of_each_frame() {
     };
     let ends: Vec<(f64, f64)> = files.iter().map(|[_, file]| ends(file)).collect();
     assert_eq!(ends, [(0.0, 1.0), (0.0, 1.0), (1.0, 2.0)]);
-    // A file that is no mesh is named.
+    // A file that is not a mesh is named.
     fs::write(surfaces.join("gate.stl"), "solid\nfacet").unwrap();
     let error = convert(&source, Format::Vtk, &folder.path().join("other"), &Default::default()).unwrap_err();
     assert!(error.to_string().contains("gate.stl") && !folder.path().join("other").exists(), "{error}");

@@ -1,10 +1,10 @@
-//! Checksums of what is written, while it is written.
+//! Computes checksums while data are written.
 
 use std::io::{self, Write};
 
 use crc32fast::Hasher;
 
-/// Counts and checks (CRC-32) what goes through it.
+/// Counts and checks (CRC-32) all bytes passed through it.
 #[derive(Debug)]
 pub(crate) struct Checked<W> {
     inner: W,
@@ -17,7 +17,7 @@ impl<W> Checked<W> {
         Self { inner, hasher: Hasher::new(), length: 0 }
     }
 
-    /// Goes on behind bytes that have been counted and checked before.
+    /// Continues after bytes that have been counted and checked before.
     pub fn go_on(inner: W, length: u64, checksum: u32) -> Self {
         Self { inner, hasher: Hasher::new_with_initial(checksum), length }
     }
@@ -26,7 +26,7 @@ impl<W> Checked<W> {
         &self.inner
     }
 
-    /// Counts bytes that are written past it, unchecked.
+    /// Counts bytes that are written separately, unchecked.
     pub fn pass(&mut self, length: u64) {
         self.length += length;
     }
@@ -36,7 +36,7 @@ impl<W> Checked<W> {
         self.length
     }
 
-    /// The checksum of those that were checked.
+    /// The checksum of the checked bytes.
     pub fn checksum(&self) -> u32 {
         self.hasher.clone().finalize()
     }
@@ -63,7 +63,7 @@ mod tests {
     fn what_goes_on_ends_as_what_never_stopped() {
         let mut whole = Checked::new(Vec::new());
         whole.write_all(b"123456789").unwrap();
-        // The check value of CRC-32 in every catalogue of checksums.
+        // The standard check value of CRC-32.
         assert_eq!((whole.checksum(), whole.length()), (0xCBF4_3926, 9));
         let mut first = Checked::new(Vec::new());
         first.write_all(b"1234").unwrap();

@@ -25,28 +25,28 @@ pub enum CheckpointError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// How that is known.
+        /// The evidence.
         why: String,
     },
-    /// Another version of carom wrote it, or one that was built from other sources.
+    /// It was written by another version of carom, or by a build from other sources.
     #[error("carom {found} wrote the checkpoint {}, and this is carom {} ({here}), which may go on otherwise",
         path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The file.
         path: PathBuf,
-        /// Which one, with the fingerprint of its sources.
+        /// That version, with the fingerprint of its sources.
         found: String,
-        /// The fingerprint of the sources of this one.
+        /// The fingerprint of the sources of this program.
         here: &'static str,
     },
-    /// An output file is not what it was.
+    /// The length of an output file has changed.
     #[error("{} has {found} bytes, but had {expected} when the checkpoint was written", path.display())]
     File {
         /// The file.
         path: PathBuf,
         /// Present length; 0 if it is missing.
         found: u64,
-        /// How long it was.
+        /// Length at the checkpoint.
         expected: u64,
     },
     /// An output file cannot be read.
@@ -57,50 +57,50 @@ pub enum CheckpointError {
         /// Why.
         source: io::Error,
     },
-    /// An output file holds something else than it did: it is that of another run, or damaged.
+    /// The content of an output file has changed: it belongs to another run, or is damaged.
     #[error("the first {length} bytes of {} are not those of the checkpoint: their checksum is {found:08x}, expected {expected:08x}",
         path.display())]
     Content {
         /// The file.
         path: PathBuf,
-        /// How long it was.
+        /// Length at the checkpoint.
         length: u64,
-        /// CRC-32 of what it holds.
+        /// Present CRC-32.
         found: u32,
-        /// CRC-32 of what it held.
+        /// CRC-32 at the checkpoint.
         expected: u32,
     },
-    /// A file that the scene read is not what it was.
+    /// A file that the scene read has changed.
     #[error(
         "{path}, which the run started from, is not the file that it was: its checksum is {found}, expected {expected}"
     )]
     Input {
         /// The file.
         path: String,
-        /// The checksum of what it holds.
+        /// Present checksum.
         found: String,
-        /// The checksum that was found.
+        /// Former checksum.
         expected: String,
     },
-    /// The run is asked for an end that it is beyond.
+    /// The requested end has already passed.
     #[error("the run is at t = {time} already and has measured {measured}, expected a later end than {asked}")]
     Passed {
         /// Simulated time `[time]`.
         time: f64,
         /// Progress of the measurement.
         measured: String,
-        /// The end that was asked for.
+        /// The requested end.
         asked: String,
     },
-    /// The text of the scene is not that of the run.
+    /// The text of the scene does not belong to the run.
     #[error("{} is not the scene of the checkpoint: without its limit its checksum is {found:08x}, expected {expected:08x}",
         path.display())]
     Scene {
         /// The file.
         path: PathBuf,
-        /// CRC-32 of the text that is there.
+        /// CRC-32 of the present text.
         found: u32,
-        /// CRC-32 of the text that was there.
+        /// CRC-32 of the run's text.
         expected: u32,
     },
 }

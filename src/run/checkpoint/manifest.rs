@@ -15,14 +15,14 @@ pub struct ManifestEntry {
     pub name: String,
     /// Length at the checkpoint `[bytes]`. Later bytes do not belong to it.
     pub length: u64,
-    /// Bytes at its start that the end of the run replaces, and that are not checked.
+    /// Number of bytes at its start that are replaced at the end of the run and not checked.
     pub head: u64,
-    /// CRC-32 of what lies between.
+    /// CRC-32 of the bytes in between.
     pub checksum: u32,
 }
 
 impl ManifestEntry {
-    /// Whether the file at `path` is still there, with what it had at the checkpoint.
+    /// Checks that the file at `path` still has its content of the checkpoint.
     pub(crate) fn check(&self, path: &Path) -> Result<(), CheckpointError> {
         let unreadable = |source| CheckpointError::FileUnreadable { path: path.to_owned(), source };
         let mut file = File::open(path).map_err(unreadable)?;
@@ -44,7 +44,8 @@ impl ManifestEntry {
 /// The manifest of a checkpoint: the output files of the run at that time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// CRC-32 of the text of the scene except for its limit, which may be given again; `None` if the text is not kept.
+    /// CRC-32 of the text of the scene without its limit, which may be changed; `None` if the text is not
+    /// kept.
     pub scene: Option<u32>,
     /// Files that grow during the run.
     pub files: Vec<ManifestEntry>,

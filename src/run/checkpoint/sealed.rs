@@ -1,4 +1,4 @@
-//! Sealed content: any content behind the version that wrote it, and before its length and checksum.
+//! Sealed content: preceded by the version that wrote it, followed by its length and checksum.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
@@ -13,33 +13,33 @@ use crate::base::numbers;
 /// Fingerprint of the sources that the program was built from.
 const FINGERPRINT: &str = env!("CAROM_FINGERPRINT");
 
-/// Bytes that tell one kind from others.
+/// Number of bytes that identify the kind.
 const MAGIC: usize = 16;
 
-/// Bytes of the version.
+/// Number of bytes of the version.
 const VERSION: usize = 12;
 
-/// Bytes that are read or written at a time.
+/// Number of bytes read or written at a time.
 const PIECE: usize = 1 << 20;
 
 /// Upper bound for the length of a name or a path in a checkpoint `[bytes]`.
 const LONGEST_TEXT: usize = 1 << 20;
 
-/// Bytes before and behind the content.
+/// Number of bytes before the content.
 const HEAD: usize = MAGIC + VERSION + FINGERPRINT.len() / 2;
 const TAIL: usize = 12;
 
-/// Kind of what is sealed.
+/// Kind of sealed content.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Everything that a run or an exchange needs to continue.
     Checkpoint,
-    /// A simulation alone.
+    /// Only a simulation.
     Simulation,
 }
 
 impl Kind {
-    /// The first bytes of all of this kind.
+    /// The first bytes of this kind.
     fn magic(self) -> &'static [u8; MAGIC] {
         match self {
             Self::Checkpoint => b"carom checkpoint",
@@ -50,16 +50,16 @@ impl Kind {
     /// Whether a file begins like one of this kind.
     pub fn is_that_of(self, path: &Path) -> bool {
         let mut magic = [0; MAGIC];
-        // A pipe would be waited for.
+        // Opening a pipe would block.
         path.is_file()
             && File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok()
             && magic == *self.magic()
     }
 
-    /// The first bytes of what this program writes, and reads.
+    /// The first bytes of files that this program writes and reads.
     fn head(self) -> [u8; HEAD] {
         let mut head = [0; HEAD];
-        // The build script writes nothing but digits.
+        // The build script writes only digits.
         let sources = u64::from_str_radix(FINGERPRINT, 16).unwrap_or_default().to_le_bytes();
         head[..MAGIC].copy_from_slice(self.magic());
         head[MAGIC + VERSION..].copy_from_slice(&sources);
@@ -70,21 +70,21 @@ impl Kind {
     }
 }
 
-/// Why sealed content is not read, though there is some.
+/// Why sealed content was rejected.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Flaw {
     /// The bytes have changed since they were written, with the evidence.
     Damaged(String),
-    /// Another version of carom wrote it, or one that was built from other sources.
+    /// It was written by another version of carom, or by a build from other sources.
     OtherVersion {
-        /// Which one, with the fingerprint of its sources.
+        /// That version, with the fingerprint of its sources.
         found: String,
-        /// The fingerprint of the sources of this one.
+        /// The fingerprint of the sources of this program.
         here: &'static str,
     },
 }
 
-/// A writer that keeps its error, which the serializer does not pass on.
+/// A writer that stores its error, because the serializer does not return it.
 struct KeepsError<W> {
     inner: W,
     failure: Option<io::Error>,
@@ -117,7 +117,7 @@ impl<W: Write> Write for KeepsError<W> {
 /// # Errors
 /// Those of the writer.
 pub(crate) fn write_sealed(out: impl Write, kind: Kind, content: &impl Serialize) -> io::Result<()> {
-    // The serializer writes number by number, and a checksum takes long of a few bytes at a time.
+    // The serializer writes number by number, and computing a checksum of a few bytes at a time is slow.
     let mut out = BufWriter::with_capacity(PIECE, Checked::new(out));
     out.write_all(&kind.head())?;
     let mut keeper = KeepsError { inner: &mut out, failure: None };
@@ -133,7 +133,8 @@ pub(crate) fn write_sealed(out: impl Write, kind: Kind, content: &impl Serialize
     out.flush()
 }
 
-/// The first bytes of sealed content, if no bit has changed; the rest is read in pieces. Otherwise what is wrong with it.
+/// The first bytes of sealed content, if no bit of it has changed; otherwise the problem. The content is read
+/// in pieces.
 fn sound_head(input: &mut (impl Read + Seek), kind: Kind) -> io::Result<Result<[u8; HEAD], &'static str>> {
     let length = input.seek(SeekFrom::End(0))?;
     input.rewind()?;
@@ -162,7 +163,7 @@ fn sound_head(input: &mut (impl Read + Seek), kind: Kind) -> io::Result<Result<[
     Ok(if checksum == found.checksum().to_le_bytes() { Ok(head) } else { Err("its checksum is wrong") })
 }
 
-/// Reads content of a kind, without memory for more than what is made of it; or says what is wrong with it.
+/// Reads content of a kind, without memory for anything but the result; otherwise returns the problem.
 ///
 /// # Errors
 /// Those of the reader.

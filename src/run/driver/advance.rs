@@ -1,4 +1,4 @@
-//! Steps of the engine, up to the next check and with pauses by the clock.
+//! Advances the engine up to the next check, with pauses by wall time.
 
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -10,22 +10,22 @@ use crate::engine::{EngineError, Reason, Until};
 use crate::run::Ending;
 use crate::run::state::Aim;
 
-/// Physical events between two checks whether the simulation still has events.
+/// Physical events between two checks for the end of all events.
 const CHUNK: u64 = 10_000;
 
-/// The same for each particle in several domains, if that is more.
+/// The same per particle in several domains, if that is more.
 const IN_DOMAINS: u64 = 64;
 
-/// Times that a typical particle takes to cross the box, in which nothing has happened and no particle has changed its cell: where the end is not
-/// shown then, rounding hides whether there will be any event.
+/// If nothing happens and no particle changes its cell within this many times that a typical particle needs
+/// to cross the box, and the end cannot be proven, rounding hides whether there will be any event.
 const LONGEST_WAIT: f64 = 1e12;
 
-/// Wall time between two such questions.
+/// Wall time between two calls of `watch`.
 const PAUSE: Duration = Duration::from_millis(20);
 
 impl Driver<'_> {
-    /// Goes on for a while, and says if it came to the time, or what kept it from going on. As long as overlaps of the start are left, it goes in small
-    /// steps, to find when the last one is gone.
+    /// Advances for a while. Returns whether it reached the time, or what prevented it. While initial
+    /// overlaps are left, the steps are small, to find when the last one is resolved.
     pub(super) fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         let (wait, check) = (self.state.wait, self.state.overlap_check);
         let has_overlaps = self.state.ledger.has_overlaps();
@@ -56,7 +56,8 @@ impl Driver<'_> {
         Ok(reached)
     }
 
-    /// Physical events between two checks whether the simulation still has events. Domains end at a number of events by handing everything to one engine.
+    /// Physical events between two checks for the end of all events. Domains reach a number of events by
+    /// returning everything to a single engine, which is expensive.
     fn events_to_check(&self) -> u64 {
         if self.simulation.domain_work().is_none() {
             return CHUNK;
@@ -64,7 +65,7 @@ impl Driver<'_> {
         CHUNK.max(IN_DOMAINS * self.simulation.population().iter().sum::<usize>() as u64)
     }
 
-    /// Where to go from here: the aim that an interruption has left, or one that is so far ahead.
+    /// The next aim: the one left by an interruption, or a new one.
     fn aim(&mut self, ahead: f64, events: u64) -> Aim {
         let event_counts = *self.simulation.event_counts();
         let aim = Aim {
@@ -77,7 +78,8 @@ impl Driver<'_> {
         *self.state.aim.get_or_insert(aim)
     }
 
-    /// Takes note of whether anything has happened since the run set out for `aim`, and says how it ends where nothing will any more.
+    /// Records whether anything has happened since the run set out for `aim`, and returns how it ends if
+    /// nothing ever will.
     fn quiet(&mut self, aim: &Aim, reason: Reason) -> Option<Ending> {
         let now = self.simulation.event_counts();
         let state = &mut self.state;
@@ -86,18 +88,18 @@ impl Driver<'_> {
             return None;
         }
         state.quiet_steps += 1;
-        // Asked after 1, 2, 4, ... steps without an event.
+        // Tested after 1, 2, 4, ... steps without an event.
         let is_asked = state.stage.limit.time.is_none() && state.quiet_steps.is_power_of_two();
         let nothing_is_due = reason == Reason::Idle;
         if (is_asked || nothing_is_due) && self.simulation.is_over() {
             return Some(Ending::Idle);
         }
-        // Spheres at rest that have grown as far as they may are over, too.
+        // Spheres at rest that have grown as far as possible are finished as well.
         let nothing = if self.growth().is_some() { Ending::Idle } else { Ending::GaveUp };
         nothing_is_due.then_some(nothing)
     }
 
-    /// Goes on to an end that is not put off by pauses, in which it is asked whether to go on at all.
+    /// Advances to an end that does not depend on pauses, with calls of `watch` on the way.
     fn chunk(&mut self, until: Until) -> Result<Result<Reason, Ending>, Failed> {
         loop {
             let started = Instant::now();
@@ -129,13 +131,13 @@ impl Driver<'_> {
         }
     }
 
-    /// Next pause: of a pilot run, or of the caller, who does not see what a copy does.
+    /// Next pause: of a pilot run, or of the caller, who does not see a pilot run.
     fn pause(&self) -> Until {
         let of_caller = self.halt();
         Until { time: self.pause.time.min(of_caller.time), events: self.pause.events.min(of_caller.events) }
     }
 
-    /// The pause of the caller, at a time or a number of events.
+    /// The caller's pause, at a time or a number of events.
     fn halt(&self) -> Until {
         match self.halt {
             Halt::At(until) if !self.is_pilot => until,
@@ -143,18 +145,18 @@ impl Driver<'_> {
         }
     }
 
-    /// Takes note of whether the caller's pause has come.
+    /// Records whether the caller's pause has been reached.
     fn paused(&mut self, at: Until) -> Ending {
         let halt = self.halt();
         self.is_halted = !self.is_pilot && (halt.time <= at.time || halt.events <= at.events);
         Ending::Interrupted
     }
 
-    /// Advances without a check of anything but events, until the next pause at most.
+    /// Advances to the next pause at most, checking only for events.
     fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, Failed> {
         let is_measuring = self.state.stage.stage.is_measured() && !self.is_pilot;
         let has_events = is_measuring && self.agreed(self.recorder.has_events());
-        // One process cannot end alone.
+        // A single process cannot end alone.
         let is_alone = self.simulation.processes() == 1;
         let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
         let instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
@@ -178,14 +180,14 @@ impl Driver<'_> {
         failure.map_or(Ok(reason), Err)
     }
 
-    /// Events, cell transitions and Andersen collisions so far.
+    /// Number of events, cell transitions and Andersen collisions so far.
     pub(super) fn work(&self) -> u64 {
         let event_counts = self.simulation.event_counts();
         event_counts.physical().saturating_add(event_counts.transition).saturating_add(event_counts.thermostat)
     }
 }
 
-/// Steps until the next pause, after some that took so long.
+/// Number of steps until the next pause, given the wall time of the last ones.
 fn steps_after(steps: u64, took: Duration) -> u64 {
     let next = if took > PAUSE { steps / 2 } else { steps * 2 };
     next.clamp(1, STEPS[1])

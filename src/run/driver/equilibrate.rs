@@ -1,4 +1,4 @@
-//! Equilibration that ends when nothing drifts any more.
+//! Equilibration that ends once no observable drifts.
 
 use std::ops::ControlFlow;
 
@@ -12,21 +12,24 @@ use crate::run::Ending;
 /// Events per particle between two samples.
 const EVENTS_PER_SAMPLE: u64 = 2;
 
-/// Samples before the first test for drift: each particle has had some four hundred events, which melt most lattices.
+/// Samples before the first test for drift. By then each particle has had about four hundred events, which
+/// melt most lattices.
 const FEWEST_SAMPLES: u32 = 100;
 
-/// Tests after which an equilibration without a limit gives up: a system that still drifts, such as a cooling gas, never ends, nor does one that cannot be tested, such
-/// as a single particle between walls.
+/// Number of tests after which an equilibration without a limit gives up. A system that keeps drifting, such
+/// as a cooling gas, never equilibrates, nor does one that cannot be tested, such as a single particle
+/// between walls.
 const PATIENCE: u32 = 1000;
 
 /// Events per particle after which an equilibration without a limit gives up.
 pub const MOST_EVENTS_PER_PARTICLE: u64 = EVENTS_PER_SAMPLE * FEWEST_SAMPLES as u64 * PATIENCE as u64;
 
-/// From one test to the next the number of samples grows by this part, so that the second half of them, which is tested, is a new one after
-/// three tests.
+/// The number of samples grows by this fraction from one test to the next. The second half, which is tested,
+/// is completely new after three tests.
 const GROWTH: u32 = 4;
 
-/// Time series of the observables in an equilibration that ends by itself, sampled after fixed numbers of events, whatever is written meanwhile.
+/// Time series of the observables during an automatic equilibration, sampled after fixed numbers of events,
+/// independent of output.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::run) struct Monitor {
     pub(super) observer: Observer,
@@ -47,7 +50,7 @@ impl Monitor {
 }
 
 impl Driver<'_> {
-    /// Watches the observables from now on, if the equilibration ends by them.
+    /// Starts to monitor the observables, if they end the equilibration.
     pub(super) fn begin_monitor(&mut self) {
         let is_watched = self.settings().until_stationary;
         self.state.monitor = is_watched.then(|| {
@@ -60,7 +63,7 @@ impl Driver<'_> {
         });
     }
 
-    /// Ends an equilibration that goes on until nothing drifts where that is so, and the run where it never will be.
+    /// Ends an automatic equilibration if nothing drifts, and the run if it never will equilibrate.
     pub(super) fn check_equilibrium(&mut self) -> ControlFlow<Option<Ending>> {
         let events = self.simulation.event_counts().physical();
         let is_limited = self.state.stage.limit != Limit::default();
@@ -96,7 +99,7 @@ mod tests {
     use crate::run;
     use crate::scene::SceneBuilder;
 
-    /// Two particles that go to and fro between two walls, past each other.
+    /// Two particles that move to and fro between two walls, past each other.
     fn to_and_fro(restitution: f64, equilibration: Limit) -> Scene {
         let mut space = Space::periodic_cube(5.0);
         let wall = Face::Wall { restitution };
@@ -113,7 +116,7 @@ mod tests {
             .unwrap()
     }
 
-    /// How it ends, and after how many events; what goes on after `most` is interrupted.
+    /// How it ends, and after how many events. It is interrupted after `most`.
     fn ending(scene: Scene, most: u64) -> (Ending, u64) {
         let go_on = |progress: &run::Progress| {
             if progress.events > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

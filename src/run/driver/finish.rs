@@ -14,7 +14,7 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// The last row and frame, and the audit.
+    /// Adds the last row and frame, and the audit.
     pub(super) fn finish(mut self, ending: Ending) -> Result<Finished, Failed> {
         self.simulation.complete();
         let stage = self.state.stage.stage;
@@ -79,7 +79,7 @@ impl Driver<'_> {
         })
     }
 
-    /// The results of a measurement that has no time.
+    /// The results of a measurement of zero duration.
     fn nothing(&self) -> MeasuredStage {
         MeasuredStage {
             name: self.state.stage.stage.name(&self.simulation.scene().run).into_owned(),

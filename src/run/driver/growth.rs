@@ -1,4 +1,4 @@
-//! Growing spheres: how far they grow, and the pressure that ends it.
+//! Growing spheres: the extent of growth, and the pressure that ends it.
 
 use std::ops::ControlFlow;
 

@@ -1,4 +1,4 @@
-//! The particles of a group that has no positions of its own: on a surface, in a fill or in chains.
+//! The particles of a group without given positions: on a surface, in a fill or in chains.
 
 use crate::Vector;
 use crate::base::numbers::{self, trunc_to_u64};
