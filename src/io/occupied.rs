@@ -65,7 +65,7 @@ pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     real.ancestors().skip(usize::from(depth == 0)).find(|folder| is_run(folder)).map(Path::to_owned)
 }
 
-/// The state of the run in a folder. It counts as unfinished if a run that is to replace it can be resumed.
+/// The state of the run in a folder. It counts as finished while a run that is to replace it can be resumed.
 ///
 /// # Errors
 /// [`OutputError::Occupied`] if it holds something else, [`OutputError::NotFolder`] or

@@ -6,36 +6,38 @@ use crate::model::potential::Potential;
 use crate::model::space::Boundary;
 use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
 
-/// Steps of the event loop in a second of wall time, to the order of magnitude: an event, a new velocity, a look at a particle.
+/// Order of magnitude of the number of event-loop steps per second of wall time: an event, a new velocity, or
+/// a test of a particle.
 const STEPS_PER_SECOND: f64 = 1e6;
 
-/// Others that are looked at in the time of a step.
+/// Number of neighbours that are tested in the time of a step.
 const OTHERS_PER_STEP: f64 = 300.0;
 
-/// Work that takes more wall time than this is said beforehand, if it is more than the events themselves: 10 minutes.
+/// Work that takes more wall time than this is reported in advance, if it exceeds the events themselves: 10
+/// minutes.
 const LONG: f64 = 600.0;
 
-/// Events that take more wall time than this are said beforehand, where the scene asks for a time: 3 hours.
+/// Events that take more wall time than this are reported in advance, if the scene specifies a time: 3 hours.
 const VERY_LONG: f64 = 10_800.0;
 
-/// Ratio of work to events above which the work is surely not intended.
+/// Ratio of work to events above which the work is certainly not intended.
 const OUT_OF_PROPORTION: f64 = 10.0;
 
-/// Others near a particle, from which on every event is slow.
+/// Number of neighbours of a particle above which every event is slow.
 const CROWD: f64 = 10_000.0;
 
-/// A reason for which a run takes far longer than its events do.
+/// A reason why a run takes far longer than its events.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Burden {
     /// Cause of the cost, in words.
     pub cause: String,
-    /// Wall time that it takes, about `[seconds]`.
+    /// Approximate wall time that it takes `[seconds]`.
     pub seconds: f64,
 }
 
-/// Reasons why a run of a scene takes far longer than its events, by orders of magnitude.
+/// Reasons why a run of a scene takes longer than its events, by orders of magnitude.
 ///
-/// Rates follow from Enskog's kinetic theory at the speed of the particles. Particles at rest give no rate.
+/// Rates follow from Enskog's kinetic theory at the initial speeds. Particles at rest give no rate.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<Burden> {
     let mut burdens = Vec::new();
@@ -76,7 +78,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
             burdens.extend(pace.burden(cause, pace.moving / barostat.interval, duration));
         }
         if let Some(rate) = scene.shear_rate {
-            // Images are looked at again whenever they have slid by a quarter of the box.
+            // Images are predicted again whenever they have slid by a quarter of the box.
             let slides = 4.0 * rate.abs() * scene.space.size.y / scene.space.size.x;
             let cause = format!("images slide by the box some {:.0e} times", 0.25 * slides * duration);
             burdens.extend(pace.burden(cause, slides * pace.at_sides, duration));
@@ -97,14 +99,15 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
     burdens
 }
 
-/// Steps in a period of a surface that oscillates or turns, of the search for contacts of a particle near it, and the wall time of one `[seconds]`.
+/// Steps per period of a surface that oscillates or turns, in the search for contacts of a particle near it,
+/// and the wall time of each `[seconds]`.
 const STEPS_OF_PERIOD: f64 = 16.0;
 const SEARCH_STEP: f64 = 1e-7;
 
-/// Periods up to the end of a run that leave a thousandth of one to the rounding of its time.
+/// Number of periods up to the end of a run at which the rounding of its time is a thousandth of a period.
 const MOST_PERIODS: f64 = 1e-3 / f64::EPSILON;
 
-/// Surfaces that oscillate or turn so often that it takes long, or cannot be resolved.
+/// Surfaces whose oscillation or rotation is so fast that it takes long, or cannot be resolved.
 fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
     let plan = &scene.run;
     let duration: f64 = Stage::all(plan).filter_map(|stage| stage.settings(plan).limit.time).sum();
@@ -133,14 +136,14 @@ fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
     burdens
 }
 
-/// Events of a fluid by simulated time, by kinetic theory `[1 / time]`; `None` where particles fall, can leave, or rest.
+/// Event rate of a fluid from kinetic theory `[1 / time]`; `None` if particles fall, can leave, or rest.
 pub(super) fn rate(scene: &Scene) -> Option<f64> {
     let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
     let rate = if is_falling || !scene.space.is_closed() { 0.0 } else { Pace::of(scene).events };
     (rate.is_finite() && rate > 0.0).then_some(rate)
 }
 
-/// Longest duration of a growth that ends at a given size `[time]`.
+/// Longest duration of growth to a given size `[time]`.
 fn duration_of(scene: &Scene, growth: &Growth) -> f64 {
     match growth.until {
         GrowthTarget::PackingFraction(target) => {
@@ -151,18 +154,18 @@ fn duration_of(scene: &Scene, growth: &Growth) -> f64 {
     }
 }
 
-/// How fast things happen.
+/// Rates of a scene.
 struct Pace {
-    /// Particles that move.
+    /// Number of moving particles.
     moving: f64,
-    /// Events of all of them `[1 / time]`.
+    /// Events of all particles `[1 / time]`.
     events: f64,
-    /// Particles next to the sides that slide.
+    /// Number of particles near the sliding sides.
     at_sides: f64,
 }
 
 impl Pace {
-    /// Cost of work at a rate for some time, if that is out of proportion to the events.
+    /// Cost of work at a rate for some time, if it is out of proportion to the events.
     fn burden(&self, cause: String, rate: f64, duration: f64) -> Option<Burden> {
         let (steps, events) = (rate * duration, self.events * duration);
         let seconds = steps / STEPS_PER_SECOND;
@@ -195,8 +198,9 @@ impl Pace {
     }
 }
 
-/// Collision cross section of a moving particle, on average over the species of the others: that of each step `[length^(D - 1)]`, twice where a pair
-/// goes in and out, and that of the core as often as Enskog's factor says.
+/// Collision cross section of a moving particle, averaged over the species of its partners: that of each step
+/// `[length^(D - 1)]`, twice if a pair passes it inwards and outwards, and that of the core multiplied by
+/// Enskog's factor.
 fn section(scene: &Scene) -> f64 {
     let dimensions = scene.space.dimensions();
     let factor = enskog_factor(scene.packing_fraction(), dimensions);
@@ -223,8 +227,8 @@ fn section(scene: &Scene) -> f64 {
     of_pairs.sum()
 }
 
-/// Collision rate relative to a dilute gas: the radial distribution function at contact of a fluid of hard particles, up to the
-/// densest that is one.
+/// Collision rate relative to a dilute gas: the radial distribution function at contact in a fluid of hard
+/// particles, up to the highest density of the fluid.
 fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     const DENSEST: [f64; 3] = [0.95, 0.8, 0.6];
     match dimensions {
@@ -234,7 +238,8 @@ fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     }
 }
 
-/// Others in the cells around a particle, if they are very many: cells are as large as the longest range.
+/// Number of particles in the cells around a particle, if it is very large. Cells are as large as the longest
+/// range.
 fn crowd(scene: &Scene) -> Option<f64> {
     let range = scene.longest_range();
     let part = |k: usize| {
@@ -285,7 +290,7 @@ mod tests {
         assert_eq!(causes(&[("space.shear_rate", "0.5")]), [] as [&str; 0]);
         let found = causes(&[("space.shear_rate", "1e6")]);
         assert!(found[0].starts_with("a time of 100 has some"), "{found:?}");
-        // Also where only the number of events is given.
+        // Also if only the number of events is given.
         let events = [("run.until_events", "1000000"), ("run.thermostat", &bath("1e9"))];
         assert_eq!(causes(&events).len(), 1);
     }

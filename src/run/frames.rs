@@ -1,4 +1,4 @@
-//! How many frames a run writes where its scene leaves that open.
+//! Number of frames of a run if its scene leaves it open.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,23 +7,24 @@ use crate::base::numbers::trunc_to_u32;
 use crate::model::Scene;
 use crate::trajectory::extended_xyz::frame_bytes;
 
-/// A measurement that chooses its interval itself aims at this many frames, and at most twice as many.
+/// Target number of frames if a measurement chooses the interval. There may be up to twice as many.
 const AIM: u32 = 20;
 
-/// Largest size of all frames of a run unless the scene gives their interval `[bytes]`; the last one is written in any case.
+/// Largest total size of the frames of a run without a given interval `[bytes]`. The last frame is always
+/// written.
 pub(crate) const MOST_BYTES: f64 = 2e8;
 
-/// Reason for the limit, in words, also where a single frame takes more.
+/// Reason for the limit, in words, also if a single frame exceeds it.
 const REASON: &str = "no more than fit into 200 MB, because output.frame_interval is not given";
 const REASON_BEYOND: &str =
     "the last one only, which takes more than the 200 MB that frames get where output.frame_interval is not given";
 
-/// The most frames of each measured stage of a run, by what they take on the disk.
+/// Maximum number of frames of each measured stage, from their size on disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FrameLimit {
-    /// `None` where the scene gives the interval.
+    /// `None` if the scene gives the interval.
     most: Option<u32>,
-    /// Whether the last one is larger than all are meant to be.
+    /// Whether the last frame alone exceeds the limit.
     is_beyond: bool,
 }
 
@@ -45,12 +46,12 @@ impl FrameLimit {
         Self { most: is_open.then_some(most), is_beyond: is_open && bytes > MOST_BYTES }
     }
 
-    /// Whether a measurement has a frame of its beginning.
+    /// Whether a measurement has a frame at its beginning.
     pub fn has_first(self) -> bool {
         self.most.is_none_or(|most| most >= 2)
     }
 
-    /// Whether a stage has a frame of its end; the last one always has.
+    /// Whether a stage has a frame at its end; the last stage always has.
     pub fn has_last(self, stage: Stage) -> bool {
         stage == Stage::Measurement || self.most.is_none_or(|most| most >= 1)
     }
@@ -65,7 +66,8 @@ impl FrameLimit {
         AIM.min(self.between()).max(1)
     }
 
-    /// The most frames that are expected of a stage, with the first and the last, where it chooses their interval itself.
+    /// Maximum expected number of frames of a stage that chooses their interval, including the first and the
+    /// last.
     pub fn most(self, stage: Stage) -> f64 {
         let ends = u32::from(self.has_first()) + u32::from(self.has_last(stage));
         f64::from(self.between().saturating_add(ends).min(2 * AIM))
@@ -81,7 +83,7 @@ impl FrameLimit {
         self.reason_of(self.between() < 2 * AIM)
     }
 
-    /// Reason why a replica exchange has fewer frames than the aim, if it has.
+    /// Why a replica exchange has fewer frames than the target, if so.
     pub fn reason_of_exchange(self) -> Option<&'static str> {
         self.reason_of(self.of_exchange() < AIM)
     }
@@ -98,7 +100,7 @@ mod tests {
     use crate::scene::SceneBuilder;
     use crate::{Vector, model::Limit};
 
-    /// A number of particles in one place.
+    /// `count` particles at one position.
     fn scene(count: usize) -> Scene {
         let scene = SceneBuilder::new("many")
             .species("A", 1.0, 1.0)

@@ -9,7 +9,7 @@ use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::EventCountsBySpecies;
 use crate::model::VolumeMoves;
 
-/// Results of a measured stage of a scene: the same as of the last measurement of a run.
+/// Results of a measured stage of a scene, as for the last measurement of a run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MeasuredStage {
@@ -19,7 +19,7 @@ pub struct MeasuredStage {
     pub measurement: MeasurementPeriod,
     /// Event counts of its measurement, by kind and species.
     pub event_counts_by_species: EventCountsBySpecies,
-    /// Means and standard errors, by name; only those that mean something for the scene.
+    /// Means and standard errors by name, only those that apply to the scene.
     #[serde(with = "by_place")]
     pub observables: Vec<(&'static str, Estimate)>,
     /// Whether each of them was stationary, by name.
@@ -63,7 +63,7 @@ mod by_place {
     }
 }
 
-/// Verdicts on stationarity by the name of an observable: their tags in files are names, which a checkpoint does not have.
+/// Verdicts on stationarity by the name of an observable. Files store their names, checkpoints only indices.
 mod verdicts {
     use serde::de::Deserializer;
     use serde::ser::Serializer;

@@ -1,4 +1,4 @@
-//! How often things happen in a run, as far as that can be told before it.
+//! Event rate of a run, as far as it can be estimated in advance.
 
 use thiserror::Error;
 
@@ -7,30 +7,31 @@ use super::stage::{Settings, Stage};
 use crate::engine::{Reason, Until};
 use crate::model::{Limit, Scene};
 
-/// Steps of the engine of a trial run of what has no steady rate, and of a part of it: in all some seconds at the most.
+/// Steps of the engine in a trial run without a steady rate, and in part of it: at most some seconds in all.
 const STEPS: u64 = 1_000_000;
 const STEPS_OF_PART: u64 = 10_000;
 
-/// After these steps, a trial that advances too slowly is given up.
+/// Number of steps after which a trial that advances too slowly is given up.
 const PATIENCE: u64 = 120_000;
 
-/// A trial advances too slowly if it would not come far enough at this many times its pace so far: what cools becomes faster.
+/// A trial advances too slowly if it would not get far enough at this multiple of its speed so far. Cooling
+/// systems become faster.
 const MARGIN: f64 = 4.0;
 
-/// Rates of two stretches of time are the same within this factor.
+/// Two intervals have the same rate if they agree within this factor.
 const STEADY: f64 = 1.5;
 
-/// A trial run that has come so far, of the whole duration, tells of the rest.
+/// A trial run that covers this fraction of the duration is representative of the rest.
 const FAR: f64 = 0.125;
 
-/// Fewest events of a stretch of time that have a rate.
+/// Minimum number of events in an interval for a rate.
 const FEWEST: f64 = 30.0;
 
-/// Why the events of a run cannot be estimated.
+/// Why the event rate of a run cannot be estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum NoRate {
-    /// Gravity, and contacts that lose energy.
+    /// Gravity, and dissipative contacts.
     #[error("what falls and loses energy collects and comes to rest, in ever more contacts")]
     Collects,
     /// Open sides.
@@ -39,21 +40,22 @@ pub enum NoRate {
     /// Gravity.
     #[error("what falls becomes faster")]
     Falls,
-    /// Contacts that lose energy, and nothing that supplies any.
+    /// Dissipative contacts without an energy supply.
     #[error("contacts lose energy and nothing supplies any, so that there are ever fewer")]
     Cools,
-    /// Hardly anything happens, or there are more particles than can be tried.
+    /// Too few events, or too many particles for a trial.
     #[error("too little of it can be tried")]
     Untried,
 }
 
-/// Number of events per simulated time, in the mean over a run `[1 / time]`.
+/// Mean number of events per simulated time of a run `[1 / time]`.
 ///
-/// Where the rate is steady, it is that of a short trial, or of kinetic theory for many particles. Elsewhere it is that of a trial run that
-/// comes to the end of the run, or far enough to be steady. It is a function of the scene: nothing depends on the clock.
+/// If the rate is steady, it is taken from a short trial, or from kinetic theory for many particles.
+/// Otherwise it is taken from a trial run that reaches the end of the run, or gets far enough to be steady.
+/// The result depends only on the scene, not on the clock.
 ///
 /// # Errors
-/// [`NoRate`] if they cannot be estimated to a factor of three.
+/// [`NoRate`] if it cannot be estimated within a factor of three.
 pub fn foreseen_rate(scene: &Scene) -> Result<f64, NoRate> {
     match unsteady(scene) {
         None => expected_rate(scene).ok_or(NoRate::Untried),
@@ -90,7 +92,7 @@ fn duration(scene: &Scene) -> Option<f64> {
         _ => None,
     };
     let stages = Stage::all(plan).map(|stage| stage.settings(plan));
-    // An equilibration that is not asked for has no limit.
+    // An unused equilibration has no limit.
     stages.filter(|settings| settings.has_end()).map(of_stage).sum()
 }
 
@@ -118,7 +120,7 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
         }
     }
     let (passed, events) = *course.last()?;
-    // The number of events at a time, from the first part that has come to it.
+    // The number of events at a time, from the first part that has reached it.
     let by = |time: f64| course.iter().find(|(now, _)| *now >= time).map(|(_, events)| *events);
     let [quarter, half] = [by(0.25 * passed)?, by(0.5 * passed)?];
     let [earlier, later] = [(half - quarter) / (0.25 * passed), (events - half) / (0.5 * passed)];
@@ -169,12 +171,12 @@ mod tests {
         }
         assert_eq!(foreseen_rate(&rain(1000, 100.0)), Err(NoRate::Collects));
         let hopper = Scene::from_file("configs/hopper.toml").unwrap();
-        // It has 1.45e6 events in its time of 80.
+        // It has 1.45e6 events in its duration of 80.
         let told = 80.0 * foreseen_rate(&hopper).unwrap();
         assert!((0.5e6..4.3e6).contains(&told), "{told}");
     }
 
-    /// Two grains that bounce twice in the time of the run, and collapse long after it.
+    /// Two grains that bounce twice during the run, and collapse long after it.
     #[test]
     fn an_estimate_does_not_go_beyond_the_end_of_the_run() {
         let two = scene(
@@ -205,7 +207,8 @@ mod tests {
 
     #[test]
     fn what_is_steady_for_a_small_part_of_the_run_says_nothing_of_the_rest() {
-        // It cools within some 10^4 units of time, and the trial covers only a part of that: it has a twentieth of the events that its first rate would give.
+        // It cools within about 10^4 units of time, and the trial covers only part of that. The initial rate
+        // would give twenty times too many events.
         let slow = scene(
             "
             species = [{ name = 'grain', mass = 1.0, diameter = 1.0 }]

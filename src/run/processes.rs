@@ -7,14 +7,16 @@ use super::{Run, RunState};
 use crate::analysis::instruments::Registry;
 use crate::engine::{Simulation, Transport};
 
-/// Bytes that are sent at once.
+/// Number of bytes sent at once.
 const PIECE: usize = 1 << 26;
 
 impl Run {
-    /// Spreads the run over processes that all have put it together in the same way, each with as many threads: [`Simulation::set_transport`].
+    /// Spreads the run over processes. All must have set it up in the same way, with the same number of
+    /// threads: [`Simulation::set_transport`].
     ///
-    /// The results are the same in all of them, with the bits of one process. What a recorder decides (to pause for a checkpoint, that no more can be kept)
-    /// and what `watch` returns holds of the first process; the recorders of others need not keep anything.
+    /// The results are equal in all processes, with the bits of a single one. Decisions of a recorder (to
+    /// pause for a checkpoint, or that nothing more can be recorded) and results of `watch` are taken from
+    /// the first process. Recorders of others need not record anything.
     pub fn transport(mut self, transport: Arc<dyn Transport>) -> Self {
         self.simulation.set_transport(transport);
         self
@@ -68,7 +70,7 @@ mod tests {
     use std::convert::Infallible;
     use std::ops::ControlFlow;
 
-    /// Records everything that a run hands out, and asks for a checkpoint now and then.
+    /// Records everything from a run, and requests checkpoints at intervals.
     #[derive(Debug, Default, PartialEq)]
     struct All {
         rows: Vec<String>,
@@ -109,7 +111,7 @@ mod tests {
         }
     }
 
-    /// Spheres that grow first, which is done in one thread, and are held at a temperature then.
+    /// Spheres that grow first, on one thread, and are then held at a temperature.
     fn scene() -> Scene {
         let growth = Growth { rate: 0.1, until: GrowthTarget::PackingFraction(0.4) };
         let grow = StagePlan { name: "growth".into(), growth: Some(growth), ..StagePlan::default() };
@@ -131,7 +133,8 @@ mod tests {
             .unwrap()
     }
 
-    /// The records of the first process, which stops after a number of callbacks, and the endings of all processes.
+    /// The records of the first process, which stops after `asked` callbacks, and the endings of all
+    /// processes.
     fn run_in(processes: usize, asked: usize) -> (All, Vec<(Ending, Snapshot)>) {
         let mut results = in_processes(processes, |transport| {
             let (mut all, mut left) = (All::default(), asked);

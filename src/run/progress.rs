@@ -1,4 +1,4 @@
-//! How far a run has come.
+//! Progress of a run.
 
 use super::stage::Stage;
 use crate::model::Limit;
@@ -7,9 +7,9 @@ use crate::model::Limit;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Progress {
-    /// Which stage.
+    /// The stage.
     pub stage: Stage,
-    /// Simulated time now `[time]`.
+    /// Present simulated time `[time]`.
     pub time: f64,
     /// Simulated time since the start of the stage `[time]`.
     pub elapsed: f64,
@@ -20,7 +20,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// The part of the stage that is done, 0 to 1, by the limit that is nearer.
+    /// The completed fraction of the stage, 0 to 1, by the limit that is nearer.
     #[must_use]
     pub fn fraction(&self) -> f64 {
         let by_time = self.limit.time.map_or(0.0, |limit| self.elapsed / limit);

@@ -5,29 +5,31 @@ use crate::engine::surfaces::search_steps;
 use crate::engine::{Reason, Simulation, Until};
 use crate::model::Scene;
 
-/// Particles whose first events are tried: few enough for a part of a second.
+/// Maximum number of particles for a trial, so that it takes a fraction of a second.
 pub(super) const MOST: usize = 3_000;
 
-/// Events of each that are tried, and of all of them at least. The first half melts the lattice of the start.
+/// Number of events per particle in a trial, and minimum number in all. The first half melts the initial
+/// lattice.
 const EACH: u64 = 10;
 const LEAST: u64 = 1_000;
 
-/// Steps of the engine that are tried at most: events, cell transitions, new predictions.
+/// Maximum number of engine steps in a trial: events, cell transitions, new predictions.
 const STEPS: u64 = 500_000;
 
-/// Steps of searches for contacts with surfaces that oscillate or turn, of one try at most: a second or two. One step of the engine can take very many of them.
+/// Maximum number of steps in a trial of the search for contacts with surfaces that oscillate or turn: one or
+/// two seconds. A single engine step may need very many of them.
 const SEARCH_STEPS: u64 = if cfg!(test) { 200_000 } else { 10_000_000 };
 
-/// Steps of the engine between two looks at those.
+/// Number of engine steps between two checks of these.
 const BETWEEN: u64 = 64;
 
 /// Fewer events give no rate.
 const FEWEST: u64 = 10;
 
-/// Events by simulated time `[1 / time]`: those of a trial in which each particle has some events; for more particles than can be tried, what kinetic theory
-/// says of a fluid at the speeds of the start. `None` where neither gives one.
+/// Events per simulated time `[1 / time]`, from a trial in which each particle has some events; with too many
+/// particles for a trial, from kinetic theory at the initial speeds. `None` if neither gives a rate.
 ///
-/// It is a function of the scene: nothing depends on the clock.
+/// The result depends only on the scene, not on the clock.
 #[must_use]
 pub fn expected_rate(scene: &Scene) -> Option<f64> {
     let is_moving = |id: crate::model::SpeciesId| !scene.species[id.0 as usize].is_static();
@@ -39,7 +41,7 @@ pub fn expected_rate(scene: &Scene) -> Option<f64> {
 /// A short trial simulation of a scene with a limit on its work.
 pub(super) struct Try {
     pub simulation: Simulation,
-    /// Steps of searches of this thread at which it is given up; none where no surface moves.
+    /// Number of search steps of this thread at which the trial is given up; `None` if no surface moves.
     most: Option<u64>,
 }
 
@@ -68,14 +70,14 @@ impl Try {
     }
 }
 
-/// The rate of the second half of a try, or of all of it where it has come to an end before.
+/// The rate in the second half of a trial, or in all of it if it ended early.
 fn tried(scene: &Scene, moving: u64) -> Option<f64> {
     let mut attempt = Try::of(scene);
     let target = LEAST.max(EACH * moving);
     let mut begin = (attempt.simulation.time(), 0);
     if attempt.advance(STEPS, Until::events(target / 2)) == Ok(Some(Reason::Events)) {
         let half = (attempt.simulation.time(), target / 2);
-        // Where it ends, there is what there is.
+        // If it ends, the events so far are used.
         let _ = attempt.advance(STEPS, Until::events(target));
         if attempt.simulation.event_counts().physical() >= half.1 + FEWEST {
             begin = half;
@@ -103,7 +105,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Events by time, once the lattice has melted.
+    /// Events per time, once the lattice has melted.
     fn measured(scene: Scene) -> f64 {
         let mut simulation = Simulation::without_plan(scene);
         simulation.advance(Until::events(20_000)).unwrap();
@@ -128,7 +130,8 @@ mod tests {
         }
     }
 
-    /// Grains beside a plate that oscillates a million times by time: a step of the engine takes very many of a search.
+    /// Grains beside a plate that oscillates a million times per unit time. An engine step needs very many
+    /// search steps.
     #[test]
     fn a_try_beside_a_fast_surface_is_given_up_after_its_work() {
         let scene = Scene::from_toml(
@@ -152,7 +155,7 @@ mod tests {
         let before = search_steps();
         assert!(crate::run::foreseen_rate(&scene).is_err());
         let done = search_steps() - before;
-        // Between two looks there are 64 steps of the engine, with 200 intervals of some steps each.
+        // There are 64 engine steps between two checks, with 200 intervals of several steps each.
         assert!((SEARCH_STEPS..2 * SEARCH_STEPS).contains(&done), "{done}");
         assert_eq!(crate::run::burdens(&scene).len(), 1);
     }

@@ -1,4 +1,4 @@
-//! The stages of a run, in their order, and what acts on each.
+//! The stages of a run in order, and their settings.
 
 use std::borrow::Cow;
 
@@ -11,13 +11,13 @@ use crate::model::{Barostat, Growth, Limit, RunPlan, StagePlan, Thermostat};
 /// Stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stage {
-    /// One of the stages that the scene lists, by its number, which is not measured.
+    /// A listed stage without measurement, by index.
     Preparation(u32),
-    /// Before the measurement of one of them.
+    /// Equilibration of a listed stage.
     EquilibrationOf(u32),
-    /// While measuring one of them.
+    /// Measurement of a listed stage.
     MeasurementOf(u32),
-    /// Before the last measurement.
+    /// Equilibration before the last measurement.
     Equilibration,
     /// The last measurement.
     Measurement,
@@ -31,9 +31,9 @@ pub(crate) struct Settings {
     pub barostat: Option<Barostat>,
     pub growth: Option<Growth>,
     pub gravity: Option<Vector>,
-    /// Whether it ends when no observable drifts.
+    /// Whether it ends once no observable drifts.
     pub until_stationary: bool,
-    /// The number of its random stream, counted from the first one of the scene.
+    /// Index of its random stream, relative to the first one of the scene.
     pub stream: usize,
 }
 
@@ -43,19 +43,19 @@ impl Settings {
         self.limit != Limit::default() || self.growth.is_some() || self.until_stationary
     }
 
-    /// Whether only what is measured ends it.
+    /// Whether it ends only by the observables.
     pub fn is_endless(&self) -> bool {
         self.until_stationary && self.limit == Limit::default()
     }
 }
 
 impl Stage {
-    /// The first one that is planned.
+    /// The first planned stage.
     pub(super) fn first(plan: &RunPlan) -> Self {
         Self::listed(plan, 0)
     }
 
-    /// Stages of a plan that are simulated, in their order: others have no limit.
+    /// Stages of a plan that are simulated, in order. Others have no limit.
     pub fn simulated(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
         Self::all(plan).filter(|stage| stage.settings(plan).has_end())
     }
@@ -65,7 +65,7 @@ impl Stage {
         std::iter::successors(Some(Self::first(plan)), |stage| stage.next(plan))
     }
 
-    /// Where the stage of a number begins; with the last equilibration for as many as there are.
+    /// The beginning of a listed stage by index; if the index is their number, the last equilibration.
     fn listed(plan: &RunPlan, number: u32) -> Self {
         match plan.stages.get(number as usize) {
             Some(stage) if stage.measured.is_some() => Self::EquilibrationOf(number),
@@ -74,7 +74,7 @@ impl Stage {
         }
     }
 
-    /// The one after this; none after the last measurement.
+    /// The next stage; `None` after the last measurement.
     pub(super) fn next(self, plan: &RunPlan) -> Option<Self> {
         match self {
             Self::Preparation(number) | Self::MeasurementOf(number) => Some(Self::listed(plan, number + 1)),
@@ -126,7 +126,7 @@ impl Stage {
         }
     }
 
-    /// Name of the stage that the scene lists, with its equilibration; `measurement` for what comes after them.
+    /// Name of the listed stage, also for its equilibration; `measurement` for everything after these.
     pub(crate) fn listed_name(self, plan: &RunPlan) -> &str {
         match self {
             Self::Preparation(number) | Self::EquilibrationOf(number) | Self::MeasurementOf(number) => {

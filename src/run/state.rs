@@ -15,7 +15,7 @@ use crate::engine::{Simulation, Until};
 use crate::model::{Limit, Scene, Thermostat};
 use crate::run::audit::Ledger;
 
-/// Where a stage began.
+/// The beginning of a stage.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Start {
     pub stage: Stage,
@@ -36,44 +36,46 @@ impl Start {
     }
 }
 
-/// A sampling time so close to the end, of the whole stage, falls on it within round-off.
+/// A sampling time this close to the end, relative to the duration of the stage, coincides with it within
+/// round-off.
 pub(super) const NEAR: f64 = 1e-9;
 
-/// Part of the crossing time after which the overlaps of the start are first checked.
+/// Fraction of the crossing time after which the initial overlaps are first checked.
 const FIRST_CHECK: f64 = 1e-4;
 
-/// When the overlaps of the start are next checked.
+/// The next check of the initial overlaps: whichever comes first.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct OverlapCheck {
-    /// Number of events so far.
+    /// Number of events.
     pub events: u64,
-    /// Or so much time.
+    /// Elapsed time.
     pub time: f64,
 }
 
 impl OverlapCheck {
-    /// Ever later, so that overlaps that stay cost little: the time at which they are gone is known to a tenth.
+    /// Increases the intervals, so that persistent overlaps cost little. The time of their resolution is
+    /// known to a tenth.
     pub fn grow(&mut self) {
         self.events = self.events.saturating_add(self.events.div_ceil(10));
         self.time *= 1.1;
     }
 }
 
-/// Where the run checks its state next: kept in checkpoints, so that a pause on the way puts nothing off.
+/// The next check of the run's state. It is stored in checkpoints, so that pauses do not shift it.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Aim {
     /// Simulated time.
     pub time: f64,
     /// Physical events.
     pub events: u64,
-    /// Physical events, cell transitions and Andersen collisions where it set out.
+    /// Number of physical events, cell transitions and Andersen collisions when it was set.
     pub done: u64,
     pub transitions: u64,
     pub collisions: u64,
 }
 
 impl Aim {
-    /// End of the way there, or another one that comes first.
+    /// This aim, or another limit that comes first.
     pub fn until(&self, time: f64, events: u64) -> Until {
         Until { time: time.min(self.time), events: events.min(self.events) }
     }
@@ -82,9 +84,10 @@ impl Aim {
 /// A pilot run that is the beginning of its stage.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Pilot {
-    /// Physical events of it.
+    /// Number of its physical events.
     pub events: u64,
-    /// Events, cell transitions and Andersen collisions, since the start of the simulation, after which it gives up.
+    /// Number of events, cell transitions and Andersen collisions, since the start of the simulation, at
+    /// which it gives up.
     pub patience: u64,
 }
 
@@ -96,7 +99,8 @@ pub(super) struct Measurement {
     pub instruments: Instruments,
 }
 
-/// State of a run: the stage, sampling times, instruments and means. With the simulation it is all that a checkpoint holds.
+/// State of a run: the stage, sampling times, instruments and means. Together with the simulation it is the
+/// content of a checkpoint.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RunState {
     pub(super) stage: Start,
@@ -104,14 +108,14 @@ pub struct RunState {
     pub(super) ledger: Ledger,
     /// Simulated time in which a typical particle crosses the box `[time]`.
     pub(super) crossing: f64,
-    /// Events by time that kinetic theory expects at the start `[1 / time]`.
+    /// Initial event rate from kinetic theory `[1 / time]`.
     pub(super) rate: Option<f64>,
-    /// Longest step in time; longer ones where nothing happens.
+    /// Longest step in time; it grows if nothing happens.
     pub(super) wait: f64,
     pub(super) overlap_check: OverlapCheck,
     /// The target of an advance that was paused.
     pub(super) aim: Option<Aim>,
-    /// The pilot run that is under way.
+    /// The pilot run in progress.
     pub(super) pilot: Option<Pilot>,
     /// Steps of the run since the last event.
     pub(super) quiet_steps: u64,
@@ -121,40 +125,40 @@ pub struct RunState {
     pub(super) last_frame: Option<f64>,
     /// Largest number of frames.
     pub(super) frames: FrameLimit,
-    /// When rows are written in a stage before the measurement.
+    /// Times of rows in a stage before the measurement.
     pub(super) rows: Option<SamplingTimes>,
     pub(super) measurement: Option<Measurement>,
     /// Event counts before the measurement.
     pub(super) before: EventCounts,
     /// Event counts before the measurement, by kind and species.
     pub(super) counts_before: EventCountsBySpecies,
-    /// Wall time that the measurement took in earlier sittings `[seconds]`.
+    /// Wall time of the measurement before the last resumption `[seconds]`.
     pub(super) earlier_seconds: f64,
-    /// Whether what acts on the present stage has been set up.
+    /// Whether the present stage has been set up.
     pub(super) has_begun: bool,
-    /// Simulated time of the next scaling of velocities; infinite for none.
+    /// Simulated time of the next scaling of velocities; infinite without scaling.
     pub(super) next_scaling: f64,
-    /// Simulated time of the next sample of the temperature before that; infinite for none.
+    /// Simulated time of the next temperature sample before that; infinite without scaling.
     pub(super) next_temperature: f64,
     /// Volume moves of the present stage.
     pub(super) moves: Option<Moves>,
-    /// Amplitude of volume moves that was found so far.
+    /// Amplitude of volume moves found so far.
     pub(super) amplitude: Option<f64>,
-    /// The observables in an equilibration that ends when they do not drift.
+    /// The observables in an automatic equilibration.
     pub(super) monitor: Option<Monitor>,
-    /// The pressure of spheres that grow until it is reached.
+    /// The pressure of spheres that grow to a target pressure.
     pub(super) pressure_check: Option<PressureCheck>,
-    /// Where storms of events can come.
+    /// The watch for storms, if they are possible.
     pub(super) storm_watch: Option<StormWatch>,
-    /// The end for which rows, frames and instruments were planned, if the run has got another one since.
+    /// The end for which rows, frames and instruments were planned, if the run has another end now.
     pub(super) planned: Option<Limit>,
-    /// Names of the instruments that the user has registered.
+    /// Names of the custom instruments.
     pub(super) registered: Vec<String>,
-    /// The measured stages that have ended.
+    /// The completed measured stages.
     pub(super) measured_stages: Vec<MeasuredStage>,
 }
 
-/// Properties of a scene at its start that its run needs.
+/// Initial properties of a scene that its run needs.
 pub(crate) struct Beginning {
     observer: Observer,
     crossing: f64,
@@ -179,7 +183,7 @@ impl RunState {
         Self::begin(simulation, Beginning::of(simulation.scene()))
     }
 
-    /// State at the start of a simulation that may have let go of the start of its scene.
+    /// The initial state. The simulation may no longer have the initial particles of its scene.
     pub(crate) fn begin(simulation: &Simulation, Beginning { observer, crossing, rate, frames }: Beginning) -> Self {
         let moving = observer.applicable().moving as u64;
         Self {
@@ -219,7 +223,8 @@ impl RunState {
         }
     }
 
-    /// Where a simulation is at the end of its stage, within round-off: when that is, and what is left.
+    /// The end of the stage and the remaining time, if the simulation is at the end of its stage within
+    /// round-off.
     pub(super) fn rest_of_stage(&self, simulation: &Simulation) -> Option<(f64, f64)> {
         let duration = self.stage.limit.time?;
         let (end, _) = self.stage.end();
@@ -227,7 +232,7 @@ impl RunState {
         (left <= NEAR * duration).then_some((end, left))
     }
 
-    /// Whether its measurement has come to its limit, or to where nothing will happen any more.
+    /// Whether the measurement has reached its limit, or there will be no further events.
     pub(super) fn has_ended(&self, simulation: &Simulation) -> bool {
         let (_, events) = self.stage.end();
         let is_there = simulation.event_counts().physical() >= events || self.rest_of_stage(simulation).is_some();
@@ -235,7 +240,7 @@ impl RunState {
         self.stage.stage == Stage::Measurement && self.has_begun && is_planned
     }
 
-    /// Gives the measurement another end, be it running, planned or over.
+    /// Sets another end of the measurement, whether it is planned, running or over.
     pub(crate) fn extend(&mut self, limit: Limit) {
         if self.stage.stage == Stage::Measurement {
             if self.measurement.is_some() && limit != self.stage.limit {
@@ -257,7 +262,7 @@ impl RunState {
         is_measured.then(|| (simulation.time() - self.stage.time, events))
     }
 
-    /// The end that the measurement was planned for, if the run has been given another one since.
+    /// The end that the measurement was planned for, if the run has another end now.
     pub(crate) fn planned_before(&self) -> Option<Limit> {
         self.planned
     }
@@ -267,7 +272,7 @@ impl RunState {
         self.observer.applicable()
     }
 
-    /// Names of the instruments of the user that it began with.
+    /// Names of the custom instruments that it began with.
     pub(crate) fn registered(&self) -> &[String] {
         &self.registered
     }
@@ -279,8 +284,8 @@ impl RunState {
     }
 }
 
-/// The simulated time in which a typical particle crosses the box, by its speed, from rest, or by the temperature that something outside
-/// gives it; or in which a heat bath is busy for a moment; infinite if nothing moves.
+/// The simulated time in which a typical particle crosses the box at its speed, from rest, or at the
+/// temperature of an external source; or in which a heat bath has some collisions. Infinite if nothing moves.
 fn crossing_time(scene: &Scene) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
     let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);
@@ -300,5 +305,5 @@ fn crossing_time(scene: &Scene) -> f64 {
     (length / fastest).min((2.0 * length / steepest).sqrt()).min(MANY_COLLISIONS / collisions)
 }
 
-/// Andersen collisions between two questions whether to go on: some hundredths of a second.
+/// Number of Andersen collisions between two calls of `watch`: some hundredths of a second.
 const MANY_COLLISIONS: f64 = 1e4;

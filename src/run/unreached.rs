@@ -1,34 +1,34 @@
-//! Times of a plan that the stage they act in, or what is measured, is too short for.
+//! Times of a plan that exceed their stage or measurement.
 
 use super::driver::FEWEST_MOVES;
 use super::stage::{Settings, Stage};
 use crate::model::{Barostat, Scene, Thermostat};
 use crate::scene::measurement_times;
 
-/// A time of a plan that never comes.
+/// A time of a plan that is never reached.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Unreached {
-    /// Nothing is sampled, or acts, within a stage or what is measured.
+    /// No sample or action occurs within a stage or measurement.
     Time {
         /// Key of the time in the scene.
         key: String,
         /// The time `[time]`.
         time: f64,
-        /// Name of the stage that is shorter; none for all that is measured.
+        /// Name of the stage that is shorter; `None` for all measurements.
         stage: Option<String>,
         /// Duration `[time]`.
         duration: f64,
     },
-    /// Too few volume moves to find how large they should be.
+    /// Too few volume moves to tune their amplitude.
     Amplitude {
         /// Moves before the first measurement with a barostat.
         moves: f64,
-        /// Fewest moves that find it.
+        /// Minimum number of moves that tune it.
         fewest: f64,
     },
 }
 
-/// Times of a scene that never come, because stages that end at a time are too short for it.
+/// Times of a scene that are never reached, because stages with a time limit are too short.
 #[must_use]
 pub fn unreached(scene: &Scene) -> Vec<Unreached> {
     let plan = &scene.run;
@@ -36,7 +36,7 @@ pub fn unreached(scene: &Scene) -> Vec<Unreached> {
     let mut all = Vec::new();
     let mut longest = 0.0_f64;
     for (stage, settings) in &stages {
-        // One that ends when nothing drifts, or at a number of events, is as long as it is.
+        // The duration of an automatic equilibration, or of a stage with a number of events, is unknown.
         let duration = settings.limit.time.filter(|_| !settings.until_stationary).unwrap_or(f64::INFINITY);
         if stage.is_measured() {
             longest = longest.max(duration);
@@ -65,7 +65,7 @@ fn scaling_interval(thermostat: Thermostat) -> Option<f64> {
     }
 }
 
-/// Whether the amplitude of volume moves is to be found in fewer moves than that takes.
+/// Whether there are too few volume moves to tune their amplitude.
 fn few_moves(stages: &[(Stage, Settings)]) -> Option<Unreached> {
     let is_open = |settings: &Settings| settings.barostat.is_some_and(|barostat| barostat.amplitude.is_none());
     let first = stages.iter().position(|(stage, settings)| stage.is_measured() && is_open(settings))?;

@@ -1,12 +1,12 @@
-//! How far the means of a sweep are from what is published.
+//! Deviation of the means of a sweep from published values.
 
 use super::results::{Results, StageMeans};
 use crate::analysis::published::PublishedValue;
 
-/// Fewest means whose deviations are meaningful.
+/// Minimum number of means for meaningful deviations.
 const FEWEST: usize = 2;
 
-/// Quantity that tells a crystal from a fluid of the same density.
+/// Quantity that distinguishes a crystal from a fluid of the same density.
 const FACTOR: &str = "compressibility_factor";
 
 /// Deviations of the means of a quantity from published values, squared and in units of their standard errors.
@@ -15,24 +15,25 @@ const FACTOR: &str = "compressibility_factor";
 pub struct Agreement {
     /// Label of the published values: `mKLM`.
     pub label: String,
-    /// `chi^2 = sum ((x - x_0) / error)^2` with what is expected of systems of the size of the runs, [`PublishedValue::at_size`].
+    /// `chi^2 = sum ((x - x_0) / error)^2` with the expected values for systems of the size of the runs,
+    /// [`PublishedValue::at_size`].
     pub chi_square: f64,
-    /// The same with the uncorrected published values; `None` if these are equal.
+    /// The same with the published values for infinite systems; `None` if these are equal.
     pub without_size: Option<f64>,
-    /// Number of the means in it, and of its degrees of freedom: nothing is fitted.
+    /// Number of means, and of degrees of freedom, because nothing is fitted.
     pub freedom: usize,
-    /// Number of the means that are left out, because the system is in another phase than the published one. A system that both phases are published for is in the phase
-    /// whose compressibility factor is nearer to its own.
+    /// Number of means left out because the system is in another phase than the published one. If both phases
+    /// are published, the system is in the phase whose compressibility factor is nearer to its own.
     pub other_phase: usize,
     /// Whether the published values are those of a crystal.
     pub is_of_crystal: bool,
 }
 
-/// A mean, its error, what is published, and whether the system is in the phase that it is published for.
+/// A mean, its error, the published value, and whether the system is in the published phase.
 type Pair<'p> = (f64, f64, &'p PublishedValue, bool);
 
 impl Agreement {
-    /// Omitted points, in words: `, without 2 points that are crystals`; empty if there are none.
+    /// Points left out, in words: `, without 2 points that are crystals`; empty if there are none.
     #[must_use]
     pub fn left_out(&self) -> String {
         let phase = if self.is_of_crystal { "fluid" } else { "crystal" };
@@ -45,7 +46,8 @@ impl Agreement {
 }
 
 impl Results {
-    /// Agreement of a quantity, by its place, with each published result that covers two state points and measured stages at least.
+    /// Agreement of a quantity, by index, with each published result that covers at least two state points
+    /// and measured stages.
     #[must_use]
     pub fn agreements(&self, quantity: usize) -> Vec<Agreement> {
         let Some(name) = self.quantities.get(quantity).map(|it| &it.name) else { return Vec::new() };
@@ -67,7 +69,8 @@ impl Results {
         all.iter().filter(|(_, pairs)| pairs.len() >= FEWEST).map(|(label, pairs)| agreement(label, pairs)).collect()
     }
 
-    /// Whether the particles of a stage form a crystal, by their compressibility factor; `None` where one phase at most is published.
+    /// Whether the particles of a stage form a crystal, by their compressibility factor; `None` unless both
+    /// phases are published.
     fn is_crystal(&self, means: &StageMeans) -> Option<bool> {
         let at = self.quantities.iter().position(|it| it.name == FACTOR)?;
         let measured = means.values.get(at).copied().flatten()?.mean;
@@ -102,7 +105,7 @@ mod tests {
     use crate::analysis::published::CRYSTAL_LABEL as CRYSTAL;
     use crate::sweep::{Group, MeasuredQuantity, Pooled, StageMeans};
 
-    /// A state point with a mean, its error, and what is published about it.
+    /// A state point with a mean, its error, and published values.
     fn group(mean: f64, error: f64, published: &[(&str, f64, f64)]) -> Group {
         let known = |(label, value, finite_size): &(&str, f64, f64)| PublishedValue {
             quantity: "z".to_owned(),

@@ -1,11 +1,11 @@
-//! Axes of a sweep: `KEY=VALUES`, as they are typed.
+//! Axes of a sweep, written as `KEY=VALUES`.
 //!
 //! | values | meaning |
 //! |---|---|
-//! | `0.1,0.2,0.5` | a list of values, as they would stand in the scene |
-//! | `1..5` | whole numbers, both ends included |
-//! | `0.05..0.49/12` | so many values at even distances, both ends included |
-//! | `1e-3..10/9/log` | the same with even ratios |
+//! | `0.1,0.2,0.5` | a list of values, as in the scene |
+//! | `1..5` | integers, both ends included |
+//! | `0.05..0.49/12` | a number of equidistant values, both ends included |
+//! | `1e-3..10/9/log` | the same with constant ratios |
 //! | `1..3,10` | a list may contain ranges |
 //!
 //! `KEY=VALUES; KEY=VALUES` are keys that change together, value by value.
@@ -17,17 +17,17 @@ use thiserror::Error;
 
 use super::value::plain;
 
-/// Most values of an axis, and most points of a sweep.
+/// Maximum number of values of an axis, and of points of a sweep.
 pub(super) const MOST: usize = 100_000;
 
-/// Digits of a value that was computed from the ends of a range, so that it reads as people would write it.
+/// Number of digits of a value computed from a range, so that it is easy to read.
 const DIGITS: usize = 12;
 
 /// Axis of a sweep: keys of the scene that change together, and their values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Axis {
     keys: Vec<String>,
-    /// For each key; all have the same length.
+    /// Values of each key. All lists have the same length.
     values: Vec<Vec<String>>,
 }
 
@@ -38,7 +38,7 @@ pub enum AxisError {
     /// There is no `=`, or nothing on one side of it.
     #[error("`{0}` is not KEY=VALUES, such as fill.0.packing_fraction=0.1..0.4/4 or seed=1..3")]
     Form(String),
-    /// One value of a list is empty.
+    /// A value of a list is empty.
     #[error("`{0}` has an empty value")]
     Empty(String),
     /// An end of a range is not a number.
@@ -47,24 +47,24 @@ pub enum AxisError {
     /// A range runs from the larger number to the smaller.
     #[error("the range `{0}` runs backwards, or its ends are the same: write the smaller end first")]
     Backwards(String),
-    /// A range that is not one of whole numbers does not tell how many values it has.
+    /// A range of non-integers without a number of values.
     #[error("the range `{0}` does not say how many values it has: write {0}/5 for five, both ends included")]
     Uncounted(String),
-    /// The number of values of a range is no whole number from 2 to the largest.
+    /// The number of values of a range is not an integer from 2 to the maximum.
     #[error("`{0}` has a number of values that is not a whole number from 2 to {MOST}")]
     Count(String),
     /// A logarithmic range whose ends are not positive.
     #[error("the range `{0}` is logarithmic, and its ends are not positive")]
     Logarithmic(String),
-    /// Another word than `log` behind a range.
+    /// A word other than `log` after a range.
     #[error("`{word}` in `{range}`: expected nothing or log")]
     Spacing {
         /// The range.
         range: String,
-        /// The word that was found.
+        /// The word.
         word: String,
     },
-    /// Keys that are to change together have different numbers of values.
+    /// Keys that change together have different numbers of values.
     #[error("`{first}` has {expected} values and `{other}` has {found}: keys that change together need as many")]
     Uneven {
         /// The first key.
@@ -79,7 +79,8 @@ pub enum AxisError {
 }
 
 impl Axis {
-    /// The keys of the scene that it changes, as `fill.0.packing_fraction`: one, or several that change together.
+    /// The keys of the scene that it changes, such as `fill.0.packing_fraction`: one, or several that change
+    /// together.
     #[must_use]
     pub fn keys(&self) -> &[String] {
         &self.keys
@@ -91,13 +92,13 @@ impl Axis {
         self.values.first().map_or(0, Vec::len)
     }
 
-    /// Whether it has no value, which no axis that was parsed is.
+    /// Whether it has no values. A parsed axis always has some.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Keys and values at one of its places.
+    /// Keys and values at an index.
     pub(super) fn settings(&self, at: usize) -> impl Iterator<Item = (String, String)> {
         self.keys.iter().zip(&self.values).map(move |(key, values)| (key.clone(), values[at].clone()))
     }
@@ -126,7 +127,7 @@ impl FromStr for Axis {
     }
 }
 
-/// Its keys with all values, as it can be typed.
+/// Its keys with all values, in the form of the command line.
 impl fmt::Display for Axis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (at, (key, values)) in self.keys.iter().zip(&self.values).enumerate() {
@@ -136,7 +137,7 @@ impl fmt::Display for Axis {
     }
 }
 
-/// The values that a list stands for.
+/// The values of a list.
 fn values_of(list: &str) -> Result<Vec<String>, AxisError> {
     let mut values = Vec::new();
     for part in split(list, ',') {
@@ -155,7 +156,7 @@ fn values_of(list: &str) -> Result<Vec<String>, AxisError> {
     Ok(values)
 }
 
-/// The values of a range: `low`, and behind the dots `rest`.
+/// The values of a range: `low`, and `rest` after the dots.
 fn range(text: &str, low: &str, rest: &str) -> Result<Vec<String>, AxisError> {
     let owned = || text.to_owned();
     let mut parts = rest.split('/').map(str::trim);
@@ -203,7 +204,7 @@ fn rounded(x: f64) -> f64 {
     format!("{x:.*e}", DIGITS - 1).parse().unwrap_or(x)
 }
 
-/// The parts of a text between separators that stand in no brackets and no quotes.
+/// The parts of a text between separators outside brackets and quotes.
 fn split(text: &str, separator: char) -> Vec<&str> {
     let (mut parts, mut start, mut depth, mut quote) = (Vec::new(), 0, 0_i64, None);
     for (at, c) in text.char_indices() {

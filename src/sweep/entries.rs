@@ -1,4 +1,4 @@
-//! Numbers within the lists and tables that vary, to plot against.
+//! Numbers inside varied lists and tables, to plot against.
 
 use std::collections::BTreeMap;
 
@@ -7,23 +7,23 @@ use toml::Value;
 use super::plan::{Point, Sweep};
 use super::value::value_of;
 
-/// An entry of a list or a table that varies: a number that differs between its values, `gravity_2` of `dynamics.gravity`.
+/// A number inside a varied list or table that differs between its values: `gravity_2` of `dynamics.gravity`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Entry {
     key: String,
     name: String,
-    /// Where it is in the value: `2`, or `0_1` in a list of lists; empty for a number itself.
+    /// Its position in the value: `2`, or `0_1` in a list of lists; empty for a plain number.
     place: String,
 }
 
 impl Entry {
-    /// Name, unique among the columns of a sweep: that of the key with the number or the word of the entry behind it.
+    /// Name, unique among the columns of a sweep: that of the key followed by the index or key of the entry.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The key whose value has it.
+    /// The key whose value contains it.
     #[must_use]
     pub fn key(&self) -> &str {
         &self.key
@@ -38,7 +38,7 @@ impl Entry {
 }
 
 impl Sweep {
-    /// The entries of lists and tables that vary; plain numbers have no entries.
+    /// The entries of varied lists and tables; plain numbers have no entries.
     #[must_use]
     pub fn entries(&self) -> Vec<Entry> {
         self.numbers().into_iter().filter(|entry| !entry.place.is_empty()).collect()
@@ -51,7 +51,7 @@ impl Sweep {
         keys.zip(names).flat_map(|(key, name)| self.numbers_of(key, &name)).collect()
     }
 
-    /// The numbers that all values of a key have, and not all the same.
+    /// The numbers in all values of a key, if they are not all equal.
     fn numbers_of(&self, key: &str, name: &str) -> Vec<Entry> {
         let settings = self.points().iter().flat_map(Point::settings).filter(|(other, _)| other == key);
         let mut all: Vec<BTreeMap<String, f64>> = settings.map(|(_, value)| numbers(value)).collect();
@@ -68,7 +68,7 @@ impl Sweep {
     }
 }
 
-/// The finite numbers in a value, by place.
+/// The finite numbers in a value, by position.
 fn numbers(text: &str) -> BTreeMap<String, f64> {
     let mut all = BTreeMap::new();
     gather(&value_of(text), String::new(), &mut all);

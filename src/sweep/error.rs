@@ -9,20 +9,20 @@ use super::axis::{AxisError, MOST};
 use crate::io::OutputError;
 use crate::scene::SceneError;
 
-/// Error of a sweep as a whole. What goes wrong at one of its points is the fate of that point.
+/// Error of a sweep as a whole. Errors at a single point are the fate of that point.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SweepError {
-    /// An axis is wrong.
+    /// An axis is invalid.
     #[error(transparent)]
     Axis(#[from] AxisError),
     /// Nothing varies.
     #[error("nothing varies in this sweep")]
     NoAxis,
-    /// A key is in two axes, or has a value of its own besides.
+    /// A key is in two axes, or is also set to a value.
     #[error("`{0}` is varied or set more than once")]
     Twice(String),
-    /// A value stands twice in an axis.
+    /// A value appears twice in an axis.
     #[error("`{key}` has the value {value} twice")]
     SameValue {
         /// The key.
@@ -30,7 +30,7 @@ pub enum SweepError {
         /// The value.
         value: String,
     },
-    /// Two keys lead to the same value, or the second to one that the first is within.
+    /// Two keys refer to the same value, or the second to a value that contains or is inside the first.
     #[error("`{first}` and `{second}` are the same value of the scene: what the first one gives would be lost")]
     SamePlace {
         /// The key that comes first.
@@ -38,7 +38,8 @@ pub enum SweepError {
         /// The key that would replace its value.
         second: String,
     },
-    /// Runs that are to be repetitions with other seeds would be the same run: nothing in them is random.
+    /// Runs that should be repetitions with other seeds would be identical, because nothing in them is
+    /// random.
     #[error("the seed changes nothing here: {first} and {second} would be the same run twice")]
     SameRuns {
         /// The folder of a point.
@@ -49,7 +50,7 @@ pub enum SweepError {
     /// The axes have too many combinations.
     #[error("the axes have {0} combinations, more than {MOST}")]
     TooMany(usize),
-    /// A scene is wrong.
+    /// A scene is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// A file cannot be read.
@@ -60,7 +61,7 @@ pub enum SweepError {
         /// Why.
         source: io::Error,
     },
-    /// The file of a sweep is not one.
+    /// The file of a sweep is invalid.
     #[error("{} is not the file of a sweep", path.display())]
     File {
         /// The file.
@@ -84,9 +85,9 @@ pub enum SweepError {
     Input {
         /// The file, or the checkpoint of a run.
         path: String,
-        /// Its checksum now.
+        /// Its present checksum.
         found: String,
-        /// The one that it had.
+        /// Its former checksum.
         expected: String,
         /// The folder of the sweep.
         folder: PathBuf,

@@ -21,22 +21,22 @@ use crate::run::{Ending, Finished, Progress, Run, RunError};
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fate {
-    /// It was there already.
+    /// It already existed.
     Kept,
     /// It has been run to its end.
     Done,
-    /// It cannot be run, or has not come to a good end: why.
+    /// It cannot be run, or has not ended well, with the reason.
     Failed(String),
-    /// Another process is at it.
+    /// Another process is running it.
     Elsewhere,
-    /// It was interrupted, and goes on from there the next time.
+    /// It was interrupted, and will be continued the next time.
     Interrupted,
 }
 
-/// A part of the points: every N-th, for the tasks of a job array.
+/// A subset of the points: every N-th, for the tasks of a job array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Share {
-    /// Which one, from 1.
+    /// Index of the share, from 1.
     pub number: usize,
     /// Number of shares.
     pub of: usize,
@@ -46,19 +46,19 @@ impl Share {
     /// All points.
     pub const ALL: Self = Self { number: 1, of: 1 };
 
-    /// Whether the point in this place, from 0, is in it.
+    /// Whether it contains the point with this index, from 0.
     #[must_use]
     pub fn has(&self, place: usize) -> bool {
         place % self.of.max(1) + 1 == self.number
     }
 }
 
-/// Options of the execution of a sweep. None changes a result.
+/// Options of the execution of a sweep. They do not affect the results.
 #[derive(Clone, Copy)]
 pub struct Orders<'o> {
-    /// Runs at the same time.
+    /// Number of runs at the same time.
     pub jobs: usize,
-    /// Which of the points.
+    /// The share of the points to run.
     pub share: Share,
     /// Wall time between two checkpoints of a run.
     pub checkpoint_every: Duration,
@@ -66,9 +66,10 @@ pub struct Orders<'o> {
     pub most_bytes: f64,
     /// The text of `report.txt` in the folder of a run.
     pub report: &'o (dyn Fn(&Finished) -> String + Sync),
-    /// Registers user-defined instruments with a run, on its thread: [`Run::instrument`]. A resumed run needs the same instruments.
+    /// Registers custom instruments with a run, on its thread: [`Run::instrument`]. A resumed run needs the
+    /// same instruments.
     pub instruments: &'o (dyn Fn(Run) -> Run + Sync),
-    /// Their names, by which a run that began with others is refused before anything in its folder changes.
+    /// Their names. A run that began with others is rejected before anything in its folder changes.
     pub instrument_names: &'o [String],
 }
 
@@ -76,20 +77,21 @@ pub struct Orders<'o> {
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum News<'n> {
-    /// Its run has come so far.
+    /// Progress of its run.
     Progress(&'n Progress),
-    /// This has become of it.
+    /// Its outcome.
     Over(&'n Fate),
 }
 
 impl SweepFolder {
-    /// Runs the points of a share that are not there yet, and says what became of each, by its place in [`Sweep::points`]. A run that was
-    /// interrupted goes on from its last checkpoint, to the same bits.
+    /// Runs the points of a share that do not exist yet, and returns the outcome of each, by its index in
+    /// [`Sweep::points`]. An interrupted run continues from its last checkpoint, with the same bits.
     ///
-    /// `watch` is called from all threads, with the place of a point; where it breaks, that run is interrupted, and no other is begun.
+    /// `watch` is called from all threads, with the index of a point. When it breaks, that run is
+    /// interrupted, and no other is started.
     ///
     /// # Errors
-    /// [`SweepError::Output`] if it cannot be kept why a run has failed. A run that fails is no error.
+    /// [`SweepError::Output`] if the reason for a failure cannot be recorded. A failed run is not an error.
     pub fn execute(
         &self,
         sweep: &Sweep,
@@ -128,11 +130,12 @@ impl SweepFolder {
         Ok(fates)
     }
 
-    /// Runs a point if it is not there yet, and says what became of it, as [`Self::execute`] does for all. `jobs` and `share` mean nothing here: the caller, a
-    /// scheduler of its own, decides what runs when and where. Several processes may ask for the same point: one runs it.
+    /// Runs a point if it does not exist yet, and returns its outcome, as [`Self::execute`] does for all.
+    /// `jobs` and `share` are ignored: the caller, such as a scheduler, decides what runs when and where. If
+    /// several processes request the same point, one runs it.
     ///
     /// # Errors
-    /// [`SweepError::Output`] if it cannot be kept why the run has failed. A run that fails is no error.
+    /// [`SweepError::Output`] if the reason for a failure cannot be recorded. A failed run is not an error.
     pub fn execute_point(
         &self,
         sweep: &Sweep,
@@ -173,7 +176,7 @@ impl SweepFolder {
                         folder.keep_scene(&record)?;
                         return finish(folder, Run::without_start(scene), orders, watch);
                     }
-                    // Another process was at it meanwhile.
+                    // Another process has run it meanwhile.
                     Err(OutputError::Finished(_)) => return Ok(Fate::Kept),
                     Err(OutputError::Unfinished(_)) => {}
                     Err(error) => return Err(error),
@@ -184,9 +187,10 @@ impl SweepFolder {
         finish(folder, Run::resume(checkpoint), orders, watch)
     }
 
-    /// Outcome of a run that has ended. A conversion that is not there, as where the disk was full, is made now.
+    /// Outcome of a finished run. Missing conversions, for example because the disk was full, are repeated
+    /// now.
     fn over(&self, point: &Point, path: &Path) -> Result<Fate, OutputError> {
-        // One that was killed, and went on by itself, has failed without a word of it here.
+        // A run that was killed and continued on its own may have failed without a record here.
         let trouble = || Summary::read(path).ok().and_then(|summary| trouble_of(&summary));
         let made = Folder::convert_missing(path)?;
         Ok(match made.failures.first() {
@@ -196,7 +200,7 @@ impl SweepFolder {
         })
     }
 
-    /// The scene of a point, and the text from which it can be made again.
+    /// The scene of a point, and the text from which it can be read again.
     fn scene(&self, sweep: &Sweep, point: &Point) -> Result<(Scene, String), SweepError> {
         let scene = sweep.scene_at(point)?;
         if let Some((path, found, expected)) = replaced(&scene, self.inputs()) {
@@ -223,7 +227,7 @@ fn finish(
         return Err(excess);
     }
     if finished.ending == Ending::Interrupted {
-        // Its last checkpoint is all that it needs to go on.
+        // It only needs its last checkpoint to continue.
         return Ok(Fate::Interrupted);
     }
     let done = folder.complete(&finished, &(orders.report)(&finished))?;
@@ -231,7 +235,7 @@ fn finish(
     Ok(finished.trouble().map(Fate::Failed).or_else(failure).unwrap_or(Fate::Done))
 }
 
-/// The message of an error and those of what caused it, in one line.
+/// The message of an error and its causes, in one line.
 fn failed(error: &dyn std::error::Error) -> Fate {
     Fate::Failed(with_causes(error).replace('\n', " "))
 }

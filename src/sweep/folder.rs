@@ -21,17 +21,17 @@ use crate::scene::read_text;
 /// File that describes the sweep in its folder.
 const SWEEP: &str = "sweep.toml";
 
-/// The scene, where it has no file of its own.
+/// The scene, if it has no file of its own.
 const SCENE: &str = "scene.toml";
 
-/// Why runs have failed, a file for each, by the name of the point's folder.
+/// Reasons why runs have failed, a file for each, with the name of the point's folder.
 const FAILURES: &str = "failures";
 
 const HEADER: &str = "\
 # A sweep of carom: the scene, what replaces its values at all points, and the axes; each combination of their values is a run in a folder of its own.
 ";
 
-/// The content of `sweep.toml`, as it is typed and as it is kept.
+/// The content of `sweep.toml`, written by a user or kept in a folder.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SweepFile {
@@ -62,17 +62,17 @@ impl SweepFile {
 }
 
 impl Sweep {
-    /// The sweep that a file describes: `scene`, `vary` and `set`, written as on the command line.
+    /// The sweep described by a file: `scene`, `vary` and `set`, written as on the command line.
     ///
     /// # Errors
-    /// [`SweepError::Read`] or [`SweepError::File`] if it cannot be read, [`SweepError::Changed`] if it has the checksum of another scene, and those of
-    /// [`Sweep::new`].
+    /// [`SweepError::Read`] or [`SweepError::File`] if it cannot be read, [`SweepError::Changed`] if it has
+    /// the checksum of another scene, and the errors of [`Sweep::new`].
     pub fn from_file(path: impl AsRef<Path>) -> Result<Self, SweepError> {
         let path = path.as_ref();
         let file = SweepFile::read(path)?;
         let set: Vec<(&str, &str)> = file.set.iter().filter_map(|pair| pair.split_once('=')).collect();
         let scene = path.parent().unwrap_or(Path::new("")).join(&file.scene);
-        // Its own copy, which this very folder keeps: it stays where the folder goes.
+        // A copy of the scene in this folder, which moves with it.
         let is_kept = file.checksum.is_some() && file.scene == SCENE && path.file_name() == Some(OsStr::new(SWEEP));
         let sweep = if is_kept {
             Self::of_text(read_text(&scene)?, scene, &set, file.axes()?)?
@@ -110,14 +110,15 @@ pub struct SweepFolder {
 }
 
 impl SweepFolder {
-    /// Makes the folder of a sweep, or opens that of the same one: the same text of the scene, the same values set and the same keys. The values of the
-    /// axes may have become others: runs that are there stay, and the tables show the points of now. Of several sweeps that begin at once in one folder, one
-    /// has it.
+    /// Creates the folder of a sweep, or opens that of the same sweep: the same text of the scene, the same
+    /// overrides and the same keys. The values of the axes may differ: existing runs stay, and the tables
+    /// show the present points. If several sweeps start in a folder at once, only one gets it.
     ///
     /// # Errors
-    /// [`SweepError::Occupied`] if it holds something else, [`SweepError::Changed`] or [`SweepError::Other`] if it holds another sweep,
-    /// [`SweepError::Input`] if a file that its scenes read holds something else than when it began, [`SweepError::Output`] if there can be no such folder,
-    /// one of its files is a link, or it cannot be written.
+    /// [`SweepError::Occupied`] if it holds something else, [`SweepError::Changed`] or [`SweepError::Other`]
+    /// if it holds another sweep, [`SweepError::Input`] if a file that its scenes read has changed since it
+    /// began, [`SweepError::Output`] if such a folder cannot exist, one of its files is a link, or it cannot
+    /// be written.
     pub fn open(path: impl AsRef<Path>, sweep: &Sweep) -> Result<Self, SweepError> {
         let mut folder = Self { path: path.as_ref().to_owned(), inputs: Inputs::new() };
         plain::make_folder(&folder.path)?;
@@ -131,8 +132,9 @@ impl SweepFolder {
         Ok(folder)
     }
 
-    /// Makes the record of a sweep, or finds that of the same one. A new record gets its name at once and takes the place of none, so that of several sweeps
-    /// one has the folder before anything else is made there.
+    /// Creates the record of a sweep, or finds that of the same one. A new record gets its final name in one
+    /// step and replaces none, so that only one of several sweeps gets the folder, before anything else is
+    /// created there.
     fn claim(&mut self, sweep: &Sweep) -> Result<(), SweepError> {
         let (record, mut now) = (self.record(), sweep.file());
         let write = |now: &SweepFile, existing| {
@@ -144,7 +146,7 @@ impl SweepFolder {
                 break false;
             }
             let mut entries = fs::read_dir(&self.path).map_err(OutputError::write(&self.path))?.flatten();
-            // Another process may have made the record meanwhile.
+            // Another process may have created the record meanwhile.
             if entries.any(|entry| !is_draft(&entry.file_name())) && !record.exists() {
                 return Err(SweepError::Occupied(self.path.clone()));
             }
@@ -159,7 +161,7 @@ impl SweepFolder {
         if !is_new {
             let then = SweepFile::read(&record)?;
             self.refuse_other(sweep, &then, &now)?;
-            // Also those of runs that no point of now is.
+            // Includes those of runs that are no longer points.
             for (path, checksum) in then.inputs {
                 now.inputs.entry(path).or_insert(checksum);
             }
@@ -174,10 +176,11 @@ impl SweepFolder {
         &self.inputs
     }
 
-    /// The folder of a sweep that is there, which stays as it is: for processes that run points of a sweep which another one has begun.
+    /// The folder of an existing sweep, which is not changed. For processes that run points of a sweep begun
+    /// by another one.
     ///
     /// # Errors
-    /// [`SweepError::Read`] if it is not one.
+    /// [`SweepError::Read`] if it is not a sweep.
     pub fn existing(path: impl AsRef<Path>) -> Result<Self, SweepError> {
         let mut folder = Self { path: path.as_ref().to_owned(), inputs: Inputs::new() };
         folder.inputs = SweepFile::read(&folder.record())?.inputs;
@@ -229,7 +232,8 @@ impl SweepFolder {
         self.path.join(point.folder())
     }
 
-    /// The state of the run of a point, where one that was interrupted in good order is as unfinished as one that was killed.
+    /// The state of the run of a point. A run that was interrupted in good order counts as unfinished, like
+    /// one that was killed.
     pub(super) fn state_of(&self, point: &Point) -> Result<FolderState, OutputError> {
         let path = self.of(point);
         let state = Folder::state_of(&path)?;
@@ -238,7 +242,7 @@ impl SweepFolder {
         Ok(if is_interrupted { FolderState::Unfinished } else { state })
     }
 
-    /// Why the run of a point has failed, if it has.
+    /// The reason why the run of a point has failed, if it has.
     pub(super) fn failure(&self, point: &Point) -> Option<String> {
         fs::read_to_string(self.failure_file(point)).ok().map(|text| text.trim_end().to_owned())
     }
@@ -247,13 +251,13 @@ impl SweepFolder {
         self.path.join(FAILURES).join(format!("{}.txt", point.folder()))
     }
 
-    /// Keeps why the run of a point has failed, or that it has not.
+    /// Records why the run of a point has failed, or that it has not.
     pub(super) fn keep_failure(&self, point: &Point, message: Option<&str>) -> Result<(), SweepError> {
         let path = self.failure_file(point);
         refuse_others(&self.path, &format!("{FAILURES}/{}.txt", point.folder()))?;
         let Some(message) = message else {
             remove(&path)?;
-            // Fails while other failures are in the folder.
+            // Fails while the folder contains other failures.
             let _ = fs::remove_dir(self.path.join(FAILURES));
             return Ok(());
         };

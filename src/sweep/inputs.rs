@@ -1,4 +1,5 @@
-//! The files that the scenes of a sweep read: what they hold when it begins is what all of its runs start from.
+//! The files that the scenes of a sweep read. All runs start from their content at the beginning of the
+//! sweep.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -15,10 +16,10 @@ const NAMING: [&str; 2] = ["file", "start"];
 pub(super) type Inputs = BTreeMap<String, String>;
 
 impl Sweep {
-    /// The files that the scenes of all points name, and the last states of the runs, as far as they are there.
+    /// The files named in the scenes of all points, and the last states of runs, as far as they exist.
     pub(super) fn inputs(&self) -> Inputs {
         let is_naming = |key: &str| key.split('.').next().is_some_and(|table| NAMING.contains(&table.trim()));
-        // Points that differ in nothing else read the same files.
+        // Points that differ only in other keys read the same files.
         let differing = if self.keys().into_iter().any(is_naming) { self.points().len() } else { 1 };
         let mut named: BTreeSet<(PathBuf, NamedInput)> = BTreeSet::new();
         for point in self.points().iter().take(differing) {
@@ -29,7 +30,7 @@ impl Sweep {
     }
 }
 
-/// The first file of a scene that holds something else than when the sweep began: its path, what it holds, and what it held.
+/// The first file of a scene that has changed since the sweep began: its path, present and former checksum.
 pub(super) fn replaced(scene: &Scene, begun_with: &Inputs) -> Option<(String, String, String)> {
     scene.inputs().iter().find_map(|input| {
         let expected = begun_with.get(&input.path).filter(|expected| **expected != input.checksum)?;

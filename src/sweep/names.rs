@@ -10,16 +10,18 @@ use crate::base::checksum::checksum;
 /// Longest name of the folder of a point.
 const LONGEST: usize = 120;
 
-/// Longest part of it that stands for a list or a table.
+/// Maximum length of a list or a table in it.
 const LONGEST_LIST: usize = 28;
 
-/// Last words of keys that quantities have for their names which every run measures, so that the word before is needed, too: `barostat_pressure`.
+/// Last words of keys that are also the names of measured quantities, so that the preceding word is needed as
+/// well: `barostat_pressure`.
 const MEASURED: [&str; 2] = ["pressure", "temperature"];
 
-/// Last words of keys that runs with a barostat measure, too.
+/// Last words of keys that are also measured in runs with a barostat.
 const MEASURED_AT_CONSTANT_PRESSURE: [&str; 3] = ["volume", "number_density", "packing_fraction"];
 
-/// Names of keys: their last words, with the numbers of entries behind them, where these differ; else the whole keys, `fill_0_packing_fraction`.
+/// Names of keys: their last words followed by indices of entries, if these differ; otherwise the whole keys,
+/// `fill_0_packing_fraction`.
 pub(super) fn short_names(keys: &[&str], has_barostat: bool) -> Vec<String> {
     let is_word = |part: &str| part.starts_with(|c: char| c.is_ascii_alphabetic());
     let last = |key: &str| {
@@ -38,8 +40,9 @@ pub(super) fn short_names(keys: &[&str], has_barostat: bool) -> Vec<String> {
     keys.iter().map(short).collect()
 }
 
-/// `packing_fraction-0.1_seed-2`: of a list or a table there are its values, `size-12x12x9.5`, of a path its last part. Letters that some disk or shell would not take are
-/// replaced. What leaves something out has the checksum of the settings behind it, which alone make the name.
+/// `packing_fraction-0.1_seed-2`. A list or a table is represented by its values, `size-12x12x9.5`, and a
+/// path by its last part. Characters that some disk or shell would reject are replaced. If something is left
+/// out, a checksum of the settings follows, which makes the name unique.
 pub(super) fn folder_name(names: &[String], settings: &[(String, String)], is_taken: bool) -> String {
     let (mut exact, mut is_whole) = (String::new(), true);
     for (at, (name, (_, value))) in names.iter().zip(settings).enumerate() {
@@ -57,7 +60,7 @@ pub(super) fn folder_name(names: &[String], settings: &[(String, String)], is_ta
     format!("{plain}-{:08x}", checksum(all.join(";").as_bytes()))
 }
 
-/// A value in few letters, and whether they are all of it.
+/// A short form of a value, and whether it is complete.
 fn short_value(text: &str) -> (String, bool) {
     match value_of(text) {
         value @ (Value::Array(_) | Value::Table(_)) => {

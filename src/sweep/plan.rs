@@ -24,7 +24,7 @@ const BAROSTAT: &str = "barostat";
 #[derive(Debug, Clone)]
 pub struct Sweep {
     scene: PathBuf,
-    /// Whether the scene has a file of its own; else its text is kept in the folder of the sweep.
+    /// Whether the scene has its own file. Otherwise its text is kept in the folder of the sweep.
     has_file: bool,
     text: String,
     set: Vec<(String, String)>,
@@ -32,7 +32,7 @@ pub struct Sweep {
     points: Vec<Point>,
 }
 
-/// Point of a sweep: one value of each key that varies.
+/// Point of a sweep: a value of each varied key.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Point {
     settings: Vec<(String, String)>,
@@ -46,32 +46,33 @@ impl Point {
         &self.settings
     }
 
-    /// Name of its folder within that of the sweep, which has the values in it.
+    /// Name of its folder inside that of the sweep, composed of the values.
     #[must_use]
     pub fn folder(&self) -> &str {
         &self.folder
     }
 
-    /// The values except for the seed: what the repetitions of a state point have in common.
+    /// The values except the seed, which the repetitions of a state point share.
     pub fn state_point(&self) -> impl Iterator<Item = &(String, String)> {
         self.settings.iter().filter(|(key, _)| key != SEED)
     }
 }
 
 impl Sweep {
-    /// A sweep of the scene in a file. `set` replaces values at all points, as in [`read_scene`](crate::io::read_scene); the axes replace theirs.
+    /// A sweep of the scene in a file. `set` overrides values at all points, as in
+    /// [`read_scene`](crate::io::read_scene); the axes override theirs.
     ///
     /// # Errors
-    /// [`SweepError::Scene`] if the file cannot be read, [`SweepError::NoAxis`], [`SweepError::Twice`], [`SweepError::SameValue`] or
-    /// [`SweepError::TooMany`]. The scene itself is not looked at.
+    /// [`SweepError::Scene`] if the file cannot be read, [`SweepError::NoAxis`], [`SweepError::Twice`],
+    /// [`SweepError::SameValue`] or [`SweepError::TooMany`]. The scene itself is not validated.
     pub fn new(scene: impl AsRef<Path>, set: &[(&str, &str)], axes: Vec<Axis>) -> Result<Self, SweepError> {
         let scene = scene.as_ref().to_owned();
         let text = read_text(&scene)?;
         Self::of(scene, true, text, set, axes)
     }
 
-    /// A sweep of a scene that has no file: its text is kept in the folder of the sweep, where its relative paths start, and `name` stands for the file
-    /// in messages.
+    /// A sweep of a scene without a file. Its text is kept in the folder of the sweep, where its relative
+    /// paths start, and `name` is used like the path of a file in messages.
     ///
     /// # Errors
     /// The errors of [`Sweep::new`], except those of the file.
@@ -107,7 +108,7 @@ impl Sweep {
         if let Some(key) = self.keys().into_iter().chain(set).find(|key| !known.insert(*key)) {
             return Err(SweepError::Twice(key.to_owned()));
         }
-        // Each value replaces what those before it have put in its place, or within it.
+        // Each value overrides earlier ones at the same place, or inside it.
         let set: Vec<(&str, &str)> = self.set.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
         let keys: Vec<&str> = set.iter().map(|(key, _)| *key).chain(self.keys()).collect();
         let places = Scene::places(&self.text, &set, &keys);
@@ -143,7 +144,7 @@ impl Sweep {
             }
             let settings: Vec<_> = self.axes.iter().zip(places).flat_map(|(axis, at)| axis.settings(at)).collect();
             let mut folder = folder_name(&names, &settings, false);
-            // Some disks do not tell capital letters from small ones.
+            // Some disks ignore case.
             if !taken.insert(folder.to_lowercase()) {
                 folder = folder_name(&names, &settings, true);
             }
@@ -187,13 +188,14 @@ impl Sweep {
         self.axes.iter().flat_map(|axis| axis.keys().iter().map(String::as_str)).collect()
     }
 
-    /// Names of the keys in tables and folders: their last words, with the numbers of entries behind them, where these differ, `fill_0_packing_fraction` where they do not.
+    /// Names of the keys in tables and folders: their last words followed by indices of entries, if these
+    /// differ, otherwise `fill_0_packing_fraction`.
     #[must_use]
     pub fn short_names(&self) -> Vec<String> {
         short_names(&self.keys(), self.has_barostat())
     }
 
-    /// Whether the scene, or one of its changes, has a barostat.
+    /// Whether the scene, or one of its variations, has a barostat.
     fn has_barostat(&self) -> bool {
         let is_key = |key: &str| key.split('.').any(|part| part.trim() == BAROSTAT);
         let scene = self.text.parse().is_ok_and(|table| has_key(&toml::Value::Table(table), BAROSTAT));
@@ -201,14 +203,14 @@ impl Sweep {
         scene || set || self.keys().into_iter().any(is_key)
     }
 
-    /// Names of [`Self::short_names`] that tell state points apart: all but the seed.
+    /// The [`Self::short_names`] that distinguish state points: all except the seed.
     #[must_use]
     pub fn state_point_names(&self) -> Vec<String> {
         let names = self.short_names().into_iter().zip(self.keys());
         names.filter_map(|(name, key)| (key != SEED).then_some(name)).collect()
     }
 
-    /// For each of these names the place of its axis: keys of one axis change together.
+    /// For each of these names, the index of its axis. Keys of one axis change together.
     pub(crate) fn state_point_axes(&self) -> Vec<usize> {
         let keys = self.axes.iter().enumerate().flat_map(|(at, axis)| axis.keys().iter().map(move |key| (at, key)));
         keys.filter_map(|(at, key)| (key != SEED).then_some(at)).collect()
@@ -227,7 +229,8 @@ impl Sweep {
         read_scene_text(self.text.clone(), &self.scene, &self.overrides(point))
     }
 
-    /// Whether the text of the scene has all keys that are varied and set, with values of their types. Cheap: no particle is placed.
+    /// Checks that the text of the scene has all keys that are varied and set, with values of the right
+    /// types. Cheap, because no particle is placed.
     ///
     /// # Errors
     /// [`SceneError`] with the first mistake.
@@ -240,13 +243,15 @@ impl Sweep {
         Scene::inputs_named(&self.text, &self.scene, &self.overrides(point))
     }
 
-    /// Finds what is wrong before anything is made: keys and types at all points, one whole scene, which it returns, and whether the seed changes it.
+    /// Finds mistakes before anything is created: keys and types at all points, one complete scene, which is
+    /// returned, and whether the seed has an effect.
     ///
     /// # Errors
     /// [`SweepError::Scene`] with the first mistake, [`SweepError::SameRuns`] if seeds vary and change nothing.
     pub fn check(&self) -> Result<Scene, SweepError> {
         self.points.iter().try_for_each(|point| self.check_keys_at(point))?;
-        // There is at least one point. A scene that is wrong at one end of an axis may be right at the other.
+        // There is at least one point. A scene that is invalid at one end of an axis may be valid at the
+        // other.
         let (first, last) = (&self.points[0], &self.points[self.points.len() - 1]);
         let (point, scene) = match self.scene_at(first) {
             Ok(scene) => (first, scene),
@@ -256,7 +261,7 @@ impl Sweep {
         Ok(scene)
     }
 
-    /// Whether another seed makes another run of a point.
+    /// Checks that another seed gives another run of a point.
     fn check_seeds(&self, point: &Point, scene: &Scene) -> Result<(), SweepError> {
         // Nor replicas, which a sweep rejects.
         let is_driven = scene.run().has_andersen() || scene.has_thermal_walls() || scene.exchange().is_some();
@@ -270,13 +275,13 @@ impl Sweep {
         Ok(())
     }
 
-    /// Expected size of the runs of all points, if they are like `scene` `[bytes]`, within a factor of two.
+    /// Expected total size of all runs, if they resemble `scene` `[bytes]`, within a factor of two.
     #[must_use]
     pub fn expected_bytes(&self, scene: &Scene) -> f64 {
         SizeEstimate::of(scene, foreseen_rate(scene).ok()).bytes * self.points.len() as f64
     }
 
-    /// The text from which the scene at a point can be made again.
+    /// The text from which the scene at a point can be read again.
     pub(super) fn record_at(&self, point: &Point, scene: &Scene) -> Result<String, SceneError> {
         scene.record_of(self.text.clone(), &self.scene, &self.overrides(point))
     }

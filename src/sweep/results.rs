@@ -1,4 +1,4 @@
-//! The numbers of all runs of a sweep, and their means over seeds.
+//! The results of all runs of a sweep, and their means over seeds.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,8 @@ use crate::io::summary::Observable;
 use crate::io::{FolderState, Measurements, Summary};
 use crate::model::run_plan::MEASUREMENT;
 
-/// Quantities that a study is mostly about, in this order, the density where a barostat changes it; all else follows in the order in which it first appears, and then what is checked only.
+/// Most important quantities, in this order, including the density if a barostat changes it. Others follow in
+/// the order of their first appearance, and checks come last.
 const FIRST: [&str; 10] = [
     "number_density",
     "compressibility_factor",
@@ -38,12 +39,12 @@ fn rank(name: &str, has_stages: bool) -> usize {
     1 + place(&FIRST).or_else(|| place(&LAST).map(|at| FIRST.len() + 1 + at)).unwrap_or(FIRST.len())
 }
 
-/// Quantity measured by the runs of a sweep: by some of them at least.
+/// A quantity measured by at least some runs of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredQuantity {
     /// Name: that of an observable, or of the number of an instrument.
     pub name: String,
-    /// Name for people.
+    /// Name for display.
     pub title: String,
     /// Unit; `1` for a pure number.
     pub unit: String,
@@ -58,44 +59,45 @@ pub struct Value {
     pub error: Option<f64>,
 }
 
-/// Mean over the runs of a state point that differ in their seeds.
+/// Mean over the runs of a state point with different seeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pooled {
-    /// The mean of the means, all of the same weight.
+    /// The mean of the means, with equal weights.
     pub mean: f64,
-    /// Its standard error by those of the runs, `sqrt(sum e_i^2) / n`; `None` if one of them is not known.
+    /// Its standard error from those of the runs, `sqrt(sum e_i^2) / n`; `None` if one of them is unknown.
     pub error: Option<f64>,
-    /// Its standard error by the scatter of the runs, `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; 0 where that is rounding, `None` for a single run.
+    /// Its standard error from the scatter of the runs, `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; 0 if the
+    /// scatter is round-off, `None` for a single run.
     pub scatter: Option<f64>,
-    /// Number of the runs that know it: the others were too short, or their curve was not straight.
+    /// Number of runs with a value. The others were too short, or their curve was not straight.
     pub runs: usize,
 }
 
-/// Where a point stands.
+/// Status of a point.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Standing {
     /// It has been run.
     Done,
-    /// It failed: why.
+    /// It failed, with the reason.
     Failed(String),
-    /// It has been begun, or is under way.
+    /// It has been started, or is running.
     Begun,
-    /// It has not been begun.
+    /// It has not been started.
     Missing,
 }
 
-/// Numbers of a point.
+/// Results of a point.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct PointResult {
-    /// Where it stands.
+    /// Its status.
     pub standing: Standing,
-    /// Its measured stages and its last measurement, in order; empty as long as it has no results.
+    /// Its measured stages and its last measurement, in order; empty without results.
     pub measurements: Vec<StageResult>,
 }
 
-/// Numbers of a measurement of a run.
+/// Results of a measurement of a run.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct StageResult {
@@ -115,10 +117,10 @@ pub struct StageResult {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Group {
-    /// Places of its points in [`Sweep::points`].
+    /// Indices of its points in [`Sweep::points`].
     pub places: Vec<usize>,
-    /// Of its runs that are done, how many repeat another one bit for bit, and do not count: with a start of its own and without a heat bath, a scene
-    /// makes the same run of every seed.
+    /// Number of its completed runs that repeat another one bit for bit and do not count. A scene with a
+    /// given start and without a heat bath gives the same run for every seed.
     pub repeats: usize,
     /// The means of its measured stages and of its last measurement, in order.
     pub measurements: Vec<StageMeans>,
@@ -130,21 +132,21 @@ pub struct Group {
 pub struct StageMeans {
     /// Name of the measured stage; `measurement` for the last one.
     pub stage: String,
-    /// Number of the runs that have it, and are sound.
+    /// Number of its sound runs with this measurement.
     pub runs: usize,
     /// The means, in the order of [`Results::quantities`].
     pub values: Vec<Option<Pooled>>,
-    /// Published values, in the mean.
+    /// Mean published values.
     pub published: Vec<PublishedValue>,
 }
 
-/// Results of a sweep: all that is in its folder.
+/// Results of a sweep: everything in its folder.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Results {
-    /// Measured quantities: first those that are looked for most often.
+    /// Measured quantities, the most important ones first.
     pub quantities: Vec<MeasuredQuantity>,
-    /// Names of the measured stages that some run has, in order, and `measurement`, the last one.
+    /// Names of the measured stages of any run, in order, and `measurement` for the last measurement.
     pub stages: Vec<String>,
     /// By point.
     pub points: Vec<PointResult>,
@@ -153,7 +155,7 @@ pub struct Results {
 }
 
 impl Results {
-    /// The results that the folder of a sweep has so far. A point whose files cannot be read has failed.
+    /// The results in the folder of a sweep so far. A point whose files cannot be read has failed.
     #[must_use]
     pub fn read(folder: &SweepFolder, sweep: &Sweep) -> Self {
         let mut quantities = Vec::new();
@@ -181,13 +183,14 @@ impl Results {
         self.groups.iter().flat_map(|group| group.measurements.iter().map(move |means| (group, means)))
     }
 
-    /// Number of runs that are done, but do not count in the means, because they repeat others of their state point bit for bit.
+    /// Number of completed runs that do not count in the means, because they repeat others of their state
+    /// point bit for bit.
     #[must_use]
     pub fn repeats(&self) -> usize {
         self.groups.iter().map(|group| group.repeats).sum()
     }
 
-    /// Numbers of points that are done, and that have failed.
+    /// Numbers of completed and of failed points.
     #[must_use]
     pub fn counts(&self) -> [usize; 2] {
         let count = |is: fn(&Standing) -> bool| self.points.iter().filter(|point| is(&point.standing)).count();
@@ -221,7 +224,7 @@ fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<MeasuredQ
     }
 }
 
-/// Why a run is not sound, by its summary.
+/// Why a run is not sound, from its summary.
 pub(super) fn trouble_of(summary: &Summary) -> Option<String> {
     let faults = || (!summary.faults.is_empty()).then(|| summary.faults.join("; "));
     summary.trouble.clone().or_else(faults)
@@ -280,17 +283,17 @@ fn stages(points: &[PointResult]) -> Vec<String> {
     stages
 }
 
-/// The observables, except for those that an instrument has measured, too, and the numbers of the instruments.
+/// The observables, except those also measured by an instrument, and the numbers of the instruments.
 fn values_of(
     observables: &BTreeMap<String, Observable>,
     dimensions: usize,
     measured: &Measured,
 ) -> Vec<(MeasuredQuantity, Value)> {
-    // The pressure tensor has the same rate by another name.
+    // The pressure tensor has the same rate under another name.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
     let is_new = |name: &str| !is_measured(name) && !is_measured(&told_as(name));
-    // The order of the program first, then what a later version may have added.
+    // The program's order first, followed by additions of later versions.
     let known = OBSERVABLES.iter().map(|(name, unit)| (*name, *unit));
     let others = observables.keys().map(|name| (name.as_str(), "1"));
     let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
@@ -311,7 +314,7 @@ fn values_of(
     observables.chain(numbers).collect()
 }
 
-/// Points that differ in their seeds only, in the order of the first of them.
+/// Points that differ only in their seeds, in the order of the first of them.
 fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: usize) -> Vec<Group> {
     let mut known: BTreeMap<Vec<&(String, String)>, usize> = BTreeMap::new();
     let mut groups: Vec<Group> = Vec::new();
@@ -332,7 +335,7 @@ fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: 
             }
         }
         let means = stages.iter().map(|stage| means_of(stage, &done, quantities));
-        // Without runs there is no other way to see which stages a state point has.
+        // Without runs, the stages of a state point are unknown.
         group.measurements = means.filter(|means| means.runs > 0 || done.is_empty()).collect();
     }
     groups
@@ -351,14 +354,14 @@ fn means_of(stage: &str, runs: &[&PointResult], quantities: usize) -> StageMeans
     }
 }
 
-/// The mean over runs of the same weight.
+/// The mean over runs, with equal weights.
 fn pooled(values: &[Value]) -> Option<Pooled> {
     let number = values.len() as f64;
     let mean = values.iter().map(|value| value.mean).sum::<f64>() / number;
     let squares = values.iter().map(|value| value.error.map(|error| error * error)).sum::<Option<f64>>();
     let scatter = values.iter().map(|value| (value.mean - mean) * (value.mean - mean)).sum::<f64>();
     let scatter = (scatter / (number * (number - 1.0))).sqrt();
-    // What is conserved, and the same in all runs within round-off, has no error.
+    // A conserved quantity that is equal in all runs within round-off has no error.
     let scatter = if scatter <= ROUNDING * mean.abs() { 0.0 } else { scatter };
     mean.is_finite().then(|| Pooled {
         mean,

@@ -1,9 +1,11 @@
-//! The tables of a sweep: `sweep.csv`, a row for each run, `sweep-mean.csv`, a row for each state point with means over its seeds, and
-//! `sweep-columns.csv`, which has the units. Where runs have measured stages, each of them has a row of its own, and a column says which.
+//! The tables of a sweep: `sweep.csv` with a row for each run, `sweep-mean.csv` with a row for each state
+//! point and means over its seeds, and `sweep-columns.csv` with the units. If runs have measured stages, each
+//! has its own row, and a column names it.
 //!
-//! A column `x` has beside it `x_error`, the standard error; `sweep-mean.csv` has `x_error` by the errors of the runs and `x_scatter` by how far the runs
-//! are apart, which should agree, and, where some runs of a state point are too short for `x`, `x_runs`, the number of those that provide it. Unknown
-//! values are empty cells. Of a list or a table that varies, entries that differ have columns of their own, `size_0`.
+//! Besides a column `x` there is `x_error`, its standard error. In `sweep-mean.csv`, `x_error` follows from
+//! the errors of the runs and `x_scatter` from their scatter, which should agree. If some runs of a state
+//! point have no value of `x`, `x_runs` is the number of those that do. Unknown values are empty cells.
+//! Differing entries of a varied list or table have their own columns, such as `size_0`.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -19,7 +21,7 @@ const RUNS: &str = "sweep.csv";
 const MEANS: &str = "sweep-mean.csv";
 const COLUMNS: &str = "sweep-columns.csv";
 
-/// The column that says which measurement of a run a row is of.
+/// The column that names the measurement of a row.
 const STAGE: &str = "stage";
 
 impl SweepFolder {
@@ -33,7 +35,7 @@ impl SweepFolder {
     }
 }
 
-/// A value as it was typed, except for quotes.
+/// A value as the user wrote it, without quotes.
 fn typed(value: &str) -> String {
     text_cell(value.trim_matches(['"', '\'']))
 }
@@ -43,12 +45,12 @@ fn line(text: &mut String, cells: impl Iterator<Item = String>) {
     text.push('\n');
 }
 
-/// The heads of the entries of lists that vary.
+/// The column names of the entries of varied lists.
 fn entry_heads(sweep: &Sweep) -> impl Iterator<Item = String> {
     sweep.entries().into_iter().map(|entry| entry.name().to_owned())
 }
 
-/// The head of the column that says which measurement a row is of, where runs have several.
+/// The name of the column for the measurement, if runs have several.
 fn stage_head(results: &Results) -> impl Iterator<Item = String> {
     results.has_stages().then(|| STAGE.to_owned()).into_iter()
 }
@@ -129,7 +131,7 @@ fn means(sweep: &Sweep, results: &Results) -> String {
     text
 }
 
-/// Whether there is a state point with runs that know a quantity and others that do not.
+/// Whether some state point has runs with a quantity and runs without it.
 fn is_partial(results: &Results, quantity: usize) -> bool {
     results
         .means()

@@ -1,22 +1,24 @@
-//! Values of a scene as they are typed, compared by what they mean.
+//! Values of a scene as users write them, compared by meaning.
 
 use toml::{Table, Value};
 
-/// Whole numbers up to here are numbers with a decimal point, too: `2^53`.
+/// Integers up to this, `2^53`, can be represented with a decimal point as well.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// The value of a text as a scene takes it: as TOML, or else as a bare word.
+/// The value of a text as in a scene: as TOML, or else as a bare word.
 pub(super) fn value_of(text: &str) -> Value {
     let table = format!("v = {text}").parse::<Table>().ok().filter(|table| table.len() == 1);
     table.and_then(|mut table| table.remove("v")).unwrap_or_else(|| Value::String(text.trim().to_owned()))
 }
 
-/// The meaning of a value: the same text for `1`, `+1`, `0x1` and `1.0`, and for a word with and without quotes.
+/// The meaning of a value: the same text for `1`, `+1`, `0x1` and `1.0`, and for a word with and without
+/// quotes.
 pub(super) fn meaning(text: &str) -> String {
     spelled(&value_of(text))
 }
 
-/// A whole number in decimal digits, however it was typed, so that it has one folder; all else as it is.
+/// An integer in decimal digits, however it was written, so that it has a single folder. Other values are
+/// unchanged.
 pub(super) fn plain(text: &str) -> String {
     match value_of(text) {
         Value::Integer(number) => number.to_string(),
@@ -24,7 +26,7 @@ pub(super) fn plain(text: &str) -> String {
     }
 }
 
-/// Whether a value is or holds a table with a key.
+/// Whether a value is or contains a table with a key.
 pub(super) fn has_key(value: &Value, key: &str) -> bool {
     match value {
         Value::Table(table) => table.contains_key(key) || table.values().any(|value| has_key(value, key)),

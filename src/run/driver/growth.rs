@@ -8,29 +8,31 @@ use super::Driver;
 use crate::model::{Growth, GrowthTarget, Limit};
 use crate::run::{Ending, Jam};
 
-/// Growth may go this much too far, so that rounding does not leave it short of its target.
+/// Growth may exceed its target by this factor, so that rounding does not leave it short.
 const BEYOND: f64 = 1.0 + 1e-12;
 
-/// From this compressibility factor on growing spheres jam, unless they are nearly as large as they should be.
+/// Above this compressibility factor, growing spheres count as jammed, unless they are close to their target
+/// size.
 const JAMMED: f64 = 1000.0;
 
-/// The pressure of growing spheres is averaged over this many contacts of each.
+/// Number of contacts per particle over which the pressure of growing spheres is averaged.
 const CONTACTS: u64 = 10;
 
-/// Compressibility factor of growing spheres, averaged from one check to the next.
+/// Compressibility factor of growing spheres, averaged between checks.
 ///
-/// `Z = 1 + <sum r.p / (D N T)> / t`, as in [`Observer`](crate::analysis::observables::Observer), with the momenta `p` exchanged at contacts. Growth heats and a thermostat cools, so that
-/// what is exchanged in each piece of the time, from one scaling to the next, is divided by the temperature in that piece: the mean of
-/// those at its ends.
+/// `Z = 1 + <sum r.p / (D N T)> / t`, as in [`Observer`](crate::analysis::observables::Observer), with the
+/// momenta `p` exchanged at contacts. Growth heats and a thermostat cools. The exchange in each interval
+/// between two scalings is therefore divided by the temperature of that interval, the mean of those at its
+/// ends.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::run) struct PressureCheck {
     /// Simulated time of the last check.
     since: f64,
-    /// Physical events at the next one: always the same, however the run is cut up.
+    /// Number of physical events at the next check, independent of pauses.
     next: u64,
-    /// `sum r.p / (D N T)` of the pieces since then `[time]`.
+    /// `sum r.p / (D N T)` of the intervals since then `[time]`.
     exchanged: f64,
-    /// Virial and temperature at the start of the present piece.
+    /// Virial and temperature at the start of the present interval.
     virial: f64,
     temperature: f64,
 }
@@ -46,10 +48,10 @@ impl Driver<'_> {
         let dimensions = scene.space.dimensions();
         let (filled, target) = match growth.until {
             GrowthTarget::PackingFraction(target) => (scene.packing_fraction(), target),
-            // Nothing is denser than full.
+            // No packing is denser than a filled box.
             GrowthTarget::CompressibilityFactor(_) => (scene.packing_fraction(), 1.0),
         };
-        // A target below the present size was rejected with the scene; only round-off is left.
+        // A target below the present size was rejected with the scene. Only round-off is left.
         let largest = libm::pow(target / filled, 1.0 / dimensions as f64).max(1.0) * BEYOND;
         self.simulation.grow(growth, largest);
         match growth.until {
@@ -62,7 +64,7 @@ impl Driver<'_> {
         self.begin_pressure_check();
     }
 
-    /// Averages the pressure from now on.
+    /// Begins to average the pressure.
     fn begin_pressure_check(&mut self) {
         let contacts = (CONTACTS * self.state.observer.applicable().moving as u64).div_ceil(2).max(1);
         let event_counts = self.simulation.event_counts();
@@ -80,13 +82,14 @@ impl Driver<'_> {
         self.state.observer.applicable().temperature(energy.thermal, &energy.peculiar_momentum).unwrap_or(0.0)
     }
 
-    /// Physical events at the next check of the pressure of growing spheres, of an equilibration, or for a storm.
+    /// Number of physical events at the next check of the pressure of growing spheres, of an equilibration,
+    /// or for a storm.
     pub(super) fn next_check(&self) -> u64 {
         let pressure = self.state.pressure_check.map_or(u64::MAX, |check| check.next).min(self.next_storm_check());
         self.state.monitor.as_ref().map_or(pressure, |monitor| pressure.min(monitor.next))
     }
 
-    /// Ends a piece of the time in which the pressure is averaged, as before velocities are scaled.
+    /// Ends an interval of the average, before velocities are scaled.
     pub(super) fn end_piece(&mut self) {
         if self.state.pressure_check.is_none() {
             return;
@@ -102,7 +105,7 @@ impl Driver<'_> {
         (check.virial, check.temperature) = (virial, temperature);
     }
 
-    /// Begins the next piece, after they are scaled.
+    /// Begins the next interval, after they are scaled.
     pub(super) fn begin_piece(&mut self) {
         if let Some(mut check) = self.state.pressure_check {
             check.temperature = self.temperature();
@@ -110,8 +113,8 @@ impl Driver<'_> {
         }
     }
 
-    /// Ends the stage where growing spheres have come to the pressure that they are to reach, or where they jam before they have come to
-    /// their size.
+    /// Ends the stage if growing spheres have reached their target pressure, or if they jam before they have
+    /// reached their size.
     pub(super) fn check_growth(&mut self) -> ControlFlow<Option<Ending>> {
         let Some(growth) = self.growth() else { return ControlFlow::Continue(()) };
         if self.state.pressure_check.is_none_or(|check| self.simulation.event_counts().physical() < check.next) {
@@ -131,20 +134,22 @@ impl Driver<'_> {
         }
     }
 
-    /// Whether spheres are so close to jamming, at `Z = D / (1 - phi / phi_J)`, that they cannot grow to a packing fraction.
+    /// Whether spheres are so close to jamming, at `Z = D / (1 - phi / phi_J)`, that they cannot reach a
+    /// packing fraction.
     fn jam(&self, growth: &Growth, target: f64, factor: f64) -> Option<Jam> {
         let scene = self.simulation.scene();
         let dimensions = scene.space.dimensions() as f64;
         let grown = self.simulation.scale() / self.simulation.grown();
         let packing_fraction = scene.packing_fraction() * libm::pow(grown, dimensions);
-        // Surfaces faster than particles hit them harder and more often than the temperature says: by this much at most.
+        // Surfaces faster than particles hit them harder and more often than the temperature suggests, by at
+        // most this factor.
         let species = || scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
         let largest = species().map(|species| species.diameter).fold(0.0, f64::max);
         let heaviest = species().map(|species| species.mass).fold(0.0, f64::max);
         let speed = (self.temperature() / heaviest).sqrt();
         let excess = libm::pow(1.0 + growth.rate * largest / speed, 2.0);
         let least = 1.0 + (factor - 1.0) / excess;
-        // Twice as far as it says, for its error.
+        // Doubled to allow for its error.
         let limit = packing_fraction * (1.0 + 2.0 * dimensions / least);
         let time = self.simulation.time();
         (least > JAMMED && limit < target).then_some(Jam {
@@ -169,7 +174,7 @@ mod tests {
     use crate::run::{Ending, Progress, RunState};
     use crate::scene::{Amount, Arrangement, SceneBuilder};
 
-    /// The factor by which 32 spheres have grown when they have come to a pressure, at most `step` events at a time.
+    /// Factor by which 32 spheres have grown at a target pressure, with at most `step` events at a time.
     fn grown(step: u64) -> f64 {
         let stage = StagePlan {
             name: "compress".into(),
@@ -251,7 +256,7 @@ mod tests {
     #[test]
     fn where_growth_ends_does_not_depend_on_how_it_is_cut_up() {
         let whole = grown(u64::MAX);
-        // Many growth stages, by the reach of the cells, and many checks.
+        // Many growth stages due to the range of cells, and many checks.
         assert!(whole > 1.5, "{whole}");
         for step in [1, 7, 160, 1003] {
             assert_eq!(grown(step).to_bits(), whole.to_bits(), "{step}");

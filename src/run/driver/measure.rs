@@ -1,4 +1,4 @@
-//! Rows at their times in every stage; in the measurement frames and instruments, too.
+//! Rows at their times in every stage; in a measurement also frames and instruments.
 
 use super::pace::Pace;
 use super::{Driver, Failed};
@@ -10,11 +10,12 @@ use crate::run::Ending;
 use crate::run::stage::Stage;
 use crate::run::state::{Measurement, NEAR};
 
-/// Rows or frames without an event after which a stage without a time limit would only fill the disk.
+/// Maximum number of rows or frames without an event in a stage without a time limit. More would only fill
+/// the disk.
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
 impl Driver<'_> {
-    /// A measurement, from where it is.
+    /// Runs a measurement from its present state.
     pub(super) fn measure(&mut self) -> Result<Ending, Failed> {
         if self.state.measurement.is_none() && self.state.pilot.is_none() {
             self.record(true, self.state.frames.has_first())?;
@@ -62,7 +63,7 @@ impl Driver<'_> {
         self.state.stage.stage == Stage::Measurement
     }
 
-    /// A stage that is not measured, from where it is; says what ends the run in it.
+    /// Runs a stage without measurement from its present state. Returns what ends the run in it.
     pub(super) fn prepare(&mut self) -> Result<Option<Ending>, Failed> {
         if self.state.rows.is_none() {
             if self.state.pilot.is_none() {
@@ -82,7 +83,7 @@ impl Driver<'_> {
                 Some(_) => return Ok(None),
                 None if self.is_over => return Ok(None),
                 None if due >= end_time - NEAR * (end_time - self.state.stage.time) => {
-                    // To its end, from a sampling time that is short of it by rounding.
+                    // To its end, from a sampling time that is slightly before it due to rounding.
                     let ending = self.advance(end_time, end_events)?;
                     return Ok(ending.filter(Ending::is_early));
                 }
@@ -104,7 +105,7 @@ impl Driver<'_> {
         let mut instruments = Instruments::default();
         if let Some(system) = &self.system {
             let snapshot = self.simulation.snapshot();
-            // Where nothing happens, a number of events has no duration.
+            // If nothing happens, a number of events has no duration.
             let is_known = duration.is_finite() && duration > 0.0;
             let duration = if is_known { duration } else { self.without_rate(self.state.planned().time) };
             let setup = Setup { system, sample: Sample::of(&snapshot), duration };
@@ -134,7 +135,7 @@ impl Driver<'_> {
                 return Ok(Ending::Time);
             }
             self.record(row <= due, frame <= due)?;
-            // By the clock of the simulation that may be a rounding too early.
+            // Due to rounding, this may be slightly too early by the clock of the simulation.
             let now = self.simulation.time().max(due);
             let is_too_quiet = self.is_too_quiet();
             let Some(measurement) = &mut self.state.measurement else { return Ok(Ending::Time) };
@@ -154,13 +155,13 @@ impl Driver<'_> {
         }
     }
 
-    /// Counts a row or frame, and says whether there were too many of them since the last event.
+    /// Counts a row or frame. Returns whether there were too many since the last event.
     fn is_too_quiet(&mut self) -> bool {
         self.state.quiet_rows += 1;
         self.state.quiet_rows > MOST_QUIET_ROWS && self.state.stage.limit.time.is_none()
     }
 
-    /// Hands out a row and a frame of now, unless that was done.
+    /// Records a row and a frame of the present state, unless already done.
     pub(super) fn record(&mut self, has_row: bool, has_frame: bool) -> Result<(), Failed> {
         let now = Some(self.simulation.time());
         if has_row && self.state.last_row != now {

@@ -1,4 +1,4 @@
-//! How often a run writes, where the scene leaves it open.
+//! Intervals of output that the scene leaves open.
 
 use super::{Driver, Failed, Monitor, NEVER};
 use crate::analysis::sampling_times::SamplingTimes;
@@ -7,27 +7,29 @@ use crate::model::Limit;
 use crate::run::Ending;
 use crate::run::state::Pilot;
 
-/// A run that chooses its interval itself aims at this many rows, and at most twice as many.
+/// Target number of rows if the run chooses the interval. There may be up to twice as many.
 const ROWS: u32 = 200;
 
-/// Growth to a pressure takes at least so much of the diameters, and there are more rows if it takes more.
+/// Growth to a pressure increases the diameters by at least this fraction. More growth gives more rows.
 const SOME_GROWTH: f64 = 0.05;
 
-/// Events that are enough to estimate a rate, and the other work of a pilot run: less than some seconds.
+/// Number of events that suffices to estimate a rate, and limit of other work in a pilot run: less than some
+/// seconds.
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
-/// A pilot run is kept as the beginning of its stage if it has at most one in this many of the events: then no row is due in it. Its intervals come from how
-/// long a thousandth of the events takes, and are a two-hundredth of the stage; a part of `1 / MOST_OF_STAGE` is still before the first of them.
+/// A pilot run is kept as the beginning of its stage if it has at most this fraction of the events. Then no
+/// row is due in it: intervals are chosen from the duration of a thousandth of the events and are a
+/// two-hundredth of the stage, so that a fraction `1 / MOST_OF_STAGE` lies before the first row.
 const MOST_OF_STAGE: u64 = 400;
 
-/// A part of an interval that rounding leaves before its end.
+/// Fraction of an interval that rounding leaves before its end.
 const EARLIER: f64 = 1.0 - 1e-6;
 
-/// A pilot run that has done so small a part of the work that is too much for it, at the rate of its beginning, will not come to that.
+/// If a pilot run has done less than this amount of work, it is far from its limit at the initial rate.
 const LITTLE_WORK: u64 = MOST_WORK / 4;
 
-/// When a measurement writes, and how long it will last, as far as is known `[time]`.
+/// Output times of a measurement, and its expected duration, if known `[time]`.
 pub(super) struct Pace {
     pub rows: SamplingTimes,
     pub frames: SamplingTimes,
@@ -36,7 +38,7 @@ pub(super) struct Pace {
     pub ending: Option<Ending>,
 }
 
-/// Expected duration of a stage, of a pilot run if need be.
+/// Expected duration of a stage, from a pilot run if necessary.
 pub(super) struct Found {
     /// Duration of the events `[time]`.
     duration: f64,
@@ -45,10 +47,10 @@ pub(super) struct Found {
 }
 
 impl Driver<'_> {
-    /// The times of rows and frames from the start of the measurement on, and how long it will last, as far as is known; `None` if the caller wants no more
-    /// while they are chosen.
+    /// Times of rows and frames from the start of the measurement, and its expected duration if known; `None`
+    /// if the caller stops meanwhile.
     ///
-    /// Where only the number of events is known, a pilot run over the first of them estimates how long the run will last.
+    /// If only the number of events is known, a pilot run over the first of them estimates the duration.
     pub(super) fn pace(&mut self) -> Result<Option<Pace>, Failed> {
         let (start, limit) = (self.state.stage.time, self.state.planned());
         let scene = self.simulation.scene();
@@ -66,7 +68,8 @@ impl Driver<'_> {
         Ok(Some(Pace { rows: ticks(thermo, ROWS), frames, duration, ending }))
     }
 
-    /// The times of rows in a stage before the measurement, and how it ended while they were chosen, if it did; `None` if the caller wants no more.
+    /// Times of rows in a stage before the measurement, and how it ended while they were chosen, if it did;
+    /// `None` if the caller stops.
     pub(super) fn pace_of_rows(&mut self) -> Result<Option<(SamplingTimes, Option<Ending>)>, Failed> {
         let (start, limit) = (self.state.stage.time, self.state.stage.limit);
         if let Some(interval) = self.simulation.scene().output.thermo_interval {
@@ -76,7 +79,7 @@ impl Driver<'_> {
             (Limit { time: None, events: None }, Some(growth)) => {
                 Some(Found { duration: SOME_GROWTH / growth.rate, ending: None })
             }
-            // An equilibration that ends by itself: as long as that takes at least.
+            // An automatic equilibration: its shortest duration.
             (Limit { time: None, events: None }, None) => {
                 let events = 1000 * self.state.monitor.as_ref().map_or(1, Monitor::shortest);
                 let expected = self.excursion(None, events, self.first_pilot(events))?;
@@ -101,17 +104,18 @@ impl Driver<'_> {
         }
     }
 
-    /// The simulated time that a number of events will take, from the first thousandth of them or of the time limit. `None` if the caller stops.
+    /// The simulated time of a number of events, estimated from the first thousandth of them or of the time
+    /// limit. `None` if the caller stops.
     ///
-    /// Where that takes too much work, as of a gas so thin that hardly anything happens, it is the time in which a particle crosses the box:
-    /// intervals that are chosen from it grow with the run.
+    /// If that takes too much work, as in a gas with hardly any events, the time in which a particle crosses
+    /// the box is used. Intervals chosen from it grow during the run.
     ///
-    /// Where nothing is due in it, the pilot run is the beginning of the stage itself: nothing is done twice, and there is never memory for a second
-    /// simulation. Elsewhere a copy goes ahead.
+    /// If no output is due in it, the pilot run is the beginning of the stage itself: nothing is done twice,
+    /// and no second simulation is in memory. Otherwise a copy is simulated.
     fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, Failed> {
         let first = self.first_pilot(events);
         let pilot = match self.state.pilot {
-            // One that was begun on the way to a later end is over by now.
+            // A pilot run begun for a later end has passed its target.
             Some(begun) if begun.events > (events / MOST_OF_STAGE).max(first.events) => {
                 Pilot { events: first.events, ..begun }
             }
@@ -134,13 +138,14 @@ impl Driver<'_> {
         Pilot { events: events.div_ceil(1000).min(LONGEST), patience: self.work().saturating_add(MOST_WORK) }
     }
 
-    /// Whether the pilot run of a stage can be its beginning: no instrument needs the duration in advance.
+    /// Whether the pilot run of a stage can be its beginning, because no instrument needs the duration in
+    /// advance.
     fn may_be_kept(&self, events: u64) -> bool {
         let is_measured = self.state.stage.stage.is_measured();
         events >= MOST_OF_STAGE && !(is_measured && self.system.is_some())
     }
 
-    /// Just before the first row or frame at a given interval `[time]`.
+    /// Time just before the first row or frame at a given interval `[time]`.
     fn first_given(&self) -> f64 {
         let output = &self.simulation.scene().output;
         let is_measured = self.state.stage.stage.is_measured();
@@ -148,8 +153,8 @@ impl Driver<'_> {
         self.state.stage.time + EARLIER * given.into_iter().flatten().fold(f64::INFINITY, f64::min)
     }
 
-    /// A pilot run that is the beginning of the stage: it pauses, and the stage goes on from there to the same bits. It comes to nothing where rows could be due
-    /// in what is to come.
+    /// A pilot run that is the beginning of the stage. It pauses, and the stage continues with the same bits.
+    /// It is abandoned if rows could be due.
     fn beginning(&mut self, limit: Option<f64>, events: u64, mut pilot: Pilot) -> Result<Outcome, Failed> {
         let start = self.state.stage;
         let (end_time, end_events) = start.end();
@@ -191,7 +196,7 @@ impl Driver<'_> {
             } else {
                 let work = (MOST_WORK - (pilot.patience - self.work())) as f64;
                 let by_now = (done - start.events) as f64;
-                // A lattice is quiet at first.
+                // A lattice has few events at first.
                 let expected = self.state.rate.map_or(by_now, |rate| by_now.max(rate * (time - start.time)));
                 if work * pilot.events as f64 >= LITTLE_WORK as f64 * expected {
                     return Ok(Outcome::Undecided);
@@ -202,14 +207,16 @@ impl Driver<'_> {
         }
     }
 
-    /// A pilot run of a copy that is dropped, so that the run itself has its rows, frames and samples from the start of the stage on.
+    /// A pilot run on a copy that is discarded, so that the run itself has its rows, frames and samples from
+    /// the start of the stage.
     ///
-    /// A checkpoint from meanwhile is none: a run that is killed now makes its pilot run again, from the same state to the same bits.
+    /// No checkpoint is written meanwhile. A run that is killed repeats its pilot run from the same state,
+    /// with the same bits.
     fn excursion(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, Failed> {
         let present = (self.simulation.clone(), self.state.clone());
         (self.is_pilot, self.patience) = (true, pilot.patience);
         let mut expected = self.pilot(limit, events, pilot);
-        // By what was done, not by where it gave up, which depends on the clock.
+        // By the work done, not by the place where it stopped, which depends on the clock.
         if self.work() > self.patience
             && let Ok(Some(expected)) = &mut expected
         {
@@ -242,7 +249,7 @@ impl Driver<'_> {
         Ok(Some(self.estimate(limit, events)))
     }
 
-    /// The simulated time that a number of events will take, at the rate since the start of the stage.
+    /// The simulated time of a number of events, at the rate since the start of the stage.
     fn estimate(&self, limit: Option<f64>, events: u64) -> f64 {
         let start = self.state.stage;
         let done = (self.simulation.event_counts().physical() - start.events) as f64;
@@ -262,13 +269,13 @@ impl Driver<'_> {
 /// Outcome of a pilot run that is the beginning of its stage.
 enum Outcome {
     Found(Found),
-    /// The caller wants no more.
+    /// The caller stops.
     Interrupted,
-    /// A copy has to go on, because rows may be due.
+    /// A copy has to continue, because rows may be due.
     Undecided,
 }
 
-/// A duration rounded to two digits, for intervals that are shown.
+/// A duration rounded to two digits, for intervals that are displayed.
 fn rounded(duration: f64) -> f64 {
     format!("{duration:.1e}").parse().unwrap_or(duration)
 }

@@ -1,4 +1,5 @@
-//! One driver for all recorders: it is compiled once, in the library, and not for each recorder of each caller.
+//! Type-erased recorder, so that the driver is compiled once in the library and not for each recorder of a
+//! caller.
 
 use crate::analysis::instruments::Scalar;
 use crate::analysis::observables::Row;
@@ -6,11 +7,11 @@ use crate::engine::event::Event;
 use crate::engine::{Simulation, Snapshot};
 use crate::run::{Recorder, RunState, Stage};
 
-/// Error of any recorder, which [`KeepsError`] has.
+/// Error of a recorder, which [`KeepsError`] holds.
 #[derive(Debug)]
 pub(super) struct Failed;
 
-/// A recorder, and its error once it has failed.
+/// A recorder, and its error if it has failed.
 pub(super) struct KeepsError<'r, R: Recorder> {
     pub recorder: &'r mut R,
     pub error: Option<R::Error>,
@@ -24,7 +25,7 @@ impl<R: Recorder> KeepsError<'_, R> {
         })
     }
 
-    /// The error of a recorder that has failed.
+    /// The error of a failed recorder.
     #[cfg_attr(
         not(test),
         expect(clippy::unreachable, reason = "only a recorder makes a `Failed`, and leaves its error")

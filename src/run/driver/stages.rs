@@ -7,7 +7,7 @@ use crate::run::Blocked;
 use crate::run::stage::{Settings, Stage};
 use crate::run::state::Start;
 
-/// Samples of the temperature between two scalings, because it is not linear in time there.
+/// Samples of the temperature between two scalings, because its change is not linear in time.
 const TEMPERATURES: f64 = 4.0;
 
 impl Driver<'_> {
@@ -16,12 +16,12 @@ impl Driver<'_> {
         self.state.stage.stage.settings(&self.simulation.scene().run)
     }
 
-    /// Sets the present stage up.
+    /// Sets up the present stage.
     pub(super) fn enter(&mut self) {
         let stage = self.state.stage.stage;
         let Settings { mut limit, thermostat, barostat, growth, gravity, stream, .. } = self.settings();
         let scene = self.simulation.scene();
-        // In a preparation, the temperature is that of the components that the last measurement uses.
+        // During preparation, the temperature is that of the components used by the last measurement.
         let counted = if matches!(stage, Stage::Preparation(_)) { scene.run.thermostat } else { thermostat };
         self.state.observer.set_thermostat(scene, counted.as_ref());
         let grown = self.simulation.grown();
@@ -53,7 +53,7 @@ impl Driver<'_> {
         self.describe();
     }
 
-    /// A surface that is there from the present stage on, where a particle is.
+    /// A surface that appears in the present stage and overlaps a particle.
     fn blocked_by_surface(&mut self, stage: &str) -> Option<Blocked> {
         if self.simulation.scene().allow_invalid_start {
             return None;
@@ -67,7 +67,7 @@ impl Driver<'_> {
     pub(super) fn leave(&mut self, next: Stage) {
         self.state.ledger.note(&self.simulation, &self.simulation.energy());
         if self.growth().is_some() {
-            // Remove the heat of the growth since the last scaling.
+            // Removes the heat of growth since the last scaling.
             self.rescale(self.simulation.time());
             self.simulation.end_growth();
             self.state.ledger.start_again(&self.simulation);
@@ -79,7 +79,8 @@ impl Driver<'_> {
         (self.started, self.state.earlier_seconds) = (None, 0.0);
     }
 
-    /// Scales velocities to the temperature of the thermostat, at a time that the simulation has come to, within round-off.
+    /// Scales velocities to the temperature of the thermostat, at a time that the simulation has reached
+    /// within round-off.
     pub(super) fn rescale(&mut self, time: f64) {
         let Some(Thermostat::Rescaling { temperature, interval }) = self.settings().thermostat else { return };
         self.end_piece();
@@ -100,7 +101,7 @@ impl Driver<'_> {
             let scaled = self.simulation.energy();
             self.state.observer.integrate(&self.simulation, &scaled);
         }
-        // Counted from the start of the stage, so that rounding does not add up.
+        // Counted from the start of the stage, so that rounding errors do not accumulate.
         let start = self.state.stage.time;
         let passed = ((time - start) / interval).floor();
         self.state.next_scaling = (start + (passed + 1.0) * interval).max(time.next_up());
@@ -108,7 +109,7 @@ impl Driver<'_> {
             if self.state.stage.stage.is_measured() { time + interval / TEMPERATURES } else { f64::INFINITY };
     }
 
-    /// Looks at the temperature between two scalings.
+    /// Samples the temperature between two scalings.
     pub(super) fn sample_temperature(&mut self) {
         let energy = self.simulation.energy();
         self.state.observer.integrate(&self.simulation, &energy);

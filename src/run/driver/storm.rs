@@ -1,7 +1,8 @@
-//! Storms of events: spheres that rest in contact under gravity bounce by next to nothing, and the TC model makes all of these contacts elastic.
+//! Event storms: spheres that rest in contact under gravity bounce by next to nothing, and the TC model makes
+//! all of these contacts elastic.
 //!
-//! What loses energy under gravity comes to rest with contacts at intervals of about the contact time, some for each particle. Ten thousand times as many are
-//! a storm, in which the time hardly advances.
+//! Dissipative particles under gravity come to rest with contacts at intervals of about the contact time,
+//! several per particle. Ten thousand times as many are a storm, in which time hardly advances.
 
 use std::ops::ControlFlow;
 
@@ -12,31 +13,32 @@ use crate::engine::Simulation;
 use crate::model::Scene;
 use crate::run::Ending;
 
-/// More events of each particle within a contact time are a storm; in small systems more than [`FEWEST`] of all.
+/// Number of events per particle within a contact time above which they are a storm; in small systems at
+/// least [`FEWEST`] in all.
 const MOST: u64 = 10_000;
 const FEWEST: u64 = 1_000_000;
 
-/// Events since a time, of a system that storms can come to.
+/// Event count since a time, for a system that may have storms.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::run) struct StormWatch {
-    /// Simulated time from which they are counted.
+    /// Simulated time at which the count began.
     since: f64,
-    /// Physical events, since the start of the simulation, at which the time is looked at.
+    /// Number of physical events, since the start of the simulation, at the next check of the time.
     next: u64,
-    /// Number of events that make a storm within this time.
+    /// Number of events that are a storm within this time.
     most: u64,
     within: f64,
 }
 
 impl StormWatch {
-    /// For a simulation of a scene with gravity and a contact time.
+    /// For a simulation with gravity and a contact time.
     pub fn of(scene: &Scene, simulation: &Simulation, moving: u64) -> Option<Self> {
         let fall = |species: &crate::model::Species| {
             let acceleration = species.acceleration.norm();
             (!species.is_static() && acceleration > 0.0).then(|| (species.diameter / acceleration).sqrt())
         };
         let fall = scene.species.iter().filter_map(fall).reduce(f64::min)?;
-        // A longer contact time makes everything elastic.
+        // A longer contact time makes all contacts elastic.
         let within = scene.contact_time?.min(fall);
         let most = FEWEST + MOST * moving;
         let events = simulation.event_counts().physical();
@@ -45,12 +47,12 @@ impl StormWatch {
 }
 
 impl Driver<'_> {
-    /// Physical events at which it is looked for a storm next.
+    /// Number of physical events at the next check for a storm.
     pub(super) fn next_storm_check(&self) -> u64 {
         self.state.storm_watch.map_or(u64::MAX, |watch| watch.next)
     }
 
-    /// Ends the run in a storm.
+    /// Ends the run if there is a storm.
     pub(super) fn check_storm(&mut self) -> ControlFlow<Option<Ending>> {
         let events = self.simulation.event_counts().physical();
         let now = self.simulation.time();

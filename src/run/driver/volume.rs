@@ -1,4 +1,4 @@
-//! Volume moves of a barostat at even times.
+//! Volume moves of a barostat at regular times.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,13 +9,14 @@ use crate::model::random::{Purpose, Random};
 use crate::model::state_point::StatePoint;
 use crate::model::{Barostat, Thermostat, VolumeMoves};
 
-/// Part of the moves that are to be accepted where the amplitude is found.
+/// Target acceptance while the amplitude is tuned.
 const ACCEPTANCE: f64 = 0.4;
 
-/// Step of the logarithm of the amplitude with each move of the search: forty rejected moves reduce it to a fifth, and it scatters by a tenth in the end.
+/// Step of the logarithm of the amplitude per move while it is tuned. Forty rejected moves reduce it to a
+/// fifth, and its final scatter is a tenth.
 const STEP: f64 = 0.1;
 
-/// In fewer moves, no amplitude is found.
+/// With fewer moves, no amplitude is found.
 pub(in crate::run) const FEWEST_MOVES: u32 = 40;
 
 /// State of the volume moves of a stage.
@@ -35,7 +36,7 @@ impl Moves {
         self.done.accepted += u64::from(is_accepted);
     }
 
-    /// Changes the amplitude after a move, towards one with which as many moves are accepted as should be.
+    /// Changes the amplitude after a move, towards the target acceptance.
     fn adapt(&mut self, is_accepted: bool) {
         let excess = f64::from(u8::from(is_accepted)) - ACCEPTANCE;
         self.done.amplitude = (self.done.amplitude * libm::exp(STEP * excess)).min(LARGEST_AMPLITUDE);
@@ -47,7 +48,8 @@ impl Driver<'_> {
     pub(super) fn begin_moves(&mut self, barostat: Option<Barostat>, seed: u64, stream: usize) {
         self.state.moves = barostat.map(|barostat| {
             let particles: usize = self.simulation.population().iter().sum();
-            // The amplitude of an ideal gas, whose logarithm of the volume has the standard deviation `1 / sqrt(N + 1)`.
+            // The amplitude for an ideal gas, for which the standard deviation of the logarithm of the volume
+            // is `1 / sqrt(N + 1)`.
             let guess = (1.0 / (particles as f64 + 1.0)).sqrt();
             let seed = StatePoint::new(seed).with(&[barostat.pressure, barostat.interval]);
             let amplitude = barostat.amplitude.or(self.state.amplitude).unwrap_or(guess);
@@ -59,16 +61,19 @@ impl Driver<'_> {
         });
     }
 
-    /// Simulated time of the next volume move; infinite for none.
+    /// Simulated time of the next volume move; infinite if there is none.
     pub(super) fn next_move(&self) -> f64 {
         self.state.moves.as_ref().map_or(f64::INFINITY, |moves| moves.next)
     }
 
-    /// Proposes another volume, at a time that the simulation has come to, within round-off, and takes it or leaves it.
+    /// Proposes another volume, at a time that the simulation has reached within round-off, and accepts or
+    /// rejects it.
     ///
-    /// The equilibrium density of the volume `V`, the centres of the `N` molecules in units of the box, what is inside of them, and the momenta is proportional to
-    /// `V^N exp(-(U + P V + K) / T)`. The proposal is uniform in `ln V`, in which the density has one more factor `V`, and it is as probable as its reverse.
-    /// So the density stays what it is where a move is accepted with the probability `min(1, exp(-(dU + P dV) / T + (N + 1) ln(V' / V)))`.
+    /// The equilibrium density of the volume `V`, the centres of the `N` molecules in units of the box, their
+    /// internal coordinates, and the momenta is proportional to `V^N exp(-(U + P V + K) / T)`. The proposal
+    /// is uniform in `ln V`, in which the density has one more factor `V`, and is as probable as its reverse.
+    /// The density is therefore preserved if a move is accepted with the probability `min(1, exp(-(dU + P dV)
+    /// / T + (N + 1) ln(V' / V)))`.
     pub(super) fn move_volume(&mut self, time: f64) {
         let settings = self.settings();
         let (Some(barostat), Some(Thermostat::Andersen { temperature, .. })) = (settings.barostat, settings.thermostat)
@@ -77,7 +82,7 @@ impl Driver<'_> {
         };
         let Some(mut moves) = self.state.moves.take() else { return };
         let scaling = self.scaling.take().unwrap_or_else(|| Scaling::of(&self.simulation));
-        // Both are drawn for each move, so that what comes later does not depend on which one it was.
+        // Both are drawn for each move, so that later moves do not depend on the outcome.
         let (change, threshold) = (moves.done.amplitude * (2.0 * moves.random.uniform() - 1.0), moves.random.uniform());
         let volume = self.simulation.volume();
         let space = self.simulation.scaled_box(&scaling, change);
@@ -97,14 +102,15 @@ impl Driver<'_> {
             self.integrate();
             self.resize_system();
         }
-        // Counted from the start of the stage, so that rounding does not add up.
+        // Counted from the start of the stage, so that rounding errors do not accumulate.
         let start = self.state.stage.time;
         let passed = ((time - start) / barostat.interval).round();
         moves.next = (start + (passed + 1.0) * barostat.interval).max(time.next_up());
         (self.state.moves, self.scaling) = (Some(moves), Some(scaling));
     }
 
-    /// Ends a piece of the time in which the volume was constant, for all that averages over it. The energy of the move is noted at its time, so that it belongs to the next one.
+    /// Ends an interval of constant volume for all averages. The energy of the move is recorded at its time,
+    /// and so belongs to the next interval.
     fn integrate(&mut self) {
         let energy = self.simulation.energy();
         self.state.observer.integrate(&self.simulation, &energy);
@@ -113,7 +119,7 @@ impl Driver<'_> {
         }
     }
 
-    /// Gives instruments the present box.
+    /// Passes the present box to instruments.
     fn resize_system(&mut self) {
         if let Some(system) = self.system.as_mut().filter(|_| !self.is_pilot) {
             system.space = self.simulation.scene().space.clone();

@@ -22,7 +22,7 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
         };
         folder.execute_point(&sweep, point, &orders, &mut |_| ControlFlow::Continue(())).unwrap()
     };
-    // Something is in the way of the conversion alone, from the end of the run on.
+    // Something obstructs only the conversion, from the end of the run on.
     let blocks = |_: &Finished| {
         fs::create_dir(&converted).unwrap();
         fs::write(converted.join("mine"), "").unwrap();
@@ -33,12 +33,12 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
     let once_more = |_: &Finished| -> String { panic!("the run was there already") };
     assert!(matches!(execute(&once_more), Fate::Failed(_)));
     fs::remove_dir_all(&converted).unwrap();
-    // On a full disk it could not be kept why.
+    // On a full disk, the reason could not be recorded.
     folder.keep_failure(point, None).unwrap();
     assert_eq!(execute(&once_more), Fate::Done);
     assert!(fs::read_to_string(&converted).unwrap().lines().count() > 1);
     assert_eq!((execute(&once_more), folder.failure(point)), (Fate::Kept, None));
-    // Something else under its name is no conversion.
+    // Something else with its name is not a conversion.
     fs::remove_file(&converted).unwrap();
     fs::create_dir(&converted).unwrap();
     fs::write(converted.join("mine"), "").unwrap();

@@ -16,7 +16,7 @@ fn durations_are_rounded_to_two_digits() {
     assert_eq!(rounded(0.000_678_9), 0.000_68);
 }
 
-/// Rows and times of frames, and the last checkpoint with their numbers at it.
+/// Rows and times of frames, and the last checkpoint with their numbers at that time.
 #[derive(Default)]
 struct Kept {
     rows: Vec<Row>,
@@ -54,7 +54,7 @@ impl Kept {
         run.execute(self, &mut watch).unwrap();
     }
 
-    /// Goes on from the last checkpoint to the end.
+    /// Continues from the last checkpoint to the end.
     fn resume(&mut self) {
         let (simulation, state, [rows, frames]) = self.checkpoint.take().unwrap();
         self.rows.truncate(rows);
@@ -89,8 +89,8 @@ fn run(scene: Scene) -> Kept {
 
 #[test]
 fn a_pilot_run_changes_nothing_of_what_is_kept() {
-    // One that is kept, one in which a row could be due before its first event, and ones of so few events that a row is due about when the first
-    // of them is.
+    // Cases: a pilot run that is kept, one in which a row could be due before its first event, and some with
+    // so few events that a row is due at about the time of the first.
     let few = [0.1, 0.2, 0.3, 0.4].into_iter().flat_map(|phi| [101, 201, 203, 399].map(|events| (phi, events)));
     for (packing_fraction, events) in [(0.4, 200_000), (1e-4, 10_000)].into_iter().chain(few) {
         let chosen = run(fluid(packing_fraction, events, OutputPlan::default()));
@@ -140,7 +140,7 @@ fn frames_take_no_more_than_200_megabytes_unasked() {
     assert!((8..16).contains(&most), "{most}");
     for limit in [Limit::events(2_000), Limit::time(2e-3)] {
         let frames = run(scene(limit, None)).frames.len();
-        // A lattice is quiet at first, so that a number of events takes less time than it seems to.
+        // A lattice has few events at first, so that a number of events takes less time than estimated.
         let least = if limit.time.is_some() { most / 2 } else { 1 };
         assert!((least..=most).contains(&frames), "{frames} of {most}");
     }
