@@ -1,10 +1,12 @@
-//! Instruments: what is measured while a scene runs, such as structure, motion, transport and profiles.
+//! Instruments: the measurements of a running scene, such as structure, motion, transport and profiles.
 //!
-//! A [`MeasurementPlan`] says what is wanted; each entry becomes one of the [`Instruments`], which are shown the particles at times of their own choosing, and
-//! the events where they ask for them. Instruments only read: a run has the same trajectory, bit for bit, whatever is measured.
-//! Their memory is bounded, and their state is part of a checkpoint. What came out is [`Measured`].
+//! A [`MeasurementPlan`] lists the measurements. Each entry becomes one of the [`Instruments`]. An instrument
+//! chooses the times at which it sees the particles, and may ask to see events. Instruments only read: the
+//! trajectory of a run is the same, bit for bit, whatever is measured. Their memory is bounded, and their
+//! state is part of a checkpoint. The results are [`Measured`].
 //!
-//! An instrument of one's own is a type with the trait [`Instrument`], which shows how to write one and what it takes to measure with it.
+//! To write your own instrument, implement the trait [`Instrument`]; its documentation explains how, and how
+//! to measure with it.
 
 pub mod bond_order;
 pub mod chains;
@@ -43,7 +45,7 @@ pub use registry::InstrumentError;
 pub(crate) use registry::{OwnInstruments, Registry, compare as compare_instruments};
 pub use system::{Sample, SystemDescription};
 
-/// Cutoffs that the box makes shorter than the plan asks for, each with the reason.
+/// Cutoffs that are shorter than the plan asks for because of the box, each with the reason.
 pub(crate) fn shortened_cutoffs(plan: &MeasurementPlan, system: &SystemDescription) -> Vec<String> {
     let of_pairs = plan.radial_distribution.as_ref().and_then(|it| radial_distribution::shortened_cutoff(it, system));
     let of_order = plan.bond_order.as_ref().and_then(|it| bond_order::shortened_cutoff(it, system));
@@ -51,12 +53,12 @@ pub(crate) fn shortened_cutoffs(plan: &MeasurementPlan, system: &SystemDescripti
     [("radial_distribution", of_pairs), ("bond_order", of_order)].into_iter().filter_map(named).collect()
 }
 
-/// Whether anything is asked for of each particle, for the frames of a trajectory.
+/// Whether the plan asks for values of each particle in the frames of a trajectory.
 pub(crate) fn has_scalars(plan: &MeasurementPlan) -> bool {
     plan.bond_order.is_some()
 }
 
-/// Scalars of each particle that a plan asks for, for the frames of a trajectory.
+/// The values of each particle that a plan asks for, for the frames of a trajectory.
 pub(crate) fn scalars(plan: &MeasurementPlan, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Scalar> {
     plan.bond_order.as_ref().map_or(Vec::new(), |plan| bond_order::scalars(plan, system, sample))
 }

@@ -1,6 +1,6 @@
-//! Observables along a run: rows at even times, and means with standard errors.
+//! Observables during a run: rows at even times, and means with standard errors.
 //!
-//! An observer only reads: a run that is watched has the same trajectory, bit for bit, as one that is not.
+//! An observer only reads: the trajectory of a run is the same, bit for bit, whether it is observed or not.
 
 mod applicable;
 mod equilibrium;
@@ -28,7 +28,7 @@ const COMPRESSIBILITY: &str = "compressibility_factor";
 const ISOTHERMAL_COMPRESSIBILITY: &str = "isothermal_compressibility";
 const HEAT_FLUX: &str = "energy / (length^(D - 1) time)";
 
-/// The quantities with a mean over a run, by name, in the order of `summary.json`.
+/// Names of the quantities that have a mean over a run, in the order of `summary.json`.
 pub const OBSERVABLES: [(&str, &str); 21] = [
     (TEMPERATURE, "energy"),
     ("pressure", "energy / length^D"),
@@ -53,7 +53,8 @@ pub const OBSERVABLES: [(&str, &str); 21] = [
     (ISOTHERMAL_COMPRESSIBILITY, "length^D / energy"),
 ];
 
-/// Their indices: the pressure, the collision rate, those of the lower x wall, the volume, and the compressibility, whose average is that of the squared volume.
+/// Their indices: the pressure, the collision rate, the quantities of the lower x wall, the volume, and the
+/// compressibility, for which the squared volume is averaged.
 const PRESSURE: usize = 1;
 const COLLISION_RATE: usize = 3;
 const FIRST_WALL: usize = 5;
@@ -61,40 +62,47 @@ const FIRST_HEAT: usize = 11;
 const VOLUME: usize = 17;
 const SQUARED_VOLUME: usize = 20;
 
-/// Averages the thermodynamic observables of a simulation between rows: temperature, pressure, collision rate, energies.
+/// Averages the thermodynamic observables of a simulation between rows: temperature, pressure, collision
+/// rate, energies.
 ///
 /// | quantity | measured as |
 /// |---|---|
-/// | temperature `T` | `2 (K - P^2 / 2M) / (D N - c)`, with the momentum `P` along the `c` axes on which it is conserved |
-/// | pressure | `(N T + W / (D t)) / V`, `W` the sum of `r_ij . J` over the events of a time `t` |
-/// | compressibility factor `Z` | mean pressure over `rho` and the mean of `T` |
-/// | pressure between walls | the mean over the axes `k` between walls of `<sum m v_k^2 / V_s> + W_k / t`, `W_k` the sum of `x_k J_k / V_s` over the particles of all pair events |
-/// | pressure on a wall | momentum that it gave to each species in a time `t`, divided by `t` and by the area `A_s` that its centres can reach |
-/// | heat flux through a wall | energy that it supplied in a time `t`, less what it took, divided by `t` and by its area: positive into the particles |
-/// | collision rate | `n / (N t)`, where `n` counts the Core events that each particle takes part in: two of them in one, or one and a static one |
-/// | potential energy per particle | energy of the pairs over `N` |
-/// | volume, number density, packing fraction | where a barostat changes the volume `V`: means over the time of `V`, `N / V`, and the volume of the particles by `V` |
-/// | isothermal compressibility | `(<V^2> - <V>^2) / (<V> T)`, with the temperature of the heat bath |
+/// | temperature `T` | `2 (K - P^2 / 2M) / (D N - c)`, where the momentum `P` has `c` conserved components |
+/// | pressure | `(N T + W / (D t)) / V`, where `W` is the sum of `r_ij . J` over the events of a time `t` |
+/// | compressibility factor `Z` | mean pressure divided by `rho` and the mean of `T` |
+/// | pressure between walls | mean over the axes `k` between walls of `<sum m v_k^2 / V_s> + W_k / t`, where `W_k` is the sum of `x_k J_k / V_s` over the particles of all pair events |
+/// | pressure on a wall | momentum that the wall gave to each species in a time `t`, divided by `t` and by the area `A_s` that its centres can reach |
+/// | heat flux through a wall | energy that the wall supplied in a time `t`, minus what it removed, divided by `t` and by its area: positive into the particles |
+/// | collision rate | `n / (N t)`, where `n` counts the particles in Core events: two in each, or one if the other is static |
+/// | potential energy per particle | energy of the pairs divided by `N` |
+/// | volume, number density, packing fraction | if a barostat changes the volume `V`: time averages of `V`, of `N / V`, and of the volume of the particles divided by `V` |
+/// | isothermal compressibility | `(<V^2> - <V>^2) / (<V> T)` at the temperature of the heat bath |
 ///
-/// Where the volume changes, the pressure is the mean of `(N T + W / (D t)) / V` over the pieces of the time in which it is constant, and the compressibility factor is `P <V> / (N T)`
-/// with the pressure `P` of the barostat and the temperature of the heat bath.
+/// If the volume changes, the pressure is the mean of `(N T + W / (D t)) / V` over the intervals of constant
+/// volume. The compressibility factor is then `P <V> / (N T)` with the pressure `P` of the barostat and the
+/// temperature of the heat bath.
 ///
-/// A wall keeps centres a radius away, so that those of each species `s` have their own volume `V_s` and area `A_s`. In the momentum along an
-/// axis between walls, `x` from the middle, the mean of `d/dt sum x m v` is zero for each species: `<sum m v_x^2> + <sum x J> / t` is `V_s / A_s` times its mean
-/// force on the two walls. So both pressures have the same mean, in a slit that across it; along a slit the pressure is another one. In equilibrium
-/// `<sum m v_x^2>` is `N_s T`; what is driven or dissipates has as many temperatures as axes and species. It is constant between events, and its mean is exact.
+/// A wall keeps centres a radius away, so each species `s` has its own volume `V_s` and area `A_s`. Along an
+/// axis between walls, with `x` from the middle, the mean of `d/dt sum x m v` is zero for each species: `<sum
+/// m v_x^2> + <sum x J> / t` is `V_s / A_s` times its mean force on the two walls. So both pressures have the
+/// same mean for the axis across a slit; along the slit the pressure differs. In equilibrium `<sum m v_x^2>`
+/// is `N_s T`; a driven or dissipative system can have a different temperature for each axis and species. The
+/// sum is constant between events, so its mean is exact.
 ///
-/// `N` counts the particles that move, `D` is the number of axes that are not flat. Means of `T` and of the potential energy over an interval are
-/// exact: both change at events only, and each change counts from its own time on. In a sheared box particles heat up and cool between events; there the mean of `T`
-/// is that of straight lines between samples, with what contacts dissipate from the time of each contact on.
+/// `N` counts the moving particles, and `D` the axes that are not flat. Time averages of `T` and of the
+/// potential energy are exact: both change only at events, and each change counts from its own time. In a
+/// sheared box the temperature also changes between events. There the mean of `T` uses straight lines between
+/// samples, with the dissipation of each contact counted from its own time.
 ///
-/// The pressure is exact for any number of particles. The volume of the phase space below an energy `E` at a given momentum is, with
-/// `f = D N - c` free components of the velocities, proportional to the integral of `(E - U)^(f / 2)` over all positions; that of
-/// the positions goes over all `N` particles, also where the momentum is conserved, because the centre of mass may be anywhere. With Gibbs'
-/// entropy, its logarithm, equipartition is exact, `T = 2 <K'> / f`, and with coordinates in units of the box, whose integral gives a factor
-/// `V^N`, `P = T dS/dV` becomes `P V = N T + <sum r_ij . F_ij> / D`. The free components are in `T` alone. (Two hard spheres in a
-/// cube: `Z = (1 + V / (V - 4 pi sigma^3 / 3)) / 2`, from positions that take `V (V - 4 pi sigma^3 / 3)`.) E. M. Pearson, T. Halicioglu and W. A.
-/// Tiller, Phys. Rev. A 32, 3030 (1985), [doi:10.1103/PhysRevA.32.3030](https://doi.org/10.1103/PhysRevA.32.3030).
+/// The pressure is exact for any number of particles. Let `f = D N - c` be the number of free velocity
+/// components. The phase-space volume below an energy `E` at a given momentum is proportional to the integral
+/// of `(E - U)^(f / 2)` over all positions. That integral runs over all `N` particles even if the momentum is
+/// conserved, because the centre of mass may be anywhere. The logarithm of this volume is Gibbs' entropy, for
+/// which equipartition is exact: `T = 2 <K'> / f`. In coordinates scaled by the box the integral gets a
+/// factor `V^N`, and `P = T dS/dV` becomes `P V = N T + <sum r_ij . F_ij> / D`. Only `T` contains the number
+/// of free components. (Two hard spheres in a cube: `Z = (1 + V / (V - 4 pi sigma^3 / 3)) / 2`, from
+/// positions that fill `V (V - 4 pi sigma^3 / 3)`.) E. M. Pearson, T. Halicioglu and W. A. Tiller, Phys. Rev.
+/// A 32, 3030 (1985), [doi:10.1103/PhysRevA.32.3030](https://doi.org/10.1103/PhysRevA.32.3030).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Observer {
     applicable: ApplicableObservables,
@@ -114,19 +122,21 @@ struct Reading {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Piece {
     time: f64,
-    /// Since the start of the simulation.
+    /// Time since the start of the simulation.
     elapsed: f64,
-    /// Heat given to the particles since then, and the sum of its parts, each times its time `[energy]`, `[energy time]`.
+    /// Heat given to the particles since then, and the sum of each contribution times its time `[energy]`,
+    /// `[energy time]`.
     heated: [f64; 2],
-    /// The sum of all changes of the energy of pairs, each times its time `[energy time]`.
+    /// Sum of each change of the pair energy times its time `[energy time]`.
     pair_energy_moment: f64,
     temperature: Option<f64>,
     pair_energy: f64,
-    /// Where the volume changes.
+    /// Present if the volume changes.
     volume: Option<VolumePiece>,
     /// `[energy time]`
     integrals: [f64; 2],
-    /// Integral of `sum m v^2 / V` along each axis between walls, from the time 0 of the simulation on `[energy time / length^D]`.
+    /// Integral of `sum m v^2 / V` along each axis between walls, from the start of the simulation `[energy
+    /// time / length^D]`.
     confined: [f64; 3],
 }
 
@@ -143,17 +153,18 @@ impl Observer {
         &self.applicable
     }
 
-    /// Measures a stage with a thermostat, which may change the momentum.
+    /// Starts a stage with a thermostat, which may change the momentum.
     pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
         self.applicable.set_thermostat(scene, thermostat);
     }
 
-    /// Measures a stage in which a barostat acts beside a thermostat, and to whose beginning diameters have grown by a factor since the observer was made.
+    /// Starts a stage with a barostat and a thermostat. `factor` is the growth of diameters since the
+    /// observer was made.
     pub(crate) fn set_barostat(&mut self, scene: &Scene, acting: Option<(&Barostat, &Thermostat)>, grown: f64) {
         self.applicable.set_barostat(scene, acting, grown);
     }
 
-    /// Measures now, and the interval since the last time.
+    /// Measures the current values, and the means since the last row.
     pub fn row(&mut self, simulation: &Simulation) -> Row {
         let energy = simulation.energy();
         let temperature = self.integrate(simulation, &energy);
@@ -185,9 +196,11 @@ impl Observer {
         }
     }
 
-    /// The means over all intervals so far, by name; absent if they mean nothing for the scene. What does not change at all has the error 0.
+    /// The means over all intervals so far, by name; only those that are defined for the scene. A constant
+    /// has the error 0.
     ///
-    /// Equal hard particles on a line have no errors: they only exchange velocities, so no length of the run tells how far its mean is from that over all starts.
+    /// Equal hard particles on a line have no errors. They only exchange velocities, so a run of any length
+    /// cannot show how far its mean is from the mean over all starts.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
         let is_too_short = self.is_short_of_volumes();
@@ -211,7 +224,8 @@ impl Observer {
         estimates.filter_map(|(at, ((name, _), average))| Some((*name, estimate(at, name, average)?))).collect()
     }
 
-    /// Whether too few independent volumes were seen at constant pressure, where all but the temperature follows the volume: that is slow, and what is fast hides it.
+    /// Whether too few independent volumes were seen at constant pressure. There everything but the
+    /// temperature follows the volume, whose slow changes are hidden by fast ones.
     fn is_short_of_volumes(&self) -> bool {
         let averages = self.averages.get(VOLUME).zip(self.averages.get(SQUARED_VOLUME));
         let averages = averages.filter(|_| self.applicable.isobaric.is_some());
@@ -219,10 +233,12 @@ impl Observer {
         variance.is_some_and(|variance| variance.standard_error.is_none())
     }
 
-    /// The estimate for a wall from what both walls have in common, where that is known by a conservation law.
+    /// The estimate for a wall from what both walls have in common, if a conservation law gives it.
     ///
-    /// The force on a wall is the virial and the rate of two moments of bounded size, `sum m v_x` and `sum x m v_x`. Heat that comes in at one wall and does not go out at the other is in the energy. A
-    /// mean over a time `t` has of these the difference between both ends, by `t`, and the error is not that of values that fluctuate independently.
+    /// The force on a wall is the virial plus the time derivatives of two bounded moments, `sum m v_x` and
+    /// `sum x m v_x`. Heat that enters at one wall and does not leave at the other is stored as energy. In a
+    /// mean over a time `t` these contribute the difference between both ends, divided by `t`, so the error
+    /// is not that of independent fluctuations.
     fn of_wall(&self, at: usize, average: &BlockAverage) -> Option<Estimate> {
         let is_of = |axis: usize, first: usize| (first + 2 * axis..first + 2 * axis + 2).contains(&at);
         if self.applicable.balanced_axis.is_some_and(|axis| is_of(axis, FIRST_WALL)) {
@@ -234,7 +250,7 @@ impl Observer {
         average.estimate_beside(&average.with(other, |own, other| 0.5 * (own - other))?)
     }
 
-    /// Whether each of them was stationary. Of a system at rest there is no compressibility factor.
+    /// Whether each observable was stationary. A system at rest has no compressibility factor.
     #[must_use]
     pub fn stationarity(&self) -> Vec<(&'static str, Stationarity)> {
         let is_at_rest = self.averages.first().and_then(BlockAverage::mean) == Some(0.0);
@@ -244,7 +260,8 @@ impl Observer {
         all.map(|((name, _), average)| (*name, self.stationarity_of(name, average))).collect()
     }
 
-    /// Whether what was seen was in equilibrium, or in a steady state, from the stationarity of each observable and the events that were counted meanwhile.
+    /// Whether the run was in equilibrium or in a steady state, from the stationarity of each observable and
+    /// the events counted in the same time.
     #[must_use]
     pub fn equilibrium(&self, stationarity: &[(&'static str, Stationarity)], counted: &EventCounts) -> Equilibrium {
         let taken = 2 * (counted.physical() - counted.wall) - counted.core_static + counted.wall + counted.thermostat;
@@ -267,7 +284,7 @@ impl Observer {
                 let series = ensemble.and_then(|(it, volume)| it.fluctuation(volume, average));
                 series.as_ref().unwrap_or(average).stationarity()
             }
-            // A few rows are enough for what the scene conserves; only a program that sets velocities changes it.
+            // A few rows are enough for a conserved quantity. Only a program that sets velocities changes it.
             (TEMPERATURE, _) if self.applicable.conserves_temperature && average.is_constant() => {
                 Stationarity::Constant
             }
@@ -281,21 +298,23 @@ impl Observer {
         halves.stationarity()
     }
 
-    /// Forgets where it saw a simulation last, but no mean: the next interval begins with another one, or after a jump.
+    /// Forgets the last state of the simulation, but no mean. The next interval starts with another
+    /// simulation, or after a jump.
     pub(crate) fn interrupt(&mut self) {
         (self.before, self.piece) = (None, None);
     }
 
-    /// Forgets what was seen: a new stage begins.
+    /// Forgets everything: a new stage begins.
     pub(crate) fn begin(&mut self) {
         (self.before, self.piece) = (None, None);
         self.averages.clear();
     }
 
-    /// Samples temperature and potential energy and integrates both since the last sample: exactly, because they change at events only, except for the
-    /// temperature of a sheared box, whose particles heat up on their way, by the trapezoidal rule. Returns the temperature.
+    /// Samples temperature and potential energy and integrates both since the last sample. The integrals are
+    /// exact, because both change only at events, except for the temperature of a sheared box, which changes
+    /// between events and is integrated by the trapezoidal rule. Returns the temperature.
     ///
-    /// Asked for before velocities are scaled, and again after it, so that no mean is over a line across a jump.
+    /// Called before and after velocities are scaled, so that no straight line spans a jump.
     pub(crate) fn integrate(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
         let (time, elapsed) = (simulation.time(), simulation.elapsed());
         let temperature = self.applicable.temperature(energy.thermal, &energy.peculiar_momentum);
@@ -307,7 +326,8 @@ impl Observer {
         if let Some(last) = &self.piece {
             let (half, middle) = (0.5 * (time - last.time), 0.5 * (last.elapsed + elapsed));
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
-            // Straight lines count each change half of the time. It is there from its own time on.
+            // A straight line counts each change for half of the time. Here each change counts from its own
+            // time.
             let missed = |change: f64, moment: f64| change * middle - moment;
             let later = missed(heated[0] - last.heated[0], heated[1] - last.heated[1]);
             let heat = half * mean + 2.0 * later / self.applicable.degrees_of_freedom.max(1.0);
@@ -332,7 +352,8 @@ impl Observer {
         temperature
     }
 
-    /// The time between two rows and the means over it, in the order of [`OBSERVABLES`]; `None` where one means nothing.
+    /// The time between two rows and the means over it, in the order of [`OBSERVABLES`]; `None` for a mean
+    /// that is not defined.
     fn interval(&self, from: &Reading, to: &Reading) -> Option<(f64, Vec<Option<f64>>)> {
         let duration = to.piece.time - from.piece.time;
         if duration <= 0.0 {
@@ -350,7 +371,8 @@ impl Observer {
             Some((_, means)) => applicable.has_pressure.then_some(means.pressure),
             None => applicable.pressure(&counted, duration, temperature, &confined),
         });
-        // Over the mean temperature they are the compressibility factor. That of the ensemble has the temperature of the heat bath.
+        // Divided by the mean temperature these give the compressibility factor. At constant pressure the
+        // temperature is that of the heat bath.
         let factor = match isobaric {
             Some((ensemble, means)) => Some(ensemble.factor(means.volume, moving)),
             None => pressure.map(|pressure| pressure / applicable.number_density),
@@ -363,7 +385,7 @@ impl Observer {
             applicable.has_wells.then(|| pair / (duration * moving)),
         ];
         let walls = || (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]);
-        // From the momentum that each has given, and from the energy that it has supplied.
+        // From the momentum that each wall gave, and from the energy that it supplied.
         let pressures = walls().map(|(axis, side)| {
             applicable.pressed_walls[axis][side].then(|| counted.wall_push[axis][side].total() / duration)
         });
@@ -378,7 +400,7 @@ impl Observer {
     }
 }
 
-/// The direction against gravity: that of the mean acceleration, reversed.
+/// The upward direction: against the mean acceleration.
 fn upwards(scene: &Scene) -> Option<Vector> {
     let sum: Vector = scene
         .particles

@@ -1,7 +1,8 @@
-//! Exact and published results, to compare what was measured with.
+//! Exact and published results to compare measurements with.
 //!
-//! Hard particles of diameter `sigma` and mass `m` at a temperature `T` (`k_B = 1`): `phi` is their packing fraction, `rho` their number
-//! density. A function is meant for the densities that its source covers; outside of them it gives a number that means nothing.
+//! Hard particles of diameter `sigma` and mass `m` at a temperature `T` (`k_B = 1`): `phi` is their packing
+//! fraction, `rho` their number density. A function holds for the densities that its source covers; outside
+//! of them its value is meaningless.
 
 mod equation_of_state;
 pub(crate) mod finite_size;

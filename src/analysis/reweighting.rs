@@ -1,7 +1,9 @@
-//! Averages at temperatures between the simulated ones, from the energies at these.
+//! Averages at temperatures between the simulated ones, from the energies sampled there.
 //!
-//! Samples of the potential energy of several ensembles, at several temperatures or with weights of the energy, are gathered in [`EnergyHistograms`], in two passes: the first finds the levels that occur. Together they determine the
-//! [`DensityOfStates`], and that the moments of the energy at all temperatures between. [`Reweighting`] has errors, too.
+//! [`EnergyHistograms`] collect samples of the potential energy of several ensembles, at several temperatures
+//! or with weights of the energy. Two passes are needed: the first finds the energy levels. Together they
+//! determine the [`DensityOfStates`], and with it the moments of the energy at all temperatures in between.
+//! [`Reweighting`] adds errors.
 //!
 //! ```
 //! use carom::analysis::reweighting::{Ensemble, MultiHistogram};
@@ -28,36 +30,39 @@ pub use histograms::{EnergyHistograms, EnergyLevels};
 use super::statistics::{Correlation, Estimate, correlation, student};
 use crate::model::random::{Purpose, Random};
 
-/// Samples of blocks that are drawn for an error, which so has an error of 5 % of its own.
+/// Number of resamples for an error, which has an error of 5 % itself.
 const RESAMPLES: usize = 200;
 
-/// Length of a block in correlation times, or rather the statistical inefficiency.
+/// Length of a block in correlation times (more exactly, statistical inefficiencies).
 const BLOCK_LENGTH: f64 = 5.0;
 
-/// Blocks that there are at least, as long as they are longer than half of one.
+/// Fewest blocks, as long as each is longer than half of one.
 const FEWEST_BLOCKS: usize = 16;
 
-/// There are no errors of a series that is worth fewer independent values, as for those of means.
+/// A series with fewer independent values has no errors, like a mean.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
-/// The density of states with densities of other samples of the same kind, from which errors of all that follows from it are known.
+/// The density of states, with densities from resampled data, which give the errors of all derived
+/// quantities.
 ///
-/// Time is cut into blocks of five correlation times of the energy: those of the ensemble in which it is slowest. Of these, as many as there are are drawn with replacement, 200 times, the same blocks of all
-/// ensembles, because replicas that are swapped correlate them. The standard deviation of what follows from the samples that were drawn is the error. It is
-/// larger by the correlation that blocks of this length miss, and by Student's factor for their number.
+/// Time is cut into blocks of five correlation times of the energy, for the ensemble in which it is slowest.
+/// All blocks are drawn with replacement, 200 times. The same blocks are drawn for all ensembles, because
+/// swaps correlate the replicas. The error is the standard deviation over the resamples, enlarged for the
+/// correlation that blocks of this length miss, and by Student's factor for their number.
 ///
 /// H. R. Künsch, Ann. Statist. 17, 1217 (1989), [doi:10.1214/aos/1176347265](https://doi.org/10.1214/aos/1176347265).
 #[derive(Debug, Clone)]
 pub struct Reweighting {
     density: DensityOfStates,
     resamples: Vec<DensityOfStates>,
-    /// Of a standard deviation, for the error.
+    /// Factor from the standard deviation to the error.
     factor: f64,
     blocks: usize,
 }
 
 impl Reweighting {
-    /// Of histograms; the blocks that are drawn follow from a seed. `None` where energies of the ensembles do not overlap, or where there are none.
+    /// Built from histograms; the seed determines which blocks are drawn. `None` if the energies of the
+    /// ensembles do not overlap, or if there are none.
     #[must_use]
     pub fn new(histograms: &EnergyHistograms, seed: u64) -> Option<Self> {
         if histograms.is_empty() {
@@ -90,13 +95,14 @@ impl Reweighting {
         &self.density
     }
 
-    /// Number of blocks that the errors are from; 0 without errors.
+    /// Number of blocks behind the errors; 0 without errors.
     #[must_use]
     pub fn blocks(&self) -> usize {
         self.blocks
     }
 
-    /// Numbers that follow from a density of states, with their errors. There are none of a series that is too short for them, or of which some samples that are drawn do not overlap.
+    /// Numbers derived from a density of states, with their errors. There are no errors for a series that is
+    /// too short, or if some resamples do not overlap.
     pub fn estimates(&self, of: impl Fn(&DensityOfStates) -> Vec<f64>) -> Vec<Estimate> {
         let means = of(&self.density);
         let drawn: Vec<Vec<f64>> = self.resamples.iter().map(of).collect();
@@ -118,14 +124,14 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
 
 /// Blocks that may be drawn instead of each other.
 struct Blocks {
-    /// Where each ends and the next one begins, in blocks of the histograms.
+    /// Where each sequence of blocks ends and the next begins, in blocks of the histograms.
     ends: Vec<usize>,
-    /// Of a standard deviation, for the error.
+    /// Factor from the standard deviation to the error.
     factor: f64,
 }
 
 impl Blocks {
-    /// `None` of a series that is too short.
+    /// `None` for a series that is too short.
     fn of(histograms: &EnergyHistograms) -> Option<Self> {
         let count = histograms.blocks();
         let mut slowest = Correlation { inefficiency: 1.0, doubt: 1.0 };
@@ -143,15 +149,15 @@ impl Blocks {
         let blocks = asked.max(FEWEST_BLOCKS).min(count);
         let length = count as f64 / blocks as f64;
         let n = blocks as f64;
-        // Of deviations from the mean of the sample, and in so few blocks.
+        // Corrects for deviations from the sample mean, and for the small number of blocks.
         let of_number = student(n - 1.0) * (n / (n - 1.0)).sqrt();
         let factor = of_number * (slowest.doubt / in_blocks(inefficiency, length)).sqrt();
         Some(Self { ends: (0..=blocks).map(|block| block * count / blocks).collect(), factor })
     }
 }
 
-/// The part of the variance of a mean that blocks of a length have in them, of values with correlations that decay as `r^k`, whose inefficiency is
-/// `g = (1 + r) / (1 - r)`: about `1 - x` with `x = (g^2 - 1) / (2 g L)`.
+/// Fraction of the variance of a mean that blocks of a length capture, for correlations that decay as `r^k`
+/// with the inefficiency `g = (1 + r) / (1 - r)`: about `1 - x` with `x = (g^2 - 1) / (2 g L)`.
 fn in_blocks(inefficiency: f64, length: f64) -> f64 {
     let x = (inefficiency - inefficiency.recip()) / (2.0 * length);
     if x > 0.0 { 1.0 - x * (1.0 - libm::exp(-x.recip())) } else { 1.0 }

@@ -2,18 +2,19 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Equidistant sampling times `start + k interval`, `k = 1, 2, ...`, each from one multiplication.
+/// Equidistant sampling times `start + k interval`, `k = 1, 2, ...`, each computed by one multiplication.
 ///
-/// An interval that the scene gives is kept. One that was chosen is doubled whenever there are twice as many
-/// times as were aimed at, because the duration that it was chosen from may be a poor guess.
+/// An interval given in the scene is kept. A default interval is doubled whenever there have been twice as
+/// many samples as intended, because the expected duration may be a poor guess.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SamplingTimes {
     start: f64,
     interval: f64,
     index: f64,
-    /// Number of times since the interval was last doubled, and how many are aimed at; none if it is kept.
+    /// Number of samples since the interval was last doubled, and the intended number; `None` if the interval
+    /// is kept.
     chosen: Option<[u32; 2]>,
-    /// Number of samples that are still allowed.
+    /// Number of samples still allowed.
     left: u32,
 }
 
@@ -24,13 +25,13 @@ impl SamplingTimes {
         Self { start, interval, index: 1.0, chosen: None, left: u32::MAX }
     }
 
-    /// Some `aim` times in a duration that is expected, no closer to each other than `shortest`.
+    /// About `aim` times in an expected duration, at least `shortest` apart.
     #[must_use]
     pub fn expecting(start: f64, duration: f64, aim: u32, shortest: f64) -> Self {
         Self { chosen: Some([0, aim]), ..Self::given(start, (duration / f64::from(aim)).max(shortest)) }
     }
 
-    /// Sampling times, limited in number.
+    /// Limits the number of sampling times.
     #[must_use]
     pub fn at_most(self, most: u32) -> Self {
         Self { left: most, ..self }
@@ -42,13 +43,13 @@ impl SamplingTimes {
         self.interval
     }
 
-    /// The next time; infinite if there is none.
+    /// The next sampling time; infinite if there is none.
     #[must_use]
     pub fn next(&self) -> f64 {
         if self.left == 0 { f64::INFINITY } else { self.start + self.index * self.interval }
     }
 
-    /// Whether it is time; if so, goes on to the first time after `time`.
+    /// Whether a sample is due; if so, advances to the first sampling time after `time`.
     pub(crate) fn is_due(&mut self, time: f64) -> bool {
         let is_due = time >= self.next();
         if is_due {
@@ -57,12 +58,13 @@ impl SamplingTimes {
         is_due
     }
 
-    /// Goes on to the first time after `time`.
+    /// Advances to the first sampling time after `time`.
     pub fn pass(&mut self, time: f64) {
         self.pass_early(time, 0.0);
     }
 
-    /// Goes past a time, where one that is early by this part of the interval is taken for it, because times are rounded.
+    /// Advances past a time. A sampling time that is later by up to this fraction of the interval counts as
+    /// reached, because times are rounded.
     pub fn pass_early(&mut self, time: f64, early: f64) {
         if self.left < u32::MAX {
             self.left = self.left.saturating_sub(1);
@@ -75,7 +77,8 @@ impl SamplingTimes {
             }
         }
         self.index = ((time - self.start) / self.interval + early).floor() + 1.0;
-        // Rounding leaves a time that is not after `time`, also where the interval is below the spacing of numbers.
+        // By rounding, a time may not be after `time`, also if the interval is below the spacing of
+        // floating-point numbers.
         let mut step = 1.0;
         while self.next() <= time {
             self.index += step;

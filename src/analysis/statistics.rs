@@ -1,4 +1,4 @@
-//! Means of correlated series, with their standard errors, in bounded memory.
+//! Means of correlated series with their standard errors, in bounded memory.
 
 mod curve;
 mod spectrum;
@@ -10,19 +10,21 @@ pub use stationarity::{Stationarity, stationarity};
 use serde::{Deserialize, Serialize};
 use spectrum::Density;
 
-/// Bins are merged pairwise when there are this many.
+/// Number of bins at which neighbours are merged.
 const MOST_BINS: usize = 1024;
 
-/// Relative rounding error of a constant in a long run: a temperature of two particles that is conserved over `1e8` events.
+/// Relative round-off error of a constant in a long run: the conserved temperature of two particles over
+/// `1e8` events.
 pub(crate) const ROUNDING: f64 = 1e-11;
 
-/// There is no error of fewer values,
+/// Fewest values for which there is an error.
 const FEWEST_VALUES: usize = 8;
 
-/// nor of values that seem to be worth fewer independent ones: five or fewer often seem to be worth more by chance.
+/// Fewest independent values for which there is an error. Five or fewer often look like more by chance.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
-/// There is no error of a variance of values that seem to be worth fewer independent ones than these: of less, that variance seems to be worth the more the smaller it is by chance.
+/// Fewest independent values for which a variance has an error. With fewer, the smaller the variance is by
+/// chance, the more certain it looks.
 const FEWEST_FOR_VARIANCE: f64 = 16.0;
 
 /// A mean with its standard error.
@@ -30,12 +32,12 @@ const FEWEST_FOR_VARIANCE: f64 = 16.0;
 pub struct Estimate {
     /// The mean over the whole series.
     pub mean: f64,
-    /// Its standard error; `None` where the series is too short for one.
+    /// Its standard error; `None` if the series is too short.
     pub standard_error: Option<f64>,
 }
 
 impl Estimate {
-    /// The estimate of the same quantity divided by a constant other than zero.
+    /// The estimate of the same quantity divided by a nonzero constant.
     #[must_use]
     pub fn over(self, divisor: f64) -> Self {
         let standard_error = self.standard_error.map(|error| error / divisor.abs());
@@ -50,10 +52,11 @@ impl Estimate {
     }
 }
 
-/// Block average of a correlated time series, with a standard error that takes the correlation into account.
+/// Block average of a correlated time series. The standard error includes the correlation.
 ///
-/// Values come with a weight, the time that they stand for. They are gathered in bins of equal weight; when there are too
-/// many bins, neighbours merge and the weight doubles, so that memory stays bounded for any length of the series.
+/// Each value has a weight, the time that it stands for. Values are collected in bins of equal weight. When
+/// there are too many bins, neighbours merge and the bin weight doubles, so memory stays bounded for a series
+/// of any length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BlockAverage {
     most_bins: usize,
@@ -66,8 +69,8 @@ pub struct BlockAverage {
 }
 
 impl BlockAverage {
-    /// An empty series, whose bins begin with the weight of one value: 1 for samples at even times that are added with the weight 1, otherwise
-    /// a typical one of the weights to come.
+    /// An empty series. `bin_weight` is the weight of one value: 1 for evenly spaced samples with weight 1,
+    /// otherwise a typical weight.
     #[must_use]
     pub fn new(bin_weight: f64) -> Self {
         Self::with_most_bins(MOST_BINS, bin_weight)
@@ -78,12 +81,13 @@ impl BlockAverage {
         Self { most_bins, bin_weight, bins: Vec::new(), open_sum: 0.0, open_weight: 0.0, sum: 0.0, weight: 0.0 }
     }
 
-    /// Adds a value that stands for a time of `weight`. Nothing that is not finite, or has no weight, is added.
+    /// Adds a value that stands for a time of `weight`. Values that are not finite or have no weight are
+    /// ignored.
     pub fn add(&mut self, value: f64, weight: f64) {
         if !(value.is_finite() && weight.is_finite() && weight > 0.0) {
             return;
         }
-        // After a first value of longer than all others there would never be a second bin.
+        // If the first value had a longer weight than all others, there would never be a second bin.
         if self.bins.len() == 1 && self.open_weight == 0.0 && 1.5 * weight < self.bin_weight {
             self.bin_weight = weight;
         }
@@ -94,7 +98,7 @@ impl BlockAverage {
         while weight > 1.5 * self.bin_weight && !self.bins.is_empty() {
             self.merge();
         }
-        // Times of even intervals are differences of times, and so even only to within round-off.
+        // Even intervals are differences of times, so they are equal only to within round-off.
         if self.open_weight >= self.bin_weight * (1.0 - 1e-6) {
             self.bins.push(self.open_sum / self.open_weight);
             (self.open_sum, self.open_weight) = (0.0, 0.0);
@@ -104,7 +108,8 @@ impl BlockAverage {
         }
     }
 
-    /// The mean of all values; `None` if there are none. An [`Self::estimate`] costs thousands of times as much.
+    /// The mean of all values; `None` if there are none. An [`Self::estimate`] takes thousands of times
+    /// longer.
     #[must_use]
     pub fn mean(&self) -> Option<f64> {
         (self.weight > 0.0).then(|| self.sum / self.weight)
@@ -116,13 +121,15 @@ impl BlockAverage {
         self.mean().map(|mean| Estimate { mean, standard_error: error_of(&self.bins, mean, mean) })
     }
 
-    /// The mean, with the error of one that is the rate of something bounded, whose ends alone are in it.
+    /// The mean of a bounded quantity's time derivative. Only the two ends of the series contribute to its
+    /// error.
     pub(crate) fn estimate_of_ends(&self) -> Option<Estimate> {
         Some(Estimate { mean: self.mean()?, standard_error: error_of_ends(&self.bins) })
     }
 
-    /// The mean, with the error of one that differs from `other` by the rate of something bounded only, as the force on a wall does from the virial; where that is too slow for the
-    /// series, that of an [`Self::estimate`].
+    /// The mean and its error, for a series that differs from `other` only by the time derivative of a
+    /// bounded quantity, as the force on a wall differs from the virial. If that quantity is too slow for the
+    /// series, this is an [`Self::estimate`].
     pub(crate) fn estimate_beside(&self, other: &Self) -> Option<Estimate> {
         let difference = self.with(other, |own, other| own - other);
         let of_ends = difference.and_then(|difference| error_of_ends(&difference.bins));
@@ -131,7 +138,7 @@ impl BlockAverage {
         Some(Estimate { standard_error: together.or(self.estimate()?.standard_error), mean: self.mean()? })
     }
 
-    /// A combination with the values of another average of the same times; `None` where they are not.
+    /// A combination with the values of another average over the same times; `None` if the times differ.
     pub(crate) fn with(&self, other: &Self, combine: impl Fn(f64, f64) -> f64) -> Option<Self> {
         let is_together = self.weight == other.weight && self.bins.len() == other.bins.len();
         is_together.then(|| Self {
@@ -142,8 +149,8 @@ impl BlockAverage {
         })
     }
 
-    /// The mean of `self` over that of another average of the same times, and the error of this ratio `R = a / b`: that of `(a - R b) / b`.
-    /// `None` if either has no values or the other's mean is zero.
+    /// The ratio `R = a / b` of the mean of `self` to that of another average over the same times, with the
+    /// error of `(a - R b) / b`. `None` if either has no values or the other's mean is zero.
     #[must_use]
     pub fn ratio(&self, other: &Self) -> Option<Estimate> {
         let (a, b) = (self.mean()?, other.mean()?);
@@ -156,11 +163,15 @@ impl BlockAverage {
         Some(Estimate { mean: ratio, standard_error: error.map(|error| error / b.abs()) })
     }
 
-    /// The variance of the values, from the average of their squares at the same times, `s^2 = <x^2> - <x>^2 + e^2`: about the mean of a series a variance is too small by the square
-    /// of the deviation of that mean, whose likeliest value is `e^2`.
+    /// The variance of the values, from the average of their squares over the same times, `s^2 = <x^2> -
+    /// <x>^2 + e^2`. Without the last term it would be too small by the squared deviation of the sample mean,
+    /// whose most likely value is `e^2`.
     ///
-    /// Its error is that of the mean of `x^2 - 2 <x> x`, and at least `e s` with the standard error `e` of the mean: the squares of what relaxes in a time `t` do so in `t / 2`, and `s^2` is known to `s^2 / sqrt(n)` where `n = (s / e)^2` is
-    /// the number of independent values. A variance that is small by chance would else have a small error as well. It is unknown where `n` is less than 16. `None` if either has no values.
+    /// Its error is that of the mean of `x^2 - 2 <x> x`, and at least `e s`, where `e` is the standard error
+    /// of the mean: squares of a quantity that relaxes in a time `t` relax in `t / 2`, so `s^2` is known to
+    /// `s^2 / sqrt(n)` with the number `n = (s / e)^2` of independent values. Otherwise a variance that is
+    /// small by chance would have a small error, too. The error is unknown if `n` is less than 16. `None` if
+    /// either has no values.
     #[must_use]
     pub fn variance(&self, squares: &Self) -> Option<Estimate> {
         let (mean, square) = (self.mean()?, squares.mean()?);
@@ -183,7 +194,7 @@ impl BlockAverage {
         verdict_on(&self.bins, self.mean().unwrap_or(0.0))
     }
 
-    /// Whether all that was added is the same within round-off, as far as the bins tell.
+    /// Whether all values are equal within round-off, as far as the bins show.
     pub(crate) fn is_constant(&self) -> bool {
         let mean = self.mean().unwrap_or(0.0);
         self.bins.iter().all(|x| (x - mean).abs() <= ROUNDING * mean.abs())
@@ -197,7 +208,8 @@ impl BlockAverage {
         Self { bins, sum, weight, open_sum: 0.0, open_weight: 0.0, ..*self }
     }
 
-    /// Whether the ratio to another average of the same times is stationary; unknown where the other is zero at any time.
+    /// Whether the ratio to another average over the same times is stationary; unknown if the other is zero
+    /// at any time.
     #[must_use]
     pub fn stationarity_of_ratio(&self, other: &Self) -> Stationarity {
         let ratios: Vec<f64> = self.bins.iter().zip(&other.bins).map(|(a, b)| a / b).collect();
@@ -205,7 +217,7 @@ impl BlockAverage {
         verdict_on(&ratios, ratio)
     }
 
-    /// Adds the values of another series of the same times to those of this one.
+    /// Adds the values of another series over the same times to this one.
     pub(crate) fn add_series(&mut self, other: &Self) {
         self.sum += other.sum;
         self.open_sum += other.open_sum;
@@ -219,7 +231,7 @@ impl BlockAverage {
         self.bins.iter_mut().for_each(|bin| *bin *= factor);
     }
 
-    /// Joins neighbouring bins; one left over is opened again.
+    /// Merges neighbouring bins; one left over is reopened.
     fn merge(&mut self) {
         if self.bins.len() % 2 == 1
             && let Some(last) = self.bins.pop()
@@ -232,7 +244,8 @@ impl BlockAverage {
     }
 }
 
-/// Whether the series of some bins is stationary. It is not constant if what is not yet a whole bin is different, and so the mean.
+/// Whether a series of bins is stationary. It is not constant if the values after the last whole bin differ,
+/// and so the mean.
 fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     match stationarity(bins) {
         Stationarity::Constant if differs_from_constant(bins, mean, mean) => Stationarity::Unknown,
@@ -240,20 +253,23 @@ fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     }
 }
 
-/// Whether values that are all the same have another mean with what came after them: its events are too rare for these bins to say anything of its error.
+/// Whether the values in the bins are all equal but the mean differs, because of values after them. Then
+/// events are too rare for the bins to give an error.
 fn differs_from_constant(bins: &[f64], mean: f64, scale: f64) -> bool {
     let first = bins.first().copied().unwrap_or(mean);
     let rounding = ROUNDING * scale.abs().max(first.abs());
     bins.iter().all(|x| (x - first).abs() <= rounding) && (first - mean).abs() > rounding
 }
 
-/// The standard error by the bins of a series whose mean is `mean`, with what is not yet a whole bin.
+/// The standard error from the bins of a series with the mean `mean`, which includes values after the last
+/// whole bin.
 fn error_of(bins: &[f64], mean: f64, scale: f64) -> Option<f64> {
     if differs_from_constant(bins, mean, scale) { None } else { standard_error(bins) }
 }
 
-/// The standard error of the mean of a series `x` whose sum up to `k` is `A(k) - A(0)`, with a stationary `A` of variance `s^2`: `sqrt(2) s / n`. `None` where the series is too short to
-/// know `s`, or where the sum walks instead of staying.
+/// The standard error of the mean of a series `x` whose sum up to `k` is `A(k) - A(0)`, where `A` is
+/// stationary with variance `s^2`: `sqrt(2) s / n`. `None` if the series is too short to determine `s`, or if
+/// the sum is unbounded like a random walk.
 pub(crate) fn error_of_ends(series: &[f64]) -> Option<f64> {
     let sums: Vec<f64> = series
         .iter()
@@ -265,7 +281,7 @@ pub(crate) fn error_of_ends(series: &[f64]) -> Option<f64> {
     let n = series.len() as f64;
     let mean = sums.iter().sum::<f64>() / n;
     let variance = sums.iter().map(|sum| (sum - mean) * (sum - mean)).sum::<f64>() / n;
-    // About its own mean it scatters by less.
+    // Its scatter about its own mean is too small.
     let of_mean = standard_error(&sums)?;
     Some((2.0 * (variance + of_mean * of_mean)).sqrt() / n)
 }
@@ -277,16 +293,17 @@ fn halved(blocks: &[f64]) -> Vec<f64> {
 
 /// The standard error of the mean of a correlated series.
 ///
-/// The variance of the mean of `n` values is `S(0) / n` with the spectral density `S` at frequency zero: the sum of all autocovariances, positive and
-/// negative ones. It is that of the most likely sum of white noise, relaxations and differences that cancel between neighbours, as the virial of a crystal does.
-/// It has no window that has to be chosen, and it follows slow motion under fast noise, as that of a fluid in a heat bath.
+/// The variance of the mean of `n` values is `S(0) / n`, where `S(0)` is the spectral density at frequency
+/// zero: the sum of all autocovariances, positive and negative. It is estimated from the most likely sum of
+/// white noise, relaxations, and differences that cancel between neighbours, as in the virial of a crystal.
+/// No window has to be chosen, and slow motion under fast noise is followed, as in a fluid with a heat bath.
 ///
-/// An error that comes from few independent values is itself uncertain, and larger by what Student's distribution says of them: the mean is within it in 68.27 % of
-/// all cases.
+/// An error from few independent values is itself uncertain. It is enlarged by Student's distribution so that
+/// the mean is within it in 68.27 % of all cases.
 ///
-/// `None` for fewer than eight values, for values that are so correlated that they are worth fewer than eight independent ones, or where most of
-/// the variance is slower than a twelfth of the series. Where most of the spectral density is as slow as that, and noise hides it in the variance, the error is larger by up
-/// to `sqrt(3)`.
+/// `None` for fewer than eight values, for values whose correlation leaves fewer than eight independent ones,
+/// or if most of the variance is slower than a twelfth of the series. If most of the spectral density is that
+/// slow and noise hides this in the variance, the error is larger by up to `sqrt(3)`.
 #[must_use]
 pub fn standard_error(series: &[f64]) -> Option<f64> {
     let Spread { variance, density } = spread(series)?;
@@ -297,20 +314,21 @@ pub fn standard_error(series: &[f64]) -> Option<f64> {
         .then(|| student(independent - 1.0) * (density.at_zero * density.doubt * variance / n).sqrt())
 }
 
-/// The square of the error of the mean of a series that is the likeliest one, without what a [`standard_error`] has more for being uncertain itself.
+/// The squared error of the mean of a series, by maximum likelihood, without the enlargement of
+/// [`standard_error`] for its own uncertainty.
 fn likeliest_squared_error(series: &[f64]) -> Option<f64> {
     let Spread { variance, density } = spread(series)?;
     Some(density.map_or(1.0, |density| density.at_zero) * variance / series.len() as f64)
 }
 
-/// How the values of a series spread about their mean.
+/// How the values of a series scatter about their mean.
 struct Spread {
     variance: f64,
     /// Spectral density at frequency zero; `None` for a constant, whose round-off is not noise.
     density: Option<Density>,
 }
 
-/// `None` for fewer than eight values, and where the density cannot be told.
+/// `None` for fewer than eight values, or if the density cannot be determined.
 fn spread(series: &[f64]) -> Option<Spread> {
     let n = series.len() as f64;
     if series.len() < FEWEST_VALUES {
@@ -325,22 +343,24 @@ fn spread(series: &[f64]) -> Option<Spread> {
     Some(Spread { variance, density: Some(spectrum::density_at_zero(&deviations, variance)?) })
 }
 
-/// Width of the middle 68.27 % of Student's distribution relative to a Gaussian, by the degrees of freedom: the expansion in their inverse, to second order (M. Abramowitz and
-/// I. A. Stegun, 26.7.5), 0.1 % off at seven of them.
+/// Width of the central 68.27 % of Student's distribution relative to a Gaussian, by degrees of freedom: the
+/// expansion in their inverse to second order (M. Abramowitz and I. A. Stegun, 26.7.5), 0.1 % off at seven of
+/// them.
 pub(crate) fn student(freedom: f64) -> f64 {
     1.0 + 0.5 / freedom + 0.25 / (freedom * freedom)
 }
 
-/// How correlated the values of a series are.
+/// Correlation of the values of a series.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Correlation {
-    /// The statistical inefficiency: how many values are worth an independent one; at least one.
+    /// The statistical inefficiency: the number of values per independent one, at least one.
     pub inefficiency: f64,
-    /// By what factor it may be larger, where most of the correlation is as slow as can be seen.
+    /// Factor by which it may be larger, if most of the correlation is as slow as the series can resolve.
     pub doubt: f64,
 }
 
-/// How correlated the values of a series are; of constants, not at all. `None` where there is no [`standard_error`] of their mean.
+/// Correlation of the values of a series; constants have none. `None` if their mean has no
+/// [`standard_error`].
 pub(crate) fn correlation(series: &[f64]) -> Option<Correlation> {
     let none = Correlation { inefficiency: 1.0, doubt: 1.0 };
     let of = |density: Density| Correlation { inefficiency: density.at_zero.max(1.0), doubt: density.doubt };

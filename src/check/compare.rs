@@ -1,7 +1,7 @@
-//! Comparison of the files of a run with those of a second simulation of the same run.
+//! Compares the files of a run with those of a second simulation of the same run.
 //!
-//! A run is a function of its scene and its seed, so a second simulation writes the same bytes. A file that differs was changed after the run, or written by
-//! another version of the program.
+//! A run is a function of its scene and its seed, so a second simulation writes the same bytes. A file that
+//! differs was changed after the run, or was written by another version of the program.
 
 mod content;
 
@@ -23,17 +23,17 @@ use crate::run::checkpoint::CheckpointError;
 use crate::run::{Finished, Progress, Run, RunError};
 use crate::scene::SceneError;
 
-/// Result of a comparison: each file of the folder is in one of the lists.
+/// Result of a comparison. Each file of the folder is in one of the lists.
 #[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct Comparison {
-    /// The files that are as the run writes them.
+    /// Files that are identical.
     pub equal: Vec<String>,
-    /// The files that differ, each with the first difference, including missing files.
+    /// Files that differ or are missing, each with its first difference.
     pub differences: Vec<(String, Difference)>,
-    /// The files that were not compared, or only in part, with the reason.
+    /// Files that were not compared, or only partly, with the reason.
     pub not_compared: Vec<(String, &'static str)>,
-    /// Whether it was ended by the caller, before there was anything to compare.
+    /// Whether the caller stopped the comparison before it was complete.
     pub is_interrupted: bool,
 }
 
@@ -46,10 +46,10 @@ pub enum CompareError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the system.
         source: io::Error,
     },
-    /// There is no room for the files of the replay.
+    /// There is not enough disk space for the files of the replay.
     #[error("the replay writes {} into {}, where {} are free", crate::base::text::size(*bytes), folder.display(), crate::base::text::size(*free))]
     NoRoom {
         /// Temporary folder.
@@ -71,7 +71,7 @@ pub enum CompareError {
 }
 
 impl CompareError {
-    /// Cure: what the user can do.
+    /// What the user can do.
     pub const CURE: &'static str =
         "name a folder with more room in the environment variable TMPDIR, or leave the files out with --no-files";
 }
@@ -97,12 +97,13 @@ struct Known {
     is_scene_checked: bool,
 }
 
-/// Simulates the run in a folder again, in a temporary folder, and compares what it writes with the files that are there. `report` is the text of `report.txt`.
+/// Simulates the run in a folder again, in a temporary folder, and compares the files of both. `report` is
+/// the text of `report.txt`.
 ///
-/// If the run was interrupted, or ended by a user's instrument, the replay ends at the same time.
+/// If the run was interrupted or stopped by a user's instrument, the replay stops at the same time.
 ///
 /// # Errors
-/// [`CompareError`] if there is nothing to compare, or no room for it.
+/// [`CompareError`] if there is nothing to compare, or not enough disk space.
 pub fn compare(
     run: &Path,
     report: &dyn Fn(&Finished) -> String,
@@ -112,7 +113,7 @@ pub fn compare(
     let mut comparison = Comparison::default();
     let known = checkpoints(run, &names, &mut comparison);
     if comparison.is_different(Folder::SCENE) {
-        // The rest would be another run.
+        // The remaining files would belong to another run.
         let others = names.into_iter().filter(|name| !comparison.is_listed(name)).map(|name| (name, OTHER_SCENE));
         let others: Vec<_> = others.collect();
         comparison.not_compared.extend(others);
@@ -173,7 +174,7 @@ impl Comparison {
     }
 }
 
-/// Words of endings that the scene does not ask for.
+/// Words for endings that the scene does not define.
 const INTERRUPTED: &str = "interrupted";
 const CONDITION: &str = "condition";
 
@@ -202,7 +203,7 @@ fn checkpoints(run: &Path, names: &BTreeSet<String>, comparison: &mut Comparison
     known
 }
 
-/// Why a file is not compared, if it is not.
+/// Why a file is not compared; `None` if it is.
 fn left_out(name: &str, known: &Known, is_replayed: bool) -> Option<&'static str> {
     let is_measured = name == Folder::REPORT || Folder::is_measurement(name);
     match name {
@@ -217,7 +218,7 @@ fn left_out(name: &str, known: &Known, is_replayed: bool) -> Option<&'static str
     }
 }
 
-/// A temporary folder, if it has room for what a run has written, and how much that is `[bytes]`.
+/// A temporary folder with enough space for the files of a run, and their size `[bytes]`.
 fn room(run: &Path, names: &BTreeSet<String>) -> Result<(tempfile::TempDir, f64), CompareError> {
     let folder = std::env::temp_dir();
     let bytes = names.iter().filter_map(|name| fs::metadata(run.join(name)).ok()).map(|it| it.len() as f64).sum();
@@ -229,7 +230,7 @@ fn room(run: &Path, names: &BTreeSet<String>) -> Result<(tempfile::TempDir, f64)
     Ok((made, bytes))
 }
 
-/// Simulates a run again into another folder.
+/// Simulates a run again in another folder.
 fn replay(
     run: &Path,
     target: &Path,
@@ -239,7 +240,7 @@ fn replay(
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Replayed, CompareError> {
     let (scene, text) = scene_of(run)?;
-    // The files of another run may be of any size.
+    // The files of another run may have any size.
     let mut folder = Folder::create(target, &scene, Existing::Keep)?.at_most(2.0 * bytes + SOME_BYTES);
     folder.keep_scene(&text)?;
     let again = Run::without_start(scene).planned_for(planned);
@@ -271,22 +272,22 @@ fn replay(
     Ok(Replayed::Complete)
 }
 
-/// A replay may write so much more than twice as much as the run `[bytes]`.
+/// Size by which a replay may exceed twice the size of the run `[bytes]`.
 const SOME_BYTES: f64 = 1e6;
 
-/// Part of the time of a run by which its replay may be beyond it before it is ended.
+/// Fraction of the run's time by which its replay may go on before it is stopped.
 const BEYOND: f64 = 0.01;
 
 /// Outcome of a replay.
 enum Replayed {
     Complete,
-    /// The caller has ended it.
+    /// The caller stopped it.
     Stopped,
-    /// It goes on where the run has ended.
+    /// It continues beyond the end of the run.
     GoesOn,
 }
 
-/// The scene of a run with its text, asked for all formats that its trajectory is there in.
+/// The scene of a run with its text, with all trajectory formats found in the folder.
 fn scene_of(run: &Path) -> Result<(Scene, String), CompareError> {
     let path = Folder::scene_of(run);
     let text = fs::read_to_string(&path).map_err(|source| CompareError::Read { path: path.clone(), source })?;
@@ -295,7 +296,7 @@ fn scene_of(run: &Path) -> Result<(Scene, String), CompareError> {
     Ok((scene, text))
 }
 
-/// Names of all files in a folder and its subfolders, except the one that holds an unfinished replacement of the run.
+/// Names of all files in a folder and its subfolders, except the folder of an unfinished replacement.
 fn files_in(folder: &Path) -> Result<BTreeSet<String>, CompareError> {
     let mut names = BTreeSet::new();
     collect(folder, "", &mut names).map_err(|source| CompareError::Read { path: folder.to_owned(), source })?;

@@ -1,8 +1,9 @@
-//! The reference engine: the paper as it is printed, for checking and for reading.
+//! The reference engine: the paper as printed, for checking and for reading.
 //!
-//! All pairs are predicted by Algorithm 1, on whatever overlap function they have. There are no cells, no delayed states
-//! and no discarded predictions: after each event every particle is moved to its time, and every prediction of the two
-//! particles is made again. The cost grows with the square of the number of particles; use it for some hundreds.
+//! All pairs are predicted by Algorithm 1, for their own overlap functions. There are no cells, no delayed
+//! states and no discarded predictions: after each event every particle moves to the new time, and every
+//! prediction of the two particles is made again. The cost grows with the square of the number of particles;
+//! use it for a few hundred.
 //!
 //! ```
 //! use carom::{Vector, check::reference::Reference, model::Potential, model::space::{Boundary, Space}, scene::SceneBuilder};
@@ -52,7 +53,7 @@ use crate::model::space::{Boundary, Face};
 use crate::model::surface_motion::Timeline;
 use crate::model::{Interaction, InteractionId, ParticleId, Scene, Species};
 
-/// Why the reference engine does not simulate a scene.
+/// Why the reference engine cannot simulate a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Unsupported {
@@ -62,26 +63,26 @@ pub enum Unsupported {
     /// A wall has a temperature.
     #[error("the reference engine has no thermal walls")]
     ThermalWalls,
-    /// It has surfaces besides the walls of its box, and that is periodic.
+    /// It has surfaces other than the walls of its box, and the box is periodic.
     #[error("the reference engine has no surfaces in a periodic box")]
     PeriodicSurfaces,
-    /// A stage or the measured stretch has a thermostat or a growth.
+    /// A stage or the measured part has a thermostat or growth.
     #[error("the reference engine has no thermostats and no growth")]
     DrivenStages,
 }
 
-/// Something that may happen.
+/// A predicted event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 enum Candidate {
     /// A pair reaches one of its discontinuities.
     Pair(u32, u32, Side),
-    /// A pair has moved so far that other periodic images may be nearer: look again.
+    /// A pair has moved so far that other periodic images may be closer: predict again.
     LookAgain(u32, u32),
-    /// A particle reaches a wall: axis, and whether it is the upper one.
+    /// A particle reaches a wall: the axis, and whether it is the upper wall.
     Wall(u32, u8, bool),
     /// A particle reaches a feature of a surface.
     Surface(u32, u32),
-    /// The search for contacts of a particle with surfaces that move has come to its end: look again.
+    /// The search for contacts of a particle with moving surfaces has reached its end: search again.
     SearchAgain(u32),
 }
 
@@ -90,14 +91,14 @@ enum Candidate {
 pub struct Reference {
     scene: Scene,
     tc_model: Option<TcModel>,
-    /// Interaction and state of every pair that interacts, by `(i, j)` with `i < j`.
+    /// Interaction and state of every interacting pair, by `(i, j)` with `i < j`.
     pairs: BTreeMap<(u32, u32), (InteractionId, usize)>,
     time: f64,
     positions: Vec<Vector>,
     velocities: Vec<Vector>,
     /// Features of all surfaces except the walls.
     features: Vec<Feature>,
-    /// By surface of the scene, how it moves.
+    /// Motion of each surface of the scene.
     timelines: Vec<Option<Timeline>>,
     queue: PriorityQueue<Candidate, Reverse<(OrderedFloat<f64>, Candidate)>>,
 }
@@ -106,8 +107,8 @@ impl Reference {
     /// Predicts every pair of a scene.
     ///
     /// # Errors
-    /// [`Unsupported`] if anything acts from outside: [`Unsupported::Shear`], [`Unsupported::ThermalWalls`], or
-    /// [`Unsupported::DrivenStages`]. How long a scene is to be run, and what is to be measured, does not matter here.
+    /// [`Unsupported`] if something acts from outside: [`Unsupported::Shear`], [`Unsupported::ThermalWalls`]
+    /// or [`Unsupported::DrivenStages`]. The duration of the run and its measurements do not matter here.
     pub fn new(scene: &Scene) -> Result<Self, Unsupported> {
         let is_periodic = scene.space.boundary.contains(&Boundary::Periodic);
         for (is_asked, unsupported) in [
@@ -142,7 +143,7 @@ impl Reference {
                 if reference.species(i).is_static() && reference.species(j).is_static() {
                     continue;
                 }
-                // A bond replaces what the two species do to each other.
+                // A bond replaces the interaction of the two species.
                 let [a, b] = [i, j].map(|p| scene.particles[p as usize].species.0 as usize);
                 if let Some(id) = bonds.get(&(i, j)).copied().or(scene.table.get(a, b)) {
                     let state = reference.first_state(&scene.interactions[id.0 as usize].potential, i, j);
@@ -156,8 +157,8 @@ impl Reference {
         Ok(reference)
     }
 
-    /// The state of a pair at the start: how many radii it is inside of. Of one that it is at, within 32 roundings of the coordinates, it is on the side
-    /// that it moves into.
+    /// The initial state of a pair: the number of radii that it is inside of. At a radius, to within 32
+    /// roundings of the coordinates, it is on the side into which it moves.
     fn first_state(&self, potential: &Potential, i: u32, j: u32) -> usize {
         let (apart, [i, j]) = (self.nearest_image(i, j), [i as usize, j as usize]);
         let (distance, radial) = (apart.norm(), apart.dot(&(self.velocities[i] - self.velocities[j])));
@@ -169,25 +170,25 @@ impl Reference {
         inside.clamp(*states.start(), *states.end())
     }
 
-    /// Simulated time now `[time]`.
+    /// Current simulated time `[time]`.
     #[must_use]
     pub fn time(&self) -> f64 {
         self.scene.start_time + self.time
     }
 
-    /// Positions now; along periodic axes unwrapped.
+    /// Current positions, unwrapped along periodic axes.
     #[must_use]
     pub fn positions(&self) -> &[Vector] {
         &self.positions
     }
 
-    /// Velocities now.
+    /// Current velocities.
     #[must_use]
     pub fn velocities(&self) -> &[Vector] {
         &self.velocities
     }
 
-    /// Executes the next event, if there is one before a simulated time; otherwise moves all particles to that time.
+    /// Executes the next event if it is before a simulated time; otherwise moves all particles to that time.
     pub fn step_before(&mut self, limit: f64) -> Option<Event> {
         let limit = limit - self.scene.start_time;
         loop {
@@ -250,7 +251,7 @@ impl Reference {
         self.time = time;
     }
 
-    /// `r_ij`, in the nearest periodic image.
+    /// `r_ij` by nearest image.
     fn nearest_image(&self, i: u32, j: u32) -> Vector {
         let (apart, size) = (self.positions[i as usize] - self.positions[j as usize], &self.scene.space.size);
         Vector::from_fn(|k, _| match self.is_periodic(k) {
@@ -265,7 +266,7 @@ impl Reference {
         (velocity, self.species(i).acceleration - self.species(j).acceleration)
     }
 
-    /// Predicts everything about a particle again.
+    /// Predicts all events of a particle again.
     fn predict(&mut self, i: u32) {
         for j in (0..id(self.positions.len())).filter(|&j| j != i) {
             self.predict_pair(i.min(j), i.max(j));
@@ -276,7 +277,8 @@ impl Reference {
         }
     }
 
-    /// Predicts a pair in its nearest image and the ones around it, as far ahead as no other image can come near.
+    /// Predicts a pair in its nearest image and the images around it, as long as no other image can come
+    /// near.
     fn predict_pair(&mut self, i: u32, j: u32) {
         let Some(&(interaction, state)) = self.pairs.get(&(i, j)) else { return };
         let nearest = self.nearest_image(i, j);
@@ -285,7 +287,7 @@ impl Reference {
         for side in [Side::Positive, Side::Negative] {
             let mut first = None;
             if let Some(seen) = seen(&self.interaction(interaction).potential, state, side) {
-                // A pair within a discontinuity is one of nearest images.
+                // A pair inside a discontinuity is a pair of nearest images.
                 let images = if side == Side::Positive { self.images() } else { vec![Vector::zeros()] };
                 for image in images {
                     let f = Polynomial::overlap(side, seen.distance, &(nearest + image), &velocity, &acceleration);
@@ -299,7 +301,7 @@ impl Reference {
         self.put(Candidate::LookAgain(i, j), horizon.is_finite().then_some(horizon));
     }
 
-    /// For how long a pair moves by less than half a period.
+    /// The time in which a pair moves by less than half a period.
     fn horizon(&self, velocity: &Vector, acceleration: &Vector) -> f64 {
         let shortest = self.periods().map(|period| 0.5 * period).fold(f64::INFINITY, f64::min);
         let (v, a) = (velocity.norm(), acceleration.norm());

@@ -1,8 +1,10 @@
-//! Measured against published and exact results: whole runs at known state points, with a verdict on each quantity.
+//! Comparison with published and exact results: whole runs at known state points, with a verdict on each
+//! quantity.
 //!
-//! [`points`] lists what can be measured; [`StatePoint::measure`] runs one and returns a [`Comparison`] for each of its quantities. A
-//! quantity passes if it is off by no more than four of its own standard errors and an [`Allowance`] that is derived, never guessed: the effect of a
-//! finite number of particles, an approximation of the theory, round-off. What is measured is a function of the seed.
+//! [`points`] lists the state points; [`StatePoint::measure`] runs one and returns a [`Comparison`] for each
+//! of its quantities. A quantity passes if it is within four of its standard errors plus an [`Allowance`].
+//! Allowances are derived: for the finite number of particles, an approximation of the theory, or round-off.
+//! Results are a function of the seed.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -35,48 +37,48 @@ pub use state_point::{StatePointError, Watch};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Effort {
-    /// Seconds in all: fewer events at fewer points.
+    /// Seconds in total: fewer events at fewer points.
     Brief,
-    /// About a minute in all.
+    /// About a minute in total.
     Usual,
-    /// A quarter of an hour in all: more particles, more events, more points.
+    /// A quarter of an hour in total: more particles, more events, more points.
     Long,
 }
 
 impl Effort {
-    /// Particles of a fluid: `4 n^3`, for a lattice of cubic cells.
+    /// Number of particles in a fluid: `4 n^3`, for a lattice of cubic cells.
     fn particles(self) -> u64 {
         [500, 1372, 4000][self as usize]
     }
 
-    /// Measured physical events of a fluid.
+    /// Number of measured physical events in a fluid.
     fn events(self) -> u64 {
         [200_000, 3_000_000, 30_000_000][self as usize]
     }
 }
 
-/// A state point, or a single motion, with known results.
+/// A state point, or a single trajectory, with known results.
 #[derive(Debug, Clone)]
 pub struct StatePoint {
     /// Name, such as `hard_spheres/0.30`.
     pub name: String,
-    /// Simulated system, in words.
+    /// The simulated system, in words.
     pub state: String,
     /// Compared quantities.
     pub quantities: &'static [&'static str],
     effort: Effort,
-    /// Density, temperature or restitution that tells it from others of its kind.
+    /// Density, temperature or restitution that distinguishes it from others of its kind.
     parameter: f64,
     compare: Compare,
 }
 
-/// Runs a point of a parameter, an effort and a seed, and compares.
+/// Runs a point with a parameter, an effort and a seed, and compares the results.
 type Compare = fn(f64, Effort, u64, Watch<'_>) -> Compared;
 
-/// State points of a kind: parameters of a brief, a usual and a long comparison.
+/// Parameters of a kind of state point for a brief, a usual and a long comparison.
 type Parameters = [&'static [f64]; 3];
 
-/// All state points of an effort, in the order of the table.
+/// All state points for an effort, in the order of the table.
 #[must_use]
 pub fn points(effort: Effort) -> Vec<StatePoint> {
     const ONE: Parameters = [&[0.0]; 3];
@@ -139,10 +141,11 @@ pub fn points(effort: Effort) -> Vec<StatePoint> {
 struct Description(String, String, &'static [&'static str]);
 
 impl StatePoint {
-    /// Runs the point and compares. `watch` is asked every few hundredths of a second whether to go on.
+    /// Runs the point and compares the results. `watch` is asked every few hundredths of a second whether to
+    /// continue.
     ///
     /// # Errors
-    /// [`StatePointError`] if the run was interrupted, could not go on, or did not pass its own audit.
+    /// [`StatePointError`] if the run was interrupted, could not continue, or failed its own audit.
     pub fn measure(&self, seed: u64, watch: Watch<'_>) -> Result<Vec<Comparison>, StatePointError> {
         (self.compare)(self.parameter, self.effort, seed, watch)
     }

@@ -1,10 +1,11 @@
-//! A proof that a range of events of a run is right.
+//! A proof that the events of a run are right, for a range of events.
 //!
-//! The events of an engine are replayed and each is held against the rule of the paper, asked over all pairs, all walls and all features
-//! of surfaces by [Algorithm 1](crate::check::reference::next_event): no event is missing, spurious or out of order, each came out as the
-//! energies demand, and no overlap function decreased while it was negative. The engine's cells, predictions and memory of
-//! pairs are not used. States are taken from the engine after every event, so that the two cannot drift apart; what is
-//! compared are distances, within what the rounding of numbers explains, and never times.
+//! The events of the engine are replayed, and each is checked against the rule of the paper, evaluated for
+//! all pairs, all walls and all features of surfaces by [Algorithm 1](crate::check::reference::next_event).
+//! The proof shows that no event is missing, spurious or out of order, that each has the outcome that the
+//! energies demand, and that no negative overlap function decreased. It does not use the engine's cells,
+//! predictions or pair states. It takes the state from the engine after every event, so the two cannot drift
+//! apart. It compares distances, within round-off, and never times.
 //!
 //! ```
 //! use std::ops::ControlFlow;

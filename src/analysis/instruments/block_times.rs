@@ -1,21 +1,22 @@
-//! Ends of the equal blocks of time that a measurement is divided into.
+//! End times of the equal blocks that a measurement is divided into.
 
 use super::instrument::Setup;
 use crate::analysis::sampling_times::SamplingTimes;
 
-/// Part of an interval by which a sample may come early and still be the one that was asked for: times are rounded.
+/// Fraction of an interval by which a sample may come early because times are rounded.
 pub(super) const EARLY: f64 = 1e-6;
 
-/// Shortest interval, of the expected duration: with shorter ones a run would never end.
+/// Shortest interval as a fraction of the expected duration. With a shorter one, a run would never end.
 const SHORTEST: f64 = 1e-8;
 
-/// An interval as it was given, unless it is too short for the duration.
+/// The given interval, or the shortest one that is feasible for the duration.
 pub(super) fn feasible(interval: f64, duration: f64) -> f64 {
     interval.max(SHORTEST * duration)
 }
 
-/// About an interval, one that samples of a system whose velocities are scaled every so often see at all times since the last scaling, and all
-/// of them as often: it is no multiple of the time between two scalings, nor a simple part of it. Each goes on from the last by the golden section.
+/// An interval close to `interval` whose samples do not keep step with the scaling of velocities. The samples
+/// fall evenly on all times since the last scaling: the interval is neither a multiple nor a simple fraction
+/// of the time between two scalings. Each sample moves on from the one before by the golden section.
 pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let Some(scaling) = scaling else { return interval };
@@ -26,12 +27,12 @@ pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
         candidates.into_iter().filter(|candidate| *candidate > 0.0).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
     };
     let ratio = interval / scaling;
-    // Intervals that divide that time evenly.
+    // Intervals that divide the time between scalings evenly.
     let found = if ratio >= 1.0 { nearest(ratio) } else { nearest(ratio.recip()).map(f64::recip) };
     found.filter(|found| found.is_finite()).map_or(interval, |found| found * scaling)
 }
 
-/// End times of equal blocks: at the interval of the plan, or some `aim` in the expected duration.
+/// End times of equal blocks: at the interval of the plan, or `aim` blocks in the expected duration.
 pub(super) fn block_times(setup: &Setup<'_>, given: Option<f64>, aim: u32) -> SamplingTimes {
     let (start, duration) = (setup.sample.time, setup.duration);
     match given {
@@ -55,7 +56,8 @@ mod tests {
             let mut phases = [0_u32; 10];
             let count = 20_000;
             (1..=count).for_each(|k| phases[trunc_to_usize(10.0 * (f64::from(k) * found / 5.0).fract())] += 1);
-            // Of a golden section, deviations grow as the logarithm; of tiny steps, there are as many as there are steps in a time.
+            // With the golden section, deviations grow as the logarithm. With tiny steps, they are as large
+            // as the number of steps in a period.
             assert!(phases.iter().all(|n| n.abs_diff(count / 10) < 600), "{interval} {found} {phases:?}");
         }
         assert_eq!(incommensurate(0.3, None), 0.3);

@@ -1,4 +1,4 @@
-//! Bond-orientational order: how much the directions of a particle's neighbours are those of a crystal.
+//! Bond-orientational order: how closely the directions to a particle's neighbours match those of a crystal.
 //!
 //! P. J. Steinhardt, D. R. Nelson and M. Ronchetti, Phys. Rev. B 28, 784 (1983),
 //! [doi:10.1103/PhysRevB.28.784](https://doi.org/10.1103/PhysRevB.28.784).
@@ -21,14 +21,15 @@ use harmonics::Harmonics;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// The degrees that are measured.
+/// The measured degrees.
 const DEGREES: [usize; 2] = [6, 4];
 
-/// `q_l` of each particle that moves, in the order of all ids; in two dimensions `|psi_l|`.
+/// `q_l` of each moving particle, in the order of ids; in two dimensions `|psi_l|`.
 ///
-/// `q_l = sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2)` with the mean `q_lm` of `Y_lm` over the directions of all neighbours, which are the
-/// particles that move and are closer than `cutoff` `[length]`; `psi_l` is the mean of `exp(i l phi)`. The cutoff is at most half of
-/// the shortest period. 0 for static particles, for those without neighbours, on a line, and for a degree of 0 or above 8.
+/// `q_l = sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2)`, where `q_lm` is the mean of `Y_lm` over the directions to
+/// all neighbours. Neighbours are moving particles closer than `cutoff` `[length]`. `psi_l` is the mean of
+/// `exp(i l phi)`. The cutoff is at most half of the shortest period. The value is 0 for static particles,
+/// for particles without neighbours, in one dimension, and for a degree of 0 or above 8.
 #[must_use]
 pub fn per_particle(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64, degree: usize) -> Vec<f64> {
     let mut values = vec![0.0; system.species.len()];
@@ -43,7 +44,8 @@ pub fn per_particle(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64
     values
 }
 
-/// Scalars of each particle that a plan asks for: `q6` and `q4`, or `psi6` and `psi4` in two dimensions; nothing on a line.
+/// The values of each particle that a plan asks for: `q6` and `q4`, or `psi6` and `psi4` in two dimensions;
+/// none in one dimension.
 pub(super) fn scalars(plan: &plan::BondOrder, system: &SystemDescription, sample: &Sample<'_>) -> Vec<Scalar> {
     let Some(symbol) = symbol(system) else { return Vec::new() };
     let cutoff = cutoff(plan, system);
@@ -61,14 +63,14 @@ fn symbol(system: &SystemDescription) -> Option<&'static str> {
     }
 }
 
-/// Up to which distance particles are neighbours.
+/// Distance below which particles are neighbours.
 fn cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> f64 {
     let diameters = system.moving.iter().map(|&id| system.diameters[system.species[id as usize] as usize]);
     let cutoff = plan.cutoff.unwrap_or_else(|| 1.4 * diameters.fold(0.0, f64::max));
     cutoff.min(CellList::largest_range(&system.space))
 }
 
-/// Why the cutoff of a plan is shorter than the one that was asked for; `None` if it is not.
+/// Why the cutoff is shorter than the plan asks for; `None` if it is not.
 pub(crate) fn shortened_cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> Option<String> {
     plan.cutoff.and_then(|asked| shortened(asked, cutoff(plan, system), &system.space))
 }
@@ -78,21 +80,22 @@ fn cell_list(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64) -> Ce
     sample.cell_list(&system.space, range, &system.moving)
 }
 
-/// The length of a mean of `count`; `None` for the mean of none.
+/// Length of the mean vector of `count` terms; `None` if there are no terms.
 fn length(sums: &[f64], count: usize) -> Option<f64> {
     (count > 0).then(|| sums.iter().map(|sum| sum * sum).sum::<f64>().sqrt() / count as f64)
 }
 
-/// Distribution, mean and global value of `q_6` and `q_4`, or of `psi_6` and `psi_4` in two dimensions. Nothing on a line.
+/// Distribution, mean and global value of `q_6` and `q_4`, or of `psi_6` and `psi_4` in two dimensions. Not
+/// measured in one dimension.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct BondOrder {
     times: SamplingTimes,
-    /// Cutoff that was asked for `[length]`.
+    /// The requested cutoff `[length]`.
     asked: f64,
-    /// Cutoff within reach `[length]`.
+    /// The cutoff in use `[length]`.
     cutoff: f64,
     bins: usize,
-    /// The number of neighbours, then for each degree the mean, the global value, and the density in each bin.
+    /// The number of neighbours; then for each degree the mean, the global value and the density in each bin.
     curve: CurveAverage,
 }
 
@@ -103,7 +106,8 @@ impl BondOrder {
         let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS) as usize;
         let count = system.moving.len() as f64;
         let cube = (0..system.space.dimensions()).fold(1.0, |product, _| product * 3.0 * cutoff);
-        // Three operations to find, and for one in six of those some hundred and fifty.
+        // Finding a candidate takes three operations. About one candidate in six is a neighbour and takes
+        // about 150 more.
         let work = count * (100.0 + 30.0 * (count * cube / system.space.volume()).min(count));
         Self {
             times: budgeted_times(setup, plan.interval, work),
@@ -114,17 +118,17 @@ impl BondOrder {
         }
     }
 
-    /// Why the cutoff is shorter than the one that was asked for, for the method.
+    /// Why the cutoff is shorter than requested, for the description of the method.
     fn note(&self, system: &SystemDescription) -> String {
         shortened(self.asked, self.cutoff, &system.space).map_or_else(String::new, |why| format!(" ({why})"))
     }
 
-    /// The element of the curve with the mean of a degree; the global value and the bins follow.
+    /// Element of the curve that holds the mean of a degree. The global value and the bins follow it.
     fn first(&self, degree: usize) -> usize {
         1 + degree * (2 + self.bins)
     }
 
-    /// The first bin of the distribution of a degree, and the next ones.
+    /// Elements of the curve that hold the distribution of a degree.
     fn bins(&self, degree: usize) -> Range<usize> {
         let first = self.first(degree) + 2;
         first..first + self.bins
@@ -160,7 +164,7 @@ impl Instrument for BondOrder {
                 }
             }
         });
-        // Without neighbours there is no order, and nothing is added.
+        // Without neighbours the order is undefined, so nothing is added.
         values[1..].iter_mut().for_each(|value| *value /= bonded);
         values[0] = bonds as f64 / system.moving.len() as f64;
         for (index, sums) in of_all.iter().enumerate() {
@@ -180,7 +184,7 @@ impl Instrument for BondOrder {
             measured.numbers.push(Number::estimated(name, title, "1", self.curve.estimate(element), method));
         };
         number("neighbours", "Number of neighbours", 0, &format!("mean number of {neighbours}"));
-        // The number of particles that have neighbours changes.
+        // The number of particles that have neighbours varies.
         let normalisation = Normalisation::of("part of the particles with neighbours in the bin, over all samples")
             .by("samples", "1", self.curve.most())
             .by("bin_width", "1", 1.0 / self.bins as f64);

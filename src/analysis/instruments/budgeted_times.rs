@@ -1,30 +1,33 @@
-//! Sampling times of instruments whose samples cost much.
+//! Sampling times of instruments whose samples are expensive.
 
 use super::block_times::incommensurate;
 use super::instrument::Setup;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::base::numbers::trunc_to_u32;
 
-/// Samples that an instrument aims at, if they are cheap.
+/// Intended number of samples when they are cheap.
 const MOST: f64 = 200.0;
 
-/// Samples that it aims at, however dear: as blocks, they are just enough for a standard error.
+/// Fewest intended samples, however expensive. As blocks, they are just enough for a standard error.
 const FEWEST: f64 = 16.0;
 
-/// Operations of two nanoseconds or so that all samples together may always take: a second.
+/// Operations that all samples together may always take, of about two nanoseconds each: one second.
 const FREE: f64 = 5e8;
 
-/// As [`FREE`], for each particle and each time that it travels the mean distance of neighbours: a tenth of what the engine needs
-/// for that in a fluid, some four microseconds.
+/// Operations allowed in addition to [`FREE`], for each particle and each time that it travels the mean
+/// distance between neighbours. This is a tenth of the engine's own work in a fluid, which takes about four
+/// microseconds.
 const PER_FLIGHT: f64 = 200.0;
 
 /// Equidistant sampling times at the interval of the plan, or as many as a budget of operations allows.
 ///
-/// Each sample takes some `work`, a number of floating-point operations. An interval that is not given is no simple part or multiple of the time between two scalings of the velocities. It is chosen for 200 samples in the expected duration; for fewer, but not less than 16, where those
-/// would take longer than a second and than a tenth of the run.
+/// Each sample takes `work` floating-point operations. An interval that is not given is chosen for 200
+/// samples in the expected duration. There are fewer, but at least 16, if 200 samples would take longer than
+/// a second and longer than a tenth of the run. The interval is neither a simple fraction nor a multiple of
+/// the time between two scalings of the velocities.
 pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -> SamplingTimes {
     let start = setup.sample.time;
-    // Times closer than this are the same number.
+    // Times closer than this are the same floating-point number.
     let shortest = 4.0 * f64::EPSILON * (start.abs() + setup.duration);
     match given {
         Some(interval) => SamplingTimes::given(start, interval.max(shortest)),
@@ -81,7 +84,7 @@ mod tests {
     #[test]
     fn dear_samples_are_fewer() {
         assert_eq!(times(0.0, 100.0, None, 1.0).next(), 0.5);
-        // 5e8 operations, and 100 lengths of flight for 1000 particles at 200 each: 2e7.
+        // 5e8 operations, plus 200 for each of 1000 particles and 100 flights: 2e7.
         assert_eq!(times(0.0, 100.0, None, 5.2e6).next(), 1.0);
         assert_eq!(times(0.0, 100.0, None, 1e12).next(), 100.0 / 16.0);
     }

@@ -1,4 +1,4 @@
-//! Sizes of bonded particles: bond lengths, end-to-end distances, radii of gyration.
+//! Sizes of bonded molecules: bond lengths, end-to-end distances, radii of gyration.
 
 mod report;
 mod sizes;
@@ -20,41 +20,42 @@ use serde::{Deserialize, Serialize};
 pub use sizes::CHAIN_SIZES;
 pub(crate) use sizes::ChainSizes;
 
-/// Sizes of components that are reported one by one: the smallest ones.
+/// Largest number of molecule sizes that are reported one by one, smallest first.
 const MOST_GROUPS: usize = 256;
 
-/// Lengths of linear chains whose end-to-end distances have a distribution of their own: the shortest ones.
+/// Largest number of chain lengths whose end-to-end distances have their own distribution, shortest first.
 const MOST_DISTRIBUTIONS: usize = 8;
 
-/// End-to-end distances are counted up to this many times the length of a random walk, which none of a million exceeds.
+/// End-to-end distances are counted up to this many times the length of a random walk. Fewer than one in a
+/// million is longer.
 const LONGEST_WALK: f64 = 4.0;
 
-/// Bond lengths, and the extent of each connected component, unwrapped along its bonds by nearest images: bonds are shorter than
-/// half a period.
+/// Bond lengths, and the size of each connected component. Components are unwrapped along their bonds by
+/// nearest images, because bonds are shorter than half a period.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Chains {
     times: SamplingTimes,
     bins: usize,
     bond_lengths: [f64; 2],
     groups: Vec<Group>,
-    /// Mean length and square of a bond, then the density of each bin.
+    /// Mean length and mean square length of a bond, then the density of each bin.
     bonds: CurveAverage,
-    /// Mean square end-to-end distance and radius of gyration of each group.
+    /// Mean square end-to-end distance and mean square radius of gyration of each group.
     sizes: CurveAverage,
-    /// Densities of the end-to-end distances, group by group.
+    /// Densities of the end-to-end distances, one group after the other.
     ends: CurveAverage,
-    /// Follows from the bonds of the scene.
+    /// Derived from the bonds of the scene.
     #[serde(skip)]
     components: Option<Vec<Component>>,
 }
 
-/// Components of the same kind and number of particles.
+/// Components of the same kind with the same number of particles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Group {
     is_linear: bool,
     particles: u32,
     components: u32,
-    /// Number among the distributions, and the end of this one `[length]`.
+    /// Index of its distribution, and the upper end of the bins `[length]`.
     distribution: Option<(usize, f64)>,
 }
 
@@ -88,7 +89,7 @@ impl Chains {
             let length = nearest_image(separation, &periods, sample.displacement).norm();
             values[0] += each * length;
             values[1] += each * length * length;
-            // At an end by as much as rounding may be outside.
+            // Rounding may put a value just outside of the ends.
             let at = (length - shortest) / (longest - shortest) * self.bins as f64;
             if at > -1e-6 && at < self.bins as f64 * (1.0 + 1e-6) {
                 values[2 + trunc_to_usize(at).min(self.bins - 1)] += density;
@@ -146,7 +147,7 @@ impl Instrument for Chains {
     }
 }
 
-/// The kinds of components, linear ones first, by number of particles.
+/// Groups of equal components: linear ones first, then by number of particles.
 fn groups(components: &[Component], longest_bond: f64) -> Vec<Group> {
     let mut kinds: Vec<(bool, u32)> =
         components.iter().map(|component| (!component.is_linear, id(component.ids.len()))).collect();
@@ -166,13 +167,13 @@ fn groups(components: &[Component], longest_bond: f64) -> Vec<Group> {
     groups
 }
 
-/// The positions of a component's particles from its first one, along the bonds.
+/// Positions of a component's particles, unwrapped along the bonds from the first one.
 fn unwrapped(component: &Component, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Vector> {
     let periods = system.space.periods();
     component.path(sample.positions, |apart| nearest_image(apart, &periods, sample.displacement))
 }
 
-/// The square of the radius of gyration, `sum_i |r_i - mean r|^2 / n`.
+/// Square of the radius of gyration, `sum_i |r_i - mean r|^2 / n`.
 fn gyration(path: &[Vector]) -> f64 {
     let count = path.len() as f64;
     let centre = path.iter().sum::<Vector>() / count;

@@ -20,30 +20,32 @@ use tracers::Tracers;
 /// Memory for the positions and velocities at all origins `[byte]`.
 const BUDGET: usize = 64 << 20;
 
-/// Origins that are kept beyond the span, for the long ones of the logarithmic times; half of them go when there are more.
+/// Number of origins kept beyond the span, for the long logarithmic lags. When there are more, every second
+/// one is dropped.
 const MOST_LONG: usize = 16;
 
-/// Origins younger than the span: four overlap, one ends, one begins.
+/// Largest number of origins younger than the span: four overlap, one ends, one begins.
 const MOST_YOUNG: usize = 6;
 
-/// Curves of each group of particles.
+/// Indices of the curves of each group.
 const MSD: usize = 0;
 const VACF: usize = 1;
 const INTEGRAL: usize = 2;
 const CURVES: usize = 3;
 
-/// Follows particles from several origins on.
+/// Follows particles from several time origins.
 ///
-/// Each origin is compared with the samples at linear times, `k interval` up to the span, and at logarithmic times from 1/32 of an
-/// interval to the whole run. Only some samples after each origin are closer than an interval. Of origins older than the span
-/// there are ever fewer: 16, evenly spaced in the time so far, so that memory and work stay bounded. A mean over all particles from one
-/// origin is one value; errors come from blocks of origins, and that of the slope also from the scatter of particles and of axes.
+/// Each origin is compared with the samples at linear lags, `k interval` up to the span, and at logarithmic
+/// lags from 1/32 of an interval to the whole run. Samples closer than an interval are taken after some
+/// origins only. At most 16 origins older than the span are kept, evenly spaced in the elapsed time, so
+/// memory and work stay bounded. The mean over all particles from one origin counts as one value. Errors come
+/// from blocks of origins; the error of the slope also uses the scatter of particles and of axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Diffusion {
     lags: Lags,
     tracers: Tracers,
     origins: Vec<Origin>,
-    /// The tick of the next sample.
+    /// Tick of the next sample.
     next: u64,
     /// One in this many origins is kept.
     long_stride: u64,
@@ -56,11 +58,11 @@ pub(super) struct Diffusion {
 struct Origin {
     tick: u64,
     positions: Vec<Vector>,
-    /// Empty after the span.
+    /// Empty once the span has passed.
     velocities: Vec<Vector>,
-    /// By group, MSD or VACF, and linear time; empty after the span.
+    /// By group, MSD or VACF, and linear lag. Empty once the span has passed.
     curve: Vec<f64>,
-    /// Empty after the span.
+    /// Empty once the span has passed.
     slopes: Slopes,
 }
 
@@ -90,7 +92,7 @@ impl Diffusion {
         diffusion
     }
 
-    /// Looks at a sample that was asked for.
+    /// Takes a requested sample.
     fn look(&mut self, sample: &Sample<'_>, system: &SystemDescription, now: u64) {
         let frame = self.tracers.frame(sample, system);
         let groups = self.tracers.groups();
@@ -127,7 +129,7 @@ impl Diffusion {
         self.next = self.next_tick(now);
     }
 
-    /// Adds the curves of origins that have come to the span, and keeps a few of them.
+    /// Adds the curves of origins that have reached the span, and keeps a few of these origins.
     fn retire(&mut self, now: u64, system: &SystemDescription) {
         let span = self.lags.steps as u64 * TICKS_PER_STEP;
         let (length, groups) = (self.lags.steps + 1, self.tracers.groups());
@@ -152,7 +154,7 @@ impl Diffusion {
         }
     }
 
-    /// The next tick after `now` at which there is something to see.
+    /// The next tick after `now` at which a sample is needed.
     fn next_tick(&self, now: u64) -> u64 {
         let of = |origin: &Origin| {
             let age = now - origin.tick;
@@ -171,11 +173,11 @@ impl Instrument for Diffusion {
     }
 
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        // The requested sample is due, even at times so late that their round-off exceeds the tolerance.
+        // The requested sample is due, even so late that the round-off of times exceeds the tolerance.
         let is_due = sample.time >= self.next_sample();
         let now = self.lags.passed(sample.time).max(if is_due { self.next } else { 0 });
         if now > self.next {
-            // A sample was missed: no origin on the way will be complete.
+            // A sample was missed: none of the current origins can be completed.
             self.origins.clear();
             self.next = self.next_tick(now);
         } else if now == self.next {
@@ -188,7 +190,8 @@ impl Instrument for Diffusion {
     }
 }
 
-/// Integrals of a function at even distances of 1 from the first value up to each of them, by the cubic through the four values around each step; by trapezoids where there are fewer.
+/// Integrals of a function with spacing 1, from the first value up to each value. Each step uses the cubic
+/// through the four values around it, or trapezoids if there are fewer values.
 fn integrals(values: &[f64]) -> impl Iterator<Item = f64> {
     let last = values.len().saturating_sub(1);
     let step = move |k: usize| match (k, last) {

@@ -1,4 +1,4 @@
-//! Diffusion that a periodic box and the span of a measurement leave out: in an infinite system, and after an infinite time.
+//! Corrections to diffusion for the finite size of a periodic box and the finite span of a measurement.
 
 use super::free_time;
 use super::quantity::{Measured, Number};
@@ -14,25 +14,32 @@ const GREEN_KUBO: &str = "diffusion_coefficient_green_kubo";
 const DISPLACEMENT: &str = "mean_squared_displacement";
 const CORRELATION: &str = "velocity_autocorrelation";
 const VISCOSITY: &str = "shear_viscosity";
-/// Name of the coefficient of an infinite system; the name of the species follows.
+/// Name of the coefficient of an infinite system. The name of the species follows it.
 const INFINITE: &str = "diffusion_coefficient_infinite";
 
-/// Largest relative error of a viscosity `eta` that can be divided by: the mean of `1 / eta` is too large by the square of it, a ninth of the term here.
+/// Largest relative error of a viscosity `eta` that is divided by. The mean of `1 / eta` is too large by its
+/// square, here a ninth of the term.
 const LARGEST_ERROR: f64 = 1.0 / 3.0;
 
-/// Largest part of a coefficient that may be beyond the span and still be added to it: what the theory of it does not have is of the next order.
+/// Largest fraction of a coefficient that may be added from beyond the span. The terms that the theory of it
+/// neglects are of the next order.
 const LARGEST_TAIL: f64 = 0.1;
 
-/// Completes each diffusion coefficient of a fluid that conserves momentum in a periodic box.
+/// Corrects each diffusion coefficient of a fluid that conserves momentum in a periodic box.
 ///
-/// Its error gets the part that its span misses, by [`VelocityTail`]. In a cube whose viscosity was measured, the coefficient of an infinite system stands behind it,
-/// `(1 - m / M) (D + D_tail) + xi T / (6 pi eta L) * nu / (nu + D + D_tail)` with `xi = 2.837297` and `nu = eta / rho`, of the mean temperature of the measurement: see [`finite_size_of_diffusion`].
-/// It has no value where `L / 2 pi` is below the mean free path.
+/// [`VelocityTail`] gives the part that the span misses; it is added to the error. In a cube with a measured
+/// viscosity, the coefficient of an infinite system follows, `(1 - m / M) (D + D_tail) + xi T / (6 pi eta L)
+/// * nu / (nu + D + D_tail)` with `xi = 2.837297` and `nu = eta / rho`, at the mean temperature of the
+/// measurement: see [`finite_size_of_diffusion`]. It is not defined if `L / 2 pi` is below the mean free
+/// path.
 ///
-/// The box leaves out all motion that is longer than its edge, by the Oseen tensor of the periodic box, however large the particles of a species are.
-/// It has what is left out with the motion of the centre of mass, so that `D` is without the factor that makes up for that elsewhere: `1 - m / M` takes it back, of all particles together `1 - 1 / N`.
+/// The box suppresses all motion on scales longer than its edge. By the Oseen tensor of the periodic box, the
+/// correction does not depend on the size of the particles. It includes the motion of the centre of mass, so
+/// `D` must not be divided by the factor that makes up for that motion elsewhere: `1 - m / M` undoes the
+/// division, or `1 - 1 / N` for all particles together.
 ///
-/// Errors of both coefficients propagate as if they were independent; that of the temperature is far smaller.
+/// Errors of both coefficients propagate as if they were independent. The error of the temperature is far
+/// smaller.
 ///
 /// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147).
 pub(super) fn complete_diffusion(measured: &mut Measured, system: &SystemDescription) {
@@ -54,30 +61,31 @@ pub(super) fn complete_diffusion(measured: &mut Measured, system: &SystemDescrip
     measured.numbers = completed;
 }
 
-/// A fluid whose diffusion was measured.
+/// A fluid with measured diffusion.
 struct Fluid<'s> {
     system: &'s SystemDescription,
     /// Temperature of the measurement `[energy]`.
     temperature: f64,
-    /// Whether the box is longer than the mean free path, by the diffusion coefficient of all particles, so that its flows are hydrodynamic.
+    /// Whether the box is longer than the mean free path, which follows from the diffusion coefficient of all
+    /// particles. Only then are its flows hydrodynamic.
     is_hydrodynamic: bool,
-    /// Whether the viscosity was asked for.
+    /// Whether the viscosity was requested.
     has_viscosity: bool,
-    /// The measured viscosity, if it is known well enough `[mass / (length^(D - 2) time)]`.
+    /// The measured viscosity, if its error is small enough `[mass / (length^(D - 2) time)]`.
     viscosity: Option<Estimate>,
     /// First and last time of the straight part `[time]`.
     span: [f64; 2],
 }
 
 impl<'s> Fluid<'s> {
-    /// `None` where momentum is not conserved, where the box has walls or shear, or where diffusion was not measured.
+    /// `None` if momentum is not conserved, if the box has walls or shear, or if diffusion was not measured.
     fn of(measured: &Measured, system: &'s SystemDescription) -> Option<Self> {
         if system.shear_rate != 0.0 || system.obstacle_to_transport().is_some() {
             return None;
         }
         let times = &measured.curve(DISPLACEMENT)?.variables.first()?.values;
         let span = [*times.get(*straight_part(times.len().checked_sub(1)?).start())?, *times.last()?];
-        // `<v(0) . v(0)>` is `d T` over the mass, in the mean over particles.
+        // `<v(0) . v(0)>` is `d T` divided by the mass, averaged over particles.
         let squares = measured.curve(CORRELATION)?.series.first()?.values.first().copied().flatten()?;
         let inverse_mass: f64 = system.moving.iter().map(|id| 1.0 / system.masses[*id as usize]).sum();
         let temperature = squares * system.moving.len() as f64 / (inverse_mass * system.space.dimensions() as f64);
@@ -99,7 +107,8 @@ impl<'s> Fluid<'s> {
         })
     }
 
-    /// Part of a coefficient that is beyond its span `[length^2 / time]`, with the viscosity that was measured or else Enskog's.
+    /// Part of a coefficient that lies beyond its span `[length^2 / time]`, from the measured viscosity or
+    /// else Enskog's.
     fn tail(&self, number: &Number) -> Option<f64> {
         let mass = self.system.moving_mass();
         let measured = self.viscosity.map(|it| it.mean);
@@ -113,7 +122,8 @@ impl<'s> Fluid<'s> {
         Some(missed).filter(|missed| missed.is_finite())
     }
 
-    /// The coefficient of an infinite system that belongs to one of a box; `None` for that of Green and Kubo, in another box than a cube, or where the viscosity was not asked for.
+    /// The coefficient of an infinite system that corresponds to the coefficient of a box. `None` for
+    /// Green-Kubo coefficients, in a box that is not a cube, or if the viscosity was not requested.
     fn infinite(&self, number: &Number, tail: Option<f64>) -> Option<Number> {
         let species = number.name.strip_prefix(COEFFICIENT).filter(|_| !number.name.starts_with(GREEN_KUBO))?;
         if !self.has_viscosity || !self.system.space.is_cube() {
@@ -139,7 +149,7 @@ impl<'s> Fluid<'s> {
     }
 }
 
-/// `1 - m / M` of a species, whose name is behind a `_`, or in the mean over all particles.
+/// `1 - m / M` of a species, whose name follows a `_`, or the mean over all particles.
 fn free_part(species: &str, system: &SystemDescription) -> f64 {
     let is_one =
         |id: &u32| Some(&*system.species_names[system.species[*id as usize] as usize]) == species.strip_prefix('_');

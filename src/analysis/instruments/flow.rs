@@ -1,4 +1,4 @@
-//! Particles that pass a plane.
+//! Particles that pass through a plane.
 
 mod passages;
 
@@ -16,29 +16,30 @@ use crate::model::measurement_plan::Flow as Plan;
 use crate::model::space::Boundary;
 use passages::{MASS, NUMBER, Passages};
 
-/// Samples of a run unless an interval is given.
+/// Samples per run unless an interval is given.
 const SAMPLES: u32 = 2000;
 
-/// With more species, as of many diameters, none is counted on its own.
+/// With more species than this, for example as many as diameters, species are not counted separately.
 const MOST_SPECIES: usize = 20;
 
-/// A rectangle is looked at no more often than this for one particle between two samples.
+/// A rectangle is checked at most this often for one particle between two samples.
 const MOST_CROSSINGS: f64 = 1000.0;
 
-/// Counts passages of a plane between samples, forwards less backwards, and the mass that passes.
+/// Counts passages through a plane between samples, forwards minus backwards, and the mass that passes.
 ///
-/// Where a particle was at two samples decides how often it passed, along a periodic axis with the periods that it travelled: forth and
-/// back between two samples is no passage, so that the sum is exact whatever the interval. Whether it passed inside the rectangle, and when,
-/// is that of a straight line between both. The interval is a 2000th of the duration if it is not given, and longer in a longer run.
+/// The positions of a particle at two samples decide how often it passed. Along a periodic axis they include
+/// the periods that it travelled. Going forth and back between two samples is no passage, so the sum is exact
+/// at any interval. Whether and when it passed inside the rectangle follows from a straight line between both
+/// positions. The default interval is a 2000th of the duration; it grows if the run takes longer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Flow {
     name: String,
     axis: usize,
-    /// The unit normal of a plane that is across no axis.
+    /// The unit normal of a plane that is not perpendicular to an axis.
     normal: Option<Vector>,
     at: f64,
     rectangle: Option<[Vector; 2]>,
-    /// Particles that count, and where they were at the last sample, as if never wrapped.
+    /// The counted particles, and their unwrapped positions at the last sample.
     ids: Vec<u32>,
     positions: Vec<Vector>,
     time: f64,
@@ -46,12 +47,12 @@ pub(super) struct Flow {
     /// Sign of a passage towards larger coordinates.
     forwards: i64,
     passages: Passages,
-    /// By species, where there are some but not very many.
+    /// By species, if there are several but not too many.
     by_species: Vec<(u32, i64)>,
 }
 
 impl Flow {
-    /// An unknown axis or species counts nothing; reading the scene leaves none.
+    /// An unknown axis or species counts nothing. Reading a scene rejects both.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let &Setup { system, sample, .. } = setup;
         let named = |word: &&str| plan.axis.as_deref() == Some(*word);
@@ -93,11 +94,12 @@ impl Flow {
         }
     }
 
-    /// Counts the passages of one particle on its way between two samples.
+    /// Counts the passages of one particle between two samples.
     fn pass(&mut self, id: u32, [from, to]: [&Vector; 2], time: f64, system: &SystemDescription) {
         let (at, period) = (self.at, self.period(system));
         let [start, end] = [from, to].map(|position| self.along(position));
-        // The number of the plane that was last passed going up, and that of its image; a particle in the plane is beyond it.
+        // Index of the last plane passed going up, and that of its image. A particle in the plane counts as
+        // beyond it.
         let planes = [start, end]
             .map(|x| if period.is_finite() { ((x - at) / period).floor() } else { f64::from(u8::from(x >= at)) });
         let crossings = planes[1] - planes[0];
@@ -128,12 +130,12 @@ impl Flow {
         self.normal.map_or(position[self.axis], |normal| normal.dot(position))
     }
 
-    /// The distance of the plane and its image; infinite without one.
+    /// Distance between the plane and its image; infinite without one.
     fn period(&self, system: &SystemDescription) -> f64 {
         if self.normal.is_some() { f64::INFINITY } else { system.space.periods()[self.axis] }
     }
 
-    /// Counts how far a particle went along a periodic axis.
+    /// Adds the distance that a particle travelled along a periodic axis.
     fn go(&mut self, id: u32, way: f64, system: &SystemDescription) {
         let period = self.period(system);
         if period.is_finite() {
@@ -141,7 +143,7 @@ impl Flow {
         }
     }
 
-    /// Whether a point of the plane, or its image in the box, is in the rectangle.
+    /// Whether a point of the plane, or its image in the box, is inside the rectangle.
     fn is_inside(&self, point: &Vector, system: &SystemDescription) -> bool {
         let Some([lower, upper]) = &self.rectangle else { return true };
         let space = &system.space;

@@ -1,4 +1,4 @@
-//! Free paths and free times between hard-core contacts.
+//! Free paths and free times between contacts of hard cores.
 
 mod histogram;
 
@@ -15,50 +15,55 @@ use crate::model::measurement_plan::FreePaths as Plan;
 use crate::physics::response::Outcome;
 use histogram::Histogram;
 
-/// Bins if nothing else is asked for, and most that can be.
+/// Default number of bins, and the largest.
 const BINS: u64 = 100;
 const MOST_BINS: u64 = 10_000;
 
-/// Flights that end in a block. Each block is one value for the error of the mean.
+/// Flights per block. Each block is one value for the error of the mean.
 const BLOCK: u64 = 64;
 
 /// Follows each particle from one Core event to the next.
 ///
-/// A free path is the length of the flight, over straight pieces where events of other kinds come between; its free time the time that
-/// this takes. Where momentum is conserved, lengths are relative to the centre of mass. Flights that were under way at the start, or are at the end, do not count. Of particles that accelerate there
-/// are no paths, nor in a sheared box: relative to what streams around them they accelerate.
+/// A free path is the length of a flight, summed over straight pieces if events of other kinds come between;
+/// the free time is its duration. If momentum is conserved, lengths are relative to the centre of mass.
+/// Flights that are unfinished at the start or at the end do not count. Paths are not measured for
+/// accelerated particles, nor in a sheared box, where particles accelerate relative to the streaming around
+/// them.
 ///
-/// The relative error of a mean is that of what all particles fly while a flight ends: `N t / n` for `n` flights in a time `t`, and the same of paths. The scatter of the flights themselves says little of
-/// it, because all that is flown belongs to one flight or another, so that a long one leaves less for the next.
+/// The relative error of a mean is the error of the mean flight per event, `N t / n` for `n` flights in a
+/// time `t`, and likewise for paths. The scatter of single flights says little about it: all distance belongs
+/// to one flight or another, so a long flight leaves less for the next.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct FreePaths {
     /// By particle id.
     flights: Vec<Flight>,
-    /// By time, and by path but where particles accelerate, or stream.
+    /// By time, and by path unless particles accelerate or stream.
     ended_flights: Vec<EndedFlights>,
-    /// Velocity of the centre of mass, where it stays the same: paths are relative to it.
+    /// Velocity of the centre of mass if it is conserved. Paths are relative to it.
     drift: Vector,
-    /// Time of the last event, the speeds of all particles then, and how many flights have ended in this block.
+    /// Time of the last event, the sum of all speeds since then, and the number of flights that ended in this
+    /// block.
     now: f64,
     speeds: f64,
     ended: u64,
 }
 
-/// A particle on its way.
+/// A particle in flight.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Flight {
-    /// Time of its last Core event; none before the first one.
+    /// Time of its last Core event; `None` before the first one.
     begin: Option<f64>,
-    /// Time of its last event of any kind, and the path up to there since the last Core event.
+    /// Time of its last event of any kind, and the path since the last Core event up to there.
     turned: f64,
     path: f64,
 }
 
-/// Flights that have ended: their distribution and mean.
+/// Finished flights: their distribution and mean.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct EndedFlights {
     histogram: Histogram,
-    /// Distance or time that all particles fly by the number of flights that end, in each block, and that of this block so far.
+    /// In each block, the distance or time flown by all particles per finished flight; and the sum of the
+    /// current block.
     per_flight: BlockAverage,
     flown: f64,
 }
@@ -73,7 +78,7 @@ impl EndedFlights {
         self.flown = 0.0;
     }
 
-    /// The mean of all flights.
+    /// The mean over all flights.
     fn estimate(&self) -> Option<Estimate> {
         let mean = self.histogram.mean()?;
         let relative = self.per_flight.estimate().and_then(|all| Some(all.standard_error? / all.mean));
@@ -97,7 +102,7 @@ impl FreePaths {
         }
     }
 
-    /// Everything flies on up to a time.
+    /// Moves everything on to a time.
     fn fly(&mut self, time: f64, system: &SystemDescription) {
         let duration = (time - self.now).max(0.0);
         let flown = [system.moving.len() as f64 * duration, self.speeds * duration];
@@ -168,7 +173,7 @@ impl Instrument for FreePaths {
     }
 }
 
-/// The speeds of all particles that move, relative to a drift, added up.
+/// Sum of the speeds of all moving particles, relative to a drift.
 fn speeds(sample: &Sample<'_>, drift: &Vector, system: &SystemDescription) -> f64 {
     system.moving.iter().map(|&id| (sample.velocities[id as usize] - drift).norm()).sum()
 }
@@ -229,7 +234,8 @@ mod tests {
         let measured = report(&instrument, &system);
         let (time, error) = estimate(&measured, "mean_free_time");
         let rate = 2.0 * (simulation.event_counts().core - core) as f64 / (256.0 * 100.0);
-        // Each particle has 80 flights. The one across both ends is missing, and is longer than the others: 1/80 of the difference.
+        // Each particle has 80 flights. The flight across both ends is missing; it is longer than the others,
+        // by 1/80 of the difference.
         assert!((time * rate - 1.0).abs() < 4.0 * error * rate + 1.0 / 80.0, "{time} {error} {rate}");
         let fluid = HardSphereFluid::reduced(0.05);
         assert!((time * fluid.collision_rate() - 1.0).abs() < 4.0 * error / time + 1.0 / 80.0);
@@ -309,7 +315,7 @@ mod tests {
             .particle("A", Vector::new(7.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0));
         let (system, mut simulation) = start(scene.build().unwrap());
         let mut instrument = free_paths(&simulation, &system);
-        // They meet after 1.5, and have 5 of their way of 8 left when they become twice as fast.
+        // They meet after 1.5, and have 5 of their 8 length units left when their speed doubles.
         measure(&mut simulation, &system, &mut instrument, 4.5);
         let before = simulation.snapshot();
         simulation.scale_velocities(2.0, &Vector::zeros());

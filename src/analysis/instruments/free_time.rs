@@ -1,4 +1,4 @@
-//! Times of a fluid, guessed, to choose other times by.
+//! Estimated times of a fluid, used to choose sampling times.
 
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, TAU};
 
@@ -7,10 +7,11 @@ use crate::analysis::published::{
     HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, viscosity_of_disks,
 };
 
-/// Densest fluids, by number of axes, that the collision rate is guessed for.
+/// Highest packing fraction, by number of axes, for which the collision rate is estimated.
 const DENSEST: [f64; 4] = [0.0, 0.9, 0.65, 0.5];
 
-/// Temperature of what moves relative to its drift, or to what streams in a sheared box `[energy]`.
+/// Temperature of the moving particles relative to their drift, or to the streaming in a sheared box
+/// `[energy]`.
 fn temperature(system: &SystemDescription, sample: &Sample<'_>) -> f64 {
     let drift = system.drift(sample.velocities);
     let mut twice_kinetic = 0.0;
@@ -24,8 +25,9 @@ fn temperature(system: &SystemDescription, sample: &Sample<'_>) -> f64 {
     twice_kinetic / (system.moving.len() as f64 * system.space.dimensions() as f64)
 }
 
-/// The fluid as if all particles were hard spheres of their diameters that fill the box evenly, in as many dimensions as it has: a guess, good enough to choose times by. `None` where
-/// nothing moves, or everything falls.
+/// The fluid as if all particles were hard spheres of their diameters that fill the box evenly, in as many
+/// dimensions as the box has. This is good enough to choose times by. `None` if nothing moves or everything
+/// falls.
 fn guess(system: &SystemDescription, temperature: f64) -> Option<HardSphereFluid> {
     let dimensions = system.space.dimensions();
     let moving = system.moving.len() as f64;
@@ -50,7 +52,8 @@ fn guess(system: &SystemDescription, temperature: f64) -> Option<HardSphereFluid
     })
 }
 
-/// Enskog's shear viscosity of the fluid that is guessed, in two or three dimensions `[mass / (length^(D - 2) time)]`.
+/// Enskog's shear viscosity of the estimated fluid, in two or three dimensions `[mass / (length^(D - 2)
+/// time)]`.
 pub(super) fn viscosity(system: &SystemDescription, temperature: f64) -> Option<f64> {
     let fluid = guess(system, temperature)?;
     let HardSphereFluid { packing_fraction, diameter, mass, temperature } = fluid;
@@ -61,7 +64,7 @@ pub(super) fn viscosity(system: &SystemDescription, temperature: f64) -> Option<
     }
 }
 
-/// Mean time between two contacts of a particle, of the fluid that is guessed `[time]`.
+/// Mean time between two contacts of a particle in the estimated fluid `[time]`.
 pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
     let fluid = guess(system, temperature(system, sample))?;
     let HardSphereFluid { packing_fraction, diameter, mass, temperature } = fluid;
@@ -73,10 +76,11 @@ pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) ->
     Some(1.0 / rate).filter(|time| is_time(*time))
 }
 
-/// Time in which the slowest flow across its wave vector decays in the box, `(L / 2 pi)^2 / nu`, with its longest period `L` and Enskog's kinematic viscosity `nu` of the fluid that is guessed `[time]`.
+/// Decay time of the slowest transverse flow in the box, `(L / 2 pi)^2 / nu`, with the longest period `L` and
+/// Enskog's kinematic viscosity `nu` of the estimated fluid `[time]`.
 ///
-/// Diffusion goes on to become faster for some of these times, because a particle and the flow around it drag each other along. `None` where momentum is not conserved, or in one
-/// dimension, where there is no such flow.
+/// Diffusion keeps growing over a few of these times, because a particle and the flow around it drag each
+/// other along. `None` if momentum is not conserved, and in one dimension, where there is no such flow.
 pub(super) fn flow_decay_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
     let longest = system.space.periods().iter().copied().filter(|period| period.is_finite()).fold(0.0, f64::max);
     if !system.conserves_momentum || longest == 0.0 {
@@ -100,7 +104,7 @@ mod tests {
     fn the_mean_free_time_is_that_of_hard_spheres() {
         let (system, simulation) = super::super::test_system::hard_spheres(108, 0.3);
         let snapshot = simulation.snapshot();
-        // The temperature is 1 with N - 1 particles to share it, here with N.
+        // The temperature is 1 for N - 1 particles, here divided by N.
         let expected = (108.0_f64 / 107.0).sqrt() / HardSphereFluid::reduced(0.3).collision_rate();
         let time = mean_free_time(&system, &Sample::of(&snapshot)).unwrap();
         assert!((time / expected - 1.0).abs() < 1e-9, "{time} {expected}");
@@ -116,7 +120,7 @@ mod tests {
         let edge = system.space.size.x;
         let time = flow_decay_time(&system, &sample).unwrap();
         let expected = edge * edge / (TAU * TAU * viscosity);
-        // The temperature is that of N particles, here with N - 1 to share it.
+        // The temperature is for N particles, here divided by N - 1.
         assert!((time / expected - 1.0).abs() < 0.01, "{time} {expected}");
         system.conserves_momentum = false;
         assert_eq!(flow_decay_time(&system, &sample), None);

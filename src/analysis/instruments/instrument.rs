@@ -1,4 +1,4 @@
-//! Instruments: what each has in common, and all of a run together.
+//! Instruments: what they have in common, and all instruments of a run together.
 
 use serde::{Deserialize, Serialize};
 
@@ -27,38 +27,42 @@ use crate::model::measurement_plan::MeasurementPlan;
 pub struct Setup<'a> {
     /// The description of the system.
     pub system: &'a SystemDescription,
-    /// The particles at the start of the measurement. [`Instrument::sample`] is not called for them: take them here if they count.
+    /// The particles at the start of the measurement. [`Instrument::sample`] is not called for them: if they
+    /// count, take them from here.
     pub sample: Sample<'a>,
-    /// Expected duration of the measurement; positive and finite `[time]`.
+    /// Expected duration of the measurement, positive and finite `[time]`.
     pub duration: f64,
 }
 
-/// An instrument: samples one kind of quantity during the measurement, as a *compute* of other programs does.
+/// An instrument: measures one kind of quantity while the scene runs, like a *compute* of other programs.
 ///
-/// An instrument is shown the particles at times of its own choosing, and all events if it asks for them. It only reads: a run has the
-/// same trajectory, bit for bit, whatever is measured. What it reports is written with the other measurements of the run
-/// (`measurements.json`, a table for each curve) and drawn on its page.
+/// An instrument sees the particles at times that it chooses, and all events if it asks for them. It only
+/// reads: the trajectory of a run is the same, bit for bit, whatever is measured. Its report is written with
+/// the other measurements of the run (`measurements.json`, and a table for each curve) and drawn on the page
+/// of the run.
 ///
-/// An instrument of one's own is a type that implements this trait and is registered with
-/// [`Run::instrument`](crate::run::Run::instrument). The state of such a type is part of every checkpoint, by its implementations of
-/// `serde::Serialize` and `serde::Deserialize`: derive these and `Clone`, and keep in its fields everything that later samples depend on. Checkpoints
-/// are written with `postcard`, which has no names of fields: `serde`'s attributes `flatten`, `untagged` and `skip_serializing_if` do not go with it.
+/// To add your own instrument, implement this trait and register the type with
+/// [`Run::instrument`](crate::run::Run::instrument). Its state is part of every checkpoint through
+/// `serde::Serialize` and `serde::Deserialize`. Derive both and `Clone`, and keep everything that later
+/// samples depend on in its fields. Checkpoints are written with `postcard`, which stores no field names, so
+/// `serde`'s attributes `flatten`, `untagged` and `skip_serializing_if` cannot be used.
 ///
-/// [The guide of the crate](crate#an-instrument-of-ones-own) has one in full, and so has `examples/own_instrument.rs`.
+/// [The guide of the crate](crate#an-instrument-of-ones-own) and `examples/own_instrument.rs` have complete
+/// examples.
 #[doc(alias = "compute")]
 #[doc(alias = "fix")]
 #[doc(alias = "observable")]
 pub trait Instrument {
-    /// Simulated time of the next sample that it wants, later than the last one; infinite for none.
+    /// Simulated time of the next sample, later than the last one; infinite for none.
     fn next_sample(&self) -> f64;
 
-    /// Shows it the particles at the time that it asked for.
+    /// Takes a sample of the particles at the requested time.
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription);
 
-    /// Shows it the particles at the end of the measurement, also of one that is interrupted.
+    /// Takes the particles at the end of the measurement, also when it is interrupted.
     ///
-    /// By default it takes the sample that it has asked for, if that is due now; a method of one's own has to do so, too. A checkpoint is
-    /// written before, so that a run that goes on from it has not seen this end.
+    /// By default it takes the requested sample if it is due now; your own method must do the same. A
+    /// checkpoint is written before this call, so a run that continues from it has not seen this end.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         let due = self.next_sample();
         if is_now(due, sample.time) {
@@ -66,40 +70,41 @@ pub trait Instrument {
         }
     }
 
-    /// Whether it wants to see events.
+    /// Whether it needs to see events.
     fn has_events(&self) -> bool {
         false
     }
 
-    /// Shows it an event.
+    /// Takes an event.
     fn event(&mut self, _event: &Event, _system: &SystemDescription) {}
 
-    /// Shows it the particles just before and just after a thermostat has scaled all velocities, which no event tells of.
+    /// Takes the particles just before and just after a thermostat has scaled all velocities. No event
+    /// reports this.
     fn scaled(&mut self, _before: &Sample<'_>, _after: &Sample<'_>, _system: &SystemDescription) {}
 
-    /// Whether the run is to end here, which is asked after every sample and event that it is shown.
+    /// Whether the run should end here. Asked after every sample and event.
     fn is_done(&self) -> bool {
         false
     }
 
-    /// Adds what it has measured so far. Can be called more than once, at any time of the measurement.
+    /// Adds the results so far. May be called several times, at any time of the measurement.
     fn report(&self, system: &SystemDescription, measured: &mut Measured);
 }
 
-/// Whether two times are the same within round-off.
+/// Whether two times are equal within round-off.
 fn is_now(due: f64, now: f64) -> bool {
     due <= now || due - now <= 16.0 * f64::EPSILON * now.abs()
 }
 
-/// Declares the kinds of instruments, each with the entry of the plan that asks for it, in the order in which they report.
+/// Declares the kinds of instruments, each with its entry of the plan, in the order in which they report.
 macro_rules! instruments {
     ($($kind:ident: $entry:ident),* $(,)?) => {
-        /// One instrument of any kind.
+        /// An instrument of any kind.
         #[derive(Debug, Clone, Serialize, Deserialize)]
         enum Kind { $($kind($kind),)* }
 
         impl Kind {
-            /// Instruments for what is planned, at the start of the measurement.
+            /// The planned instruments, at the start of the measurement.
             fn planned(plan: &MeasurementPlan, setup: &Setup<'_>) -> Vec<Self> {
                 let mut kinds = Vec::new();
                 $(kinds.extend(plan.$entry.iter().map(|plan| Self::$kind($kind::new(plan, setup))));)*
@@ -132,11 +137,11 @@ instruments! {
     SurfaceForces: surface_forces,
 }
 
-/// All instruments of a run, those of the scene and those of one's own: what a run keeps, and no part of an instrument of one's own.
+/// All instruments of a run: those of the scene, and those that the user registered.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Instruments {
     kinds: Vec<Kind>,
-    /// Instruments that the user has registered.
+    /// Instruments registered by the user.
     registered: Vec<Registered>,
 }
 
@@ -146,22 +151,22 @@ impl Instruments {
         self.kinds.is_empty() && self.registered.is_empty()
     }
 
-    /// Instruments for what is planned, at the start of the measurement.
+    /// The planned instruments, at the start of the measurement.
     pub(crate) fn new(plan: &MeasurementPlan, setup: &Setup<'_>) -> Self {
         Self { kinds: Kind::planned(plan, setup), registered: Vec::new() }
     }
 
-    /// Begins the registered instruments, at the start of the measurement.
+    /// Starts the registered instruments, at the start of the measurement.
     pub(crate) fn begin(&mut self, registry: &mut Registry, setup: &Setup<'_>) {
         self.registered = registry.begin(setup);
     }
 
-    /// Goes on with the registered instruments of a checkpoint.
+    /// Restores the registered instruments from a checkpoint.
     pub(crate) fn restore(&mut self, registry: &Registry) -> Result<(), InstrumentError> {
         registry.restore(&mut self.registered)
     }
 
-    /// Instruments of the user, when nothing is measured any more.
+    /// The user's instruments, once the measurement is over.
     pub(crate) fn into_own(self) -> OwnInstruments {
         OwnInstruments::new(self.registered)
     }
@@ -179,12 +184,12 @@ impl Instruments {
         self.registered.iter().filter_map(Registered::get).any(Instrument::is_done)
     }
 
-    /// Simulated time of the next sample that any of them wants; infinite for none.
+    /// Simulated time of the next sample that any of them needs; infinite for none.
     pub(crate) fn next_sample(&self) -> f64 {
         self.all().map(Instrument::next_sample).fold(f64::INFINITY, f64::min)
     }
 
-    /// Shows the particles to the instruments with a sample due at this time.
+    /// Passes the particles to the instruments with a sample due at this time.
     pub(crate) fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         for instrument in self.all_mut() {
             if instrument.next_sample() <= sample.time {
@@ -193,22 +198,22 @@ impl Instruments {
         }
     }
 
-    /// Shows the particles at the end of the measurement.
+    /// Passes the particles at the end of the measurement.
     pub(crate) fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.all_mut().for_each(|instrument| instrument.end(sample, system));
     }
 
-    /// Shows the particles before and after all velocities were scaled.
+    /// Passes the particles before and after all velocities were scaled.
     pub(crate) fn scaled(&mut self, before: &Sample<'_>, after: &Sample<'_>, system: &SystemDescription) {
         self.all_mut().for_each(|instrument| instrument.scaled(before, after, system));
     }
 
-    /// Whether any wants to see events.
+    /// Whether any needs to see events.
     pub(crate) fn has_events(&self) -> bool {
         self.all().any(Instrument::has_events)
     }
 
-    /// Shows an event to the instruments that observe events.
+    /// Passes an event to the instruments that observe events.
     pub(crate) fn event(&mut self, event: &Event, system: &SystemDescription) {
         for instrument in self.all_mut() {
             if instrument.has_events() {

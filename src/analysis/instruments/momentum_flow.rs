@@ -1,4 +1,5 @@
-//! Momentum and energy that flow through a system: the integrals that pressure and transport coefficients are made of.
+//! Flow of momentum and energy through a system: the integrals from which pressure and transport coefficients
+//! follow.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,27 +7,29 @@ use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::engine::event::{Event, EventKind};
 
-/// The components of a symmetric tensor, in the order in which they are kept.
+/// Components of a symmetric tensor, in the order of storage.
 pub(super) const COMPONENTS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
 /// A symmetric tensor.
 pub(super) type Tensor = [f64; 6];
 
-/// Sum of the components on the diagonal.
+/// Sum of the diagonal components.
 pub(super) fn trace(tensor: &Tensor) -> f64 {
     tensor[0] + tensor[1] + tensor[2]
 }
 
 /// Transfer of momentum and energy in an event, in the frame of the centre of mass.
 struct Transfer {
-    /// `r_ij`, the shortest; zero for a wall `[length]`.
+    /// `r_ij` by the nearest image; zero for a wall `[length]`.
     apart: Vector,
-    /// Ratio of the box to the volume that the centres of each particle can reach.
+    /// For each particle, the ratio of the box volume to the volume that its centre can reach.
     crowding: [f64; 2],
-    /// `r_ij` as a flow through the volume that the centres of each can reach: `c r_ij`, or between two species along an axis with walls
-    /// `c_i x_i - c_j x_j`, with `x` from the middle of the box and the crowding `c` of each `[length]`.
+    /// `r_ij` weighted for the volume that each centre can reach: `c r_ij`, or between two species along an
+    /// axis with walls `c_i x_i - c_j x_j`, where `x` is measured from the middle of the box and `c` is the
+    /// crowding `[length]`.
     arm: Vector,
-    /// Momentum that the particle gained; that of its partner, reversed, if the particle is static `[mass length / time]`.
+    /// Momentum that the particle gained; if the particle is static, minus the momentum of its partner `[mass
+    /// length / time]`.
     momentum: Vector,
     /// Kinetic energy that the particle gained `[energy]`.
     energy: f64,
@@ -68,37 +71,38 @@ fn arm(event: &Event, system: &SystemDescription, apart: &Vector, crowding: [f64
     })
 }
 
-/// Integrals over time of the kinetic and of the collisional flow of momentum, `sum m v_a v_b dt` and `sum r_a J_b`.
+/// Time integrals of the kinetic and of the collisional flow of momentum, `sum m v_a v_b dt` and `sum r_a
+/// J_b`.
 ///
-/// Between walls, which keep centres a radius away, each part counts as many times more as the volume is smaller that the centres of its
-/// species can reach: what comes out is divided by that of the box.
+/// Walls keep centres a radius away. Each part is weighted by the ratio of the box volume to the volume that
+/// centres of its species can reach, because the result is divided by the volume of the box.
 ///
-/// The kinetic sum changes at events only, unless particles accelerate, or stream in a sheared box: then the integral is that of a straight line between two
-/// samples. Each sample takes away what rounding has added up.
+/// The kinetic sum changes only at events, unless particles accelerate or stream in a sheared box. Then it is
+/// integrated along straight lines between samples. Each sample removes the accumulated round-off.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct MomentumFlow {
-    /// The time that it has come to `[time]`.
+    /// The current time `[time]`.
     pub time: f64,
     /// Velocity of the centre of mass.
     drift: Vector,
     /// Whether the kinetic sum changes between events.
     is_changing: bool,
-    /// `sum m v_a v_b` now `[energy]`.
+    /// The current `sum m v_a v_b` `[energy]`.
     flow: Tensor,
     /// Its integral `[energy time]`.
     pub kinetic: Tensor,
-    /// `sum r_a J_b`, symmetrised, which matters for sliding contacts only `[energy time]`.
+    /// `sum r_a J_b`, symmetrised, which only matters for sliding contacts `[energy time]`.
     pub collisional: Tensor,
-    /// That of energy, where it is asked for.
+    /// The flow of energy, if requested.
     pub heat: Option<HeatFlow>,
 }
 
-/// Flow of kinetic energy, for particles without potential energy that do not accelerate.
+/// Flow of kinetic energy, for particles without potential energy and without acceleration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct HeatFlow {
-    /// `sum (m/2 v^2) v` now `[energy length / time]`.
+    /// The current `sum (m/2 v^2) v` `[energy length / time]`.
     flow: Vector,
-    /// Its integral and `sum r_ij dE_i` `[energy length]`.
+    /// Its integral plus `sum r_ij dE_i` `[energy length]`.
     pub integral: Vector,
 }
 
@@ -116,13 +120,13 @@ impl MomentumFlow {
         }
     }
 
-    /// With the flow of energy.
+    /// Adds the flow of energy.
     pub fn with_heat(self, sample: &Sample<'_>, system: &SystemDescription) -> Self {
         let heat = HeatFlow { flow: energy_flow(sample, system, &self.drift), integral: Vector::zeros() };
         Self { heat: Some(heat), ..self }
     }
 
-    /// Goes on to a time up to which nothing happens.
+    /// Advances to a time, without an event in between.
     pub fn pass(&mut self, time: f64) {
         if !self.is_changing {
             let passed = (time - self.time).max(0.0);
@@ -134,7 +138,7 @@ impl MomentumFlow {
         }
     }
 
-    /// Goes on to an event and past it.
+    /// Advances to an event and applies it.
     pub fn event(&mut self, event: &Event, system: &SystemDescription) {
         self.pass(event.time);
         let transfer = Transfer::of(event, system, &self.drift);
@@ -156,7 +160,7 @@ impl MomentumFlow {
         }
     }
 
-    /// Goes on to a sample, without an event on the way, and takes the flow from there.
+    /// Advances to a sample, without an event in between, and recomputes the flow from it.
     pub fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.pass(sample.time);
         let flow = kinetic_flow(sample, system, &self.drift);
@@ -173,7 +177,7 @@ impl MomentumFlow {
         }
     }
 
-    /// Starts the integrals again.
+    /// Restarts the integrals.
     pub fn restart(&mut self) {
         (self.kinetic, self.collisional) = ([0.0; 6], [0.0; 6]);
     }
@@ -181,7 +185,8 @@ impl MomentumFlow {
 
 fn kinetic_flow(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) -> Tensor {
     let mut flow = [0.0; 6];
-    // In a sheared box the common velocity along x grows by that along y, and is taken away as it is now.
+    // In a sheared box the common velocity along x grows with that along y, and its current value is
+    // subtracted.
     let drift = drift + system.common_peculiar_velocity(sample);
     for &id in &system.moving {
         let streaming = system.streaming_velocity(&sample.positions[id as usize]);

@@ -1,4 +1,4 @@
-//! Pairs of particles that are closer than a distance, for instruments.
+//! Pairs of particles closer than a given distance, for instruments.
 
 use thiserror::Error;
 
@@ -7,15 +7,15 @@ use crate::Vector;
 use crate::engine::CellList;
 use crate::model::space::Space;
 
-/// Pair of particles at one time, by its shortest image.
+/// A pair of particles at one time, by nearest image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct NearPair {
-    /// Ids of the two, the lower one first.
+    /// Ids of both, the lower one first.
     pub ids: [u32; 2],
-    /// Position of the second relative to the first, `r_2 - r_1`, with the periods that make it shortest `[length]`.
+    /// Position of the second relative to the first, `r_2 - r_1`, by nearest image `[length]`.
     pub separation: Vector,
-    /// Square of its length `[length^2]`.
+    /// Squared length of the separation `[length^2]`.
     pub square: f64,
 }
 
@@ -23,7 +23,7 @@ pub struct NearPair {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NearPairsError {
-    /// A distance that is none, or within which a particle can meet another one twice.
+    /// The distance is not positive, or so long that a particle could meet another one twice.
     #[error(
         "pairs within a distance of {distance}, expected a positive one, up to half of the shortest period: {largest}"
     )]
@@ -33,7 +33,7 @@ pub enum NearPairsError {
         /// Half of the shortest period; infinite in a box without one `[length]`.
         largest: f64,
     },
-    /// The sample has no particle with an id.
+    /// The sample has no particle with this id.
     #[error("there is no particle {id}: the sample has {count}")]
     NoParticle {
         /// The id.
@@ -44,12 +44,15 @@ pub enum NearPairsError {
 }
 
 impl Sample<'_> {
-    /// Pairs among some particles that are closer than a distance: calls `visit` once for each, in no particular order.
+    /// Calls `visit` once for each pair of the given particles that is closer than a distance, in no
+    /// particular order.
     ///
-    /// `ids` has each particle that counts once, such as [`SystemDescription::moving`](super::SystemDescription::moving), and `space` is the box,
-    /// [`SystemDescription::space`](super::SystemDescription::space). A separation is that of the nearest images along periodic axes, also in a sheared box; along walled, open and
-    /// flat axes there are no images. Particles are sorted into cells of the distance, so that the work grows with their number and
-    /// that of the pairs found.
+    /// `ids` names each particle once, for example
+    /// [`SystemDescription::moving`](super::SystemDescription::moving); `space` is the box,
+    /// [`SystemDescription::space`](super::SystemDescription::space). Separations use nearest images along
+    /// periodic axes, also in a sheared box; walled, open and flat axes have no images. Particles are sorted
+    /// into cells of the given distance, so the work grows with the number of particles plus the number of
+    /// pairs found.
     ///
     /// ```
     /// use carom::analysis::instruments::{NearPairsError, Sample, SystemDescription};
@@ -63,8 +66,9 @@ impl Sample<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`NearPairsError::Distance`] if the distance is not positive, or is more than half of the shortest period, beyond which two images of a particle can be near.
-    /// [`NearPairsError::NoParticle`] if the sample has no particle of one of the ids. `visit` is not called then.
+    /// [`NearPairsError::Distance`] if the distance is not positive or is more than half of the shortest
+    /// period, beyond which two images of a particle can be near. [`NearPairsError::NoParticle`] if the
+    /// sample has no particle with one of the ids. `visit` is not called in either case.
     #[doc(alias = "neighbours")]
     #[doc(alias = "cell list")]
     pub fn for_each_pair_within(
@@ -109,7 +113,7 @@ mod tests {
         (0..count).map(|_| space.lower + Vector::from_fn(|k, _| random.uniform() * space.size[k])).collect()
     }
 
-    /// Separations of two points within a distance, of all images up to two periods away, from the definition.
+    /// Separations of two points within a distance, by brute force over all images up to two periods away.
     fn images(apart: Vector, space: &Space, displacement: f64, distance: f64) -> Vec<Vector> {
         let along = |k: usize| if space.boundary[k] == Boundary::Periodic { -2..=2 } else { 0..=0 };
         let mut all = Vec::new();
@@ -135,7 +139,7 @@ mod tests {
         ] {
             let space = space(boundary, size);
             let positions = points(120, &space);
-            // Not all of them, and not in order.
+            // Only some of them, and out of order.
             let ids: Vec<u32> = (0..120).rev().filter(|id| id % 5 != 2).collect();
             let half = 0.5 * space.periods().min();
             for distance in [0.4, 1.3, half.min(1e3)] {
@@ -174,7 +178,7 @@ mod tests {
         assert_eq!(beyond, Err(NearPairsError::NoParticle { id: 10, count: 10 }));
         assert_eq!(sample.for_each_pair_within(2.5, &space, &[], visit), Ok(()));
 
-        // Without a period every distance is one, also an infinite one.
+        // Without a period every distance is allowed, even an infinite one.
         let open = Space { boundary: [Boundary::OPEN; 3], ..space };
         let mut count = 0;
         let ids: Vec<u32> = (0..10).collect();

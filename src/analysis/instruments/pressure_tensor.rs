@@ -1,4 +1,4 @@
-//! Pressure tensor and event rates.
+//! The pressure tensor and the event rates.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ use crate::engine::event::{Event, EventKind};
 use crate::model::ParticleId;
 use crate::model::measurement_plan::PressureTensor as Plan;
 
-/// Blocks that a run is cut into if nothing else is asked for.
+/// Default number of blocks in a run.
 const BLOCKS: u32 = 1000;
 
 /// Kinds of events, in the order of the rates.
@@ -21,23 +21,26 @@ const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 
 /// Measures the pressure tensor from all events.
 ///
-/// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`, with velocities relative to the centre of mass, where momentum along `a` or `b`
-/// is conserved; otherwise without the factor. Between walls each species has the volume `V_i` that its centres can reach, a radius away from
-/// them, and `r_a` is measured for each particle from the middle; the kinetic part is then `<sum m v_a v_b / V_i>`, and the factor of it that of
-/// [`freed`]. The trace is `D (N T + W / (D t))`, as in [`Observer`](crate::analysis::observables::Observer), which derives
-/// it; `Z` is the mean of the trace over that of its kinetic part, `D rho T`. The kinetic part is exact, unless there are accelerated
-/// particles, where it is that of a straight line between samples.
+/// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`, with velocities relative to the centre of
+/// mass, if momentum along `a` or `b` is conserved; otherwise without the factor. Between walls each species
+/// has its own volume `V_i`, which its centres can reach, a radius away from the walls, and `r_a` is measured
+/// from the middle for each particle. The kinetic part is then `<sum m v_a v_b / V_i>`, with the factor of
+/// [`freed`]. The trace is `D (N T + W / (D t))`, derived at
+/// [`Observer`](crate::analysis::observables::Observer). `Z` is the mean trace divided by the mean of its
+/// kinetic part, `D rho T`. The kinetic part is exact unless particles accelerate; then it is integrated
+/// along straight lines between samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct PressureTensor {
     blocks: SamplingTimes,
     flow: MomentumFlow,
     block_start: f64,
-    /// Participations of moving particles in events, in this block and in all, in the order of [`RATES`].
+    /// Number of times that moving particles took part in events, in this block and in all, in the order of
+    /// [`RATES`].
     counts: [u64; 5],
     totals: [u64; 5],
     tensor: Vec<BlockAverage>,
     pressure: BlockAverage,
-    /// The kinetic part of the pressure.
+    /// Kinetic part of the pressure.
     ideal: BlockAverage,
     rates: Vec<BlockAverage>,
 }
@@ -87,11 +90,14 @@ impl PressureTensor {
     }
 }
 
-/// Factor of the kinetic part along axes on which the momentum is conserved, because it misses the motion of the centre of mass.
+/// Factor of the kinetic part along axes with conserved momentum, which makes up for the missing motion of
+/// the centre of mass.
 ///
-/// Relative to that, with the mass `M` of all, a component of a velocity has a mean square of `T / m_i (1 - m_i / M)`: the velocities of all have the
-/// variance `T / m_i` each, the centre of mass that of `T / M`, and the two are independent. With the crowding `c_i = V / V_i`, the sum of
-/// `c_i m_i v_i^2` has the mean `T sum c_i (1 - m_i / M)` instead of `T sum c_i`. Where all are equally crowded that is `N / (N - 1)` for any masses.
+/// In the frame of the centre of mass, a velocity component has the mean square `T / m_i (1 - m_i / M)`,
+/// where `M` is the total mass: velocities have the variance `T / m_i`, the centre of mass has `T / M`, and
+/// the two are independent. With the crowding `c_i = V / V_i`, the sum of `c_i m_i v_i^2` has the mean `T sum
+/// c_i (1 - m_i / M)` instead of `T sum c_i`. If all have the same crowding, the factor is `N / (N - 1)` for
+/// any masses.
 fn freed(system: &SystemDescription) -> f64 {
     let mass = system.moving_mass();
     let parts = system.moving.iter().map(|&id| (system.crowding_of(id), system.masses[id as usize] / mass));
@@ -109,8 +115,10 @@ fn freed(system: &SystemDescription) -> f64 {
     }
 }
 
-/// Whether a component is the rate of a moment that does not grow: with walls along `a` that give no momentum along `b`, along which nothing else does either,
-/// `d/dt sum m r_a v_b / V_i = sum m v_a v_b / V_i + sum r_a J_b / V_i`. The mean over a time `t` has of that the difference between both ends, by `t`.
+/// Whether a component is the time derivative of a bounded moment. This is so with walls across `a` that
+/// transfer no momentum along `b`, if nothing else does either: `d/dt sum m r_a v_b / V_i = sum m v_a v_b /
+/// V_i + sum r_a J_b / V_i`. The mean over a time `t` is then the difference between both ends, divided by
+/// `t`.
 fn is_moment([a, b]: [usize; 2], system: &SystemDescription) -> bool {
     let keeps = |walled: usize, other: usize| system.space.walls(walled) == 2 && system.conserved_axes[other];
     (keeps(a, b) || keeps(b, a)) && system.scaling_interval.is_none()
@@ -131,7 +139,7 @@ impl Instrument for PressureTensor {
         self.blocks.pass_early(sample.time, EARLY);
     }
 
-    /// Counts events after the last sample.
+    /// Counts the events after the last sample.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.sample(sample, system);
     }
@@ -148,7 +156,7 @@ impl Instrument for PressureTensor {
     fn event(&mut self, event: &Event, system: &SystemDescription) {
         self.flow.event(event, system);
         let kind = match event.kind {
-            // They are declared in the order of the rates.
+            // The outcomes are declared in the order of the rates.
             EventKind::Pair(outcome) => outcome as usize,
             EventKind::Surface => 4,
             EventKind::Thermostat => return,
@@ -233,7 +241,7 @@ mod tests {
         let row = observer.row(&simulation);
         let measured = report(&instrument, &system);
         let pressure = number(&measured, "pressure").mean.unwrap();
-        // 2700 events, each rounded a few times.
+        // 2700 events, with a few roundings each.
         assert!((pressure / row.pressure.unwrap() - 1.0).abs() < 1e-12, "{pressure} {row:?}");
         let diagonal: f64 =
             ["xx", "yy", "zz"].map(|ab| number(&measured, &format!("pressure_{ab}")).mean.unwrap()).iter().sum();
@@ -289,7 +297,8 @@ mod tests {
         measure(&mut simulation, &system, &mut instrument, 4.0);
         let measured = report(&instrument, &system);
         let mean = |name: &str| number(&measured, name).mean.unwrap();
-        // m v_a v_b / V on 90 areas, where the centre can be; the wall turns the sign of v_x after 6.5 / 3, once.
+        // m v_a v_b / V on an area of 90, which the centre can reach. The wall reverses v_x once, after 6.5 /
+        // 3.
         assert!((mean("pressure_xx") - 0.2).abs() < 1e-12);
         assert!((mean("pressure_yy") - 0.02 / 0.9).abs() < 1e-12);
         assert!((mean("pressure") - 0.2).abs() < 1e-12, "that on the walls");
@@ -314,7 +323,8 @@ mod tests {
             let (system, mut simulation) = start(scene(space).build().unwrap());
             let mut instrument = tensor(&simulation, &system, 1.0);
             measure(&mut simulation, &system, &mut instrument, 1.0);
-            // The mean of (g t)^2 from 0 to 1, by straight lines between 1000 samples: 1/6 of (1/1000)^2 more.
+            // The mean of (g t)^2 from 0 to 1 by straight lines between 1000 samples is larger by 1/6 of
+            // (1/1000)^2.
             let zz = number(&report(&instrument, &system), "pressure_zz").mean;
             assert_eq!(zz.is_some(), pressure.is_some());
             assert!((zz.unwrap_or(0.0) - pressure.unwrap_or(0.0)).abs() < 0.2e-9, "{zz:?}");
@@ -323,8 +333,8 @@ mod tests {
 
     #[test]
     fn few_unlike_particles_in_a_slit_have_the_kinetic_pressure_of_their_temperature() {
-        // Along the slit they move at 5 and - 1 / 2 relative to the centre of mass: the reduced mass 10 / 11 and their relative speed give
-        // T = 10 / 11 (11 / 2)^2, that of the one component that is free.
+        // Along the slit they move at 5 and - 1 / 2 relative to the centre of mass. The reduced mass 10 / 11
+        // and the relative speed give T = 10 / 11 (11 / 2)^2, for the one free component.
         let slit = Space { boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat], ..flat_box() };
         let slit = Space { size: Vector::new(8.0, 8.0, 0.0), ..slit };
         let scene = SceneBuilder::new("slit")
@@ -343,7 +353,7 @@ mod tests {
         let mut instrument = tensor(&simulation, &system, 1.0);
         measure(&mut simulation, &system, &mut instrument, 1.0);
         let pressure = number(&report(&instrument, &system), "pressure_yy").mean.unwrap();
-        // Centres have 7 x 8 and 3 x 8.
+        // Centres can reach 7 x 8 and 3 x 8.
         let expected = 10.0 / 11.0 * 5.5 * 5.5 * (1.0 / 56.0 + 1.0 / 24.0);
         assert!((pressure / expected - 1.0).abs() < 1e-12, "{pressure} {expected}");
     }

@@ -13,19 +13,21 @@ use crate::model::measurement_plan::MOST_CELLS;
 use crate::model::space::{Boundary, Space};
 use serde::{Deserialize, Serialize};
 
-/// Quantities averaged in each cell: number, mass, momentum along three axes, and relative to what streams `m |v|^2` and its momentum along x.
+/// Quantities averaged in each cell: number, mass, momentum along three axes, and, relative to the streaming,
+/// `m |v|^2` and the momentum along x.
 const ELEMENTS: usize = 7;
 
-/// Means over time in cells: number density, velocity of flow and kinetic temperature.
+/// Time averages in cells: number density, flow velocity and kinetic temperature.
 ///
-/// With `N` particles in a cell, `M = <sum m>`, `P = <sum m v>` and `A = <sum m |v|^2>`: the density is `<N> / V`, the velocity `u = P / M`,
-/// and the temperature `<sum m |v - u|^2> / f` with `<sum m |v - u|^2> = A - P^2 / M`. Errors follow from those of the means and their
-/// correlations.
+/// With `N` particles in a cell, `M = <sum m>`, `P = <sum m v>` and `A = <sum m |v|^2>`, the density is `<N>
+/// / V`, the velocity is `u = P / M`, and the temperature is `<sum m |v - u|^2> / f` with `<sum m |v - u|^2>
+/// = A - P^2 / M`. Errors follow from the errors of the means and their correlations.
 ///
-/// Of `S` samples of `D` components each, the mean `u` takes one of each component of all `S <N>`, and a component of the total momentum
-/// that is conserved takes the part `M / M_total` of one from each sample, because there `<m v^2> = T (1 - m / M_total)`; what it takes is
-/// not taken again by the mean:
-/// `f = D (<N> - 1 / S) - c (M / M_total) (1 - 1 / S)` with `c` conserved components.
+/// `f` counts the free velocity components, of `D` per particle, over `S` samples. The mean `u` removes one
+/// of each component from all `S <N>`. Each component of the total momentum that is conserved removes the
+/// fraction `M / M_total` of one from each sample, because then `<m v^2> = T (1 - m / M_total)`; the mean
+/// does not remove that fraction again. So `f = D (<N> - 1 / S) - c (M / M_total) (1 - 1 / S)` with `c`
+/// conserved components.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Profile {
     name: String,
@@ -33,7 +35,7 @@ pub(super) struct Profile {
     lower: Vector,
     size: Vector,
     bins: [usize; 3],
-    /// Ids of the particles that count.
+    /// Ids of the counted particles.
     ids: Vec<u32>,
     samples: u64,
     curve: CurveAverage,
@@ -61,7 +63,7 @@ impl Profile {
         }
     }
 
-    /// The cell of a position; `None` outside of the grid.
+    /// Cell of a position; `None` outside of the grid.
     fn cell_of(&self, position: &Vector, space: &Space) -> Option<usize> {
         let mut cell = 0;
         for k in (0..3).rev() {
@@ -69,9 +71,9 @@ impl Profile {
                 Boundary::Flat => 0,
                 boundary => {
                     let mut offset = position[k] - self.lower[k];
-                    // By round-off outside of the box, or in a grid that is elsewhere.
+                    // Outside of the box by round-off, or in a grid elsewhere.
                     if boundary == Boundary::Periodic && !(0.0..space.size[k]).contains(&offset) {
-                        // The remainder may round to the period itself.
+                        // The remainder may round up to the period itself.
                         offset = offset.rem_euclid(space.size[k]).min(space.size[k].next_down());
                     }
                     if !(0.0..self.size[k]).contains(&offset) {
@@ -92,7 +94,7 @@ impl Profile {
     }
 }
 
-/// Numbers of bins, at most [`MOST_CELLS`] in all: the last axes are coarser if necessary.
+/// Numbers of bins, at most [`MOST_CELLS`] in all. The last axes become coarser if necessary.
 fn affordable(bins: [u64; 3]) -> [usize; 3] {
     let mut left = MOST_CELLS;
     bins.map(|count| {
@@ -169,7 +171,7 @@ impl Instrument for Profile {
 /// Values of a cell.
 #[derive(Debug, Clone, Copy, Default)]
 struct Cell {
-    /// Mean mass in it, and the number of components of velocities that are free, in a sample.
+    /// Mean mass in it, and the number of free velocity components per sample.
     mass: f64,
     degrees: f64,
     density: Option<Estimate>,
@@ -178,7 +180,7 @@ struct Cell {
 }
 
 impl Profile {
-    /// Centres of the cells along axes with more than one, x first; along x if there are none.
+    /// Cell centres along the axes with more than one cell, x first; along x if there are none.
     fn variables(&self) -> Vec<Variable> {
         let axes = (0..3).filter(|&k| self.bins[k] > 1 || (k == 0 && self.bins == [1; 3]));
         let cells = self.bins.iter().product();
@@ -200,11 +202,11 @@ impl Profile {
         let mean = |element: usize| self.curve.mean(first + element);
         let (Some(number), Some(mass)) = (mean(0), mean(1)) else { return Cell::default() };
         if number <= 0.0 {
-            // How rare "never" is, is not known.
+            // A count of zero has no known error.
             return Cell { density: Some(Estimate { mean: 0.0, standard_error: None }), ..Cell::default() };
         }
         let flow = Vector::from_fn(|k, _| mean(2 + k).unwrap_or(0.0) / mass);
-        // Relative to what streams, which is along x.
+        // Relative to the streaming, which is along x.
         let common = flow - Vector::new(mean(6).unwrap_or(0.0) / mass, 0.0, 0.0);
         let error = |terms: &[(usize, f64)]| self.curve.combination(terms).and_then(|sum| sum.standard_error);
         let velocity = |k: usize| Estimate {
@@ -215,10 +217,10 @@ impl Profile {
         let shared = conserved * mass / system.moving_mass();
         let degrees = dimensions * (number - 1.0 / samples) - shared * (1.0 - 1.0 / samples);
         let temperature = mean(5).and_then(|square| {
-            // The difference of two equal numbers is round-off.
+            // A difference of two equal numbers is round-off.
             let fluctuation = (square - mass * common.norm_squared()).max(0.0);
             let temperature = fluctuation / degrees;
-            // T = (A - P^2 / M) / f, by its derivatives, as if f were in proportion to N.
+            // T = (A - P^2 / M) / f by its derivatives, with f proportional to N.
             let part = 1.0 / degrees;
             let terms = [
                 (first + 5, part),
@@ -229,7 +231,7 @@ impl Profile {
                 (first + 1, common.norm_squared() * part),
                 (first, -temperature / number),
             ];
-            // All of them free but one, or nothing is.
+            // Only one particle, or no free component, has no temperature.
             (number * samples > 1.5 && degrees > 0.5 / samples)
                 .then(|| Estimate { mean: temperature, standard_error: error(&terms) })
         });

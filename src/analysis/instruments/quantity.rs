@@ -1,4 +1,4 @@
-//! Results of instruments: numbers and curves with standard errors, in the form in which they are written and drawn.
+//! Results of instruments: numbers and curves with standard errors, as they are written and drawn.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,27 +10,28 @@ use crate::analysis::statistics::Estimate;
 pub struct Measured {
     /// Single numbers, such as a diffusion coefficient.
     pub numbers: Vec<Number>,
-    /// Curves and grids, such as a radial distribution function; each is a table of its own, too.
+    /// Curves and grids, such as a radial distribution function. Each has its own table, too.
     pub curves: Vec<Curve>,
 }
 
 impl Measured {
-    /// The number with a name.
+    /// The number of this name.
     #[must_use]
     pub fn number(&self, name: &str) -> Option<&Number> {
         self.numbers.iter().find(|number| number.name == name)
     }
 
-    /// The curve with a name.
+    /// The curve of this name.
     #[must_use]
     pub fn curve(&self, name: &str) -> Option<&Curve> {
         self.curves.iter().find(|curve| curve.name == name)
     }
 
-    /// Adds what an instrument of the user has measured, in a form that every reader takes.
+    /// Adds the results of a user's instrument, in a form that every reader accepts.
     ///
-    /// Names get letters, digits, `_` and `-` only, and a number behind them if they are taken: curves name files. Columns end with the
-    /// shortest one of their curve, rows whose variables are not finite are left out, and values that are not finite are not known.
+    /// Names keep only letters, digits, `_` and `-`, because curves name files; a name that is taken gets a
+    /// number. Columns end with the shortest one of their curve, rows with a variable that is not finite are
+    /// left out, and values that are not finite become unknown.
     pub(super) fn join(&mut self, own: Self) {
         for mut number in own.numbers {
             number.name = free_name(&number.name, self.numbers.iter().map(|other| other.name.as_str()));
@@ -46,7 +47,7 @@ impl Measured {
     }
 }
 
-/// A name of plain characters that no other has.
+/// A name of plain characters that is not taken.
 pub(super) fn free_name<'n>(name: &str, taken: impl Iterator<Item = &'n str> + Clone) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let plain: String = name.chars().take(50).map(|c| if is_plain(c) { c } else { '_' }).collect();
@@ -64,7 +65,7 @@ pub(super) fn free_name<'n>(name: &str, taken: impl Iterator<Item = &'n str> + C
 pub struct Number {
     /// Name, unique in the run, in lower case with underscores: `diffusion_coefficient`.
     pub name: String,
-    /// Name for people.
+    /// Display name.
     pub title: String,
     /// Unit, such as `length^2 / time`; `1` for a pure number.
     pub unit: String,
@@ -72,12 +73,12 @@ pub struct Number {
     pub mean: Option<f64>,
     /// Its standard error; `None` for insufficient data.
     pub standard_error: Option<f64>,
-    /// How it is defined and measured, in a sentence with its equation.
+    /// How it is defined and measured, in one sentence with its equation.
     pub method: String,
 }
 
 impl Number {
-    /// A number of an estimate; without one, there were insufficient data.
+    /// A number from an estimate; `None` stands for insufficient data.
     #[must_use]
     pub fn estimated(name: &str, title: &str, unit: &str, estimate: Option<Estimate>, method: &str) -> Self {
         // A value that is not finite is unknown.
@@ -104,7 +105,7 @@ pub struct Scalar {
 }
 
 impl Scalar {
-    /// A scalar of particles.
+    /// A scalar of each particle.
     #[must_use]
     pub fn new(name: &str, values: Vec<f64>) -> Self {
         Self { name: name.to_owned(), values }
@@ -117,17 +118,17 @@ impl Scalar {
 pub struct Curve {
     /// Name, unique in the run; `measurements/NAME.csv` is its table.
     pub name: String,
-    /// Name for people.
+    /// Display name.
     pub title: String,
-    /// How it is defined and measured, in a sentence with its equation.
+    /// How it is defined and measured, in one sentence with its equation.
     pub method: String,
     /// The independent variables: one for a curve, up to three for a grid. All columns have the same length.
     pub variables: Vec<Variable>,
     /// Measured series.
     pub series: Vec<Series>,
-    /// Whether a plot has logarithmic axes, of the variable and of the values.
+    /// Whether a plot has logarithmic axes, for the variable and for the values.
     pub is_logarithmic: [bool; 2],
-    /// Published or exact curves to draw beside it; empty if there are none.
+    /// Published or exact curves to draw beside it; may be empty.
     pub published: Vec<Published>,
 }
 
@@ -158,7 +159,7 @@ impl Curve {
         self
     }
 
-    /// Adds the divisors of the quantity that was added last.
+    /// Adds the divisors of the last quantity added.
     #[must_use]
     pub fn normalised(mut self, by: Normalisation) -> Self {
         if let Some(series) = self.series.last_mut() {
@@ -167,17 +168,17 @@ impl Curve {
         self
     }
 
-    /// Draws the variable, and the values, on logarithmic axes.
+    /// Sets logarithmic axes for the variable and for the values.
     pub(super) fn logarithmic(self, is_logarithmic: [bool; 2]) -> Self {
         Self { is_logarithmic, ..self }
     }
 
-    /// Draws curves from elsewhere beside it.
+    /// Adds curves from elsewhere to draw beside it.
     pub(super) fn beside(self, published: impl IntoIterator<Item = Published>) -> Self {
         Self { published: published.into_iter().collect(), ..self }
     }
 
-    /// Gives all columns the same rows, with variables that are finite.
+    /// Gives all columns the same rows, with finite variables.
     fn make_even(&mut self) {
         let lengths = self.variables.iter().map(|variable| variable.values.len());
         let others = self.series.iter().flat_map(|series| [series.values.len(), series.standard_errors.len()]);
@@ -201,7 +202,7 @@ impl Curve {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Variable {
-    /// Name for people and head of its column: `r`.
+    /// Display name and column head: `r`.
     pub name: String,
     /// Unit: `length`.
     pub unit: String,
@@ -213,7 +214,7 @@ pub struct Variable {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Series {
-    /// Name for people and head of its column: `g(r) A-B`.
+    /// Display name and column head: `g(r) A-B`.
     pub name: String,
     /// Unit.
     pub unit: String,
@@ -221,16 +222,16 @@ pub struct Series {
     pub values: Vec<Option<f64>>,
     /// Their standard errors.
     pub standard_errors: Vec<Option<f64>>,
-    /// By what a sum was divided to give the values; `None` where that is not known.
+    /// Divisors that turned a sum into the values; `None` if unknown.
     #[serde(default)]
     pub normalisation: Option<Normalisation>,
 }
 
-/// Divisors of the values of a series: a value times all its divisors is what was counted, or summed up.
+/// Divisors of the values of a series. A value times all its divisors is the original count or sum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Normalisation {
-    /// Sum or count that is divided: `pairs in the bin, over all samples`.
+    /// The sum or count before division: `pairs in the bin, over all samples`.
     pub sum: String,
     /// The divisors; empty for plain counts.
     pub divisors: Vec<Divisor>,
@@ -255,23 +256,23 @@ impl Normalisation {
         Self { sum: sum.to_owned(), divisors: Vec::new() }
     }
 
-    /// All values were divided by the same number.
+    /// Divides all values by the same number.
     #[must_use]
     pub fn by(self, name: &str, unit: &str, value: f64) -> Self {
         self.by_each(name, unit, vec![value])
     }
 
-    /// Each value was divided by a number of its own.
+    /// Divides each value by its own number.
     #[must_use]
     pub fn by_each(mut self, name: &str, unit: &str, mut values: Vec<f64>) -> Self {
-        // Files have no number for a value that is not finite.
+        // Files cannot hold values that are not finite.
         values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
         self.divisors.push(Divisor { name: name.to_owned(), unit: unit.to_owned(), values });
         self
     }
 }
 
-/// A curve from elsewhere, to compare with.
+/// A curve from elsewhere, for comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Published {

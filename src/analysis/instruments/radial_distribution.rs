@@ -1,4 +1,4 @@
-//! The radial distribution function, and its value at contact.
+//! The radial distribution function and its value at contact.
 
 mod contact;
 mod room;
@@ -21,27 +21,28 @@ use room::Room;
 use serde::{Deserialize, Serialize};
 use unequal::Rooms;
 
-/// With more species than this, all particles that move count as one.
+/// With more species than this, all moving particles count as one species.
 const MOST_SPECIES: usize = 8;
 
-/// `g(r)` of each pair of species, at least one of which moves.
+/// `g(r)` of each pair of species that has a moving member.
 ///
-/// `g_AB(r) = n_AB(r) / n_ideal(r)`, where `n_AB` is the number of pairs (`N_A (N_A - 1) / 2` of one species, `N_A N_B` of two) whose
-/// distance is in the bin, and `n_ideal` the number that is expected in the same volume of uncorrelated points.
+/// `g_AB(r) = n_AB(r) / n_ideal(r)`, where `n_AB` is the number of pairs (`N_A (N_A - 1) / 2` within one
+/// species, `N_A N_B` between two) with a distance in the bin, and `n_ideal` is the expected number for
+/// uncorrelated points in the same volume.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct RadialDistribution {
     times: SamplingTimes,
-    /// Cutoff that was asked for `[length]`.
+    /// The requested cutoff `[length]`.
     asked: f64,
-    /// Cutoff within reach `[length]`.
+    /// The cutoff in use `[length]`.
     cutoff: f64,
     bins: usize,
-    /// Ids of the particles that are in a pair.
+    /// Ids of the particles in any pair.
     ids: Vec<u32>,
-    /// Index of the class of each species; `None` for species that do not count.
+    /// Class of each species; `None` for species that do not count.
     classes: Vec<Option<usize>>,
     pairs: Vec<Pair>,
-    /// Numbers of pairs that are expected of points, in all bins of all pairs, then in all their bins near contact.
+    /// Expected numbers of pairs of points: in all bins of all pairs, then in their bins near contact.
     ideal: Vec<f64>,
     curve: CurveAverage,
 }
@@ -51,11 +52,11 @@ pub(super) struct RadialDistribution {
 struct Pair {
     classes: [usize; 2],
     names: [String; 2],
-    /// Where the cores touch, if they have any and that is within reach.
+    /// The shell where the cores touch, if there is one within the cutoff.
     shell: Option<Shell>,
 }
 
-/// Particles that count as the same.
+/// Particles that count as one species.
 struct Class {
     name: String,
     species: Vec<usize>,
@@ -110,7 +111,7 @@ impl RadialDistribution {
         new
     }
 
-    /// Operations of one sample: some ten for each two particles in neighbouring cells.
+    /// Operations of one sample: about ten for each pair of particles in neighbouring cells.
     fn work(&self, system: &SystemDescription) -> f64 {
         let count = self.ids.len() as f64;
         let cube = (0..system.space.dimensions()).fold(1.0, |product, _| product * 3.0 * self.range());
@@ -118,12 +119,12 @@ impl RadialDistribution {
         50.0 * count + 5.0 * count * near.min(count)
     }
 
-    /// Cutoff of the distance of pairs.
+    /// Cutoff of the pair distance.
     fn range(&self) -> f64 {
         self.pairs.iter().filter_map(|pair| pair.shell).map(|shell| shell.end).fold(self.cutoff, f64::max)
     }
 
-    /// The pair of each two classes.
+    /// The pair of any two classes.
     fn pair_table(&self) -> Vec<Option<usize>> {
         let count = self.classes.iter().flatten().max().map_or(0, |last| last + 1);
         let mut table = vec![None; count * count];
@@ -161,7 +162,7 @@ impl Instrument for RadialDistribution {
                 numbers[first_contact + pair * CONTACT_BINS + bin] += 1;
             }
         });
-        // Where there is no room for a distance there are no pairs.
+        // If the box has no room for the distance, there are no pairs.
         found.unwrap_or_default();
         self.curve.add_all(numbers.iter().zip(&self.ideal).map(|(&number, ideal)| number as f64 / ideal));
     }
@@ -225,13 +226,13 @@ impl RadialDistribution {
     }
 }
 
-/// Lower and upper ends of even bins.
+/// Lower and upper ends of equal bins.
 fn edges(from: f64, to: f64, bins: usize) -> impl Iterator<Item = [f64; 2]> {
     let edge = move |k: usize| from + (to - from) * (k as f64 / bins as f64);
     (0..bins).map(move |k| [edge(k), edge(k + 1)])
 }
 
-/// The species that have particles; all that move as one, if there are many.
+/// The species that have particles; one class of all moving particles if there are too many.
 fn classes(system: &SystemDescription) -> Vec<Class> {
     let mut counts = vec![0_u64; system.species_names.len()];
     system.species.iter().for_each(|&species| counts[species as usize] += 1);
@@ -256,7 +257,8 @@ fn mean_diameter(system: &SystemDescription, class: &Class) -> f64 {
     class.species.iter().map(|&species| system.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
 }
 
-/// The probability of distances between points of particles with these diameters: between walls, large ones have less room.
+/// The probability of a distance between two points of particles with these diameters. Between walls, large
+/// particles have less room.
 fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
     let room = Room::new(&system.space, diameters[0]);
     let shortest = room.shortest();
@@ -274,7 +276,7 @@ fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f
     })
 }
 
-/// Shell just outside of the distance at which the cores of two species touch.
+/// The shell just outside of the contact distance of two species.
 fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Shell> {
     match (&first.species[..], &second.species[..]) {
         (&[a], &[b]) => system.cores.get(a, b).map(|core| Shell::new(core, system.steps_outside_cores.get(a, b))),
@@ -282,19 +284,20 @@ fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Sh
     }
 }
 
-/// Half of the shortest period, or of the longest edge where no axis is periodic, or four times the largest diameter if that is less.
+/// Half of the shortest period, or of the longest edge if no axis is periodic; at most four times the largest
+/// diameter.
 fn default_cutoff(system: &SystemDescription) -> f64 {
     let diameter = system.diameters.iter().copied().fold(0.0, f64::max);
     let half = CellList::largest_range(&system.space).min(0.5 * system.space.size.max());
     if diameter > 0.0 { half.min(4.0 * diameter) } else { half }
 }
 
-/// Longest distance that is measured: half of the shortest period, or the diagonal of a box without a periodic axis.
+/// Longest measurable distance: half of the shortest period, or the diagonal of a box without periodic axes.
 fn reach(system: &SystemDescription) -> f64 {
     CellList::largest_range(&system.space).min(system.space.size.norm())
 }
 
-/// Why a cutoff is shorter than the one that was asked for; `None` if it is not.
+/// Why a cutoff is shorter than requested; `None` if it is not.
 pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String> {
     (asked > cutoff).then(|| {
         let [asked, cutoff] = [asked, cutoff].map(digits);
@@ -310,7 +313,7 @@ pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String
     })
 }
 
-/// Why the cutoff of a plan is shorter than the one that was asked for; `None` if it is not.
+/// Why the cutoff is shorter than the plan asks for; `None` if it is not.
 pub(crate) fn shortened_cutoff(plan: &plan::RadialDistribution, system: &SystemDescription) -> Option<String> {
     let asked = plan.cutoff?;
     shortened(asked, asked.min(reach(system)), &system.space)

@@ -9,39 +9,39 @@ use thiserror::Error;
 
 use super::instrument::{Instrument, Setup};
 
-/// Why a run cannot begin or go on with the instruments that are registered.
+/// Why a run cannot start or continue with the registered instruments.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum InstrumentError {
-    /// Two have the same name.
+    /// Two instruments have the same name.
     #[error("two instruments are registered as `{name}`, expected another name for one of them")]
     Duplicate {
         /// The name.
         name: String,
     },
-    /// The run began with an instrument that is not registered where it goes on.
+    /// The run started with an instrument that is no longer registered.
     #[error("the run began with the instrument `{name}`, expected it to be registered before the run goes on")]
     NotRegistered {
         /// Its name.
         name: String,
     },
-    /// The run began without an instrument that is registered where it goes on.
+    /// The run started without an instrument that is now registered.
     #[error("the run began without the instrument `{name}`, expected only those that it began with")]
     NotInCheckpoint {
         /// Its name.
         name: String,
     },
-    /// The state of an instrument is not that of its type.
+    /// The stored state does not fit the instrument's type.
     #[error("the checkpoint has a state of the instrument `{name}` that its type cannot be made from")]
     State {
         /// Its name.
         name: String,
-        /// Why.
+        /// The error of the decoder.
         source: postcard::Error,
     },
 }
 
-/// An instrument of any type that can be kept in a checkpoint.
+/// An instrument of any type that can be stored in a checkpoint.
 trait Kept: Instrument + Send + Sync {
     fn copy(&self) -> Box<dyn Kept>;
 
@@ -74,14 +74,14 @@ type Begin = Box<dyn FnOnce(&Setup<'_>) -> Box<dyn Kept> + Send>;
 
 type Read = fn(&[u8]) -> Result<Box<dyn Kept>, postcard::Error>;
 
-/// How an instrument begins, and how it is made from its state.
+/// Starts an instrument, and restores it from its state.
 struct Entry {
     name: String,
     begin: Begin,
     read: Read,
 }
 
-/// The instruments that a user has registered with a run.
+/// The instruments that a user registered with a run.
 #[derive(Default)]
 pub(crate) struct Registry {
     entries: Vec<Entry>,
@@ -114,7 +114,7 @@ impl Registry {
         self.entries.is_empty()
     }
 
-    /// The names of all, each different from the others.
+    /// The names of all instruments, which must differ.
     pub fn names(&self) -> Result<Vec<String>, InstrumentError> {
         let mut names: Vec<String> = Vec::with_capacity(self.entries.len());
         for Entry { name, .. } in &self.entries {
@@ -126,18 +126,18 @@ impl Registry {
         Ok(names)
     }
 
-    /// Whether these are the instruments that a run began with.
+    /// Checks that these are the instruments with which the run started.
     pub fn compare(&self, begun: &[String]) -> Result<(), InstrumentError> {
         compare(&self.names()?, begun)
     }
 
-    /// All of them, at the start of the measurement.
+    /// Starts all of them, at the start of the measurement.
     pub(super) fn begin(&mut self, setup: &Setup<'_>) -> Vec<Registered> {
         let entries = std::mem::take(&mut self.entries).into_iter();
         entries.map(|Entry { name, begin, .. }| Registered { name, content: Content::Live(begin(setup)) }).collect()
     }
 
-    /// Makes instruments of the states that a checkpoint has.
+    /// Restores instruments from the states in a checkpoint.
     pub(super) fn restore(&self, registered: &mut [Registered]) -> Result<(), InstrumentError> {
         for one in registered {
             let Content::Stored(bytes) = &one.content else { continue };
@@ -151,7 +151,7 @@ impl Registry {
     }
 }
 
-/// Whether the instruments have the names of those at the start of the run.
+/// Checks the names of instruments against those at the start of the run.
 pub(crate) fn compare(names: &[String], begun: &[String]) -> Result<(), InstrumentError> {
     if let Some(name) = begun.iter().find(|name| !names.contains(name)) {
         return Err(InstrumentError::NotRegistered { name: name.clone() });
@@ -162,7 +162,7 @@ pub(crate) fn compare(names: &[String], begun: &[String]) -> Result<(), Instrume
     }
 }
 
-/// Instruments that a user has registered, as a run has left them.
+/// Instruments registered by a user, in their state after a run.
 #[derive(Debug, Default)]
 pub(crate) struct OwnInstruments(Vec<Registered>);
 
@@ -171,12 +171,12 @@ impl OwnInstruments {
         Self(registered)
     }
 
-    /// Instrument with a name, if it has this type.
+    /// The instrument of this name, if it has this type.
     pub fn get<I: 'static>(&self, name: &str) -> Option<&I> {
         self.0.iter().find(|one| one.name == name)?.typed()
     }
 
-    /// Hands out the one with a name, if it has this type.
+    /// Takes out the instrument of this name, if it has this type.
     pub fn take<I: 'static>(&mut self, name: &str) -> Option<I> {
         let place = self.0.iter().position(|one| one.name == name && one.typed::<I>().is_some())?;
         match self.0.remove(place).content {
@@ -186,7 +186,7 @@ impl OwnInstruments {
     }
 }
 
-/// An instrument that a user has registered, with its name.
+/// A registered instrument with its name.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Registered {
     name: String,
@@ -197,7 +197,7 @@ pub(super) struct Registered {
 #[serde(from = "Vec<u8>")]
 enum Content {
     Live(Box<dyn Kept>),
-    /// From a checkpoint, until it is known what type it is.
+    /// Read from a checkpoint; its type is not known yet.
     Stored(Vec<u8>),
 }
 

@@ -1,27 +1,28 @@
-//! Slope of the linear part of a curve, with an error that takes the correlation of its points into account.
+//! Slope of the linear part of a curve. The error includes the correlation of its points.
 
 use crate::analysis::statistics::Estimate;
 
-/// Slopes of both halves of a straight part differ by less than this part of the slope, or by three errors.
+/// The part is straight if the slopes of its halves differ by less than this fraction of the slope, or by
+/// less than three errors.
 const STRAIGHT: f64 = 0.1;
 
-/// Fewest points for a slope whose halves can be compared.
+/// Fewest points for a slope with two halves to compare.
 const FEWEST: usize = 6;
 
-/// Where a straight part is looked for: from a quarter of the longest time on.
+/// Range of the straight part: from a quarter of the longest lag on.
 pub(super) fn straight_part(longest: usize) -> std::ops::RangeInclusive<usize> {
     longest.div_ceil(4)..=longest
 }
 
-/// Coefficients of the least-squares slope over lags `k spacing`, as terms for elements `offset + k`.
+/// Coefficients of the least-squares slope over lags `k spacing`, as terms for the elements `offset + k`.
 pub(super) fn slope_terms(lags: std::ops::RangeInclusive<usize>, spacing: f64, offset: usize) -> Vec<(usize, f64)> {
     let centre = 0.5 * (*lags.start() as f64 + *lags.end() as f64);
     let squares: f64 = lags.clone().map(|k| (k as f64 - centre) * (k as f64 - centre)).sum();
     lags.map(|k| (offset + k, (k as f64 - centre) / (squares * spacing))).collect()
 }
 
-/// Terms of the slope of a curve over its last three quarters, and of the difference between the slopes of both halves of these; `None` where there are
-/// too few points.
+/// Terms for the slope of a curve over its last three quarters, and for the difference between the slopes of
+/// the two halves of that part; `None` if there are too few points.
 pub(super) fn straight_terms(longest: usize, spacing: f64, offset: usize) -> Option<[Vec<(usize, f64)>; 2]> {
     let part = straight_part(longest);
     let (first, last) = (*part.start(), *part.end());
@@ -34,9 +35,10 @@ pub(super) fn straight_terms(longest: usize, spacing: f64, offset: usize) -> Opt
     Some([slope_terms(part, spacing, offset), bend])
 }
 
-/// Slope of a curve of means over its last three quarters; `None` where that part is not straight, or too short.
+/// Slope of a curve of means over its last three quarters; `None` if that part is not straight or is too
+/// short.
 ///
-/// `slope` takes terms to an estimate, so that a curve may be corrected for its mean.
+/// `slope` turns terms into an estimate, so that a curve can be corrected for its mean.
 pub(super) fn straight_slope(
     longest: usize,
     spacing: f64,
@@ -48,7 +50,7 @@ pub(super) fn straight_slope(
     is_small(&slope(&bend)?, &whole).then_some(whole)
 }
 
-/// Whether a part that ought to vanish is less than a tenth of the whole, or than three of its own errors.
+/// Whether a part that should vanish is less than a tenth of the whole, or less than three of its own errors.
 pub(super) fn is_small(part: &Estimate, whole: &Estimate) -> bool {
     part.mean.abs() <= (STRAIGHT * whole.mean.abs()).max(3.0 * part.standard_error.unwrap_or(0.0))
 }
@@ -64,7 +66,7 @@ mod tests {
 
     fn curve(f: impl Fn(f64) -> f64) -> CurveAverage {
         let mut average = CurveAverage::new(20);
-        // Two that differ by a constant.
+        // Two curves that differ by a constant.
         (0..16).for_each(|n| average.add_all((0..20).map(|k| f(f64::from(k)) + f64::from(n % 2))));
         average
     }

@@ -1,4 +1,4 @@
-//! The distribution of speeds, in windows of time.
+//! The distribution of speeds, in time windows.
 
 mod report;
 
@@ -14,58 +14,61 @@ use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::{BINS, MOST_BINS, MOST_WINDOWS, WINDOWS};
 use serde::{Deserialize, Serialize};
 
-/// With more species than this, all particles that move have one distribution.
+/// With more species than this, all moving particles share one distribution.
 const MOST_SPECIES: usize = 8;
 
-/// Where a histogram ends unless the scene says so, in thermal speeds `sqrt(T / m)` of its lightest particles. Of Maxwell's distribution 1e-12 is beyond.
+/// Default end of a histogram, in thermal speeds `sqrt(T / m)` of its lightest particles. A fraction of 1e-12
+/// of Maxwell's distribution lies beyond.
 const END: f64 = 8.0;
 
-/// Operations of one sample, for each particle.
+/// Operations of one sample per particle.
 const WORK: f64 = 20.0;
 
-/// Histograms of speeds in windows of time, one for each species.
+/// Histograms of speeds in time windows, one for each species.
 ///
-/// `p(v) = n / (N w)` with the number `n` of particles in a bin of width `w` out of all `N`, so that the integral over all bins is one. Speeds
-/// are relative to the centre of mass along axes where its velocity is conserved, and to what streams in a sheared box. Windows are of equal
-/// length from the start of the measurement on; the last one lasts to its end.
+/// `p(v) = n / (N w)`, where `n` of all `N` particles are in a bin of width `w`, so the integral over all
+/// bins is one. Speeds are relative to the centre of mass along axes with conserved momentum, and relative to
+/// the streaming in a sheared box. Windows have equal lengths from the start of the measurement; the last one
+/// ends with it.
 ///
-/// The bins of each species end at 8 `sqrt(T / m)` of the first sample in which anything moves. When a particle is faster, neighbouring bins are
-/// joined, so that no speed is beyond the last bin. With an end that is given, faster ones are in no bin, but count among all.
+/// The bins of each species end at 8 `sqrt(T / m)` of the first sample in which anything moves. When a
+/// particle is faster, neighbouring bins are merged, so no speed lies beyond the last bin. With a given end,
+/// faster particles are in no bin but still count in `N`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Speeds {
     start: f64,
-    /// Duration that is expected, and length of a window `[time]`.
+    /// Expected duration, and length of a window `[time]`.
     duration: f64,
     length: f64,
     most_windows: usize,
     interval: Option<f64>,
     times: SamplingTimes,
     bins: usize,
-    /// End of all histograms, if it is given `[length / time]`.
+    /// End of all histograms, if given `[length / time]`.
     end: Option<f64>,
     classes: Vec<Class>,
-    /// Windows that have begun and have samples.
+    /// Windows that have samples.
     windows: Vec<Window>,
 }
 
-/// Particles with a histogram of their own.
+/// Particles that share a histogram.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Class {
     name: String,
-    /// Species, and how many particles of each move.
+    /// Species, and the number of moving particles of each.
     species: Vec<(u32, usize)>,
-    /// Width of a bin; 0 as long as nothing moves `[length / time]`.
+    /// Width of a bin; 0 until something moves `[length / time]`.
     width: f64,
 }
 
-/// Histograms of speeds in a window of time.
+/// Histograms of speeds in one time window.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Window {
     number: usize,
     /// Time of its last sample.
     last: f64,
     temperature: BlockAverage,
-    /// By class, the part of its particles in each bin.
+    /// By class, the fraction of its particles in each bin.
     histograms: Vec<CurveAverage>,
 }
 
@@ -96,7 +99,7 @@ impl Speeds {
         speeds
     }
 
-    /// The number of the window at a time. Samples come early by roundings.
+    /// Index of the window at a time. Samples may come early by round-off.
     fn window_at(&self, time: f64) -> usize {
         let passed = (time - self.start) / self.length;
         trunc_to_usize((passed + 1e-9).max(0.0)).min(self.most_windows - 1)
@@ -126,7 +129,7 @@ impl Speeds {
         }
     }
 
-    /// Begins a window, with samples as close as it needs.
+    /// Opens a window, with samples as frequent as it needs.
     fn open(&mut self, number: usize, sample: &Sample<'_>, system: &SystemDescription) {
         let is_last = number + 1 == self.most_windows;
         let rest = self.start + self.duration - sample.time;
@@ -152,7 +155,7 @@ impl Speeds {
         table
     }
 
-    /// Makes the bins wide enough for the fastest.
+    /// Widens the bins until they hold the fastest particle.
     fn fit(&mut self, class: usize, speeds: &[f64], temperature: f64, system: &SystemDescription) {
         if self.end.is_some() {
             return;
@@ -174,13 +177,13 @@ impl Speeds {
         }
     }
 
-    /// Adds the speeds of a class to the window that is open.
+    /// Adds the speeds of a class to the open window.
     fn count(&mut self, class: usize, speeds: &[f64]) {
         let width = self.classes[class].width;
         let all = speeds.len().max(1) as f64;
         let mut numbers = vec![0_u64; self.bins];
         for speed in speeds {
-            // Particles at rest are in the first bin, whatever its width becomes.
+            // Particles at rest are in the first bin, whatever its final width.
             let bin = if *speed == 0.0 { 0 } else { trunc_to_usize(speed / width) };
             if let Some(number) = numbers.get_mut(bin) {
                 *number += 1;
@@ -208,7 +211,7 @@ impl Instrument for Speeds {
     }
 }
 
-/// The species that are asked for and have particles that move, each by itself unless they are many.
+/// The requested species that have moving particles: one class each, or a single class if there are too many.
 fn classes(plan: &plan::Speeds, width: f64, system: &SystemDescription) -> Vec<Class> {
     let mut counts = vec![0_usize; system.species_names.len()];
     system.moving.iter().for_each(|&id| counts[system.species[id as usize] as usize] += 1);
@@ -228,7 +231,7 @@ fn classes(plan: &plan::Speeds, width: f64, system: &SystemDescription) -> Vec<C
     present.into_iter().map(one).collect()
 }
 
-/// The mass of a species, that of any of its particles.
+/// The mass of any particle of a species.
 fn mass_of(species: u32, system: &SystemDescription) -> f64 {
     let first = system.species.iter().position(|other| *other == species);
     first.map_or(f64::INFINITY, |id| system.masses[id])
@@ -238,7 +241,8 @@ fn lightest(class: &Class, system: &SystemDescription) -> f64 {
     class.species.iter().map(|(species, _)| mass_of(*species, system)).fold(f64::INFINITY, f64::min)
 }
 
-/// Velocities relative to what streams and to the centre of mass, as far as its velocity is conserved. Alone, a particle keeps its own.
+/// Velocities relative to the streaming and to the centre of mass along axes with conserved momentum. A
+/// single particle keeps its own velocity.
 fn peculiar_velocities(sample: &Sample<'_>, system: &SystemDescription) -> Vec<Vector> {
     let both = sample.velocities.iter().zip(sample.positions);
     let mut velocities: Vec<Vector> =
@@ -250,7 +254,8 @@ fn peculiar_velocities(sample: &Sample<'_>, system: &SystemDescription) -> Vec<V
     velocities
 }
 
-/// Twice the kinetic energy over the number of degrees of freedom. Each conserved component of the momentum removes one.
+/// Twice the kinetic energy divided by the number of degrees of freedom. Each conserved component of the
+/// momentum removes one.
 fn temperature(velocities: &[Vector], system: &SystemDescription) -> f64 {
     let moving = system.moving.iter().map(|&id| id as usize);
     let twice_kinetic: f64 = moving.map(|id| system.masses[id] * velocities[id].norm_squared()).sum();

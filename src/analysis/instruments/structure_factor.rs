@@ -14,27 +14,29 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use vectors::Shell;
 
-/// Vectors of one shell.
+/// Largest number of vectors in a shell.
 const MOST_VECTORS: f64 = 20.0;
 
-/// A sample has no more products of particles and vectors than this, if a shell can do with six vectors.
+/// A sample takes at most this many products of particles and vectors, as long as a shell keeps six vectors.
 const MOST_PRODUCTS: f64 = 4e8;
 
 const FEWEST_VECTORS: f64 = 6.0;
 
-/// `S(q) = |sum_j exp(i q.r_j)|^2 / N` over the particles that move, at wave vectors of the periodic axes, by shells of `|q|`.
+/// `S(q) = |sum_j exp(i q.r_j)|^2 / N` over the moving particles, at wave vectors of the periodic axes, by
+/// shells of `|q|`.
 ///
-/// Without a periodic axis there are no wave vectors, and nothing is measured. Those of a sheared box change while its images slide.
+/// Without a periodic axis there are no wave vectors, and nothing is measured. The wave vectors of a sheared
+/// box change while its images slide.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct StructureFactor {
     times: SamplingTimes,
-    /// In a sheared box those of the last sample.
+    /// In a sheared box, the shells of the last sample.
     shells: Vec<Shell>,
     curve: CurveAverage,
     sliding: Option<Sliding>,
 }
 
-/// Sheared box, whose wave vectors are chosen again at each sample.
+/// A sheared box, whose wave vectors are chosen anew at each sample.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Sliding {
     largest: f64,
@@ -69,7 +71,7 @@ impl StructureFactor {
         }
     }
 
-    /// The wave numbers of the shells that were measured, and which shells those are.
+    /// Index and wave number of each measured shell.
     fn measured_shells(&self) -> Vec<(usize, f64)> {
         match &self.sliding {
             None => self.shells.iter().map(|shell| shell.wave_number).enumerate().collect(),
@@ -88,7 +90,7 @@ impl StructureFactor {
                 let vectors = shells.iter().map(|&(index, _)| self.shells[index].vectors.len() as f64).collect();
                 ("|sum_j exp(i q.r_j)|^2, over all samples and wave vectors of the shell", Some(vectors))
             }
-            // Their number changes.
+            // The number of vectors varies.
             Some(_) => ("mean of |sum_j exp(i q.r_j)|^2 over the wave vectors of the shell, over all samples", None),
         };
         let normalisation = Normalisation::of(sum).by_each("samples", "1", samples).by("particles", "1", particles);
@@ -169,13 +171,14 @@ fn product([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     [a * c - b * d, a * d + b * c]
 }
 
-/// `sum_j exp(i q.r_j)` for all vectors of all shells, one after the other.
+/// `sum_j exp(i q.r_j)` for all vectors of all shells in turn.
 ///
-/// One sine and cosine for each particle and axis; powers follow by multiplication, with errors of `n` units in the last place.
+/// Each particle needs one sine and cosine per axis. Powers follow by multiplication, with errors of `n`
+/// units in the last place.
 fn density_modes(shells: &[Shell], sample: &Sample<'_>, system: &SystemDescription) -> Vec<[f64; 2]> {
     let longest = longest(shells);
     let multiples: Vec<[i32; 3]> = shells.iter().flat_map(|shell| shell.vectors.iter().copied()).collect();
-    // Where the power of each axis is in its table, which begins with the most negative one.
+    // Position of each axis's power in its table, which begins with the most negative one.
     let place = |n: &[i32; 3]| std::array::from_fn(|k| longest[k].saturating_add_signed(n[k] as isize));
     let places: Vec<[usize; 3]> = multiples.iter().map(place).collect();
     let mut tables = longest.map(|most| vec![[1.0, 0.0]; 2 * most + 1]);
@@ -183,7 +186,8 @@ fn density_modes(shells: &[Shell], sample: &Sample<'_>, system: &SystemDescripti
     for &id in &system.moving {
         let mut position = sample.positions[id as usize];
         if sample.displacement != 0.0 {
-            // The phase along x is that of the point in the plane of the box's lower corner that the point comes from, sheared.
+            // For the phase along x, the shear is undone: the point is moved back to the plane of the box's
+            // lower corner.
             position.x -= sample.displacement * ((position.y - system.space.lower.y) / system.space.size.y);
         }
         for k in (0..3).filter(|&k| longest[k] > 0) {

@@ -14,13 +14,14 @@ use crate::base::text::identifiers;
 use crate::engine::event::{Event, Other};
 use crate::model::measurement_plan::{FORCE_BINS, SurfaceForces as Plan};
 
-/// Blocks that a run is cut into if nothing else is asked for.
+/// Default number of blocks in a run.
 const BLOCKS: u32 = 1000;
 
-/// Measures forces on surfaces from the momentum that particles give them in contacts, `F = - sum J / t`.
+/// Measures forces on surfaces from the momentum that particles transfer in contacts, `F = - sum J / t`.
 ///
-/// `J` is the impulse on a particle; its part along the normal is never negative, and its sum by the time and the area is a pressure, that on the surface
-/// where its area is known. Along an axis the normal force is also a curve, by the position of the particle that gives it.
+/// `J` is the impulse on a particle. Its normal component is never negative; the sum divided by the time and
+/// the area is the pressure on the surface, if its area is known. The normal force is also a curve along an
+/// axis, by the position of the particle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct SurfaceForces {
     blocks: SamplingTimes,
@@ -29,14 +30,14 @@ pub(super) struct SurfaceForces {
     profile: Option<Profile>,
 }
 
-/// Sums on one surface.
+/// Sums for one surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct OnSurface {
     number: u32,
     /// Impulse in this block along the three axes and along the normal, and the number of contacts.
     sums: [f64; 5],
     averages: Vec<BlockAverage>,
-    /// By bin of the profile, the normal force.
+    /// Normal force by bin of the profile.
     bins: Vec<(f64, BlockAverage)>,
 }
 
@@ -91,7 +92,7 @@ impl Instrument for SurfaceForces {
         self.blocks.pass_early(sample.time, EARLY);
     }
 
-    /// Counts contacts after the last sample.
+    /// Counts the contacts after the last sample.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.sample(sample, system);
     }

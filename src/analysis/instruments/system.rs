@@ -1,4 +1,4 @@
-//! System that an instrument measures: its description, constant in time, and its state at one time.
+//! The system that an instrument measures: its constant description, and its state at one time.
 
 use crate::Vector;
 use crate::analysis::observables::ApplicableObservables;
@@ -11,7 +11,8 @@ use crate::model::{Bond, InteractionId, Scene, SpeciesPairs};
 use std::convert::Infallible;
 use std::f64::consts::PI;
 
-/// Description of the simulated system, constant during a measurement: box, species, masses, bonds, conserved quantities.
+/// Description of the simulated system, constant during a measurement: box, species, masses, bonds, conserved
+/// quantities.
 ///
 /// Lists over particles are in the order of their ids.
 #[derive(Debug, Clone)]
@@ -23,41 +24,43 @@ pub struct SystemDescription {
     pub species_names: Vec<String>,
     /// Diameters of the species `[length]`.
     pub diameters: Vec<f64>,
-    /// Species of each particle, an index into the names.
+    /// Species of each particle, as an index into the names.
     pub species: Vec<u32>,
     /// Masses `[mass]`; infinite for static particles.
     pub masses: Vec<f64>,
-    /// By species, how many times smaller the volume is that its centres can reach than the box, because walls keep them a radius away.
+    /// By species, the ratio of the box volume to the volume that its centres can reach, because walls keep
+    /// them a radius away.
     pub crowding: Vec<f64>,
-    /// Ids of the particles that move, ascending.
+    /// Ids of the moving particles, ascending.
     pub moving: Vec<u32>,
-    /// Contact distances of the cores of each two species `[length]`, where they have some.
+    /// Contact distances of the cores of each pair of species `[length]`, if they have cores.
     pub cores: SpeciesPairs<f64>,
-    /// The next distances outside of these cores at which the potential steps, or that of a bond between such particles `[length]`.
+    /// For each of these cores, the next larger distance at which the potential has a step, or the bond
+    /// potential between such particles `[length]`.
     pub(crate) steps_outside_cores: SpeciesPairs<f64>,
-    /// The walls of the box, and the other surfaces of the scene.
+    /// The walls of the box and the other surfaces of the scene.
     pub surfaces: Vec<DescribedSurface>,
     /// The two ends of each bond.
     pub bonds: Vec<[u32; 2]>,
-    /// The shortest and the longest distance that any bond reaches to `[length]`; zeros without bonds.
+    /// The shortest and the longest distance that any bond allows `[length]`; zeros without bonds.
     pub bond_lengths: [f64; 2],
-    /// Whether nothing from outside changes the total momentum.
+    /// Whether the total momentum is conserved.
     pub conserves_momentum: bool,
-    /// Axes along which that holds, in a sheared box relative to what streams.
+    /// Axes along which the momentum is conserved; in a sheared box, relative to the streaming.
     pub conserved_axes: [bool; 3],
     /// Whether particles accelerate between events.
     pub is_accelerated: bool,
-    /// Whether the fluid is homogeneous and free: periodic, without gravity, walls or static particles.
+    /// Whether the fluid is homogeneous and unconfined: periodic, without gravity, walls or static particles.
     pub is_homogeneous: bool,
-    /// Whether no contact dissipates.
+    /// Whether no contact dissipates energy.
     pub is_elastic: bool,
     /// Whether the potential energy of some pair depends on its state.
     pub has_wells: bool,
-    /// Shear rate of the box `[1 / time]`; 0 at rest.
+    /// Shear rate of the box `[1 / time]`; 0 without shear.
     pub shear_rate: f64,
-    /// Time between two scalings of all velocities by a thermostat `[time]`; none without.
+    /// Time between two scalings of all velocities by a thermostat `[time]`; `None` without one.
     pub scaling_interval: Option<f64>,
-    /// The seed of the scene, for what is measured on a random choice of particles.
+    /// Seed of the scene, for measurements on a random choice of particles.
     pub seed: u64,
 }
 
@@ -67,9 +70,9 @@ pub struct SystemDescription {
 pub struct DescribedSurface {
     /// Its number in events.
     pub number: u32,
-    /// Its name; `wall x lower` and so on for those of the box.
+    /// Its name; `wall x lower` and so on for the walls of the box.
     pub name: String,
-    /// Its area, where it has an end and is not a side of the box `[length^2]`.
+    /// Its area, if it is finite and the surface is not a side of the box `[length^2]`.
     pub area: Option<f64>,
 }
 
@@ -98,7 +101,8 @@ fn described(scene: &Scene) -> Vec<DescribedSurface> {
 }
 
 impl SystemDescription {
-    /// Where the box, or a surface with an end beyond it, begins and ends along an axis `[length]`.
+    /// Lower and upper end along an axis of the box, or of a finite surface that reaches beyond it
+    /// `[length]`.
     pub(crate) fn extent(&self, axis: usize) -> (f64, f64) {
         (self.space.lower[axis], self.space.upper()[axis])
     }
@@ -110,7 +114,7 @@ impl SystemDescription {
         Self::with(scene, species, &ApplicableObservables::of(scene))
     }
 
-    /// The constants of a simulation, which may have let go of the start of its scene.
+    /// The constants of a simulation, which may have dropped the initial state of its scene.
     pub(crate) fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
         let mut species = Vec::new();
         let Ok(()) = simulation.for_each_now(|particle| {
@@ -160,12 +164,12 @@ impl SystemDescription {
         }
     }
 
-    /// Whether the volume of the box is that of the particles that move: a pressure has one.
+    /// Whether the moving particles have a defined volume, which a pressure needs.
     pub(crate) fn has_volume(&self) -> bool {
         self.space.is_closed() && self.moving.len() == self.masses.len()
     }
 
-    /// Why Einstein-Helfand relations do not hold, in words; `None` where they do.
+    /// Why Einstein-Helfand relations do not hold; `None` if they do.
     pub(crate) fn obstacle_to_transport(&self) -> Option<&'static str> {
         let obstacles = [
             (self.moving.len() < 2, "of fewer than two particles that move"),
@@ -182,23 +186,24 @@ impl SystemDescription {
         (0..3).filter(|&axis| self.space.boundary[axis] != Boundary::Flat)
     }
 
-    /// The axes along which walls press, or all that are not flat where there are none: those that the pressure is a mean over.
+    /// The axes over which the pressure is averaged: those with walls, or all that are not flat if there are
+    /// no walls.
     pub(super) fn pressed_axes(&self) -> Vec<usize> {
         let walled: Vec<usize> = self.axes().filter(|&axis| self.space.walls(axis) == 2).collect();
         if walled.is_empty() { self.axes().collect() } else { walled }
     }
 
-    /// Ratio of the box to the volume that the centres of particles like this one can reach.
+    /// Ratio of the box volume to the volume that the centres of particles like this one can reach.
     pub(super) fn crowding_of(&self, id: u32) -> f64 {
         self.crowding[self.species[id as usize] as usize]
     }
 
-    /// Mass of everything that moves `[mass]`.
+    /// Total mass of the moving particles `[mass]`.
     pub(super) fn moving_mass(&self) -> f64 {
         self.moving.iter().map(|&id| self.masses[id as usize]).sum()
     }
 
-    /// Velocity of what streams at a position of a sheared box: `rate (y - y_middle)` along x `[length / time]`.
+    /// Streaming velocity at a position in a sheared box: `rate (y - y_middle)` along x `[length / time]`.
     pub(super) fn streaming_velocity(&self, position: &Vector) -> Vector {
         if self.shear_rate == 0.0 {
             return Vector::zeros();
@@ -207,14 +212,14 @@ impl SystemDescription {
         Vector::new(self.shear_rate * (position.y - middle), 0.0, 0.0)
     }
 
-    /// Velocity of the centre of mass along the axes on which it is a constant of the motion; zero along others, for a single
-    /// particle, and in a sheared box `[length / time]`.
+    /// Velocity of the centre of mass along the axes on which it is conserved; zero along others, for a
+    /// single particle, and in a sheared box `[length / time]`.
     pub(super) fn drift(&self, velocities: &[Vector]) -> Vector {
         if self.shear_rate == 0.0 && self.moving.len() > 1 { self.common_velocity(velocities) } else { Vector::zeros() }
     }
 
-    /// Velocity of the centre of mass along the axes on which nothing from outside changes it; zero along others, and where nothing moves
-    /// `[length / time]`.
+    /// Velocity of the centre of mass along the axes on which it is conserved; zero along others, and if
+    /// nothing moves `[length / time]`.
     pub(super) fn common_velocity(&self, velocities: &[Vector]) -> Vector {
         if self.moving.is_empty() || self.conserved_axes == [false; 3] {
             return Vector::zeros();
@@ -224,8 +229,9 @@ impl SystemDescription {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
     }
 
-    /// Of a sheared box, the velocity of the centre of mass relative to what streams, along the axes on which nothing from outside changes it; zero
-    /// in others, and [`Self::drift`] is that of the whole measurement `[length / time]`.
+    /// In a sheared box, the velocity of the centre of mass relative to the streaming, along the axes on
+    /// which it is conserved. Zero in other boxes, where [`Self::drift`] holds for the whole measurement
+    /// `[length / time]`.
     pub(super) fn common_peculiar_velocity(&self, sample: &Sample<'_>) -> Vector {
         if self.shear_rate == 0.0 || self.moving.len() < 2 {
             return Vector::zeros();
@@ -238,13 +244,14 @@ impl SystemDescription {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
     }
 
-    /// Factor of the mean square of a component of the thermal velocity of a particle of some mass, `T / m`, where the momentum along
-    /// the axis is conserved: `1 - m / M`, with the mass `M` of everything that moves, because velocities are relative to it. Elsewhere 1.
+    /// Factor of the mean square of a thermal velocity component, `T / m`, along an axis: `1 - m / M` if the
+    /// momentum is conserved, where `M` is the total moving mass, because velocities are relative to the
+    /// centre of mass. Otherwise 1.
     pub(super) fn free_part(&self, mass: f64, axis: usize) -> f64 {
         if self.conserved_axes[axis] { 1.0 - mass / self.moving_mass() } else { 1.0 }
     }
 
-    /// Points of one species, of mass and diameter 1, that do not interact.
+    /// Points of one species, with mass and diameter 1, that do not interact.
     #[cfg(test)]
     pub(crate) fn of_points(space: Space, count: u32) -> Self {
         Self {
@@ -273,7 +280,8 @@ impl SystemDescription {
     }
 }
 
-/// By two species that have a core, the next distance outside of it at which their potential steps, or that of a bond between two of them.
+/// For two species that have a core, the next larger distance at which their potential has a step, or that of
+/// a bond between two of them.
 fn steps_outside_cores(scene: &Scene, species: &[u32]) -> SpeciesPairs<f64> {
     let potential = |id: &InteractionId| &scene.interactions[id.0 as usize].potential;
     let next = |core: f64, radii: &[f64]| radii.iter().copied().filter(|radius| *radius > core).reduce(f64::min);
@@ -297,14 +305,14 @@ pub struct Sample<'a> {
     pub positions: &'a [Vector],
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: &'a [Vector],
-    /// Periods travelled since the start along each axis.
+    /// Periods travelled since the start, along each axis.
     pub images: &'a [[i32; 3]],
-    /// Displacement of the next image up, along x, in `(-L_x / 2, L_x / 2]`; 0 in a box at rest `[length]`.
+    /// Displacement of the next image up along x, in `(-L_x / 2, L_x / 2]`; 0 without shear `[length]`.
     pub displacement: f64,
 }
 
 impl<'a> Sample<'a> {
-    /// A snapshot.
+    /// The sample of a snapshot.
     #[must_use]
     pub fn of(snapshot: &'a Snapshot) -> Self {
         Self {
@@ -316,17 +324,18 @@ impl<'a> Sample<'a> {
         }
     }
 
-    /// A cell list of some particles, for pairs closer than a range of at most half of the shortest period.
+    /// A cell list of the given particles, for pairs closer than a range of at most half of the shortest
+    /// period.
     pub(crate) fn cell_list(&self, space: &Space, range: f64, ids: &[u32]) -> CellList {
         CellList::new(space, self.displacement, range, ids.iter().map(|&id| (id, self.positions[id as usize])))
     }
 
-    /// Where a particle would be if it had never been wrapped `[length]`: position + image * period, and in a sheared box along x also
-    /// the displacement of each image along y.
+    /// Unwrapped position of a particle `[length]`: position + image * period. In a sheared box, x also
+    /// includes the displacement of each image along y.
     #[must_use]
     pub fn unwrapped(&self, id: usize, space: &Space) -> Vector {
         let (position, image) = (self.positions[id], self.images[id]);
-        // The period of an axis that is not periodic is infinite, and its image 0.
+        // An axis that is not periodic has an infinite period, and its image is 0.
         let travelled = |k: usize| if image[k] == 0 { 0.0 } else { f64::from(image[k]) * space.size[k] };
         let slid = if self.displacement == 0.0 { 0.0 } else { f64::from(image[1]) * self.displacement };
         position + Vector::new(travelled(0) + slid, travelled(1), travelled(2))

@@ -1,4 +1,4 @@
-//! Test systems: short simulations for the tests of instruments.
+//! Short simulations for the tests of instruments.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -12,7 +12,7 @@ use crate::model::Scene;
 use crate::model::potential::Potential;
 use crate::scene::{Amount, Lattice, SceneBuilder};
 
-/// Hard spheres of diameter, mass and temperature 1 in a periodic cube, from a crystal.
+/// Hard spheres of diameter, mass and temperature 1 in a periodic cube, starting from a crystal.
 pub(super) fn hard_spheres(count: u64, packing_fraction: f64) -> (SystemDescription, Simulation) {
     start(
         SceneBuilder::new("fluid")
@@ -31,13 +31,13 @@ pub(super) fn start(scene: Scene) -> (SystemDescription, Simulation) {
     (SystemDescription::of(&scene), Simulation::without_plan(scene))
 }
 
-/// Goes on without measuring.
+/// Runs without measuring.
 pub(super) fn equilibrate(simulation: &mut Simulation, events_per_particle: u64) {
     let events = simulation.event_counts().physical() + events_per_particle * simulation.moving() as u64;
     simulation.advance(Until::events(events)).unwrap();
 }
 
-/// A new instrument at the time where a simulation is.
+/// A new instrument that starts at the current time of a simulation.
 pub(super) fn instrument<I>(
     simulation: &Simulation,
     system: &SystemDescription,
@@ -48,7 +48,7 @@ pub(super) fn instrument<I>(
     new(&Setup { system, sample: Sample::of(&snapshot), duration })
 }
 
-/// Goes on for a time and shows an instrument what it wants to see, and at the end everything.
+/// Runs for a time, passes to an instrument what it asks for, and ends it.
 pub(super) fn measure(
     simulation: &mut Simulation,
     system: &SystemDescription,
@@ -72,7 +72,7 @@ pub(super) fn measure(
     }
 }
 
-/// An instrument, and one that is read back from its own record after every sample.
+/// An instrument, and a copy that is restored from its own record after every sample.
 pub(super) struct Recorded<I> {
     pub instrument: I,
     pub again: I,

@@ -18,23 +18,23 @@ use crate::engine::event::Event;
 use crate::model::measurement_plan::MOST_TRANSPORT_LAGS as MOST;
 use crate::model::measurement_plan::Transport as Plan;
 
-/// Samples by which rounding is taken out of the flows, unless the run is longer than expected.
+/// Number of samples that remove round-off from the flows, unless the run is longer than expected.
 const SAMPLES: u32 = 100;
 
-/// Moments in a mean free time, and mean free times in the longest time, unless they are given.
+/// Default number of moments per mean free time, and of mean free times in the longest lag.
 const MOMENTS_PER_FREE_TIME: f64 = 2.0;
 const LONGEST_FREE_TIMES: f64 = 40.0;
 
-/// Fewest and most moments of a span that are chosen, and most that can be asked for.
+/// Fewest and most moments per span that are chosen by default, and most that can be requested.
 const FEWEST: f64 = 20.0;
 const MOST_CHOSEN: f64 = 80.0;
-/// Part of the duration that a chosen span takes at most.
+/// A default span takes at most one in this many parts of the duration.
 const SPANS: f64 = 20.0;
 
-/// Curves, each over the lags from 1 to the last one.
+/// Indices of the curves, each over lags from 1 to the last.
 const SHEAR: usize = 0;
 const BULK: usize = 1;
-/// The mean that belongs to the squares of [`BULK`].
+/// Index of the mean that belongs to the squares of [`BULK`].
 const BULK_MEAN: usize = 2;
 const HEAT: usize = 3;
 const CURVES: usize = 4;
@@ -44,28 +44,31 @@ const CURVES: usize = 4;
 struct Moments {
     /// `xy`, `xz`, `yz`.
     shear: [f64; 3],
-    /// The trace by axis.
+    /// The trace, by axis.
     bulk: f64,
-    /// The moment of the energy by axis.
+    /// The moment of the energy, by axis.
     heat: [f64; 3],
 }
 
-/// Measures how far Helfand's moments spread.
+/// Measures the spread of Helfand's moments.
 ///
-/// `G_ab` changes by `sum m v_a v_b dt` between events and by `r_ij,a J_b` at events; that of energy by `sum (m/2 v^2) v_a dt` and
-/// `r_ij,a dE_i`. Both are exact for particles without acceleration and known at any time, without looking at particles: at multiples of
-/// the interval they are written down, and compared with all before, up to the span:
+/// `G_ab` changes by `sum m v_a v_b dt` between events and by `r_ij,a J_b` at events; the moment of the
+/// energy changes by `sum (m/2 v^2) v_a dt` and `r_ij,a dE_i`. Both are exact for particles without
+/// acceleration, and known at any time without a sample. They are recorded at multiples of the interval and
+/// compared with all earlier moments, up to the span:
 ///
-/// | coefficient | limit for long times of |
+/// | coefficient | long-time limit of |
 /// |---|---|
 /// | shear viscosity | `<dG_xy^2> / (2 V T t)`, averaged over the pairs of axes |
 /// | bulk viscosity | `<(dG_p - <dG_p>)^2> / (2 V T t)`, `G_p = trace(G) / D` |
 /// | thermal conductivity | `<dG_x^2> / (2 V T^2 t)`, averaged over the axes |
 ///
-/// The total energy is constant here, so that `<dG_p> = P V t` is that of the run itself. Energy flows in collisions between hard cores only:
-/// where particles have potential energies, or differ, so that heat and matter flow together, the conductivity is not known.
+/// The total energy is constant here, so `<dG_p> = P V t` holds for the run itself. Energy is transferred
+/// only in collisions between hard cores. If particles have potential energies, or differ, so that heat and
+/// matter flow together, the conductivity is not defined.
 ///
-/// Small systems of constant energy and momentum have somewhat less: a hundred spheres by some per cent, the conductivity by ten.
+/// Small systems of constant energy and momentum have smaller coefficients: for a hundred spheres by a few
+/// per cent, for the conductivity by ten.
 ///
 /// Helfand, Phys. Rev. 119, 1 (1960), [doi:10.1103/PhysRev.119.1](https://doi.org/10.1103/PhysRev.119.1); Alder, Gass and Wainwright,
 /// J. Chem. Phys. 53, 3813 (1970), [doi:10.1063/1.1673845](https://doi.org/10.1063/1.1673845).
@@ -75,21 +78,21 @@ pub(super) struct Transport {
     start: f64,
     interval: f64,
     lags: usize,
-    /// Number of moments that were written down, the first at the start.
+    /// Number of recorded moments; the first is at the start.
     written: u64,
-    /// With that of heat, where it means something.
+    /// Includes the flow of heat if the conductivity is defined.
     flow: MomentumFlow,
-    /// The last ones, not more than lags; none where nothing can be measured.
+    /// The most recent moments, at most one per lag; empty if nothing can be measured.
     moments: VecDeque<Moments>,
-    /// `P V` as far as was known when the first span had passed, taken off so that squares keep their digits.
+    /// `P V` as known after the first span, subtracted so that squares keep their precision.
     virial: Option<f64>,
     average: CurveAverage,
     is_meaningful: bool,
 }
 
 impl Transport {
-    /// Where they are left open, the span is 40 mean free times, or a twentieth of the duration if that is less, with 20 to 80
-    /// intervals, two in a mean free time.
+    /// By default the span is 40 mean free times, or a twentieth of the duration if that is less, with 20 to
+    /// 80 intervals, two per mean free time.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let &Setup { system, sample, .. } = setup;
         let (interval, lags) = grid(plan, setup);
@@ -110,13 +113,13 @@ impl Transport {
         }
     }
 
-    /// The mean of the temperature over all of the time `[energy]`.
+    /// The temperature averaged over the whole time `[energy]`.
     pub fn temperature(&self, system: &SystemDescription) -> f64 {
         let freedom = system.space.dimensions() as f64 * (system.moving.len() as f64 - 1.0);
         trace(&self.flow.kinetic) / (freedom * (self.flow.time - self.start))
     }
 
-    /// Goes on to a sample, without an event on the way, and takes the flows from there.
+    /// Advances to a sample, without an event in between, and recomputes the flows from it.
     fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         if self.is_meaningful {
             self.pass(sample.time, system);
@@ -124,7 +127,7 @@ impl Transport {
         }
     }
 
-    /// Goes on to a time up to which nothing happens, and writes moments down on the way.
+    /// Advances to a time, without an event in between, and records moments on the way.
     fn pass(&mut self, time: f64, system: &SystemDescription) {
         loop {
             let due = self.start + self.written as f64 * self.interval;
@@ -153,7 +156,7 @@ impl Transport {
         self.written += 1;
     }
 
-    /// Squares of the differences to all moments that are remembered, the last one first.
+    /// Adds the squared differences to all stored moments, the most recent first.
     fn compare(&mut self, now: &Moments, virial: f64, dimensions: f64) {
         let square = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
         let pairs = pairs_of_axes(dimensions);

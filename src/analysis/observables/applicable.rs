@@ -1,4 +1,4 @@
-//! The observables that apply to a scene.
+//! The observables that are defined for a scene.
 
 mod walls;
 
@@ -11,36 +11,38 @@ use crate::model::potential::Potential;
 use crate::model::{Barostat, Scene, Thermostat};
 use serde::{Deserialize, Serialize};
 
-/// The observables that apply to a scene, and the constants of their formulas: degrees of freedom, densities, conserved momenta.
+/// The observables that are defined for a scene, and the constants in their formulas: degrees of freedom,
+/// densities, conserved momenta.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ApplicableObservables {
-    /// Number of particles that move.
+    /// Number of moving particles.
     pub moving: usize,
     /// Number of axes that are not flat, `D`.
     pub dimensions: f64,
-    /// Number of velocity components that are free: `D N`, less one for each component of the momentum that is conserved.
+    /// Number of free velocity components: `D N`, minus one for each conserved component of the momentum.
     pub degrees_of_freedom: f64,
-    /// Axes along which nothing from outside changes the total momentum, in a sheared box that relative to what streams.
+    /// Axes along which the total momentum is conserved; in a sheared box, relative to the streaming.
     pub conserved_axes: [bool; 3],
-    /// Whether nothing from outside changes the total momentum: no walls, no gravity, no static particles.
+    /// Whether the total momentum is conserved: no walls, no gravity, no static particles.
     pub conserves_momentum: bool,
-    /// Whether a kinetic temperature is defined: particles that are not accelerated, at least two of them.
+    /// Whether a kinetic temperature is defined: at least two particles, none of them accelerated.
     pub has_temperature: bool,
-    /// Whether nothing but a scaling of all velocities changes it: no wells, no heat, no losses.
+    /// Whether only a scaling of all velocities changes the temperature: no wells, no heat, no losses.
     pub conserves_temperature: bool,
-    /// Whether the virial gives a pressure: of a homogeneous fluid, or on the walls of one that nothing but walls confines.
+    /// Whether the virial gives a pressure: the fluid is homogeneous, or only walls confine it.
     pub has_pressure: bool,
-    /// Axes between two walls, where there are any and the virial gives a pressure.
+    /// Axes between two walls, if the virial gives a pressure.
     pub walled_axes: [bool; 3],
-    /// For each axis, whether its lower and its upper wall have a pressure of their own: an area that has an end, without static particles
-    /// in front of it.
+    /// For each axis, whether the lower and the upper wall have their own pressure: a finite area without
+    /// static particles in front of it.
     pub pressed_walls: [[bool; 2]; 3],
-    /// For each axis, the area through which its lower and its upper wall exchange energy `[length^(D - 1)]`: of walls that have a temperature
-    /// or dissipate, where it has an end.
+    /// For each axis, the area through which the lower and the upper wall exchange energy `[length^(D - 1)]`:
+    /// a finite wall that has a temperature or dissipates.
     pub heat_areas: [[Option<f64>; 2]; 3],
-    /// The axis between walls whose pressures differ from that of the virial by what is in the momentum along it only: one that nothing else confines or drives.
+    /// The axis between walls along which only walls act, so that wall pressures differ from the virial only
+    /// by the change of momentum.
     pub(super) balanced_axis: Option<usize>,
-    /// The axis between walls through which all energy comes and goes, where there is but one.
+    /// The axis whose walls supply and remove all energy, if there is exactly one.
     pub(super) heated_axis: Option<usize>,
     /// Whether the fluid is homogeneous: periodic, without gravity and static particles.
     pub is_homogeneous: bool,
@@ -48,17 +50,17 @@ pub struct ApplicableObservables {
     pub has_core: bool,
     /// Whether the energy of some pair depends on its state.
     pub has_wells: bool,
-    /// Particles that move per volume `[length^-D]`.
+    /// Number of moving particles per volume `[length^-D]`.
     pub number_density: f64,
-    /// Whether there can be a steady state: what is lost in contacts is supplied.
+    /// Whether a steady state is possible: energy lost in contacts is supplied again.
     pub has_steady_state: bool,
     /// Whether contacts only exchange velocities, so that time averages depend on the start: equal hard particles on a line.
     pub only_exchanges_velocities: bool,
-    /// Time between two scalings of all velocities by a thermostat `[time]`; none without.
+    /// Time between two scalings of all velocities by a thermostat `[time]`; `None` without one.
     pub(crate) scaling_interval: Option<f64>,
-    /// The ensemble, where a barostat changes the volume.
+    /// The ensemble, if a barostat changes the volume.
     pub(super) isobaric: Option<Isobaric>,
-    /// Volume of the particles themselves at the start `[length^D]`.
+    /// Total volume of the particles at the start `[length^D]`.
     filled: f64,
     is_sheared: bool,
     total_mass: f64,
@@ -70,7 +72,7 @@ pub struct ApplicableObservables {
 }
 
 impl ApplicableObservables {
-    /// The observables that apply to this scene.
+    /// The observables that are defined for this scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let species_of = |index: usize| &scene.species[scene.particles[index].species.0 as usize];
@@ -79,7 +81,7 @@ impl ApplicableObservables {
         let moving = all.clone().filter(|&index| is_moving(index)).count();
         let mass = |index: usize| if is_moving(index) { species_of(index).mass } else { 0.0 };
         let up = super::upwards(scene);
-        // Only heights and regions need those of each particle.
+        // Positions of single particles are needed only for heights and regions.
         let listed = if up.is_none() && scene.output.regions.is_empty() { 0..0 } else { all.clone() };
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_surfaces = !scene.surfaces.is_empty();
@@ -136,7 +138,7 @@ impl ApplicableObservables {
         applicable
     }
 
-    /// The observables that apply to a simulation as it is now, with the heat bath that it has.
+    /// The observables that are defined for a simulation in its current state, with its heat bath.
     #[must_use]
     pub fn of_simulation(simulation: &Simulation) -> Self {
         let mut applicable = Self::of(simulation.scene());
@@ -144,7 +146,7 @@ impl ApplicableObservables {
         applicable
     }
 
-    /// Counts the components of the velocities that are free in a stage with a thermostat, which may change the momentum.
+    /// Counts the free velocity components in a stage with a thermostat, which may change the momentum.
     pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
         self.scaling_interval = match thermostat {
             Some(&Thermostat::Rescaling { interval, .. }) => Some(interval),
@@ -163,13 +165,14 @@ impl ApplicableObservables {
         self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;
     }
 
-    /// Counts the volume in a stage in which a barostat acts beside a thermostat, with diameters that have grown by a factor since the start.
+    /// Includes the volume in a stage with a barostat and a thermostat. Diameters have grown by a factor
+    /// since the start.
     pub(crate) fn set_barostat(&mut self, scene: &Scene, acting: Option<(&Barostat, &Thermostat)>, grown: f64) {
         self.isobaric = Isobaric::of(acting, self.filled * libm::pow(grown, scene.space.dimensions() as f64));
     }
 
-    /// Pressure `[energy / length^D]` from what was counted in a time, the mean temperature in it, and the integral over it of `sum m v^2 / V` along
-    /// each axis between walls.
+    /// Pressure `[energy / length^D]` from the counts in a time, the mean temperature, and the integral of
+    /// `sum m v^2 / V` along each axis between walls.
     pub(super) fn pressure(
         &self,
         counted: &EventCounts,
@@ -185,13 +188,15 @@ impl ApplicableObservables {
             self.number_density
                 * (temperature + counted.virial.total() / (self.dimensions * self.moving as f64 * duration))
         } else {
-            // Not by a temperature: driven or dissipating, the axes and the species have their own.
+            // Not from one temperature: in a driven or dissipative system the axes and species have their
+            // own.
             let sum: f64 = walled.iter().map(|&axis| confined[axis] + counted.confined_virial[axis].total()).sum();
             sum / (walled.len() as f64 * duration)
         })
     }
 
-    /// Kinetic temperature `[energy]` from the kinetic energy and the total momentum, both relative to what streams.
+    /// Kinetic temperature `[energy]` from the kinetic energy and the total momentum, both relative to the
+    /// streaming.
     #[must_use]
     pub fn temperature(&self, kinetic: f64, momentum: &Vector) -> Option<f64> {
         self.has_temperature.then(|| {
@@ -200,15 +205,16 @@ impl ApplicableObservables {
         })
     }
 
-    /// Factor of all velocities relative to the drift, and the drift, that give a temperature: `sqrt(T / T_now)`. `None` where there is no temperature, or all
-    /// is at rest.
+    /// The factor for all velocities relative to the drift, and the drift, that produce a temperature:
+    /// `sqrt(T / T_now)`. `None` if there is no temperature or everything is at rest.
     pub(crate) fn scaling(&self, energy: &Energy, temperature: f64) -> Option<(f64, Vector)> {
         let now = self.temperature(energy.thermal, &energy.peculiar_momentum).filter(|now| *now > 0.0)?;
         Some(((temperature / now).sqrt(), self.drift(&energy.peculiar_momentum)))
     }
 
-    /// Energy that particles have gained at events so far, and the sum of its parts, each times its time since the start: what was supplied, less
-    /// what was dissipated and what the pairs took. In a sheared box it does not count what streaming does to their peculiar velocities `[energy]`, `[energy time]`.
+    /// Energy that particles gained at events so far, and the sum of each gain times its time since the
+    /// start: energy supplied, minus energy dissipated and energy stored in pairs. It does not include the
+    /// work of the streaming in a sheared box `[energy]`, `[energy time]`.
     pub(super) fn heated(&self, counts: &EventCounts, pair_energy: f64) -> [f64; 2] {
         let lost = [counts.dissipated.total(), counts.dissipated_moment.total()];
         if self.is_sheared {
@@ -219,19 +225,19 @@ impl ApplicableObservables {
         [0, 1].map(|k| supplied[k] - lost[k] - stored[k])
     }
 
-    /// The common velocity of all particles relative to what streams, along the axes where nothing changes it, from their momentum
-    /// relative to that `[length / time]`.
+    /// The common velocity of all particles relative to the streaming, along the axes on which it is
+    /// conserved, from their momentum relative to the streaming `[length / time]`.
     #[must_use]
     pub fn drift(&self, momentum: &Vector) -> Vector {
         if self.moving == 0 { Vector::zeros() } else { self.conserved(momentum) / self.total_mass }
     }
 
-    /// The components along the axes on which the momentum is conserved.
+    /// The components along the axes with conserved momentum.
     fn conserved(&self, momentum: &Vector) -> Vector {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { momentum[k] } else { 0.0 })
     }
 
-    /// Whether there is a direction against gravity, and so a height.
+    /// Whether gravity defines a height.
     #[must_use]
     pub fn has_height(&self) -> bool {
         self.up.is_some()

@@ -1,4 +1,4 @@
-//! Whether a measurement was in equilibrium, or in a steady state.
+//! Decides whether a measurement was in equilibrium or in a steady state.
 
 use std::fmt;
 
@@ -12,11 +12,11 @@ use crate::base::text::{digits, unit as unit_in};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Answer {
-    /// All of them, as far as can be seen.
+    /// All of them are stationary, as far as the data show.
     Yes,
     /// At least one drifts.
     No,
-    /// The run is too short for a test, or nothing that fluctuates was measured.
+    /// The run is too short for a test, or no fluctuating quantity was measured.
     #[default]
     Unknown,
 }
@@ -31,37 +31,37 @@ impl fmt::Display for Answer {
     }
 }
 
-/// Events of each particle, in the mean, before a system can be said to be in equilibrium: a velocity forgets where it came from in one or two collisions, and the
-/// slowest of what a few hundred particles do together takes some more.
+/// Fewest events per particle before a system can be called in equilibrium. A velocity is forgotten in one or
+/// two collisions; the slowest collective motion of a few hundred particles takes a few more.
 const FEWEST_EVENTS: f64 = 10.0;
 
 /// Mean number of events per particle below which no drift is reported.
 const FEWEST_TO_DRIFT: f64 = 1.0;
 
-/// Further conditions of equilibrium of a measurement.
+/// Further conditions for the equilibrium of a measurement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Conditions {
     /// Dimensions of the scene.
     pub dimensions: usize,
-    /// Whether what is lost in contacts is supplied.
+    /// Whether energy lost in contacts is supplied again.
     pub has_steady_state: bool,
     /// Whether contacts only exchange velocities.
     pub only_exchanges_velocities: bool,
-    /// In how many events each particle that moves took part, in the mean.
+    /// Mean number of events in which each moving particle took part.
     pub events_per_particle: f64,
 }
 
-/// Equilibrium of a run, by the stationarity of its observables, with the reasons.
+/// Equilibrium of a run, judged from the stationarity of its observables, with the reasons.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Equilibrium {
     /// The answer.
     pub verdict: Answer,
-    /// Reasons against equilibrium: drifts, and quantities that are not known, in words.
+    /// Reasons against equilibrium: drifts and unknown quantities, in words.
     pub reasons: Vec<String>,
 }
 
 impl Equilibrium {
-    /// The reason where energy is lost and not supplied.
+    /// The reason if energy is lost and not supplied.
     pub(crate) const COOLS: &str =
         "energy is lost in contacts and nothing supplies it, so that there is no steady state";
 
@@ -69,7 +69,7 @@ impl Equilibrium {
     const EXCHANGES: &str = "equal particles on a line only exchange velocities, so means depend on the start: \
          take the scatter of several seeds as the error";
 
-    /// From the verdict on each observable, by its name.
+    /// Derived from the verdict on each observable, by name.
     #[must_use]
     pub(super) fn of(observables: &[(&'static str, Stationarity)], conditions: &Conditions) -> Self {
         let &Conditions { dimensions, has_steady_state, only_exchanges_velocities, events_per_particle } = conditions;
@@ -80,7 +80,7 @@ impl Equilibrium {
             }
             _ => None,
         });
-        // A handful of events drifts by chance.
+        // A handful of events may drift by chance.
         let is_short = events_per_particle < FEWEST_TO_DRIFT;
         let mut drifting: Vec<String> = if is_short { Vec::new() } else { drifting.collect() };
         let is_unknown = |(_, stationarity): &&(&str, Stationarity)| *stationarity == Stationarity::Unknown;
@@ -112,8 +112,8 @@ impl Equilibrium {
     }
 }
 
-/// Whether no observable can change any more than it does: all are stationary or constant. Unlike [`Equilibrium::verdict`], that is so for what does not
-/// fluctuate at all, as of particles without interactions.
+/// Whether no observable still changes: all are stationary or constant. Unlike [`Equilibrium::verdict`], this
+/// also holds if nothing fluctuates, as for particles without interactions.
 pub(crate) fn is_settled(observables: &[(&'static str, Stationarity)]) -> bool {
     let is_settled = |stationarity| matches!(stationarity, Stationarity::Stationary | Stationarity::Constant);
     observables.iter().all(|(_, stationarity)| is_settled(*stationarity))
@@ -126,13 +126,13 @@ impl fmt::Display for Equilibrium {
     }
 }
 
-/// The unit of an observable in brackets; nothing for a pure number.
+/// The unit of an observable in brackets; empty for a pure number.
 fn unit_of(name: &str, dimensions: usize) -> String {
     let unit = OBSERVABLES.iter().find(|(known, _)| *known == name).map_or("1", |(_, unit)| unit);
     if unit == "1" { String::new() } else { format!(" [{}]", unit_in(unit, dimensions)) }
 }
 
-/// To two digits.
+/// Rounds to two digits.
 fn rounded(drift: f64) -> f64 {
     format!("{drift:.1e}").parse().unwrap_or(drift)
 }

@@ -7,7 +7,7 @@ use crate::Vector;
 use crate::mesh::report::Inside;
 use crate::model::{CountRegion, CountSpace};
 
-/// The regions, and the searches in their meshes, which are made at the first use and are no part of the state.
+/// The regions, and the searches in their meshes, which are built on first use and are not part of the state.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub(super) struct Regions {

@@ -1,8 +1,8 @@
 //! A row of measurements.
 
-/// Thermodynamic observables at one time, and averages since the row before: a row of `thermo.csv`.
+/// Thermodynamic observables at one time, and averages since the previous row: one row of `thermo.csv`.
 ///
-/// Quantities that mean nothing for the scene, or cannot be known yet, are `None`.
+/// Quantities that are not defined for the scene, or not known yet, are `None`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Row {
@@ -10,24 +10,25 @@ pub struct Row {
     pub time: f64,
     /// Physical events since the start of the simulation.
     pub events: u64,
-    /// Kinetic temperature now `[energy]`.
+    /// Current kinetic temperature `[energy]`.
     pub temperature: Option<f64>,
-    /// Kinetic energy now `[energy]`.
+    /// Current kinetic energy `[energy]`.
     pub kinetic: f64,
-    /// Potential energy now, of pairs and of weight `[energy]`.
+    /// Current potential energy of pairs and of weight `[energy]`.
     pub potential: f64,
-    /// Energy that thermostats, walls, growth and shear have supplied so far, less what they took `[energy]`.
+    /// Energy supplied so far by thermostats, walls, growth and shear, minus the energy that they removed
+    /// `[energy]`.
     pub supplied: f64,
-    /// Kinetic and potential energy, and what was dissipated so far, less what was supplied: constant within round-off `[energy]`.
+    /// Kinetic plus potential plus dissipated minus supplied energy: constant within round-off `[energy]`.
     pub ledger: f64,
-    /// Pressure since the row before `[energy / length^D]`.
+    /// Pressure since the previous row `[energy / length^D]`.
     pub pressure: Option<f64>,
-    /// Core contacts per particle and time since the row before `[1 / time]`.
+    /// Core contacts per particle and time since the previous row `[1 / time]`.
     pub collision_rate: Option<f64>,
-    /// Volume of the box now, where a barostat changes it in some stage `[length^D]`.
+    /// Current volume of the box, if a barostat changes it in some stage `[length^D]`.
     pub volume: Option<f64>,
-    /// Height of the centre of mass against gravity `[length]`.
+    /// Height of the centre of mass `[length]`.
     pub height: Option<f64>,
-    /// Number of moving particles in each of the regions that the scene counts in.
+    /// Number of moving particles in each region of the scene.
     pub counts: Vec<usize>,
 }

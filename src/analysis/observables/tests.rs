@@ -1,4 +1,4 @@
-//! Means of temperature and energy against integrals from event to event.
+//! Means of temperature and energy, compared with integrals from event to event.
 
 use super::Observer;
 use crate::Vector;
@@ -9,7 +9,7 @@ use crate::model::space::{Boundary, Space};
 use crate::model::{Scene, Thermostat};
 use crate::scene::{Arrangement, Fill, SceneBuilder};
 
-/// Two species that dissipate at their cores and have wells or shoulders around them.
+/// Two species with dissipative cores, and wells or shoulders around them.
 fn mixture(space: Space) -> SceneBuilder {
     let well = |diameter, depth| Potential::square_well(diameter, 1.4, depth).unwrap();
     let fill =
@@ -25,7 +25,8 @@ fn mixture(space: Space) -> SceneBuilder {
         .add_fill(fill("B", 7))
 }
 
-/// Means of the kinetic energy and of the energy of the pairs, by the observer from two rows, and from event to event.
+/// Means of the kinetic energy and of the pair energy: by the observer from two rows, and from event to
+/// event.
 fn means(scene: Scene, bath: Option<&Thermostat>) -> [[f64; 2]; 2] {
     let mut observer = Observer::new(&scene);
     observer.set_thermostat(&scene, bath);
@@ -67,14 +68,14 @@ fn means_of_temperature_and_energy_are_exact_however_rare_the_rows_are() {
     ] {
         let [observed, exact] = means(scene.build().unwrap(), bath);
         for k in 0..2 {
-            // Some hundred events, each rounded a few times, of energies of some tens.
+            // A few hundred events with a few roundings each, of energies of a few tens.
             let scale = exact[0].abs() + exact[1].abs();
             assert!((observed[k] - exact[k]).abs() < 1e-11 * scale, "{what}, {k}: {observed:?} {exact:?}");
         }
     }
 }
 
-/// Hard spheres that keep their energy.
+/// Hard spheres that conserve energy.
 fn elastic(space: Space, count: u64) -> SceneBuilder {
     let fill = Fill { temperature: Some(1.3), ..Fill::new(Arrangement::Random, "A").count(count) };
     SceneBuilder::new("elastic")
@@ -84,7 +85,7 @@ fn elastic(space: Space, count: u64) -> SceneBuilder {
         .add_fill(fill)
 }
 
-/// The error of the temperature and whether it changes, after a number of intervals.
+/// Error of the temperature and whether it is constant, after a number of intervals.
 fn of_temperature(
     scene: &Scene,
     bath: Option<&Thermostat>,
@@ -140,7 +141,7 @@ fn a_conserved_temperature_has_no_error_however_short_or_long_the_run_is() {
     assert_eq!(of_temperature(&scene, None, 5, faster), (None, Stationarity::Unknown), "set by a program");
 }
 
-/// Three particles on a line, of which one has another mass, with hard cores or wells.
+/// Three particles on a line, one of them with a different mass, with hard cores or wells.
 fn on_a_line(mass: f64, potential: &Potential) -> SceneBuilder {
     let boundary = [Boundary::Periodic, Boundary::Flat, Boundary::Flat];
     let space = Space { boundary, size: Vector::new(9.0, 0.0, 0.0), ..Space::periodic_cube(9.0) };

@@ -1,4 +1,4 @@
-//! Means over a volume that changes: in the isothermal-isobaric ensemble.
+//! Means over a changing volume: the isothermal-isobaric ensemble.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,19 +8,19 @@ use crate::engine::Simulation;
 use crate::model::scene::own_volume;
 use crate::model::{Barostat, Scene, Thermostat};
 
-/// Constants of the isothermal-isobaric ensemble that is measured.
+/// Constants of the measured isothermal-isobaric ensemble.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Isobaric {
     /// Pressure of the barostat `[energy / length^D]`.
     pressure: f64,
     /// Temperature of the heat bath `[energy]`.
     temperature: f64,
-    /// Volume of the particles themselves `[length^D]`.
+    /// Total volume of the particles `[length^D]`.
     filled: f64,
 }
 
 impl Isobaric {
-    /// The ensemble of a stage, with particles that fill so much.
+    /// The ensemble of a stage, with the total volume of the particles.
     pub fn of(acting: Option<(&Barostat, &Thermostat)>, filled: f64) -> Option<Self> {
         let (barostat, thermostat) = acting?;
         let (Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. }) = *thermostat;
@@ -32,8 +32,8 @@ impl Isobaric {
         self.pressure * volume / (moving * self.temperature)
     }
 
-    /// The isothermal compressibility `(<V^2> - <V>^2) / (<V> T)` from the averages of volume and its square, with the error of the variance
-    /// `[length^D / energy]`.
+    /// The isothermal compressibility `(<V^2> - <V>^2) / (<V> T)` from the averages of the volume and of its
+    /// square, with the error of the variance `[length^D / energy]`.
     pub fn compressibility(&self, volume: &BlockAverage, square: &BlockAverage) -> Option<Estimate> {
         let mean = volume.mean().filter(|mean| *mean > 0.0)?;
         Some(volume.variance(square)?.over(mean * self.temperature))
@@ -46,14 +46,14 @@ impl Isobaric {
     }
 }
 
-/// Volume of the moving particles of a scene themselves `[length^D]`.
+/// Total volume of the moving particles of a scene `[length^D]`.
 pub(super) fn filled(scene: &Scene) -> f64 {
     let species = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
     let moving = species.filter(|species| !species.is_static());
     moving.map(|species| own_volume(species.diameter, scene.space.dimensions())).sum()
 }
 
-/// Integrals up to a sample, between which the volume is constant.
+/// Integrals up to a sample. Between samples the volume is constant.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct VolumePiece {
     /// Volume from the sample on `[length^D]`.
@@ -70,9 +70,10 @@ impl VolumePiece {
         Self { volume: simulation.volume(), virial: simulation.event_counts().virial.total(), integrals: [0.0; 4] }
     }
 
-    /// At a sample that is later by `duration`; `heat` is the integral of the temperature over that.
+    /// At a sample `duration` later; `heat` is the integral of the temperature in between.
     ///
-    /// The pressure in it is `(N T + W / (D t)) / V` with the virial `W` of its events, and the volume that it had.
+    /// The pressure of this interval is `(N T + W / (D t)) / V`, with the virial `W` of its events and its
+    /// volume.
     pub fn next(&self, simulation: &Simulation, duration: f64, heat: f64, applicable: &ApplicableObservables) -> Self {
         let next = Self::of(simulation);
         let volume = self.volume;
@@ -99,8 +100,8 @@ pub(super) struct VolumeMeans {
 }
 
 impl VolumeMeans {
-    /// Values of the observables of the volume, in their order: volume, number density and packing fraction, and the square of the volume for the
-    /// compressibility.
+    /// Values of the observables for the volume: volume, number density, packing fraction, and the squared
+    /// volume for the compressibility.
     pub fn values(&self, ensemble: &Isobaric, moving: f64) -> [f64; 4] {
         [self.volume, moving * self.inverse, ensemble.filled * self.inverse, self.square]
     }

@@ -1,6 +1,6 @@
 //! Compressibility factors `Z = P / (rho T)` of hard particles.
 
-/// The coefficients of the mKLM equation, by powers of `x = phi / (1 - phi)`.
+/// Coefficients of the mKLM equation, by powers of `x = phi / (1 - phi)`.
 const MKLM: [(i32, f64); 12] = [
     (0, 1.0),
     (1, 4.0),
@@ -16,8 +16,8 @@ const MKLM: [(i32, f64); 12] = [
     (22, -0.008_723_80),
 ];
 
-/// Hard-sphere fluid: the mKLM equation, accurate to the simulations that it was fitted to, for stable and somewhat beyond stable
-/// densities, `phi < 0.53`.
+/// Hard-sphere fluid: the mKLM equation, as accurate as the simulations behind its fit, for stable and
+/// slightly metastable densities, `phi < 0.53`.
 ///
 /// `Z = 1 + 4 x + 6 x^2 + 2.3647684 x^3 - ...`, `x = phi / (1 - phi)`: Pieprzyk, Bannerman, Branka, Chudak and Heyes, Phys. Chem. Chem.
 /// Phys. 21, 6886 (2019), [doi:10.1039/C9CP00903E](https://doi.org/10.1039/C9CP00903E).
@@ -50,8 +50,8 @@ pub fn face_centred_cubic(packing_fraction: f64) -> f64 {
 
 /// Hard-disk fluid: `Z = (1 + eta^2/8 + eta^3/18 - 4 eta^4/21) / (1 - eta)^2`, `eta = pi rho sigma^2 / 4`.
 ///
-/// The form of Henderson, Mol. Phys. 30, 971 (1975), [doi:10.1080/00268977500102511](https://doi.org/10.1080/00268977500102511), with two
-/// further terms.
+/// The form of Henderson, Mol. Phys. 30, 971 (1975),
+/// [doi:10.1080/00268977500102511](https://doi.org/10.1080/00268977500102511), with two more terms.
 #[must_use]
 pub fn hard_disks(packing_fraction: f64) -> f64 {
     let eta = packing_fraction;
@@ -68,7 +68,7 @@ pub fn tonks(packing_fraction: f64) -> f64 {
     1.0 / (1.0 - packing_fraction)
 }
 
-/// By multiplication, whose rounding is the same everywhere; that of the standard library's powers is not.
+/// Powers by multiplication, which rounds the same way on all machines; the standard library's powers do not.
 fn whole_power(x: f64, power: i32) -> f64 {
     (0..power).fold(1.0, |product, _| product * x)
 }
@@ -77,7 +77,7 @@ fn whole_power(x: f64, power: i32) -> f64 {
 mod tests {
     use super::*;
 
-    /// The tables have this many digits behind the point.
+    /// The tables have this many decimal places.
     fn assert_near(value: f64, expected: f64, digits: i32) {
         assert!((value - expected).abs() < 0.51 * 0.1_f64.powi(digits), "{value} instead of {expected}");
     }
@@ -97,7 +97,7 @@ mod tests {
         let sixth = std::f64::consts::PI / 6.0;
         let (melting, freezing) = (1.0376, 0.9392);
         assert_near(melting * face_centred_cubic(melting * sixth), 11.566, 3);
-        // Four digits of the density are this much pressure: dP/drho is about 50.
+        // Four digits of the density determine the pressure to this precision: dP/drho is about 50.
         let fluid = freezing * hard_spheres(freezing * sixth);
         assert!((fluid - 11.566).abs() < 0.5e-4 * 50.0, "{fluid}");
     }

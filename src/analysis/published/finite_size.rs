@@ -1,13 +1,14 @@
 //! Corrections for a fixed, finite number of particles.
 //!
-//! A periodic system of `N` particles differs from the same volume of an infinite fluid in that its number does not fluctuate. To the first
-//! order in `1 / N`, for any mean `A` (Lebowitz and Percus, Phys. Rev. 122, 1675, 1961):
-//! `A_N = A - (1/2) <dN^2> d^2A/dN^2`, with `<dN^2> = N T drho/dP`. For the virial part of the pressure, `A = rho (Z - 1)`, this is
-//! `Z_N = Z - rho P'' / (2 N P')`, derivatives by `rho`. It is exact for a dilute gas, `Z_N - 1 = (1 - 1 / N) B_2 rho`.
+//! The number of particles in a periodic system of `N` particles does not fluctuate, unlike in the same
+//! volume of an infinite fluid. To first order in `1 / N`, any mean `A` becomes `A_N = A - (1/2) <dN^2>
+//! d^2A/dN^2`, with `<dN^2> = N T drho/dP` (Lebowitz and Percus, Phys. Rev. 122, 1675, 1961). The virial part
+//! of the pressure has `A = rho (Z - 1)`, so `Z_N = Z - rho P'' / (2 N P')`, with derivatives by `rho`. This
+//! is exact for a dilute gas, `Z_N - 1 = (1 - 1 / N) B_2 rho`.
 
-/// `rho P'' / (2 P')` of an equation of state, from `P = phi Z(phi)` in any unit.
+/// `rho P'' / (2 P')` of an equation of state, with `P = phi Z(phi)` in any unit.
 fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
-    // Central differences: an error of (1e-3)^2 of the curvature, and a rounding of 1e-16 / 1e-6 of it.
+    // Central differences have an error of (1e-3)^2 of the curvature, and a round-off of 1e-16 / 1e-6.
     let step = 1e-3 * packing_fraction;
     let [below, here, above] =
         [-step, 0.0, step].map(|d| (packing_fraction + d) * compressibility(packing_fraction + d));
@@ -16,19 +17,21 @@ fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
     packing_fraction * second / (2.0 * first)
 }
 
-/// Relative reduction of `Z - 1 = W / (D N T t)` and of the number of pairs in contact with respect to an infinite fluid; 0 without a density.
+/// Relative reduction of `Z - 1 = W / (D N T t)` and of the number of pairs in contact, compared with an
+/// infinite fluid; 0 if there is no density.
 pub(crate) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     let fewer =
         curvature(compressibility, packing_fraction) / (count as f64 * (compressibility(packing_fraction) - 1.0));
     if fewer.is_finite() { fewer } else { 0.0 }
 }
 
-/// Relative deviation of `g` at contact: there are fewer contacts, but `g` is per pair, and each particle has `N - 1` pairs.
+/// Relative shift of `g` at contact. There are fewer contacts, but `g` is per pair, and each particle has `N
+/// - 1` pairs.
 pub(crate) fn shift_of_contact_value(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     1.0 / count as f64 - fewer_contacts(compressibility, packing_fraction, count)
 }
 
-/// Where the shift is from.
+/// Source of the shift.
 pub(crate) const FINITE: &str = "first order in 1/N, by Lebowitz and Percus, Phys. Rev. 122, 1675 (1961)";
 
 #[cfg(test)]
@@ -38,7 +41,7 @@ mod tests {
 
     #[test]
     fn a_dilute_gas_lacks_one_partner_of_n() {
-        // The next term is of the order of phi.
+        // The next term is of order phi.
         let fewer = fewer_contacts(published::hard_spheres, 1e-4, 100);
         assert!((fewer - 0.01).abs() < 0.01 * 1e-3, "{fewer}");
         assert!(shift_of_contact_value(published::hard_spheres, 1e-4, 100).abs() < 1e-5);

@@ -1,29 +1,34 @@
-//! Heat flux through a gas of hard spheres between two plates: Fourier's law with the temperature jumps at them.
+//! Heat flux through a gas of hard spheres between two plates: Fourier's law with temperature jumps at the
+//! plates.
 
 use std::f64::consts::PI;
 
 use super::equation_of_state::hard_spheres;
 use super::kinetic_theory::HardSphereFluid;
 
-/// Temperature jump at a wall that gives velocities of its own temperature, over the gradient and the mean free path: `sqrt(pi) / 2` times
-/// 2.4001, from the linearised Boltzmann equation of hard spheres. Y. Sone, T. Ohwada and K. Aoki, Phys. Fluids A 1, 363 (1989),
+/// Coefficient of the temperature jump at a wall that gives velocities of its own temperature, in units of
+/// gradient times mean free path: `sqrt(pi) / 2` times 2.4001, from the linearised Boltzmann equation of hard
+/// spheres. Y. Sone, T. Ohwada and K. Aoki, Phys. Fluids A 1, 363 (1989),
 /// [doi:10.1063/1.857457](https://doi.org/10.1063/1.857457).
 const JUMP: f64 = 2.4001 * 0.886_226_925_452_758;
 
 /// A gas of equal elastic hard spheres at rest between two parallel thermal plates.
 ///
-/// In the gas `q = - lambda(T, phi) dT/dx` with Enskog's conductivity, at one pressure `p = rho T Z(phi)` everywhere. At a plate of temperature `T_w`, the gas
-/// has the temperature `T_w + zeta l dT/dn`, with the mean free path `l = 1 / (sqrt(2) pi rho sigma^2 chi)` there, the derivative into the gas, and
-/// `zeta = 2.127`. The two conditions and the number of particles give `q` and `p`.
+/// In the gas `q = - lambda(T, phi) dT/dx` with Enskog's conductivity, at the same pressure `p = rho T
+/// Z(phi)` everywhere. At a plate of temperature `T_w`, the gas has the temperature `T_w + zeta l dT/dn`,
+/// with the local mean free path `l = 1 / (sqrt(2) pi rho sigma^2 chi)`, the derivative into the gas, and
+/// `zeta = 2.127`. The two conditions and the number of particles determine `q` and `p`.
 ///
-/// It is exact to the first order in the free path over the distance, and in the density. Neglected are terms of the second order in
-/// the product of the former and of the relative difference in temperature, and in how the density of the gas changes the jump: by the order of a
-/// diameter times the gradient at each plate, of the reach of a collision.
+/// This is exact to first order in the density and in the ratio of the mean free path to the distance. It
+/// neglects second-order terms in that ratio times the relative temperature difference. It also neglects how
+/// the density of the gas changes the jump: because a collision reaches over a diameter, this is of the order
+/// of a diameter times the gradient at each plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GasBetweenPlates {
-    /// Distance of the planes that centres can reach, a diameter less than that of the plates `[length]`.
+    /// Distance between the planes that centres can reach: the distance of the plates minus a diameter
+    /// `[length]`.
     pub distance: f64,
-    /// Particles by area of a plate `[length^-2]`.
+    /// Particles per area of a plate `[length^-2]`.
     pub particles_per_area: f64,
     /// Diameter of a sphere `[length]`.
     pub diameter: f64,
@@ -34,14 +39,15 @@ pub struct GasBetweenPlates {
 }
 
 impl GasBetweenPlates {
-    /// Heat flux through the lower plate into the gas, and out of it through the upper one `[energy / (length^2 time)]`.
+    /// Heat flux through the lower plate into the gas, and out through the upper plate `[energy / (length^2
+    /// time)]`.
     #[must_use]
     pub fn heat_flux(&self) -> f64 {
         let [lower, upper] = self.temperatures;
         let mut pressure = self.particles_per_area / self.distance * 0.5 * (lower + upper);
         // Temperatures of the gas at the plates, and the corresponding flux.
         let (mut at, mut flux) = ([lower, upper], 0.0);
-        // Each step makes what is left of the way shorter by half or more, down to rounding.
+        // Each step at least halves the remaining error, down to round-off.
         for _ in 0..100 {
             let (conducted, held) = self.integrals(at, pressure);
             flux = conducted / self.distance;
@@ -59,7 +65,8 @@ impl GasBetweenPlates {
         flux
     }
 
-    /// The integrals of the conductivity, and of it times the number density, over the temperatures of the gas.
+    /// The integrals, over the temperatures of the gas, of the conductivity and of the conductivity times the
+    /// number density.
     fn integrals(&self, [lower, upper]: [f64; 2], pressure: f64) -> (f64, f64) {
         const STEPS: u32 = 64;
         let width = (lower - upper) / f64::from(STEPS);
@@ -72,7 +79,7 @@ impl GasBetweenPlates {
         (conducted, held)
     }
 
-    /// The gas of a pressure at a temperature.
+    /// The gas at a temperature and a pressure.
     fn gas(&self, temperature: f64, pressure: f64) -> HardSphereFluid {
         let ideal = PI / 6.0 * self.diameter * self.diameter * self.diameter * pressure / temperature;
         let packing_fraction = (0..30).fold(ideal, |phi, _| ideal / hard_spheres(phi));
@@ -95,9 +102,11 @@ mod tests {
         let lambda = HardSphereFluid { temperature: 1.0, ..HardSphereFluid::reduced(1e-9) }.thermal_conductivity();
         let far = plates(1e-6, 1e9, [2.0, 1.0]).heat_flux();
         let fourier = 2.0 / 3.0 * lambda * (2.0_f64.powf(1.5) - 1.0) / 1e9;
-        // The rule of rectangles leaves a part of 1 / (24 64^2) of a second derivative; a free path is 1e-4 of the distance.
+        // The midpoint rule has an error of 1 / (24 64^2) of a second derivative; a mean free path is 1e-4 of
+        // the distance.
         assert!((far / fourier - 1.0).abs() < 1e-3, "{far} {fourier}");
-        // Nearly equal temperatures, three free paths apart at each side: q = lambda dT / (L + 2 zeta l).
+        // Nearly equal temperatures, with three mean free paths between the plates: q = lambda dT / (L + 2
+        // zeta l).
         let (phi, distance) = (1e-5, 50_000.0);
         let gas = HardSphereFluid::reduced(phi);
         let near = plates(phi, distance, [1.0005, 0.9995]).heat_flux();
@@ -111,7 +120,8 @@ mod tests {
         let flux = hot_below.heat_flux();
         assert!((plates(0.03, 60.0, [1.0, 2.0]).heat_flux() / flux + 1.0).abs() < 1e-12);
         assert_eq!(plates(0.03, 60.0, [1.5, 1.5]).heat_flux(), 0.0);
-        // Twice the lengths, three times the masses and five times the energies: energy / (length^2 time), with time^2 = mass length^2 / energy.
+        // Twice the lengths, three times the masses and five times the energies: energy / (length^2 time),
+        // with time^2 = mass length^2 / energy.
         let scaled = GasBetweenPlates {
             distance: 120.0,
             particles_per_area: 0.25 * hot_below.particles_per_area,
@@ -125,7 +135,8 @@ mod tests {
 
     #[test]
     fn its_conductivity_and_its_jump_are_those_of_the_same_theory() {
-        // Sone and others have, in units of p l / sqrt(2 T / m) and with k_B = 1, lambda = 5 sqrt(pi) / 4 gamma_2 with gamma_2 = 1.922284.
+        // In units of p l / sqrt(2 T / m) and with k_B = 1, Sone and others have lambda = 5 sqrt(pi) / 4
+        // gamma_2 with gamma_2 = 1.922284.
         let gas = HardSphereFluid::reduced(1e-9);
         let unit = gas.number_density() * gas.mean_free_path() / 2.0_f64.sqrt();
         let theirs = 1.25 * PI.sqrt() * 1.922_284 * unit;

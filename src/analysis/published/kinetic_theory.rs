@@ -1,16 +1,17 @@
-//! Kinetic theory of elastic hard particles: how often they collide, and what they transport.
+//! Kinetic theory of elastic hard particles: collision rates and transport coefficients.
 
 use std::f64::consts::{PI, TAU};
 
 use super::equation_of_state::{hard_disks, hard_spheres, tonks};
 
-/// The ratio of the self-diffusion coefficient to its first Sonine approximation, and those of viscosity and conductivity: Chapman and
-/// Cowling, *The Mathematical Theory of Non-Uniform Gases* (1970).
+/// Ratio of the self-diffusion coefficient to its first Sonine approximation, and the ratios for viscosity
+/// and conductivity: Chapman and Cowling, *The Mathematical Theory of Non-Uniform Gases* (1970).
 const DIFFUSION_SERIES: f64 = 1.018_96;
 const VISCOSITY_SERIES: f64 = 1.016;
 const CONDUCTIVITY_SERIES: f64 = 1.025;
 
-/// Value of the radial distribution function of hard spheres at contact, `chi = (Z - 1) / (4 phi)`, exact given `Z` (here: mKLM).
+/// The radial distribution function of hard spheres at contact, `chi = (Z - 1) / (4 phi)`, exact if `Z` is
+/// (here: mKLM).
 #[must_use]
 pub fn contact_value(packing_fraction: f64) -> f64 {
     if packing_fraction > 0.0 { (hard_spheres(packing_fraction) - 1.0) / (4.0 * packing_fraction) } else { 1.0 }
@@ -22,7 +23,7 @@ pub fn contact_value_of_disks(packing_fraction: f64) -> f64 {
     if packing_fraction > 0.0 { (hard_disks(packing_fraction) - 1.0) / (2.0 * packing_fraction) } else { 1.0 }
 }
 
-/// Collisions of a hard disk per time `[1 / time]`: `G = 2 rho sigma chi sqrt(pi T / m)`, exact given `chi`.
+/// Collision rate of a hard disk `[1 / time]`: `G = 2 rho sigma chi sqrt(pi T / m)`, exact given `chi`.
 #[must_use]
 pub fn collision_rate_of_disks(packing_fraction: f64, diameter: f64, mass: f64, temperature: f64) -> f64 {
     let density = packing_fraction * 4.0 / (PI * diameter * diameter);
@@ -41,20 +42,22 @@ pub fn viscosity_of_disks(packing_fraction: f64, diameter: f64, mass: f64, tempe
     dilute * (1.0 / chi + covered + (0.25 + 2.0 / PI) * covered * covered * chi)
 }
 
-/// Collisions of a hard rod on a line per time `[1 / time]`, exact for Maxwellian velocities:
-/// `G = 2 rho / (1 - rho sigma) sqrt(T / (pi m))`.
+/// Collision rate of a hard rod on a line `[1 / time]`, exact for Maxwellian velocities: `G = 2 rho / (1 -
+/// rho sigma) sqrt(T / (pi m))`.
 #[must_use]
 pub fn collision_rate_of_rods(packing_fraction: f64, diameter: f64, mass: f64, temperature: f64) -> f64 {
     2.0 * packing_fraction / diameter * tonks(packing_fraction) * (temperature / (PI * mass)).sqrt()
 }
 
-/// Difference between the diffusion coefficients of an infinite system and of a periodic cube of edge `L`, `[length^2 / time]`:
-/// `2.837297 T / (6 pi eta L) * nu / (nu + D)`, with the kinematic viscosity `nu = eta / rho` and the mass density `rho`.
+/// Difference between the diffusion coefficients of an infinite system and of a periodic cube of edge `L`
+/// `[length^2 / time]`: `2.837297 T / (6 pi eta L) * nu / (nu + D)`, with the kinematic viscosity `nu = eta /
+/// rho` and the mass density `rho`.
 ///
-/// The first factor is the term of Yeh and Hummer for a particle that moves slowly through its own flow. The second one is near 1 in a
-/// liquid. In a gas a particle leaves its flow by diffusion as fast as the flow decays: the velocity is correlated as
-/// `exp(-(nu + D) k^2 t)` for each wave vector `k` of the box (Ernst, Hauge and van Leeuwen), whose integral has `1 / (nu + D)`.
-/// Both are hydrodynamics, which holds if `L / 2 pi` is longer than the mean free path.
+/// The first factor is the term of Yeh and Hummer for a particle that moves slowly through its own flow. The
+/// second is close to 1 in a liquid. In a gas, a particle diffuses out of its flow as fast as the flow
+/// decays: for each wave vector `k` of the box the velocity is correlated as `exp(-(nu + D) k^2 t)` (Ernst,
+/// Hauge and van Leeuwen), whose integral contains `1 / (nu + D)`. Both factors assume hydrodynamics, which
+/// holds if `L / 2 pi` is longer than the mean free path.
 ///
 /// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147);
 /// Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254 (1970), [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254).
@@ -63,25 +66,28 @@ pub fn finite_size_of_diffusion(temperature: f64, viscosity: f64, density: f64, 
     2.837_297 * temperature / (6.0 * PI * (viscosity + density * diffusion) * edge)
 }
 
-/// Mean free path of hard spheres by their diffusion coefficient `[length]`, `D = 1.01896 (3 / 8) sqrt(2 pi T / m) l` by Enskog's theory
-/// at all densities. `thermal_speed` is `sqrt(T / m)`.
+/// Mean free path of hard spheres from their diffusion coefficient `[length]`: `D = 1.01896 (3 / 8) sqrt(2 pi
+/// T / m) l` in Enskog's theory, at all densities. `thermal_speed` is `sqrt(T / m)`.
 pub(crate) fn mean_free_path_of_diffusion(diffusion: f64, thermal_speed: f64) -> f64 {
     diffusion / (DIFFUSION_SERIES * 0.375 * TAU.sqrt() * thermal_speed)
 }
 
-/// Whether flows of the longest wave length of a periodic box are hydrodynamic: `L / 2 pi` is longer than the mean free path.
+/// Whether flows with the longest wavelength of a periodic box are hydrodynamic: `L / 2 pi` is longer than
+/// the mean free path.
 pub(crate) fn is_hydrodynamic(edge: f64, mean_free_path: f64) -> bool {
     edge / TAU > mean_free_path
 }
 
-/// Spheres of the simulations that Speedy's fit describes, from 256 to 1000: it is the coefficient of "some 500 particles", and larger
-/// systems diffuse faster (Sigurgeirsson and Heyes, Mol. Phys. 101, 469, 2003).
+/// Number of spheres in the simulations behind Speedy's fit, which had 256 to 1000: it gives the coefficient
+/// of "some 500 particles", and larger systems diffuse faster (Sigurgeirsson and Heyes, Mol. Phys. 101, 469,
+/// 2003).
 pub(crate) const FITTED_SPHERES: f64 = 500.0;
 
-/// A fluid of equal elastic hard spheres in equilibrium, with Enskog's theory of it.
+/// A fluid of equal elastic hard spheres in equilibrium, described by Enskog's theory.
 ///
-/// Enskog's theory takes collisions as uncorrelated except for the contact value `chi`; it is exact for dilute gases and
-/// within some per cent up to `phi = 0.3`. With `y = 4 phi chi = Z - 1` and `b rho = 4 phi`:
+/// Enskog's theory treats collisions as uncorrelated except for the contact value `chi`. It is exact for
+/// dilute gases, and accurate to a few per cent up to `phi = 0.3`. With `y = 4 phi chi = Z - 1` and `b rho =
+/// 4 phi`:
 ///
 /// | quantity | Enskog |
 /// |---|---|
@@ -92,10 +98,10 @@ pub(crate) const FITTED_SPHERES: f64 = 500.0;
 /// | thermal conductivity | `lambda_0 b rho (1 / y + 6/5 + 0.7575 y)`, `lambda_0 = 1.025 * 75 / (64 sigma^2) sqrt(T / (pi m))` |
 ///
 /// Chapman and Cowling, chapter 16; Alder, Gass and Wainwright, J. Chem. Phys. 53, 3813 (1970),
-/// [doi:10.1063/1.1673845](https://doi.org/10.1063/1.1673845), who find how simulations deviate.
+/// [doi:10.1063/1.1673845](https://doi.org/10.1063/1.1673845), also for the deviations of simulations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HardSphereFluid {
-    /// Volume of the spheres per volume.
+    /// Volume fraction of the spheres.
     pub packing_fraction: f64,
     /// Diameter of a sphere `[length]`.
     pub diameter: f64,
@@ -118,14 +124,14 @@ impl HardSphereFluid {
         6.0 * self.packing_fraction / (PI * self.diameter * self.diameter * self.diameter)
     }
 
-    /// Collisions per particle and time `[1 / time]`: two particles take part in each.
+    /// Collisions per particle and time `[1 / time]`. Each collision counts for both particles.
     #[must_use]
     pub fn collision_rate(&self) -> f64 {
         let area = self.diameter * self.diameter;
         4.0 * self.number_density() * area * self.chi() * (PI * self.temperature / self.mass).sqrt()
     }
 
-    /// Mean free path `[length]`: mean speed over collision rate.
+    /// Mean free path `[length]`: mean speed divided by collision rate.
     #[must_use]
     pub fn mean_free_path(&self) -> f64 {
         (8.0 * self.temperature / (PI * self.mass)).sqrt() / self.collision_rate()
@@ -137,8 +143,9 @@ impl HardSphereFluid {
         DIFFUSION_SERIES * self.dilute_diffusion() / self.chi()
     }
 
-    /// Self-diffusion coefficient, a fit to simulations, for `0 < phi < 0.5` `[length^2 / time]`. It holds within some per cent: particles
-    /// diffuse faster in larger systems, see [`finite_size_of_diffusion`].
+    /// Self-diffusion coefficient from a fit to simulations, for `0 < phi < 0.5` `[length^2 / time]`. It is
+    /// accurate to a few per cent: particles diffuse faster in larger systems, see
+    /// [`finite_size_of_diffusion`].
     ///
     /// `D = 3 / (8 rho sigma^2) sqrt(T / (pi m)) (1 - rho / 1.09) (1 + rho^2 (0.4 - 0.83 rho^2))`, `rho` in units of `sigma`.
     ///
@@ -150,8 +157,9 @@ impl HardSphereFluid {
         self.dilute_diffusion() * (1.0 - reduced / 1.09) * (1.0 + square * (0.4 - 0.83 * square))
     }
 
-    /// Difference between the diffusion coefficients of an infinite system and of `count` spheres in a periodic cube, with Enskog's
-    /// coefficients `[length^2 / time]`. `None` in a box that is too small for hydrodynamics, see [`finite_size_of_diffusion`].
+    /// Difference between the diffusion coefficients of an infinite system and of `count` spheres in a
+    /// periodic cube, with Enskog's coefficients `[length^2 / time]`. `None` if the box is too small for
+    /// hydrodynamics, see [`finite_size_of_diffusion`].
     pub(crate) fn slower_diffusion(&self, count: f64) -> Option<f64> {
         let density = self.number_density();
         let edge = libm::cbrt(count / density);
@@ -193,7 +201,7 @@ impl HardSphereFluid {
         3.0 / (8.0 * self.number_density() * area) * (self.temperature / (PI * self.mass)).sqrt()
     }
 
-    /// `b rho (1 / y + first + second y)`, without the division by a density that may be 0.
+    /// `b rho (1 / y + first + second y)`, without dividing by a density that may be 0.
     fn enskog_series(&self, first: f64, second: f64) -> f64 {
         let (covolume, chi) = (4.0 * self.packing_fraction, self.chi());
         1.0 / chi + first * covolume + second * chi * covolume * covolume
@@ -217,7 +225,7 @@ mod tests {
         for (phi, density, rate, enskog, speedy) in table {
             let fluid = HardSphereFluid::reduced(phi);
             assert!((fluid.number_density() - density).abs() < 0.51e-5);
-            // Six digits, four and four.
+            // Six, four and four digits.
             assert!((fluid.collision_rate() / rate - 1.0).abs() < 5e-6, "{} {rate}", fluid.collision_rate());
             assert!((fluid.diffusion_coefficient() - enskog).abs() < 0.51e-4);
             let simulated = fluid.simulated_diffusion_coefficient();
@@ -228,7 +236,7 @@ mod tests {
     #[test]
     fn quantities_have_their_dimensions() {
         let reduced = HardSphereFluid::reduced(0.3);
-        // Units of length, mass and energy: time is l sqrt(m / e) = 2 * 2 = 4.
+        // Units of length, mass and energy: a time is l sqrt(m / e) = 2 * 2 = 4.
         let scaled = HardSphereFluid { diameter: 2.0, mass: 12.0, temperature: 3.0, ..reduced };
         for (a, b, unit) in [
             (scaled.collision_rate(), reduced.collision_rate(), 1.0 / 4.0),
@@ -248,7 +256,8 @@ mod tests {
         let gas = HardSphereFluid::reduced(0.0);
         assert!((gas.shear_viscosity() - 1.016 * 0.176_308_9).abs() < 1e-6);
         assert!((gas.thermal_conductivity() - 1.025 * 0.661_159_67).abs() < 1e-6);
-        // Enskog's terms of higher order, in the first Sonine approximation: 4/25 (1 + 12 / pi) and 9/25 (1 + 32 / (9 pi)), over the series.
+        // Enskog's terms of higher order in the first Sonine approximation: 4/25 (1 + 12 / pi) and 9/25 (1 +
+        // 32 / (9 pi)), divided by the ratio of the series.
         assert!((4.0 / 25.0 * (1.0 + 12.0 / PI) / VISCOSITY_SERIES / 0.7615 - 1.0).abs() < 5e-3);
         assert!((9.0 / 25.0 * (1.0 + 32.0 / (9.0 * PI)) / CONDUCTIVITY_SERIES / 0.7575 - 1.0).abs() < 1.3e-2);
         // The bulk viscosity is 1.002 eta_0 b rho y.
@@ -271,7 +280,7 @@ mod tests {
 
     #[test]
     fn diffusion_in_a_periodic_cube_is_slower_by_the_flow_that_outlives_it() {
-        // Far denser than a gas the factor is 1: 2.837297 / (6 pi).
+        // At high density the factor is 1: 2.837297 / (6 pi).
         assert!((finite_size_of_diffusion(1.0, 1.0, 1.0, 0.0, 1.0) - 0.150_524).abs() < 1e-6);
         // By hand: T = 3, eta = 2, rho = 0.5, D = 6, L = 4. nu = 4, nu / (nu + D) = 0.4, 8.511891 / (6 pi * 8) * 0.4.
         let slower = finite_size_of_diffusion(3.0, 2.0, 0.5, 6.0, 4.0);
@@ -280,7 +289,8 @@ mod tests {
 
     #[test]
     fn a_box_of_few_free_paths_has_no_hydrodynamics() {
-        // At 0.1 the mean free path is 0.9037. A box of L / 2 pi of this size has 0.19099 (2 pi 0.9037)^3 = 34.97 spheres.
+        // At 0.1 the mean free path is 0.9037. A box with L / 2 pi of this size holds 0.19099 (2 pi 0.9037)^3
+        // = 34.97 spheres.
         let gas = HardSphereFluid::reduced(0.1);
         assert!((gas.mean_free_path() - 0.9037).abs() < 1e-4, "{}", gas.mean_free_path());
         assert!(gas.slower_diffusion(34.0).is_none() && gas.slower_diffusion(36.0).is_some());

@@ -2,11 +2,11 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Exact in equilibrium: the density of the distribution of speeds, Maxwell's, in one to three dimensions, where each component of the velocity
-/// has the variance `s^2 = T / m`.
+/// Maxwell's density of speeds, exact in equilibrium in one to three dimensions. Each velocity component has
+/// the variance `s^2 = T / m`.
 ///
-/// `p(v) = sqrt(2 / pi) / s exp(-v^2 / 2 s^2)` on a line, `v / s^2 exp(-v^2 / 2 s^2)` in a plane, and
-/// `sqrt(2 / pi) v^2 / s^3 exp(-v^2 / 2 s^2)` in space.
+/// `p(v) = sqrt(2 / pi) / s exp(-v^2 / 2 s^2)` in one dimension, `v / s^2 exp(-v^2 / 2 s^2)` in two, and
+/// `sqrt(2 / pi) v^2 / s^3 exp(-v^2 / 2 s^2)` in three.
 ///
 /// J. C. Maxwell, Phil. Mag. 19, 19 (1860), [doi:10.1080/14786446008642818](https://doi.org/10.1080/14786446008642818).
 #[must_use]
@@ -22,7 +22,7 @@ pub fn maxwell_speed_density(speed: f64, variance: f64, dimensions: usize) -> f6
     power * libm::exp(-0.5 * x * x) / deviation
 }
 
-/// The part of all particles that is slower than a speed, the integral of [`maxwell_speed_density`].
+/// Fraction of particles slower than a speed, the integral of [`maxwell_speed_density`].
 #[must_use]
 pub fn maxwell_speed_below(speed: f64, variance: f64, dimensions: usize) -> f64 {
     let x = speed / variance.sqrt();
@@ -48,7 +48,8 @@ mod tests {
                     let density = maxwell_speed_density(speed, variance, dimensions);
                     let ends = [speed - 0.5 * step, speed + 0.5 * step];
                     let [low, high] = ends.map(|end| maxwell_speed_below(end, variance, dimensions));
-                    // The rule of the middle: h^2 / 24 of the second derivative, and the rounding of a difference.
+                    // The midpoint rule: h^2 / 24 of the second derivative, plus the round-off of a
+                    // difference.
                     assert!((density * step - (high - low)).abs() < 1e-8 * step / variance.sqrt() + 4e-16, "{speed}");
                     one += density * step;
                     square += density * step * speed * speed;

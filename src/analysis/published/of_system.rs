@@ -13,42 +13,45 @@ use crate::model::{Scene, Species, Thermostat};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct PublishedValue {
-    /// The name of the observable, or of the number of an instrument: `compressibility_factor`.
+    /// Name of the observable, or of the number of an instrument: `compressibility_factor`.
     pub quantity: String,
     /// The value, in the units of the scene.
     pub value: f64,
-    /// Difference between a system of this size and the value, in first order in `1 / N`, or of the diffusion coefficient in `1 / L`, which is
-    /// 0 for the size of its source; 0 where it is not known, and in files that do not have it.
+    /// What a system of this size has more than the value, in first order in `1 / N`; for the diffusion
+    /// coefficient in `1 / L`, relative to the system size of its source. 0 if unknown, and in files without
+    /// this field.
     #[serde(default)]
     pub finite_size: f64,
     /// Label of the result: `mKLM`.
     pub label: String,
-    /// Where it is published, and what it holds for.
+    /// Where it is published, and under what conditions it holds.
     pub source: String,
 }
 
 impl PublishedValue {
-    /// Whether it is that of a crystal; others are those of a fluid.
+    /// Whether it is for a crystal; other values are for a fluid.
     #[must_use]
     pub fn is_of_crystal(&self) -> bool {
         self.label == CRYSTAL_LABEL
     }
 
-    /// The value that is expected of a system of this size.
+    /// The expected value for a system of this size.
     #[must_use]
     pub fn at_size(&self) -> f64 {
         self.value + self.finite_size
     }
 }
 
-/// The packing fractions for which the equations of the fluid are meant in three and two dimensions, and from which on that of the crystal is.
+/// Largest packing fractions for the fluid's equations in three and two dimensions, and smallest one for the
+/// crystal's.
 const FLUID: [f64; 2] = [0.53, 0.70];
 const CRYSTAL: f64 = 0.52;
 
-/// Label of the values of the crystal.
+/// Label of the values for the crystal.
 pub(crate) const CRYSTAL_LABEL: &str = "Speedy, crystal";
 
-/// Up to here Enskog's viscosity is within some per cent of that of a fluid, and tells how the diffusion coefficient depends on the size of the box.
+/// Up to here Enskog's viscosity is accurate to a few per cent, and gives the dependence of the diffusion
+/// coefficient on the size of the box.
 const DIFFUSING: f64 = 0.42;
 
 /// Transport coefficients, which a heat bath changes.
@@ -75,18 +78,20 @@ struct Hard {
     count: u64,
     dimensions: f64,
     is_cube: bool,
-    /// Whether their energy is fixed, not by a heat bath.
+    /// Whether their energy is constant, without a heat bath.
     is_isolated: bool,
     packing_fraction: f64,
     number_density: f64,
     diameter: f64,
     mass: f64,
-    /// Where it is known `[energy]`.
+    /// If known `[energy]`.
     temperature: Option<f64>,
 }
 
-/// Published values for a system in equilibrium, by the population of each species, with diameters that have grown by a factor `scale`, at a mean
-/// temperature `[energy]`, while a thermostat acts, whose Andersen collisions end the memory that transport comes from; none for a system about which nothing is known here: today that is all but equal elastic hard particles in a periodic box.
+/// Published values for a system in equilibrium. `population` is the number of particles of each species,
+/// `scale` the factor by which diameters have grown, and the mean temperature is in `[energy]`. A thermostat
+/// may act; Andersen collisions destroy the memory behind transport. Values are known only for equal elastic
+/// hard particles in a periodic box; otherwise the list is empty.
 #[must_use]
 pub fn of_system(
     scene: &Scene,
@@ -140,7 +145,8 @@ fn hard(scene: &Scene, is_bathed: bool, population: &[usize], scale: f64, temper
 }
 
 impl Hard {
-    /// The compressibility factor, and the pressure that follows from it, with the part of `Z - 1` that a system of this size lacks.
+    /// The compressibility factor and the pressure that follows from it, with the fraction of `Z - 1` that a
+    /// system of this size lacks.
     fn pressure(&self, compressibility: f64, fewer: f64, label: &str, source: &str) -> Vec<PublishedValue> {
         let pressure = self.temperature.map(|temperature| ("pressure", self.number_density * temperature));
         let both = [("compressibility_factor", 1.0)].into_iter().chain(pressure);
@@ -152,7 +158,7 @@ impl Hard {
         .collect()
     }
 
-    /// The pressure of an equation of state of the fluid, in the ensemble of a fixed number of particles.
+    /// The pressure from an equation of state of the fluid, for a fixed number of particles.
     fn pressure_of_fluid(&self, compressibility: fn(f64) -> f64, label: &str, source: &str) -> Vec<PublishedValue> {
         let fewer = fewer_contacts(compressibility, self.packing_fraction, self.count);
         self.pressure(compressibility(self.packing_fraction), fewer, label, source)
@@ -179,14 +185,14 @@ impl Hard {
             }
         }
         if phi >= CRYSTAL {
-            // N - 1 of N places vibrate: the crystal as a whole may be anywhere.
+            // N - 1 of N sites vibrate: the crystal as a whole may be anywhere.
             let fewer = 1.0 / self.count as f64;
             values.extend(self.pressure(face_centred_cubic(phi), fewer, CRYSTAL_LABEL, SPEEDY_CRYSTAL));
         }
         values
     }
 
-    /// Speedy's diffusion coefficient, of his systems and of an infinite one.
+    /// Speedy's diffusion coefficient, for his system size and for an infinite system.
     fn diffusion(&self, fluid: &HardSphereFluid) -> Vec<PublishedValue> {
         let simulated = fluid.simulated_diffusion_coefficient();
         let value = published("diffusion_coefficient", simulated, "Speedy", SPEEDY);
@@ -199,7 +205,7 @@ impl Hard {
         vec![PublishedValue { finite_size, ..value }, infinite]
     }
 
-    /// The pressure of disks or rods, and the collision rate that comes with it.
+    /// The pressure of disks or rods, and the collision rate that follows.
     fn fluid(
         &self,
         compressibility: fn(f64) -> f64,
@@ -214,8 +220,9 @@ impl Hard {
         values
     }
 
-    /// The collision rate by both of its names. Where the energy is fixed, velocities are those of a sphere in as many dimensions as there are degrees of freedom `f`, which
-    /// collide more often than Maxwell's by the part `1 / (4 f)`.
+    /// The collision rate under both of its names. At constant energy, velocities are uniform on a sphere
+    /// with as many dimensions as there are degrees of freedom `f`. They collide more often than Maxwellian
+    /// ones, by the fraction `1 / (4 f)`.
     fn collisions(&self, rate: f64, compressibility: fn(f64) -> f64, label: &str, source: &str) -> [PublishedValue; 2] {
         let fewer = fewer_contacts(compressibility, self.packing_fraction, self.count);
         let freedom = self.dimensions * (self.count as f64 - 1.0);

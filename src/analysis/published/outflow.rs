@@ -1,4 +1,4 @@
-//! Grains that run out of a container.
+//! Outflow of grains from a container.
 
 use std::f64::consts::PI;
 
@@ -13,15 +13,16 @@ const DISCHARGE: f64 = 0.58;
 /// `k` of Beverloo's law, for spheres.
 const EMPTY_ANNULUS: f64 = 1.4;
 
-/// Packing fraction of grains that flow.
+/// Packing fraction of flowing grains.
 const FLOWING: f64 = 0.6;
 
 const SOURCE: &str = "Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 260 (1961), doi:10.1016/0009-2509(61)85030-6; real, rough grains, \
     with C = 0.58, k = 1.4 and a packing fraction of 0.6";
 
-/// Rate at which grains run out through an opening `[1 / time]`: Beverloo's law `C n sqrt(g) (D - k d)^(5/2)` with `C = 0.58` and `k = 1.4`, for a number
-/// density `n`, a gravity `g`, a diameter `D` of the opening and `d` of the grains; 0 where it is too small. Of a rectangle `A` is the area and `D` four times
-/// it over the circumference, both without a border of `k d / 2`, in `(4 / pi) C n A sqrt(g D)`.
+/// Outflow rate through an opening `[1 / time]`: Beverloo's law `C n sqrt(g) (D - k d)^(5/2)` with `C = 0.58`
+/// and `k = 1.4`, for a number density `n`, gravity `g`, and the diameters `D` of the opening and `d` of the
+/// grains; 0 if the opening is too small. For a rectangle, the rate is `(4 / pi) C n A sqrt(g D)`, where `A`
+/// is the area and `D` is four times the area over the circumference, both without a border of `k d / 2`.
 ///
 /// Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 260 (1961), [doi:10.1016/0009-2509(61)85030-6](https://doi.org/10.1016/0009-2509(61)85030-6);
 /// rectangles: Fowler and Glastonbury, Chem. Eng. Sci. 10, 150 (1959), [doi:10.1016/0009-2509(59)80042-7](https://doi.org/10.1016/0009-2509(59)80042-7).
@@ -38,7 +39,8 @@ pub fn beverloo(number_density: f64, gravity: f64, outlet: Outlet, grain: f64) -
     4.0 / PI * DISCHARGE * number_density * area * (gravity * width).sqrt()
 }
 
-/// Published rates for the flows of a scene through an outlet, for the grains of all moving species, by the population of each species.
+/// Published rates for the flows of a scene through an outlet. Grains of all moving species count;
+/// `population` is the number of particles of each species.
 pub fn of_flows(scene: &Scene, population: &[usize], gravity: f64) -> Vec<PublishedValue> {
     let grains: Vec<(&Species, f64)> = scene
         .species

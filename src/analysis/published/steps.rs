@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// Exact for every downward step in equilibrium: how many pairs bounce at its outer side from within for one that is released,
-/// `N_bounce / N_release = exp(eps / T) - 1`, with the depth `eps` of the step.
+/// Exact for every downward step in equilibrium: the number of pairs that bounce at it from inside for each
+/// pair that is released, `N_bounce / N_release = exp(eps / T) - 1`, with the depth `eps` of the step.
 ///
 /// Bannerman and Lue, J. Chem. Phys. 133, 124506 (2010), [doi:10.1063/1.3486567](https://doi.org/10.1063/1.3486567).
 #[must_use]
@@ -12,18 +12,18 @@ pub fn bounces_per_release(step: f64, temperature: f64) -> f64 {
     libm::expm1(step / temperature)
 }
 
-/// Second virial coefficient of a square well, exact, in units of that of its core, `2 pi sigma^3 / 3`:
-/// `1 - (lambda^3 - 1) (exp(eps / T) - 1)`, with `lambda` the ratio of well and core, `eps` the depth.
+/// Second virial coefficient of a square well, exact, in units of its core's, `2 pi sigma^3 / 3`: `1 -
+/// (lambda^3 - 1) (exp(eps / T) - 1)`, where `lambda` is the ratio of well and core and `eps` the depth.
 #[must_use]
 pub fn second_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64) -> f64 {
     1.0 - (well_ratio * well_ratio * well_ratio - 1.0) * libm::expm1(depth / temperature)
 }
 
-/// Third virial coefficient of a square well, exact, in units of the square of the second one of its core, `(2 pi sigma^3 / 3)^2`:
-/// `-(1/3) int int f(r12) f(r13) f(r23)`, with Mayer's `f = exp(-u / T) - 1`.
+/// Third virial coefficient of a square well, exact, in units of the square of its core's second coefficient,
+/// `(2 pi sigma^3 / 3)^2`: `-(1/3) int int f(r12) f(r13) f(r23)`, with Mayer's `f = exp(-u / T) - 1`.
 ///
-/// Both points of a pair at a distance `r` see the same parts of two spheres, so that the inner integral is a sum of lenses, and the outer
-/// one is over polynomials (as T. Kihara, Rev. Mod. Phys. 25, 831, 1953, has them in closed form).
+/// For a pair at a distance `r`, the inner integral is a sum of volumes shared by two spheres, and the outer
+/// integral is over polynomials (T. Kihara, Rev. Mod. Phys. 25, 831, 1953, gives them in closed form).
 #[must_use]
 pub fn third_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64) -> f64 {
     let x = libm::expm1(depth / temperature);
@@ -31,13 +31,13 @@ pub fn third_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64
         let (core, mixed, well) = (lens(1.0, 1.0, r), lens(well_ratio, 1.0, r), lens(well_ratio, well_ratio, r));
         (1.0 + x) * (1.0 + x) * core - 2.0 * x * (1.0 + x) * mixed + x * x * well
     };
-    // Where the lenses change their form.
+    // Distances at which the shared volumes change their form.
     let mut ends = [0.0, well_ratio - 1.0, 1.0, 2.0, well_ratio].map(|end: f64| end.min(well_ratio));
     ends.sort_by(f64::total_cmp);
     let mut sum = 0.0;
     for piece in ends.windows(2) {
         let (middle, half) = (0.5 * (piece[0] + piece[1]), 0.5 * (piece[1] - piece[0]));
-        // Gauss's rule: exact up to the fifth power, which is the highest one here.
+        // Gauss's rule: exact up to the fifth power, the highest one here.
         for (node, weight) in [(-0.6_f64.sqrt(), 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.6_f64.sqrt(), 5.0 / 9.0)] {
             let r = middle + half * node;
             let mayer = if middle < 1.0 { -1.0 } else { x };
@@ -48,7 +48,7 @@ pub fn third_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64
     -sum / 3.0 / (unit * unit)
 }
 
-/// Volume that two spheres share, of radii `large >= small` at a distance `r`.
+/// Volume shared by two spheres of radii `large >= small` at a distance `r`.
 fn lens(large: f64, small: f64, r: f64) -> f64 {
     let (sum, difference) = (large + small, large - small);
     if r >= sum {

@@ -1,49 +1,56 @@
-//! Long-time tail of the velocity autocorrelation in a periodic box, and the diffusion that is in it.
+//! Long-time tail of the velocity autocorrelation in a periodic box, and its contribution to diffusion.
 //!
-//! A particle sets a flow going around it that drags it along later. By mode-coupling theory one component of its velocity goes on, when its own collisions are forgotten, as the
-//! flows across their wave vectors do that the box has room for (Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254, 1970,
-//! [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254)):
-//! `<v_x(0) v_x(t)> = (d - 1) / d T / M sum_k exp(-(nu + D) k^2 t)` over `k = 2 pi (n_x / L_x, ...)` but 0, with the mass `M` of the whole system. That does not depend on the particle.
+//! A moving particle sets up a flow that later drags it along. By mode-coupling theory, once its own
+//! collisions are forgotten, a component of its velocity decays like the transverse flows of the box (Ernst,
+//! Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254, 1970,
+//! [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254)): `<v_x(0) v_x(t)> = (d -
+//! 1) / d T / M sum_k exp(-(nu + D) k^2 t)` over all `k = 2 pi (n_x / L_x, ...)` except 0, with the mass `M`
+//! of the whole system. It does not depend on the particle.
 
 use std::f64::consts::{PI, TAU};
 
-/// Intervals of Simpson's rule in the logarithm of the time, below and above the longest time of a measurement: of smooth functions, good to far more digits than the theory has.
+/// Intervals of Simpson's rule in the logarithm of the time, below and above the longest time of a
+/// measurement. For these smooth functions the error is far below that of the theory.
 const INTERVALS: u32 = 400;
 
-/// Times that the slowest flow decays in, after which there is nothing left of it.
+/// Decay times of the slowest flow, after which nothing of it is left.
 const DECAYS: f64 = 40.0;
 
 /// The tail in a box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct VelocityTail<'b> {
-    /// Temperature `[energy]` over the mass `M` of all that moves.
+    /// Temperature `[energy]` divided by the total moving mass `M`.
     pub temperature_by_mass: f64,
     /// Sum `nu + D` of the kinematic viscosity and the diffusion coefficient `[length^2 / time]`.
     pub spreading: f64,
-    /// Edges of the box `[length]`, of its two or three dimensions.
+    /// Edges of the box `[length]` along its two or three dimensions.
     pub periods: &'b [f64],
 }
 
 impl VelocityTail<'_> {
-    /// Autocorrelation of a component of the velocity `[length^2 / time^2]`.
+    /// Autocorrelation of a velocity component `[length^2 / time^2]`.
     fn correlation(&self, time: f64) -> f64 {
         let dimensions = self.periods.len() as f64;
-        // The sum over all modes is a product of sums along the axes; without the one that is the motion of the whole system.
+        // The sum over all modes is a product of sums along the axes, minus the mode that moves the whole
+        // system.
         let decay = |period: &f64| self.spreading * (TAU / period) * (TAU / period) * time;
         let modes: f64 = self.periods.iter().map(|period| theta(decay(period))).product();
         (dimensions - 1.0) / dimensions * self.temperature_by_mass * (modes - 1.0)
     }
 
-    /// Part of the diffusion coefficient that an integral of the autocorrelation up to a time misses `[length^2 / time]`.
+    /// Part of the diffusion coefficient that an integral of the autocorrelation up to a time misses
+    /// `[length^2 / time]`.
     pub fn beyond(&self, time: f64) -> f64 {
         let slowest = self.periods.iter().fold(0.0_f64, |a, b| a.max(*b)) / TAU;
         self.integral([time, time + DECAYS * slowest * slowest / self.spreading], |_| 1.0)
     }
 
-    /// Part of the diffusion coefficient that the least-squares slope of the mean squared displacement between two times misses `[length^2 / time]`.
+    /// Part of the diffusion coefficient that the least-squares slope of the mean squared displacement
+    /// between two times misses `[length^2 / time]`.
     ///
-    /// A correlation over a time `t` makes the displacement grow from then on, in proportion to the time that is left: the slope has all of it where `t` is before the first time,
-    /// nothing after the last, and `(1 - u)^2 (2 + u) / 4` between them, with `u` from -1 to 1.
+    /// A correlation over a time `t` adds to the displacement from then on, in proportion to the remaining
+    /// time. The slope contains all of it if `t` is before the first time, nothing if it is after the last,
+    /// and the fraction `(1 - u)^2 (2 + u) / 4` in between, with `u` from -1 to 1.
     pub fn beyond_slope(&self, [first, last]: [f64; 2]) -> f64 {
         let missed = |time: f64| {
             let u = (2.0 * time - first - last) / (last - first);
@@ -79,7 +86,7 @@ fn theta(s: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Sums over the modes of a box one by one, of a function of their rates of decay.
+    /// Sums a function of the decay rate over the modes of a box, one by one.
     fn over_modes(tail: &VelocityTail<'_>, of_rate: impl Fn(f64) -> f64) -> f64 {
         let range = |axis: usize| if axis < tail.periods.len() { -40..=40 } else { 0..=0 };
         let mut sum = 0.0;
@@ -106,7 +113,8 @@ mod tests {
                 assert!((tail.correlation(time) / expected - 1.0).abs() < 1e-9, "{time}");
                 let beyond = over_modes(&tail, |rate| libm::exp(-rate * time) / rate);
                 assert!((tail.beyond(time) / beyond - 1.0).abs() < 1e-7, "{time}");
-                // By hand, the least-squares slope of `-exp(-rate t) / rate^2`, which is what the displacement of a mode lacks.
+                // By hand, the least-squares slope of `-exp(-rate t) / rate^2`, the displacement that a mode
+                // lacks.
                 let [first, last] = [time, 4.0 * time];
                 let slope = |rate: f64| {
                     let x = 0.5 * rate * (last - first);
@@ -122,12 +130,13 @@ mod tests {
 
     #[test]
     fn an_infinite_box_has_the_tail_of_ernst_hauge_and_van_leeuwen() {
-        // `(2 / 3) (T / rho) (4 pi (nu + D) t)^(-3/2)` with a density of 0.7 in each unit of volume, and its integral.
+        // `(2 / 3) (T / rho) (4 pi (nu + D) t)^(-3/2)` with a density of 0.7 per unit volume, and its
+        // integral.
         let (edge, spreading, time) = (1000.0, 1.3, 20.0);
         let mass = 0.7 * edge * edge * edge;
         let tail = VelocityTail { temperature_by_mass: 1.9 / mass, spreading, periods: &[edge; 3] };
         let expected = 2.0 / 3.0 * 1.9 / 0.7 / libm::pow(4.0 * PI * spreading * time, 1.5);
-        // The motion of the whole system is left out: a part of 3e-5.
+        // The motion of the whole system is left out: a fraction of 3e-5.
         assert!((tail.correlation(time) / expected - 1.0).abs() < 1e-4);
         assert!((tail.correlation(4.0 * time) / tail.correlation(time) - 0.125).abs() < 1e-4);
     }

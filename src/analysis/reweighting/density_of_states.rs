@@ -1,57 +1,63 @@
-//! The density of states that energies of several ensembles determine together.
+//! The density of states determined jointly by the energies of several ensembles.
 
 use super::ensemble::Ensemble;
 
-/// Steps of Newton's method, and halvings of a step that leads too far; a few of both are usual.
+/// Largest number of Newton steps, and of halvings of a step that goes too far; a few of both are usual.
 const MOST_STEPS: usize = 100;
 const MOST_HALVINGS: u32 = 30;
 
-/// The last step of Newton's method in a logarithm of a partition function: the error that is left is of the order of its square.
+/// Last Newton step in the logarithm of a partition function. The remaining error is of the order of its
+/// square.
 const LAST_STEP: f64 = 1e-9;
 
-/// Relative rounding error of the function that is made least.
+/// Relative round-off error of the minimised function.
 const ROUNDING: f64 = 1e-12;
 
-/// Samples that two groups of ensembles share at least. The variance of the difference of their free energies, over the temperature, is one over this: with
-/// less it would be uncertain by more than one.
+/// Fewest samples shared by two groups of ensembles. The variance of their free-energy difference in units of
+/// the temperature is the inverse of this number; with fewer it would exceed one.
 const LEAST_SHARED: f64 = 1.0;
 
-/// Histograms of the potential energy of several ensembles, mostly canonical ones at several temperatures, together.
+/// Histograms of the potential energy of several ensembles together, mostly canonical ones at several
+/// temperatures.
 ///
-/// Only the sum of the histograms of all ensembles matters: it is a sufficient statistic of the density of states.
+/// Only the sum of all histograms is needed: it is a sufficient statistic of the density of states.
 #[derive(Debug, Clone, Copy)]
 pub struct MultiHistogram<'h> {
     /// The ensembles.
     pub ensembles: &'h [Ensemble],
-    /// Number of samples at each of them.
+    /// Number of samples of each ensemble.
     pub samples: &'h [f64],
-    /// The levels of the energy `[energy]`.
+    /// The energy levels `[energy]`.
     pub energies: &'h [f64],
     /// Number of samples of all ensembles in each level.
     pub counts: &'h [f64],
 }
 
-/// The density of states of the potential energy, `g(E)`, up to a factor: what the samples of all ensembles say of it together.
+/// The density of states of the potential energy, `g(E)`, up to a factor, estimated from the samples of all
+/// ensembles together.
 ///
-/// With `N_k` samples of the ensemble `k`, in which configurations of the energy `E` have the weight `exp(-u_k(E))`, that is `u_k(E) = E / T_k` at a temperature, and `H(E)` samples of all ensembles in
-/// the level `E`, `g(E) = H(E) / sum_k N_k exp(f_k - u_k(E))` with the free energies `exp(-f_k) = sum_E g(E) exp(-u_k(E))`.
+/// Let there be `N_k` samples of the ensemble `k`, in which configurations of energy `E` have the weight
+/// `exp(-u_k(E))`; at a temperature `u_k(E) = E / T_k`. With `H(E)` samples of all ensembles in the level
+/// `E`, `g(E) = H(E) / sum_k N_k exp(f_k - u_k(E))` with the free energies `exp(-f_k) = sum_E g(E)
+/// exp(-u_k(E))`.
 ///
-/// These equations are those of the multi-histogram method: A. M. Ferrenberg and R. H. Swendsen, Phys. Rev. Lett. 63, 1195 (1989),
-/// [doi:10.1103/PhysRevLett.63.1195](https://doi.org/10.1103/PhysRevLett.63.1195). With a level for each energy that occurs, and so for stepped potentials, they are
-/// the estimator MBAR: M. R. Shirts and J. D. Chodera, J. Chem. Phys. 129, 124105 (2008),
+/// These are the equations of the multi-histogram method: A. M. Ferrenberg and R. H. Swendsen, Phys. Rev.
+/// Lett. 63, 1195 (1989), [doi:10.1103/PhysRevLett.63.1195](https://doi.org/10.1103/PhysRevLett.63.1195).
+/// With one level for each occurring energy, as for stepped potentials, they are the estimator MBAR: M. R.
+/// Shirts and J. D. Chodera, J. Chem. Phys. 129, 124105 (2008),
 /// [doi:10.1063/1.2978177](https://doi.org/10.1063/1.2978177).
 #[doc(alias = "WHAM")]
 #[doc(alias = "MBAR")]
 #[derive(Debug, Clone, PartialEq)]
 pub struct DensityOfStates {
     energies: Vec<f64>,
-    /// Of the energies within each level.
+    /// Variances of the energies within each level.
     variances: Vec<f64>,
-    /// Logarithm of the density of states of each level; minus infinity where there is no sample.
+    /// Logarithm of the density of states of each level; minus infinity without samples.
     logarithms: Vec<f64>,
-    /// `f_k`, that of the first ensemble being zero.
+    /// `f_k`, where the first ensemble has zero.
     free_energies: Vec<f64>,
-    /// Means in each level of what was measured with the energies.
+    /// Means in each level of the quantities measured along with the energies.
     means: Vec<Vec<f64>>,
 }
 
@@ -66,7 +72,7 @@ pub struct Moments {
     pub variance: f64,
 }
 
-/// The function that is made least, with its derivatives along all free energies but the first.
+/// The minimised function, with its derivatives by all free energies but the first.
 struct Expansion {
     value: f64,
     gradient: Vec<f64>,
@@ -75,11 +81,11 @@ struct Expansion {
 }
 
 impl MultiHistogram<'_> {
-    /// Solves the equations by Newton's method, from free energies near the solution: the minimum of the convex function
+    /// Solves the equations by Newton's method, starting near the solution. It minimises the convex function
     /// `sum_E H(E) ln sum_k N_k exp(f_k - u_k(E)) - sum_k N_k f_k`.
     ///
-    /// `None` where the energies of some of the ensembles do not overlap with those of the others, so that nothing is known of the difference of their free energies, or where there are
-    /// no samples.
+    /// `None` if some ensembles share no energies with the others, so that the difference of their free
+    /// energies is unknown, or if there are no samples.
     #[must_use]
     pub fn solve(&self, start: &[f64]) -> Option<DensityOfStates> {
         let first = start.first()?;
@@ -105,7 +111,8 @@ impl MultiHistogram<'_> {
         None
     }
 
-    /// Free energies to begin with, from the mean energy of each ensemble: at temperatures `df / d(1/T) = <U>` by the trapezoidal rule, and as before where weights follow from energies.
+    /// Initial free energies from the mean energy of each ensemble. At temperatures they follow from `df /
+    /// d(1/T) = <U>` by the trapezoidal rule; with weights of the energy, the previous value is used.
     #[must_use]
     pub fn start(ensembles: &[Ensemble], means: &[f64]) -> Vec<f64> {
         let mut free_energies = vec![0.0; ensembles.len().min(1)];
@@ -119,7 +126,7 @@ impl MultiHistogram<'_> {
         free_energies
     }
 
-    /// By level `u_k(E)` of each ensemble.
+    /// `u_k(E)` of each ensemble, by level.
     fn reduced_energies(&self) -> Vec<Vec<f64>> {
         let of = |energy: &f64| self.ensembles.iter().map(|ensemble| ensemble.reduced_energy(*energy)).collect();
         self.energies.iter().map(of).collect()
@@ -132,7 +139,7 @@ impl MultiHistogram<'_> {
         (next, expansion)
     }
 
-    /// For each ensemble `ln N_k + f_k`, which is minus infinity without samples.
+    /// `ln N_k + f_k` of each ensemble, which is minus infinity without samples.
     fn offsets(&self, free_energies: &[f64]) -> Vec<f64> {
         self.samples.iter().zip(free_energies).map(|(samples, f)| libm::log(*samples) + f).collect()
     }
@@ -147,7 +154,7 @@ impl MultiHistogram<'_> {
         for (reduced, samples) in reduced.iter().zip(self.counts).filter(|(_, samples)| **samples > 0.0) {
             let sum = fill(&offsets, reduced, &mut terms);
             value += samples * sum;
-            // The probabilities that a sample of this level is one of each ensemble.
+            // The probability that a sample of this level belongs to each ensemble.
             terms.iter_mut().for_each(|term| *term = libm::exp(*term - sum));
             for (row, own) in terms[1..].iter().enumerate().filter(|(_, own)| **own > 0.0) {
                 gradient[row] += samples * own;
@@ -172,7 +179,7 @@ impl MultiHistogram<'_> {
 }
 
 impl DensityOfStates {
-    /// Density of states that is known: energies, which ascend `[energy]`, with the logarithm of the density of each.
+    /// A known density of states: ascending energies `[energy]`, with the logarithm of the density of each.
     #[must_use]
     pub fn of_levels(levels: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let (energies, logarithms): (Vec<f64>, Vec<f64>) = levels.into_iter().unzip();
@@ -180,32 +187,34 @@ impl DensityOfStates {
         Self { energies, variances, logarithms, free_energies: Vec::new(), means: Vec::new() }
     }
 
-    /// Takes into account that the energies of a level differ: their variance in each, `[energy^2]`.
+    /// Sets the variance of the energies within each level, `[energy^2]`.
     #[must_use]
     pub fn with_variances(mut self, variances: &[f64]) -> Self {
         self.variances = variances.to_vec();
         self
     }
 
-    /// Gives each of some other quantities its mean in each level.
+    /// Sets the mean of each other quantity in each level.
     #[must_use]
     pub fn with_means(mut self, means: Vec<Vec<f64>>) -> Self {
         self.means = means;
         self
     }
 
-    /// `f_k` of the ensembles of the samples, at a temperature that over it, without the part of the velocities; zero of the first.
+    /// `f_k` of the sampled ensembles: the configurational free energy divided by the temperature, relative
+    /// to the first.
     #[must_use]
     pub fn free_energies(&self) -> &[f64] {
         &self.free_energies
     }
 
-    /// The levels, with the logarithm of the density of states of each: minus infinity where there is no sample.
+    /// The levels, with the logarithm of the density of states of each; minus infinity without samples.
     pub fn levels(&self) -> impl Iterator<Item = (f64, f64)> {
         self.energies.iter().copied().zip(self.logarithms.iter().copied())
     }
 
-    /// Probabilities of the levels at a temperature `[energy]`, in their order: `g(E) exp(-E / T) / sum_E g(E) exp(-E / T)`.
+    /// Probabilities of the levels at a temperature `[energy]`, in their order: `g(E) exp(-E / T) / sum_E
+    /// g(E) exp(-E / T)`.
     #[must_use]
     pub fn probabilities_at(&self, temperature: f64) -> Vec<f64> {
         let (mut weights, sum, _) = self.weights(temperature);
@@ -222,7 +231,8 @@ impl DensityOfStates {
         (weights, sum, most)
     }
 
-    /// Means of the other quantities at a temperature `[energy]`: `<A> = sum_E <A>_E g(E) exp(-E / T) / sum_E g(E) exp(-E / T)`, with the mean `<A>_E` in each level.
+    /// Means of the other quantities at a temperature `[energy]`: `<A> = sum_E <A>_E g(E) exp(-E / T) / sum_E
+    /// g(E) exp(-E / T)`, with the mean `<A>_E` in each level.
     #[must_use]
     pub fn means_at(&self, temperature: f64) -> Vec<f64> {
         let (weights, sum, _) = self.weights(temperature);
@@ -230,7 +240,7 @@ impl DensityOfStates {
         self.means.iter().map(mean).collect()
     }
 
-    /// Moments of the potential energy at a temperature `[energy]`, one of the samples or any other.
+    /// Moments of the potential energy at any temperature `[energy]`, sampled or not.
     #[must_use]
     pub fn at(&self, temperature: f64) -> Moments {
         let (weights, sum, most) = self.weights(temperature);
@@ -242,7 +252,7 @@ impl DensityOfStates {
     }
 }
 
-/// Writes `ln N_k + f_k - u_k(E)` into `terms`, and returns the logarithm of the sum of their exponentials.
+/// Writes `ln N_k + f_k - u_k(E)` into `terms` and returns the logarithm of the sum of their exponentials.
 fn fill(offsets: &[f64], reduced: &[f64], terms: &mut [f64]) -> f64 {
     for ((term, offset), reduced) in terms.iter_mut().zip(offsets).zip(reduced) {
         *term = offset - reduced;
@@ -256,8 +266,8 @@ fn log_sum(terms: &[f64]) -> f64 {
     most + libm::log(terms.iter().map(|term| libm::exp(term - most)).sum())
 }
 
-/// The step of Newton's method, by Cholesky's decomposition of a matrix of which there is the lower triangle, and whether the samples determine it. Where they do not, it leads
-/// downhill still.
+/// The Newton step by Cholesky's decomposition of a matrix given by its lower triangle, and whether the
+/// samples determine it. If they do not, the step still goes downhill.
 fn downhill(mut matrix: Vec<Vec<f64>>, gradient: &[f64]) -> (Vec<f64>, bool) {
     let count = gradient.len();
     let mut is_determined = true;

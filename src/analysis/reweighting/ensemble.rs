@@ -1,8 +1,8 @@
-//! Ensembles that samples of the potential energy are from.
+//! The ensembles from which samples of the potential energy are drawn.
 
 use crate::model::EnergyWeights;
 
-/// Ensemble in which a configuration of the potential energy `U` has the probability density `exp(-u(U))`.
+/// An ensemble in which a configuration of potential energy `U` has the probability density `exp(-u(U))`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ensemble {
     /// At a temperature: `u(U) = U / T`.
@@ -12,7 +12,8 @@ pub enum Ensemble {
     },
     /// With weights of the energy: `u(U) = w(U)`.
     Multicanonical(EnergyWeights),
-    /// In a window of a coordinate that stands in the place of the energy, at one temperature: `u` is zero from the lower end up to the upper one, and infinite elsewhere.
+    /// In a window of a coordinate that takes the place of the energy, at one temperature: `u` is zero inside
+    /// the window and infinite elsewhere.
     Window {
         /// The lower and the upper end.
         ends: [f64; 2],
@@ -20,7 +21,7 @@ pub enum Ensemble {
 }
 
 impl Ensemble {
-    /// Canonical ensembles at some temperatures `[energy]`.
+    /// Canonical ensembles at the given temperatures `[energy]`.
     #[must_use]
     pub fn canonical(temperatures: &[f64]) -> Vec<Self> {
         temperatures.iter().map(|temperature| Self::Canonical { temperature: *temperature }).collect()

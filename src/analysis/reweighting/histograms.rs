@@ -3,36 +3,37 @@
 use super::density_of_states::{DensityOfStates, MultiHistogram};
 use super::ensemble::Ensemble;
 
-/// More energies than these are put into as many bins of even width.
+/// More energies than this are put into this many equal bins.
 const MOST_LEVELS: usize = 4096;
 
-/// Energies are the same level where they differ by less than this part of themselves: rounding of their sums.
+/// Energies belong to the same level if they differ by less than this fraction, the round-off of their sums.
 const SAME: f64 = 1e-9;
 
-/// There are no more blocks than these, of as many rows each.
+/// Largest number of blocks, each with as many rows.
 const MOST_BLOCKS: u64 = 512;
 
-/// The levels of the energies that occur: the first of two passes through them.
+/// The levels of the occurring energies: the first of two passes.
 ///
-/// Energies of stepped potentials are few, and each is a level. Of energies that are continuous, or too many, there are 4096 bins of even width.
+/// Stepped potentials have few energies, and each is a level. Energies that are continuous or too many go
+/// into 4096 equal bins.
 #[derive(Debug, Clone, Default)]
 pub struct EnergyLevels {
-    /// In ascending order; of bins, their lower edges.
+    /// In ascending order; for bins, their lower edges.
     levels: Vec<f64>,
-    /// Whether they are bins, and not levels.
+    /// Whether they are bins rather than levels.
     are_bins: bool,
     ends: Option<[f64; 2]>,
     rows: u64,
 }
 
 impl EnergyLevels {
-    /// Bins, from their lower edges in ascending order. Lower values count to the first bin.
+    /// Bins, from their lower edges in ascending order. Lower values go into the first bin.
     #[must_use]
     pub fn of_bins(lower_edges: &[f64]) -> Self {
         Self { levels: lower_edges.to_vec(), are_bins: true, ..Self::default() }
     }
 
-    /// Looks at the energies of all ensembles at a time `[energy]`.
+    /// Registers the energies of all ensembles at one time `[energy]`.
     pub fn see(&mut self, energies: &[f64]) {
         self.rows += 1;
         for energy in energies.iter().copied().filter(|energy| energy.is_finite()) {
@@ -47,7 +48,7 @@ impl EnergyLevels {
         }
     }
 
-    /// The level of an energy, or the place where it belongs.
+    /// The level of an energy, or the position where it would be inserted.
     fn find(&self, energy: f64) -> Result<usize, usize> {
         let tolerance = SAME * energy.abs();
         let place = self.levels.partition_point(|level| *level < energy - tolerance);
@@ -55,7 +56,7 @@ impl EnergyLevels {
         if is_it { Ok(place) } else { Err(place) }
     }
 
-    /// Makes bins of levels that are too many.
+    /// Turns too many levels into bins.
     fn closed(mut self) -> Self {
         if let Some([least, most]) = self.ends.filter(|_| !self.are_bins && self.levels.len() > MOST_LEVELS) {
             let width = (most - least) / MOST_LEVELS as f64;
@@ -65,7 +66,7 @@ impl EnergyLevels {
         self
     }
 
-    /// The level or bin of an energy that was seen.
+    /// The level or bin of a registered energy.
     fn place(&self, energy: f64) -> usize {
         match self.are_bins {
             true => self.levels.partition_point(|edge| *edge <= energy).saturating_sub(1),
@@ -78,15 +79,15 @@ impl EnergyLevels {
 #[derive(Debug, Clone)]
 struct Block {
     rows: u64,
-    /// Samples of all ensembles in each level.
+    /// Number of samples of all ensembles in each level.
     counts: Vec<u32>,
     /// Sum of the energies of each ensemble.
     sums: Vec<f64>,
-    /// Of each other quantity, its sum over the samples in each level.
+    /// Sum of each other quantity over the samples in each level.
     others: Vec<Vec<f64>>,
 }
 
-/// Sums over the samples of a level: how many there are, and of their deviations from what stands for it.
+/// Sums over the samples of a level: their number, and their deviations from a reference value.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spread {
     count: f64,
@@ -94,7 +95,8 @@ struct Spread {
     squares: f64,
 }
 
-/// Histograms of the potential energy of several ensembles, mostly at several temperatures, of samples that were taken of all of them together, in blocks of time: the second pass through them.
+/// Histograms of the potential energy of several ensembles sampled at the same times, mostly at several
+/// temperatures, in blocks of time: the second pass.
 #[derive(Debug, Clone)]
 pub struct EnergyHistograms {
     ensembles: Vec<Ensemble>,
@@ -106,17 +108,17 @@ pub struct EnergyHistograms {
     others: usize,
 }
 
-/// Counts of all levels, and the number of rows that they are from.
+/// Counts of all levels, and the number of rows behind them.
 #[derive(Debug, Clone)]
 pub(super) struct Counts {
     pub rows: f64,
     pub levels: Vec<f64>,
-    /// Of each other quantity, its sum over the samples in each level.
+    /// Sum of each other quantity over the samples in each level.
     pub others: Vec<Vec<f64>>,
 }
 
 impl EnergyHistograms {
-    /// Empty histograms with known levels, for a number of other quantities that are measured with the energies.
+    /// Empty histograms with known levels, for a number of other quantities measured along with the energies.
     #[must_use]
     pub fn new(ensembles: Vec<Ensemble>, levels: EnergyLevels, others: usize) -> Self {
         let levels = levels.closed();
@@ -130,8 +132,8 @@ impl EnergyHistograms {
         }
     }
 
-    /// Adds the energies of all ensembles at a time, in their order, and the other quantities: all of the first ensemble, then those of the second and so on. Nothing is added where
-    /// one of them is not finite.
+    /// Adds the energies of all ensembles at one time, in their order, and the other quantities: first all of
+    /// the first ensemble, then all of the second and so on. If a value is not finite, nothing is added.
     pub fn add(&mut self, energies: &[f64], others: &[f64]) {
         let count = self.ensembles.len();
         let is_whole = energies.len() == count
@@ -179,7 +181,8 @@ impl EnergyHistograms {
         self.blocks.is_empty()
     }
 
-    /// The density of states that all samples together determine. `None` where energies of the ensembles do not overlap, or where there are none.
+    /// The density of states determined by all samples together. `None` if the energies of the ensembles do
+    /// not overlap, or if there are none.
     #[must_use]
     pub fn density_of_states(&self) -> Option<DensityOfStates> {
         if self.is_empty() {
@@ -194,19 +197,19 @@ impl EnergyHistograms {
         self.blocks.len()
     }
 
-    /// Means of the energy of an ensemble, by its place, in the blocks.
+    /// Mean energy of an ensemble, given by its index, in each block.
     pub(super) fn series(&self, place: usize) -> Vec<f64> {
         self.blocks.iter().map(|block| block.sums[place] / block.rows as f64).collect()
     }
 
-    /// The mean of the energy of each ensemble.
+    /// The mean energy of each ensemble.
     pub(super) fn means(&self) -> Vec<f64> {
         let rows: u64 = self.blocks.iter().map(|block| block.rows).sum();
         let sum = |place| self.blocks.iter().map(|block| block.sums[place]).sum::<f64>();
         (0..self.ensembles.len()).map(|place| sum(place) / rows as f64).collect()
     }
 
-    /// Counts of some blocks together.
+    /// Counts of a range of blocks together.
     pub(super) fn counts(&self, blocks: std::ops::Range<usize>) -> Counts {
         let mut all = Counts {
             rows: 0.0,
@@ -221,7 +224,7 @@ impl EnergyHistograms {
         all
     }
 
-    /// The energy of each level, that is the mean of those in it, and their variance.
+    /// The energy of each level, which is the mean of its samples, and their variance.
     pub(super) fn energies(&self) -> (Vec<f64>, Vec<f64>) {
         let of_level = |(level, spread): (&f64, &Spread)| {
             let count = spread.count.max(1.0);
@@ -233,27 +236,27 @@ impl EnergyHistograms {
 }
 
 impl Counts {
-    /// Adds those of other blocks.
+    /// Adds the counts of other blocks.
     pub fn add(&mut self, other: &Self) {
         self.rows += other.rows;
         self.levels.iter_mut().zip(&other.levels).for_each(|(sum, count)| *sum += count);
         add_each(&mut self.others, &other.others);
     }
 
-    /// Means of the other quantities in each level; zero in those without samples.
+    /// Means of the other quantities in each level; zero without samples.
     pub fn means(&self) -> Vec<Vec<f64>> {
         let mean = |(sum, count): (&f64, &f64)| if *count > 0.0 { sum / count } else { 0.0 };
         self.others.iter().map(|sums| sums.iter().zip(&self.levels).map(mean).collect()).collect()
     }
 
-    /// As histograms of some ensembles with equal numbers of samples.
+    /// Solves for ensembles with equal numbers of samples.
     pub fn solve(&self, ensembles: &[Ensemble], energies: &[f64], start: &[f64]) -> Option<DensityOfStates> {
         let samples = vec![self.rows; ensembles.len()];
         MultiHistogram { ensembles, samples: &samples, energies, counts: &self.levels }.solve(start)
     }
 }
 
-/// Adds lists of numbers to others.
+/// Adds lists of numbers element by element.
 fn add_each(sums: &mut [Vec<f64>], more: &[Vec<f64>]) {
     for (sums, more) in sums.iter_mut().zip(more) {
         sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);

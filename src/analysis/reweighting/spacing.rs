@@ -1,16 +1,16 @@
-//! Temperatures between which replicas are swapped with a probability that is asked for.
+//! Temperatures for replica exchange with a given swap probability.
 
 use super::density_of_states::DensityOfStates;
 
-/// More temperatures than these are none that anybody asks for.
+/// More temperatures than this are never useful.
 const MOST_TEMPERATURES: usize = 1000;
 
-/// Halvings of an interval, down to the last digits.
+/// Number of bisections, down to the last digits.
 const HALVINGS: u32 = 60;
 
 impl DensityOfStates {
-    /// Probability that two replicas in equilibrium at two temperatures `[energy]` are swapped:
-    /// `sum p_1(E) p_2(E') min(1, exp((1/T_1 - 1/T_2) (E - E')))` over all pairs of levels.
+    /// Probability that two replicas in equilibrium at two temperatures `[energy]` are swapped: `sum p_1(E)
+    /// p_2(E') min(1, exp((1/T_1 - 1/T_2) (E - E')))` over all pairs of levels.
     ///
     /// C. Predescu, M. Predescu and C. V. Ciobanu, J. Chem. Phys. 120, 4119 (2004), [doi:10.1063/1.1644093](https://doi.org/10.1063/1.1644093).
     #[must_use]
@@ -19,7 +19,7 @@ impl DensityOfStates {
         let difference = cold.recip() - hot.recip();
         let [of_cold, of_hot] = [cold, hot].map(|temperature| self.probabilities_at(temperature));
         let mut above: f64 = of_cold.iter().sum();
-        // Of the levels below, each with its factor exp((1/T_1 - 1/T_2) (E - E')).
+        // Over the levels below, each with its factor exp((1/T_1 - 1/T_2) (E - E')).
         let (mut below, mut last, mut sum) = (0.0, f64::NEG_INFINITY, 0.0);
         for ((energy, _), (cold, hot)) in self.levels().zip(of_cold.iter().zip(&of_hot)) {
             if below > 0.0 {
@@ -31,15 +31,17 @@ impl DensityOfStates {
         sum.min(1.0)
     }
 
-    /// Ascending temperatures from a lowest to a highest one `[energy]` with the same [acceptance](Self::acceptance) between all neighbours, as few as there can be where it is at least the one asked
-    /// for, which is between 0 and 1. `None` where there is no such number, or where there would be more than a thousand.
+    /// Ascending temperatures from the lowest to the highest `[energy]` with the same
+    /// [acceptance](Self::acceptance) between all neighbours. There are as few as possible with at least the
+    /// requested acceptance, which is between 0 and 1. `None` if there is no such number, or if there would
+    /// be more than a thousand.
     #[must_use]
     pub fn temperatures_for(&self, [lowest, highest]: [f64; 2], acceptance: f64) -> Option<Vec<f64>> {
         if !(0.0 < lowest && lowest < highest && highest.is_finite() && 0.0 < acceptance && acceptance < 1.0) {
             return None;
         }
         let fewest = self.ladder(lowest, highest, acceptance, MOST_TEMPERATURES)?;
-        // With as many steps, an acceptance as large as leads to the highest temperature.
+        // With the same number of steps, the largest acceptance that reaches the highest temperature.
         let steps = fewest.len() - 1;
         let (mut from, mut to, mut best) = (acceptance, 1.0, fewest);
         for _ in 0..HALVINGS {
@@ -52,7 +54,8 @@ impl DensityOfStates {
         Some(best)
     }
 
-    /// Temperatures up to the highest one, each as far from the previous one as an acceptance allows. `None` if there are too many.
+    /// Temperatures up to the highest one, each as far from the previous one as the acceptance allows. `None`
+    /// if there are too many.
     fn ladder(&self, lowest: f64, highest: f64, acceptance: f64, most: usize) -> Option<Vec<f64>> {
         let mut temperatures = vec![lowest];
         let mut last = lowest;

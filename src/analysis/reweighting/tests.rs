@@ -29,7 +29,7 @@ fn expected_counts_give_the_exact_density_of_states() {
     let counts: Vec<f64> = (0..4).map(count).collect();
     let ensembles = Ensemble::canonical(&TEMPERATURES);
     let histogram = MultiHistogram { ensembles: &ensembles, samples: &samples, energies: &ENERGIES, counts: &counts };
-    // From far away, too.
+    // Also from a distant start.
     for start in [[0.0; 4], [0.0, -3.0, 50.0, -40.0]] {
         let density = histogram.solve(&start).unwrap();
         for (at, temperature) in TEMPERATURES.into_iter().enumerate() {
@@ -45,7 +45,7 @@ fn expected_counts_give_the_exact_density_of_states() {
     }
 }
 
-/// MBAR as it is printed, over each sample of its own, by its fixed point: equation 11 of Shirts and Chodera.
+/// MBAR as published, over single samples, by fixed-point iteration: equation 11 of Shirts and Chodera.
 fn mbar(temperatures: &[f64], energies: &[Vec<f64>]) -> Vec<f64> {
     let all: Vec<f64> = energies.concat();
     let samples: Vec<f64> = energies.iter().map(|it| it.len() as f64).collect();
@@ -62,7 +62,7 @@ fn mbar(temperatures: &[f64], energies: &[Vec<f64>]) -> Vec<f64> {
     free
 }
 
-/// Gathers samples, which are those of all temperatures by time.
+/// Collects samples; each row holds one sample per temperature.
 fn histograms(temperatures: &[f64], rows: &[Vec<f64>]) -> EnergyHistograms {
     let mut levels = EnergyLevels::default();
     rows.iter().for_each(|row| levels.see(row));
@@ -71,7 +71,7 @@ fn histograms(temperatures: &[f64], rows: &[Vec<f64>]) -> EnergyHistograms {
     histograms
 }
 
-/// A level by its populations.
+/// Draws a level according to its population.
 fn level(random: &mut Random, temperature: f64) -> f64 {
     let mut left = random.uniform();
     for (population, energy) in populations(temperature).into_iter().zip(ENERGIES) {
@@ -83,7 +83,8 @@ fn level(random: &mut Random, temperature: f64) -> f64 {
     ENERGIES[3]
 }
 
-/// Samples at all temperatures. Each repeats the previous one with probability `p`, which gives an inefficiency of `(1 + p) / (1 - p)`.
+/// Samples at all temperatures. Each repeats the previous one with probability `p`, which gives an
+/// inefficiency of `(1 + p) / (1 - p)`.
 fn sampled(seed: u64, count: usize, probability: f64) -> Vec<Vec<f64>> {
     let mut random = Random::new(seed, Purpose::Placement, 0);
     let mut row: Vec<f64> = TEMPERATURES.iter().map(|t| level(&mut random, *t)).collect();
@@ -100,7 +101,7 @@ fn sampled(seed: u64, count: usize, probability: f64) -> Vec<Vec<f64>> {
 
 #[test]
 fn histograms_are_mbar_over_all_samples() {
-    // Levels with the rounding of sums in them, and energies that are continuous.
+    // Levels with the round-off of sums, and continuous energies.
     let mut random = Random::new(9, Purpose::Placement, 0);
     let rounded = sampled(1, 200, 0.0).into_iter().map(|row| row.iter().map(|e| e * (1.0 + 1e-15)).collect());
     let continuous = (0..200).map(|_| TEMPERATURES.iter().map(|t| 1.5 * t * random.exponential()).collect());
@@ -138,7 +139,7 @@ fn many_energies_become_bins_of_which_the_moments_are_known() {
 fn errors_are_those_of_the_scatter_over_seeds() {
     let temperatures = [0.37, 0.5, 0.63, 1.0];
     let expected: Vec<f64> = temperatures.iter().flat_map(|t| [exact(*t)[0], exact(*t)[1]]).collect();
-    // Not correlated, correlated over a few rows, and so much that there are not many blocks.
+    // Uncorrelated, correlated over a few rows, and so strongly correlated that there are few blocks.
     for (count, probability, tolerance) in [(400, 0.0, 0.25), (3000, 0.8, 0.25), (1200, 0.95, 0.35)] {
         let mut squares = vec![0.0; expected.len()];
         let mut seeds = 0.0;
@@ -182,7 +183,7 @@ fn temperatures_without_overlap_and_short_series_have_no_curves_or_no_errors() {
     );
     let few = Reweighting::new(&histograms(&TEMPERATURES, &sampled(1, 7, 0.0)), 1).unwrap();
     assert_eq!(few.estimates(|density| vec![density.at(0.6).mean])[0].standard_error, None);
-    // If all energies are equal, everything is known.
+    // If all energies are equal, nothing is uncertain.
     let same = Reweighting::new(&histograms(&[0.5, 1.0], &vec![vec![-2.0, -2.0]; 50]), 1).unwrap();
     let found = same.estimates(|density| vec![density.at(0.7).mean, density.at(0.7).variance]);
     assert!(found.iter().all(|it| it.standard_error == Some(0.0)), "{found:?}");
@@ -191,7 +192,7 @@ fn temperatures_without_overlap_and_short_series_have_no_curves_or_no_errors() {
 
 #[test]
 fn other_quantities_follow_from_their_means_in_the_levels() {
-    // Two of them: one that is noise about a value of each level, and one that is the square of the energy.
+    // Two quantities: noise around a value for each level, and the square of the energy.
     let (values, mut random) = ([7.0, -1.0, 3.0, 0.5], Random::new(8, Purpose::Placement, 0));
     let rows = sampled(4, 4000, 0.3);
     let mut levels = EnergyLevels::default();

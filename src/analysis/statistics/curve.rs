@@ -1,16 +1,16 @@
-//! Means of all values of a curve, with their standard errors, in bounded memory.
+//! Means of all values of a curve with their standard errors, in bounded memory.
 
 use super::{BlockAverage, Estimate, standard_error};
 use serde::{Deserialize, Serialize};
 
-/// Bins of one element are merged pairwise when there are this many, so that 32 to 64 are left: with 32, the error of the
-/// error, `1 / sqrt(2 (n - 1))`, is 13 %.
+/// Number of bins of an element at which neighbours are merged, so that 32 to 64 remain. With 32, the error
+/// of the error, `1 / sqrt(2 (n - 1))`, is 13 %.
 const MOST_BINS: usize = 64;
 
-/// Block average of each element of a curve: of the bins of a histogram, of the times of a correlation function.
+/// Block averages of all elements of a curve: the bins of a histogram or the lags of a correlation function.
 ///
-/// Elements may have different numbers of values, as the times of a correlation function do. What [`Self::combination`] takes
-/// together must have been added together.
+/// Elements may have different numbers of values, like the lags of a correlation function. Elements combined
+/// by [`Self::combination`] must have been added together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CurveAverage {
     elements: Vec<BlockAverage>,
@@ -35,20 +35,20 @@ impl CurveAverage {
         self.elements.is_empty()
     }
 
-    /// Adds one value to one element. Nothing that is not finite is added, nor anything beyond the last element.
+    /// Adds one value to one element. Values that are not finite, or beyond the last element, are ignored.
     pub fn add(&mut self, element: usize, value: f64) {
         if let Some(average) = self.elements.get_mut(element) {
             average.add(value, 1.0);
         }
     }
 
-    /// Adds one value to each element, from the first one on.
+    /// Adds one value to each element, starting with the first.
     pub fn add_all(&mut self, values: impl IntoIterator<Item = f64>) {
         self.elements.iter_mut().zip(values).for_each(|(average, value)| average.add(value, 1.0));
     }
 
-    /// Curve with the same number of elements. Each is the sum of two neighbours, and the upper half is zero: a histogram whose bins are twice
-    /// as wide. All elements must have been added together.
+    /// A curve with the same number of elements, each the sum of two neighbours, and zeros in the upper half:
+    /// a histogram with bins twice as wide. All elements must have been added together.
     #[must_use]
     pub(crate) fn joined_in_pairs(&self) -> Self {
         let length = self.elements.len();
@@ -64,14 +64,14 @@ impl CurveAverage {
         Self { elements: (0..length).map(pair).collect() }
     }
 
-    /// Number of values of one element; 0 of one that is not there.
+    /// Number of values of an element; 0 if it does not exist.
     #[must_use]
     pub fn count(&self, element: usize) -> f64 {
-        // Each has the weight 1.
+        // Each value has the weight 1.
         self.elements.get(element).map_or(0.0, |average| average.weight)
     }
 
-    /// Number of values of the element that has most.
+    /// Largest number of values of any element.
     #[must_use]
     pub fn most(&self) -> f64 {
         self.elements.iter().map(|average| average.weight).fold(0.0, f64::max)
@@ -83,7 +83,7 @@ impl CurveAverage {
         self.elements.get(element)?.estimate()
     }
 
-    /// The means of some elements and their standard errors, in this order.
+    /// The means of some elements with their standard errors, in this order.
     pub(crate) fn estimates(&self, elements: impl IntoIterator<Item = usize>) -> Vec<Option<Estimate>> {
         elements.into_iter().map(|element| self.estimate(element)).collect()
     }
@@ -106,13 +106,13 @@ impl CurveAverage {
         self.elements.iter().map(|average| average.estimate()?.standard_error).collect()
     }
 
-    /// The mean of `sum c_k x_k` over `terms` of (element `k`, coefficient `c_k`), and its standard error with all correlations
-    /// of the elements.
+    /// The mean of `sum c_k x_k` over `terms` of (element `k`, coefficient `c_k`), and its standard error
+    /// with all correlations of the elements.
     ///
-    /// The error of a function `f` of several means follows from its derivatives at the means, `c_k = df / dx_k`: that of a ratio
-    /// `R = x_a / x_b` from `[(a, 1 / x_b), (b, -R / x_b)]`.
+    /// The error of a function `f` of several means follows from its derivatives at the means, `c_k = df /
+    /// dx_k`. For a ratio `R = x_a / x_b` these are `[(a, 1 / x_b), (b, -R / x_b)]`.
     ///
-    /// `None` if there are no terms or one of the elements has no values; no error if they do not have equally many.
+    /// `None` if there are no terms or an element has no values; no error if their numbers of values differ.
     #[must_use]
     pub fn combination(&self, terms: &[(usize, f64)]) -> Option<Estimate> {
         let mut mean = 0.0;
@@ -153,7 +153,7 @@ mod tests {
         let curve = measured(1, 20_000);
         let error = curve.standard_errors()[0].unwrap();
         let exact = (1.0 / 12.0 / 20_000.0_f64).sqrt();
-        // 32 to 64 bins: 13 %, three times, and a little for the choice of the level.
+        // 32 to 64 bins: three times 13 %, and a little for the choice of the level.
         assert!((error / exact - 1.0).abs() < 0.45, "{error} but {exact}");
         assert!((curve.means()[0].unwrap() - 0.5).abs() < 4.0 * exact);
         assert!(curve.elements.iter().all(|average| average.bins.len() < MOST_BINS));
@@ -177,7 +177,8 @@ mod tests {
             curve.combination(&[(2, 1.0 / b), (0, -a / (b * b))]).unwrap().standard_error.unwrap() / exact
         };
         let mean = (10..50).map(of_seed).sum::<f64>() / 40.0;
-        // One is known to a quarter, with 32 to 64 bins and a window of two or three; forty to 4 %. Three of these, and the bias of the window.
+        // One error is known to a quarter, with 32 to 64 bins; the mean of forty to 4 %. Three times that,
+        // and the bias of the estimate.
         assert!((0.88..1.25).contains(&mean), "{mean}");
     }
 
@@ -191,7 +192,7 @@ mod tests {
                 fine.add_all(values.iter().copied());
                 coarse.add_all((0..length).map(|bin| at(2 * bin) + at(2 * bin + 1)));
             }
-            // Sums of whole numbers are exact except for the divisions of the bins.
+            // Sums of integers are exact except for the divisions of the bins.
             assert_eq!(fine.joined_in_pairs().means(), coarse.means());
             let errors = fine.joined_in_pairs().standard_errors();
             for (error, expected) in errors.into_iter().zip(coarse.standard_errors()) {

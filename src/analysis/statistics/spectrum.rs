@@ -3,74 +3,81 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Steps that bring the spectrum near the one that is most likely.
+/// Number of steps towards the most likely spectrum.
 const STEPS: usize = 150;
 
-/// The slowest relaxation that a series is asked for takes this part of it: what is slower looks like a trend.
+/// Slowest relaxation time in the fit, as a fraction of the series. Anything slower looks like a trend.
 const SLOWEST: f64 = 1.0 / 12.0;
 
-/// The slowest quantity whose differences are asked for relaxes in this part of it: the lowest eight frequencies, of `2 pi / 50` each, are below what it does.
+/// Slowest relaxation of a quantity whose differences are fitted, as a fraction of the series. The lowest
+/// eight frequencies, of `2 pi / 50` each, are below it.
 const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 
-/// Differences of what lasts longer are in a series if its likelihood is by so much larger with them, in its logarithm. With less, chance takes them for what makes the lowest
-/// frequencies weak, and one error in a few hundred is too small by several times.
+/// Lasting differences are used only if they increase the logarithm of the likelihood by this much. With
+/// less, they may explain lowest frequencies that are weak by chance, and one error in a few hundred is too
+/// small by several times.
 const LEAST_GAIN: f64 = 6.0;
 
-/// The fastest takes this many values; it is white noise to within a tenth.
+/// The fastest relaxation takes this many values; it is white noise to within a tenth.
 const FASTEST: f64 = 0.5;
 
-/// From one relaxation time to the next.
+/// Ratio of successive relaxation times.
 const RATIO: f64 = 1.5;
 
-/// With fewer frequencies, what cancels between neighbours cannot be separated from what does not.
+/// With fewer frequencies, noise that cancels between neighbours cannot be separated from other noise.
 const FEWEST_FOR_DIFFERENCES: usize = 20;
 
-/// Weight of the prior `1 / S(0)`, which has no scale: it takes away what weights that cannot be negative pick up from noise.
+/// Weight of the scale-free prior `1 / S(0)`. It offsets the noise that non-negative weights pick up.
 const PRIOR: f64 = 0.5;
 
-/// Part of the variance that may relax in the slowest time. With more, there is one that is slower still, and the series is too short to tell.
+/// Largest fraction of the variance in the slowest relaxation. With more, something is slower still, and the
+/// series is too short to resolve it.
 const MOST_IN_SLOWEST: f64 = 0.6;
 
-/// Parts of the density at frequency zero that the slowest relaxation may have: with the first, nothing is doubtful, with the second, the density is as much
-/// as [`MOST_DOUBT`] times what it seems.
+/// Fractions of the density at frequency zero in the slowest relaxation. Up to the first there is no doubt;
+/// from the second on, the density may be [`MOST_DOUBT`] times the estimate.
 const DOUBTFUL: [f64; 2] = [0.5, 0.7];
 
-/// Largest factor between the true density at frequency zero and the one that is seen, where a motion may be slower still than it seems: the lowest
-/// frequencies are too few to tell. So the errors of autoregressive series under white noise, of three independent values and more, are those of theory
-/// (measured: see `claimed_errors_are_honest_where_noise_hides_slow_motion`).
+/// Largest factor between the true density at frequency zero and the estimate, if a motion may be slower than
+/// it seems because the lowest frequencies are too few. With this value the errors of autoregressive series
+/// under white noise agree with theory from three independent values on (measured: see
+/// `claimed_errors_are_honest_where_noise_hides_slow_motion`).
 const MOST_DOUBT: f64 = 3.0;
 
-/// The lowest frequencies are fitted one by one, higher ones in groups that grow with the frequency: the models are smooth, and a group costs no
-/// more than one.
+/// The lowest frequencies are fitted one by one, higher ones in groups that grow with the frequency. The
+/// models are smooth, and a group takes no longer than a single frequency.
 const ONE_BY_ONE: usize = 32;
 const IN_A_GROUP: usize = 16;
 
-/// The lowest frequencies, and what part of their mean power there is at frequency zero at least: they have more by chance once in 10,000 times.
+/// Number of lowest frequencies, and the fraction of their mean power that is the least value at frequency
+/// zero. By chance they exceed this once in 10,000 cases.
 const LOWEST: usize = 6;
 const LEAST: f64 = 0.3;
 
-/// Part of the power that may be at the lowest frequency: with more, the series is one swing, or a drift.
+/// Largest fraction of the power at the lowest frequency. With more, the series is a single swing, or a
+/// drift.
 const MOST_IN_ONE_SWING: f64 = 0.5;
 
-/// Negligible part of the variance.
+/// A negligible fraction of the variance.
 const NOTHING: f64 = 1e-12;
 
 #[cfg(test)]
 thread_local! {
-    /// Fits so far, which cost thousands of times as much as a mean.
+    /// Number of fits so far. A fit takes thousands of times longer than a mean.
     pub(super) static FITS: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
 }
 
 /// The spectral density at frequency zero, in units of the variance of the series.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Density {
-    /// The most likely one. For independent values it is one.
+    /// The most likely value. For independent values it is one.
     pub at_zero: f64,
-    /// By what factor it has to be taken larger where it is to be on the safe side, because most of it is as slow as can be seen: 1 to [`MOST_DOUBT`].
+    /// Factor for a safe upper estimate if most of the density is as slow as the series can resolve: 1 to
+    /// [`MOST_DOUBT`].
     pub doubt: f64,
 }
 
-/// A kind of motion that a series may contain.
+/// A component that a series may contain.
 #[derive(Clone)]
 struct Part {
     /// Its mean spectral density in each group of frequencies, for a weight of one.
@@ -80,26 +87,32 @@ struct Part {
     weight: f64,
 }
 
-/// The spectral density at frequency zero of a series of deviations from its mean; `None` if what is in it is too slow for its length.
+/// The spectral density at frequency zero of a series of deviations from its mean; `None` if the series
+/// contains motion that is too slow for its length.
 ///
-/// The periodogram at the lower half of the frequencies is taken for a sum of
+/// The periodogram at the lower half of the frequencies is modelled as a sum of
 /// - white noise, `1`;
-/// - relaxations `exp(-k / t)` of a dozen times `t` up to a twelfth of the series, `(1 - r)^2 / (1 - 2 r cos w + r^2)` with `r = exp(-1 / t)`;
-/// - the difference of a quantity between the ends of each interval, which cancels from one interval to the next, `1 - cos w`
-/// - where that is likelier by far, differences of quantities that last longer, `2 (1 - cos w) S(w)`: of one that relaxes, `S = (1 - r^2) / (1 - 2 r cos w + r^2)`, or does so
-///   twice over, `S = (1 - r^2)^3 / ((1 + r^2) (1 - 2 r cos w + r^2)^2)`. So do most of the virial of a crystal, and of the momentum that goes to and fro between two
-///   walls. The sum of `n` of them is the difference between both ends, and the variance of the mean `2 / n^2` of that of the quantity.
+/// - relaxations `exp(-k / t)` with about a dozen times `t` up to a twelfth of the series, `(1 - r)^2 / (1 -
+///   2 r cos w + r^2)` with `r = exp(-1 / t)`;
+/// - the difference of a quantity between the ends of each interval, which cancels from one interval to the
+///   next, `1 - cos w`;
+/// - if the likelihood increases enough, differences of quantities that last longer, `2 (1 - cos w) S(w)`. A
+///   single relaxation has `S = (1 - r^2) / (1 - 2 r cos w + r^2)`, a double one `S = (1 - r^2)^3 / ((1 +
+///   r^2) (1 - 2 r cos w + r^2)^2)`. Most of the virial of a crystal behaves like this, and so does the
+///   momentum that goes to and fro between two walls. The sum of `n` differences is the difference between
+///   both ends, so the variance of the mean is `2 / n^2` of that of the quantity.
 ///
-/// with weights that are not negative, the most likely ones (P. Whittle, Ark. Mat. 2, 423 (1953)): the values of a periodogram are independent
-/// and exponentially distributed about the spectral density. Each step multiplies the weights by the square root of a ratio of gradients, and raises the likelihood: C. Févotte and
-/// J. Idier, Neural Comput. 23, 2421 (2011), [doi:10.1162/NECO_a_00168](https://doi.org/10.1162/NECO_a_00168).
+/// with the most likely non-negative weights (P. Whittle, Ark. Mat. 2, 423 (1953)): the values of a
+/// periodogram are independent and exponentially distributed about the spectral density. Each step multiplies
+/// the weights by the square root of a ratio of gradients and increases the likelihood: C. Févotte and J.
+/// Idier, Neural Comput. 23, 2421 (2011), [doi:10.1162/NECO_a_00168](https://doi.org/10.1162/NECO_a_00168).
 pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Density> {
     #[cfg(test)]
     FITS.set(FITS.get() + 1);
     let n = deviations.len();
     let count = (n / 4).max(8.min(n / 2));
     let (cosines, periodogram) = periodogram(deviations, variance, count);
-    // All power, at both signs of all frequencies, is the number of values.
+    // The total power, at both signs of all frequencies, is the number of values.
     if 2.0 * periodogram[0] > MOST_IN_ONE_SWING * n as f64 {
         return None;
     }
@@ -123,7 +136,7 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Densi
         if weight * variance > MOST_IN_SLOWEST {
             return None;
         }
-        // Fast noise hides slow motion in the variance, not in this part.
+        // Fast noise hides slow motion in the variance, but not in this ratio.
         let part = (weight / at_zero(&parts) - DOUBTFUL[0]) / (DOUBTFUL[1] - DOUBTFUL[0]);
         doubt += (MOST_DOUBT - 1.0) * part.clamp(0.0, 1.0);
     }
@@ -131,13 +144,14 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Densi
     Some(Density { at_zero: at_zero(&parts).max(LEAST * lowest), doubt })
 }
 
-/// Powers of a periodogram in groups of frequencies: the numbers of frequencies, and the sums of their powers.
+/// Powers of a periodogram in groups of frequencies: the number of frequencies in each, and the sum of their
+/// powers.
 struct Powers {
     sizes: Vec<f64>,
     sums: Vec<f64>,
 }
 
-/// The parts with their most likely weights, and the logarithm of the likelihood.
+/// The components with their most likely weights, and the logarithm of the likelihood.
 fn fit(mut parts: Vec<Part>, Powers { sizes, sums }: &Powers) -> (Vec<Part>, f64) {
     let total: f64 = sums.iter().sum();
     for part in &mut parts {
@@ -169,7 +183,7 @@ fn fit(mut parts: Vec<Part>, Powers { sizes, sums }: &Powers) -> (Vec<Part>, f64
     (parts, likelihood)
 }
 
-/// Frequencies whose powers are added up: their likelihood is that of the sum.
+/// Groups of frequencies whose powers are summed. The likelihood is that of the sums.
 fn groups(count: usize) -> Vec<Range<usize>> {
     let mut groups: Vec<Range<usize>> = (0..count.min(ONE_BY_ONE)).map(|k| k..k + 1).collect();
     let mut from = groups.len();
@@ -181,7 +195,7 @@ fn groups(count: usize) -> Vec<Range<usize>> {
     groups
 }
 
-/// A sum of products, in four sums that the processor adds up side by side.
+/// A sum of products, as four sums that the processor computes side by side.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (four_a, four_b) = (a.chunks_exact(4), b.chunks_exact(4));
@@ -196,7 +210,7 @@ fn at_zero(parts: &[Part]) -> f64 {
     parts.iter().map(|part| part.weight * part.at_zero).sum::<f64>().max(NOTHING)
 }
 
-/// Cosines of the angles by which the lowest frequencies turn from one value to the next, and the powers there in units of the variance.
+/// Cosines of the lowest angular frequencies, and the power at each, in units of the variance.
 fn periodogram(deviations: &[f64], variance: f64, count: usize) -> (Vec<f64>, Vec<f64>) {
     let n = deviations.len();
     let turns: Vec<(f64, f64)> = (0..n).map(|k| libm::sincos(TAU * k as f64 / n as f64)).collect();
@@ -213,7 +227,7 @@ fn periodogram(deviations: &[f64], variance: f64, count: usize) -> (Vec<f64>, Ve
     (turns[1..=count].iter().map(|(_, cosine)| *cosine).collect(), (1..=count).map(power).collect())
 }
 
-/// A part that has a density at each cosine, averaged over each group of frequencies.
+/// A component with a density at each cosine, averaged over each group of frequencies.
 fn part(at_zero: f64, cosines: &[f64], groups: &[Range<usize>], density: impl Fn(f64) -> f64) -> Part {
     let mean = |group: &Range<usize>| {
         cosines[group.clone()].iter().map(|cosine| density(*cosine)).sum::<f64>() / group.len() as f64
@@ -221,7 +235,7 @@ fn part(at_zero: f64, cosines: &[f64], groups: &[Range<usize>], density: impl Fn
     Part { density: groups.iter().map(mean).collect(), at_zero, weight: 0.0 }
 }
 
-/// Components that a series of `n` values may contain. White noise comes first, then the relaxations from the slowest on.
+/// Components that a series of `n` values may contain: white noise, then relaxations from the slowest on.
 fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let mut parts = vec![part(1.0, cosines, groups, |_| 1.0)];
     let mut time = SLOWEST * n as f64;
@@ -237,7 +251,8 @@ fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     parts
 }
 
-/// Differences of quantities that last for several values: that relax, and that do so twice over. What is left at both ends is as much at all frequencies.
+/// Differences of quantities that last for several values, with single and double relaxation. The
+/// contribution of both ends is the same at all frequencies.
 fn lasting_differences(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let ends = 2.0 / n as f64;
     let mut parts = Vec::new();
@@ -256,7 +271,8 @@ fn lasting_differences(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Ve
     parts
 }
 
-/// Where the slowest relaxation is among the parts, and its variance for a weight of one; `None` if there is none.
+/// Index of the slowest relaxation among the components, and its variance for a weight of one; `None` if
+/// there is none.
 fn slowest(n: usize) -> Option<(usize, f64)> {
     let time = SLOWEST * n as f64;
     let r = libm::exp(-1.0 / time);

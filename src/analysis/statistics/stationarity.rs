@@ -1,21 +1,24 @@
-//! Whether a series is stationary: whether it began in equilibrium.
+//! Whether a series is stationary, that is, whether it began in equilibrium.
 
 use super::{ROUNDING, halved, spectrum};
 use serde::{Deserialize, Serialize};
 
-/// How far the means of the first quarter and of the second half may be apart, in standard errors of their difference that are known well; and what
-/// is added where these are themselves estimated, over the number of independent values that they come from. With both, fewer than one of 300
-/// stationary series is called drifting (measured with autoregressive ones, from -0.5 to 0.9 from one value to the next), and one of 25 at most where noise
-/// hides slow motion that is worth no more than three to five independent values.
+/// Largest difference between the means of the first quarter and of the second half, in standard errors. The
+/// first number is for errors that are known well; the second, divided by the number of independent values,
+/// is added for estimated errors. With both, fewer than one in 300 stationary series is called drifting
+/// (measured with autoregressive series, from -0.5 to 0.9 between neighbours). It is at most one in 25 if
+/// noise hides slow motion with only three to five independent values.
 const LIMIT: (f64, f64) = (4.5, 10.0);
 
-/// Limit where the error comes from the residuals of the series, or of its second half, beside a straight line: less than it should be.
+/// Limit if the error comes from the residuals about a straight line through the series or its second half,
+/// which are too small.
 const LIMIT_BESIDE_A_LINE: (f64, f64) = (6.0, 12.0);
 
-/// Independent values that the second half needs before a series is called stationary;
+/// Fewest independent values in the second half for a series to be called stationary.
 const FEWEST: f64 = 10.0;
 
-/// and that the residues of a straight line through the whole series, or its last three quarters, need before it is called drifting.
+/// Fewest independent values among the residuals about a straight line through the whole series, or through
+/// its last three quarters, for it to be called drifting.
 const FEWEST_BESIDE_A_LINE: f64 = 5.0;
 
 /// Shorter series have no result.
@@ -28,25 +31,25 @@ const MOST_VALUES: usize = 512;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "verdict", content = "by")]
 pub enum Stationarity {
-    /// As far as can be seen.
+    /// Stationary, as far as the data show.
     Stationary,
-    /// It does not change at all.
+    /// All values are equal.
     Constant,
-    /// The mean of the second half is this much above that of the first quarter, and more than by chance.
+    /// The mean of the second half is above that of the first quarter by this much, and not by chance.
     Drifting(f64),
-    /// The series is too short for its correlation to be estimated, or has values that are not finite.
+    /// The series is too short to estimate its correlation, or has values that are not finite.
     Unknown,
 }
 
-/// Whether the mean of the first quarter of a series of even weights differs from that of its second half by more than chance: J. Geweke, in
-/// Bayesian Statistics 4 (Oxford University Press, 1992), p. 169, with the spectral density at frequency zero of the second half, which is nearer to
-/// equilibrium.
+/// Whether the means of the first quarter and of the second half of an evenly weighted series differ by more
+/// than chance: J. Geweke, in Bayesian Statistics 4 (Oxford University Press, 1992), p. 169. The spectral
+/// density at frequency zero is that of the second half, which is closer to equilibrium.
 ///
-/// Where that half may drift itself, the error is also that of what is left of it beside a straight line; where it is too short, that of what is left of the
-/// whole series.
+/// If the second half may drift itself, the error also includes that of its residuals about a straight line.
+/// If it is too short, the residuals of the whole series are used.
 ///
-/// Half of a series may hide by chance how slow it is, of all series most often where the quarter before differs. So it is drifting only if the last three
-/// quarters, beside a straight line, say the same.
+/// Half of a series may look faster than it is by chance, most often when the quarter before differs. So the
+/// series is drifting only if the residuals of the last three quarters about a straight line say the same.
 #[must_use]
 pub fn stationarity(series: &[f64]) -> Stationarity {
     if series.len() > MOST_VALUES {
@@ -59,7 +62,7 @@ pub fn stationarity(series: &[f64]) -> Stationarity {
     let (first, second) = (&series[..n / 4], &series[n / 2..]);
     let drift = mean(second) - mean(first);
     let scale = series.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    // The round-off of a constant does not drift.
+    // The round-off of a constant is not a drift.
     if series.iter().all(|x| (x - series[0]).abs() <= ROUNDING * scale) {
         return Stationarity::Constant;
     }
@@ -97,7 +100,7 @@ struct Noise {
 }
 
 impl Noise {
-    /// `None` where it is too slow for its length, or nothing is left.
+    /// `None` if it is too slow for its length, or if there is no noise.
     fn of(series: &[f64], is_beside_a_line: bool) -> Option<Self> {
         let n = series.len() as f64;
         let (middle, mean) = (0.5 * (n - 1.0), mean(series));
@@ -109,7 +112,7 @@ impl Noise {
         }
         let variance = deviations.iter().map(|x| x * x).sum::<f64>() / (n - 1.0);
         if variance.sqrt() <= ROUNDING * mean.abs() {
-            // A line without noise, or a half that stands still.
+            // A line without noise, or a constant half.
             return (variance > 0.0 || mean != 0.0).then_some(Self { density: variance, independent: n });
         }
         let relative = spectrum::density_at_zero(&deviations, variance)?.at_zero;
@@ -133,7 +136,7 @@ mod tests {
             let count = 300;
             let series = |seed: &u64| correlated(rho, n, 50_000 + seed);
             let drifting = (0..count).filter(|seed| is_drifting(&series(seed))).count();
-            // One of 300 is expected; five and more come once in 270 times.
+            // One of 300 is expected; five or more occur once in 270 cases.
             assert!(drifting <= 4, "rho {rho}, {n} values: {drifting} of {count}");
         }
     }
@@ -147,14 +150,14 @@ mod tests {
             let series = |seed: &u64| under_noise(rho, n, noise, 60_000 + seed);
             let drifting = (0..count).filter(|seed| is_drifting(&series(seed))).count();
             println!("rho {rho}, {n} values, noise {noise}: {drifting} of {count}");
-            // 10, 7, 3 and 1 are expected; by the second half alone it would be some 30, 26, 14 and 2.
+            // 10, 7, 3 and 1 are expected; from the second half alone it would be about 30, 26, 14 and 2.
             assert!(drifting <= most, "rho {rho}, {n} values, noise {noise}: {drifting} of {count}");
         }
     }
 
     #[test]
     fn what_is_far_from_where_it_ends_is_drifting() {
-        // A start that is off by ten standard deviations for a fifth of the series, and a slow drift by three of them.
+        // A start ten standard deviations off for a fifth of the series, and a slow drift by three.
         let relaxing = |k: usize| 3.0 * libm::exp(-(k as f64) / 40.0);
         let rising = |k: usize| 1.0 * k as f64 / 200.0;
         for (seed, rho) in [(1, 0.0), (2, 0.0), (3, 0.5), (4, 0.5), (5, 0.7)] {

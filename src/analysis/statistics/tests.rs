@@ -25,14 +25,16 @@ fn the_error_of_a_correlated_series_is_that_of_theory() {
         let error = |seed| standard_error(&correlated(rho, n, seed)).unwrap();
         let mean = (100 * seed..100 * seed + count).map(error).sum::<f64>() / count as f64;
         let exact = (1.0 / 12.0_f64).sqrt() / ((1.0 - rho) * (n as f64).sqrt());
-        // One error is known to a sixth, forty to 2.6 %; three of these, a bias of up to 12 % to the safe side, and Student's factor.
+        // One error is known to a sixth, the mean of forty to 2.6 %. The bounds are three times that, a bias
+        // of up to 12 % to the safe side, and Student's factor.
         assert!((0.92..1.21).contains(&(mean / exact)), "rho {rho}: {mean} but {exact}");
     }
 }
 
 #[test]
 fn what_cancels_between_neighbours_does_not_count() {
-    // x = e - 0.6 e', whose mean has the error of 0.4 e: a sixth of what independent values of the same variance would have, and half.
+    // x = e - 0.6 e': its mean has the error of 0.4 e, half of what independent values of the same variance
+    // would have, and a sixth more or less.
     let (n, count) = (200, 60);
     let error = |seed| {
         let noise = correlated(0.0, n + 1, seed);
@@ -40,14 +42,16 @@ fn what_cancels_between_neighbours_does_not_count() {
     };
     let mean = (3000..3000 + count).map(error).sum::<f64>() / count as f64;
     let exact = 0.4 * (1.0 / 12.0 / n as f64).sqrt();
-    // One error is known to a quarter, sixty to 3 %; three of these, and a bias of up to 15 % to the safe side.
+    // One error is known to a quarter, the mean of sixty to 3 %. The bounds are three times that, and a bias
+    // of up to 15 % to the safe side.
     assert!((0.9..1.25).contains(&(mean / exact)), "{mean} but {exact}");
 }
 
 #[test]
 fn differences_of_what_lasts_for_several_values_do_not_count() {
-    // Differences of a quantity that relaxes in some values, as the momentum between two walls, and of one that swings, as the virial of a crystal, under
-    // a tenth of white noise: the mean has the error of the noise, and 1 / n of the quantity at both ends.
+    // Differences of a relaxing quantity, such as the momentum between two walls, and of an oscillating one,
+    // such as the virial of a crystal, under a tenth of white noise. The mean has the error of the noise, and
+    // 1 / n of the quantity at both ends.
     let (n, count) = (400_usize, 100);
     let noise = |seed: u64| correlated(0.0, n, 70_000 + seed);
     let relaxing = |seed: u64| correlated(0.8, n + 1, seed);
@@ -70,14 +74,14 @@ fn differences_of_what_lasts_for_several_values_do_not_count() {
         let scatter = (means.map(|mean| mean * mean).sum::<f64>() / count as f64).sqrt();
         let errors = all.iter().map(|series| standard_error(series).unwrap());
         let claimed = (errors.map(|error| error * error).sum::<f64>() / count as f64).sqrt();
-        // 100 seeds tell the scatter to 7 %; three of these around the target of 0.8 to 1.25.
+        // 100 seeds determine the scatter to 7 %: three times that around the target of 0.8 to 1.25.
         assert!((0.63..1.5).contains(&(scatter / claimed)), "{what}: {}", scatter / claimed);
     }
 }
 
 #[test]
 fn few_independent_values_have_the_error_of_students_distribution() {
-    // The middle 68.27 % of t, of 7, 10, 20 and 100 degrees of freedom.
+    // The central 68.27 % of Student's t with 7, 10, 20 and 100 degrees of freedom.
     for (freedom, exact) in [(7.0, 1.0767), (10.0, 1.0526), (20.0, 1.0257), (100.0, 1.0050)] {
         assert!((student(freedom) - exact).abs() < 1e-3, "{freedom}: {}", student(freedom));
     }
@@ -85,7 +89,7 @@ fn few_independent_values_have_the_error_of_students_distribution() {
 
 #[test]
 fn slow_motion_is_seen_under_fast_noise() {
-    // A tenth of the variance relaxes in ten values, and makes up two thirds of the error.
+    // A tenth of the variance relaxes in ten values, and causes two thirds of the error.
     let (n, count) = (400, 60);
     let series = |seed: u64| -> Vec<f64> {
         let noise = correlated(0.0, n, 9000 + seed);
@@ -97,7 +101,7 @@ fn slow_motion_is_seen_under_fast_noise() {
     assert!((0.85..1.15).contains(&(mean / exact)), "{mean} but {exact}");
 }
 
-/// Fits of a spectrum so far, in this thread.
+/// Number of spectral fits so far in this thread.
 pub fn fits() -> u64 {
     spectrum::FITS.get()
 }
@@ -130,7 +134,7 @@ fn a_ratio_to_zero_is_unknown_and_not_stationary() {
     assert_eq!(zero.stationarity_of_ratio(&some), Stationarity::Constant);
 }
 
-/// A relaxation under white noise of an amplitude relative to what drives it.
+/// A relaxation under white noise. `noise` is its amplitude relative to the driving noise.
 pub fn under_noise(rho: f64, length: usize, noise: f64, seed: u64) -> Vec<f64> {
     let slow = correlated(rho, length, seed);
     slow.iter().zip(correlated(0.0, length, 500_000 + seed)).map(|(slow, fast)| slow + noise * fast).collect()
@@ -152,7 +156,7 @@ fn claimed_errors_are_honest_where_noise_hides_slow_motion() {
         let [scatter, claimed] = [0, 1].map(|k| reported.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
         println!("rho {rho}, {n} values, noise {noise}: {ratio:.2}, reported {} of {count}", reported.len());
-        // Up to 1.85 where the slow part is taken for known as well as the noise. The scatter is known to 5 %.
+        // Up to 1.85 if the slow part counts as certain as the noise. The scatter is known to 5 %.
         assert!((0.65..1.4).contains(&ratio), "rho {rho}, {n} values, noise {noise}: {ratio}");
     }
 }
@@ -172,7 +176,8 @@ fn the_true_mean_lies_within_two_errors_as_often_as_it_should() {
 
 #[test]
 fn errors_of_short_series_are_not_too_small() {
-    // Two hundred rows; a dozen of them add nothing new. Compares the mean reported error of many series with the scatter of their means.
+    // Two hundred rows, of which about twelve at a time are correlated. Compares the mean reported error of
+    // many series with the scatter of their means.
     let (n, rho, count) = (200, 0.85, 300);
     let all: Vec<(f64, Option<f64>)> = (0..count)
         .map(|seed| {
@@ -184,7 +189,7 @@ fn errors_of_short_series_are_not_too_small() {
     let reported: Vec<f64> = all.iter().filter_map(|(_, error)| *error).collect();
     assert!(reported.len() > 280, "{}", reported.len());
     let mean = reported.iter().sum::<f64>() / reported.len() as f64;
-    // The scatter is known to 1 / sqrt(600) = 4 %; ten per cent are the bias of a series of thirty decay times.
+    // The scatter is known to 1 / sqrt(600) = 4 %; a series of thirty decay times has a bias of ten per cent.
     assert!((0.8..1.2).contains(&(mean / scatter)), "{mean} but {scatter}");
 }
 
@@ -192,7 +197,7 @@ fn errors_of_short_series_are_not_too_small() {
 fn what_only_rises_has_no_error() {
     let rising: Vec<f64> = (0..200).map(f64::from).collect();
     assert_eq!(standard_error(&rising), None);
-    // Half of the values with one sign, half with the other: two at most are independent.
+    // Half of the values have one sign, half the other: at most two are independent.
     let steps: Vec<f64> = (0..200).map(|k| if k < 100 { -1.0 } else { 1.0 }).collect();
     assert_eq!(standard_error(&steps), None);
 }
@@ -255,7 +260,7 @@ fn too_little_is_none_and_never_nan() {
 
 #[test]
 fn what_has_happened_in_the_last_bin_only_has_no_error() {
-    // Bins of weight 2 by now; the last one is open.
+    // Bins have a weight of 2 by now, and the last one is open.
     let series = |last: f64| {
         let mut average = BlockAverage::new(1.0);
         (0..MOST_BINS).for_each(|_| average.add(2.0, 1.0));
@@ -272,7 +277,7 @@ fn what_has_happened_in_the_last_bin_only_has_no_error() {
     assert_eq!((ratio.standard_error, other.stationarity_of_ratio(&constant)), (None, Stationarity::Unknown));
     assert_eq!(constant.stationarity_of_ratio(&constant), Stationarity::Constant);
     let mut curve = CurveAverage::new(1);
-    // Bins of 2 from 64 values on: of 129 the last is open.
+    // Bins have a weight of 2 from 64 values on; of 129 values the last is in an open bin.
     (0..128).for_each(|_| curve.add(0, 0.0));
     assert_eq!(curve.estimate(0), Some(Estimate { mean: 0.0, standard_error: Some(0.0) }));
     curve.add(0, 1.0);
@@ -307,7 +312,8 @@ fn the_mean_of_the_rate_of_something_bounded_has_but_its_ends_in_it() {
         // The scatter is known to 5 %.
         assert!(given.len() > 180 && (0.85..1.15).contains(&ratio), "{rho}: {ratio}, {}", given.len());
     }
-    // A random walk has no bounded ends. One in six looks bounded for this long, so this estimate is only for quantities that a conservation law bounds: 8 of 50 with a standard deviation of 2.6.
+    // A random walk is not bounded. One in six looks bounded for this length, so this estimate is only for
+    // quantities that a conservation law bounds: 8 of 50, with a standard deviation of 2.6.
     let walks = (0..50).filter(|seed| error_of_ends(&correlated(0.0, 400, 60_000 + seed)).is_some()).count();
     assert!(walks <= 16, "{walks}");
 }
@@ -324,7 +330,8 @@ fn variance(series: Vec<f64>) -> Estimate {
 
 #[test]
 fn a_variance_is_that_about_the_true_mean() {
-    // A series of 400 values is worth 21 independent ones at rho = 0.9: about its own mean the variance is 4.8 % too small. That of 500 series is known to 1 %.
+    // A series of 400 values has 21 independent ones at rho = 0.9, so the variance about its own mean is 4.8
+    // % too small. The mean of 500 series is known to 1 %.
     let (rho, length, count) = (0.9, 400, 500);
     let all = (0..count).map(|seed| variance(correlated(rho, length, 90_000 + seed)).mean);
     let exact = 1.0 / 12.0 / (1.0 - rho * rho);
@@ -334,7 +341,8 @@ fn a_variance_is_that_about_the_true_mean() {
 
 #[test]
 fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
-    // Slow motion worth 21, 32 and 63 independent values, and as much noise. With the error of the squares alone, the second is off by 1.16 errors.
+    // Slow motion with 21, 32 and 63 independent values, and as much noise. With the error of the squares
+    // alone, the second case is off by 1.16 errors.
     let (rho, count) = (0.9_f64, 200);
     let exact = 2.0 / 12.0 / (1.0 - rho * rho);
     let noise = (1.0 - rho * rho).sqrt().recip();
@@ -348,14 +356,14 @@ fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
         let rms = (all.iter().map(|x| x * x).sum::<f64>() / all.len() as f64).sqrt();
         let far = all.iter().filter(|x| x.abs() > 3.0).count();
         println!("{length}: {rms}, {far} of {}", all.len());
-        // That of 200 is known to 5 %, or 8 % with those that are far.
+        // The rms of 200 is known to 5 %, or 8 % with outliers.
         assert!(all.len() >= 160 && (0.7..1.05).contains(&rms) && far <= 6, "{length}: {rms}, {far} of {}", all.len());
     }
 }
 
 #[test]
 fn a_variance_of_few_independent_values_has_no_error() {
-    // Worth five.
+    // Five independent values.
     let claims = (0..200).filter(|seed| variance(correlated(0.9, 100, 150_000 + seed)).standard_error.is_some());
     let claims = claims.count();
     assert!(claims <= 4, "{claims}");
@@ -363,7 +371,7 @@ fn a_variance_of_few_independent_values_has_no_error() {
 
 #[test]
 fn a_variance_has_no_error_where_its_mean_has_none() {
-    // One change of the sign: of the mean nothing is known, of the squares much.
+    // One change of sign: nothing is known about the mean, much about the squares.
     let (mut values, mut squares) = (BlockAverage::new(1.0), BlockAverage::new(1.0));
     for (k, noise) in correlated(0.0, 64, 7).into_iter().enumerate() {
         let x = if k < 32 { 1.0 + noise } else { -1.0 - noise };

@@ -7,30 +7,30 @@ use std::path::Path;
 
 use crate::io::Folder;
 
-/// Difference between a file of a run and that of its replay.
+/// Difference between a file of a run and the file of its replay.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Difference {
-    /// It is not there.
+    /// The file is missing.
     Missing,
-    /// It is damaged, in words.
+    /// The file is damaged, with a description.
     Damaged(String),
     /// A line of a text differs.
     Line {
-        /// Its number, from 1.
+        /// Its number, counted from 1.
         number: u64,
-        /// Its text near the difference; `None` past its end.
+        /// Its text near the difference; `None` past the end of the file.
         found: Option<String>,
-        /// The text of the replay there; `None` past its end.
+        /// The corresponding text of the replay; `None` past its end.
         expected: Option<String>,
     },
     /// A byte differs.
     Byte {
-        /// Its number, from 0.
+        /// Its offset, counted from 0.
         offset: u64,
-        /// The byte; `None` where the file has ended.
+        /// The byte; `None` past the end of the file.
         found: Option<u8>,
-        /// The byte of the replay; `None` past its end.
+        /// The corresponding byte of the replay; `None` past its end.
         expected: Option<u8>,
     },
 }
@@ -52,32 +52,33 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Result of a comparison of two files.
+/// Result of comparing two files.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Found {
     Equal,
     Different(Difference),
-    /// Another text than the program writes.
+    /// The text was not written by the program.
     OtherText,
 }
 
-/// Endings of the names of texts.
+/// File extensions of texts.
 const TEXTS: [&str; 6] = ["csv", "json", "txt", "xyz", "lammpstrj", "pvd"];
 
-/// Characters of a line that are shown before and after a difference.
+/// Number of characters shown before and after a difference.
 const SHOWN: [usize; 2] = [24, 40];
 
 /// Keys of the summary that depend on the clock, the machine or the version.
 const FREE_KEYS: [&str; 6] =
     ["version", "engine", "wall_seconds", "events_per_second", "contacts_per_second", "peak_memory_bytes"];
 
-/// Lines of the report that may differ, by their beginnings.
+/// First words of report lines that may differ.
 const FREE_LINES: [&str; 3] = ["engine ", "threads ", "measured "];
 
-/// Start of the report that the program writes.
+/// Start of a report written by the program.
 const HEAD: &[u8] = b"scene    ";
 
-/// Compares a file of a run with that of the replay. `ends_itself`: the run has an ending that the replay cannot have.
+/// Compares a file of a run with that of the replay. `ends_itself`: the run ended in a way that the replay
+/// cannot.
 pub(super) fn compare(name: &str, found: &Path, expected: &Path, ends_itself: bool) -> io::Result<Found> {
     let mut found = BufReader::new(File::open(found)?);
     let mut expected = BufReader::new(File::open(expected)?);
@@ -94,7 +95,7 @@ pub(super) fn compare(name: &str, found: &Path, expected: &Path, ends_itself: bo
     Ok(difference.map_or(Found::Equal, Found::Different))
 }
 
-/// Whether a line may differ, by all lines up to it.
+/// Whether a line may differ, from all lines up to it.
 type IsFree = Box<dyn FnMut(&[u8]) -> bool>;
 
 fn free_lines(name: &str, ends_itself: bool) -> IsFree {
@@ -109,7 +110,7 @@ fn free_lines(name: &str, ends_itself: bool) -> IsFree {
         Folder::REPORT => {
             let mut is_free = false;
             Box::new(move |line| {
-                // Arrays that follow a name belong to it.
+                // Arrays after a name belong to it.
                 if !line.starts_with(b" ") {
                     is_free = FREE_LINES.iter().any(|free| line.starts_with(free.as_bytes()))
                         || (ends_itself && line.starts_with(b"ended "));
@@ -121,7 +122,7 @@ fn free_lines(name: &str, ends_itself: bool) -> IsFree {
     }
 }
 
-/// A text, line by line, without the lines that may differ.
+/// The lines of a text, without those that may differ.
 struct Lines<R> {
     text: R,
     is_free: IsFree,
@@ -134,7 +135,7 @@ impl<R: BufRead> Lines<R> {
         Self { text, is_free, line: Vec::new(), number: 0 }
     }
 
-    /// Goes to the next line, if there is one.
+    /// Advances to the next line, if there is one.
     fn advance(&mut self) -> io::Result<bool> {
         loop {
             self.line.clear();
@@ -166,7 +167,7 @@ fn first_line<R: BufRead>(mut found: Lines<R>, mut expected: Lines<R>) -> io::Re
     }
 }
 
-/// Part of a line around a byte of it.
+/// Part of a line around one of its bytes.
 fn near(line: &[u8], at: usize) -> String {
     let text = line.trim_ascii_end();
     let [before, after] = SHOWN;

@@ -1,11 +1,11 @@
-//! Algorithm 1 as printed (with its corrections), for any polynomial overlap function.
+//! Algorithm 1 as printed, with its corrections, for any polynomial overlap function.
 
 use roots::{Convergency, find_root_brent};
 
 use super::rules::Side;
 use crate::Vector;
 
-/// A polynomial, by its coefficients with the constant first.
+/// A polynomial, as its coefficients with the constant first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polynomial(Vec<f64>);
 
@@ -25,7 +25,7 @@ impl Polynomial {
         Self::new(&f.map(|coefficient| side.sign() * coefficient))
     }
 
-    /// Its value (Horner).
+    /// Its value by Horner's scheme.
     #[must_use]
     pub fn value(&self, t: f64) -> f64 {
         self.0.iter().rev().fold(0.0, |sum, c| sum * t + c)
@@ -37,7 +37,7 @@ impl Polynomial {
         Self(self.0.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c).collect())
     }
 
-    /// The first `t > after` at which it changes sign (`FindNextRoot`); a double root is none.
+    /// The first `t > after` at which it changes sign (`FindNextRoot`); a double root does not count.
     #[must_use]
     pub fn next_root(&self, after: f64) -> Option<f64> {
         self.sign_changes(after).first().copied()
@@ -45,8 +45,8 @@ impl Polynomial {
 
     /// All `t > after` at which it changes sign, ascending.
     ///
-    /// Between two sign changes of its derivative a polynomial is monotone and changes sign at most once; Brent's method
-    /// (of the crate `roots`) finds where.
+    /// Between two sign changes of its derivative a polynomial is monotone and changes sign at most once.
+    /// Brent's method (crate `roots`) finds that root.
     fn sign_changes(&self, after: f64) -> Vec<f64> {
         let mut found = Vec::new();
         if self.0.len() < 2 {
@@ -65,7 +65,7 @@ impl Polynomial {
         found
     }
 
-    /// A place after `last`, its last turning point, where the polynomial has the sign that it keeps for ever.
+    /// A point beyond `last`, the last turning point, at which the polynomial has its final sign.
     fn far_beyond(&self, last: f64) -> Option<f64> {
         let sign = self.0.last()?.signum();
         let mut step = f64::EPSILON * last.max(1.0);
@@ -78,7 +78,7 @@ impl Polynomial {
         Some(last + step)
     }
 
-    /// The sign just after `t`: of the first derivative that is not zero there.
+    /// The sign just after `t`: that of the first derivative that is not zero there.
     fn sign_after(&self, t: f64) -> f64 {
         let value = self.value(t);
         if value != 0.0 {
@@ -90,15 +90,17 @@ impl Polynomial {
         }
     }
 
-    /// Where it leaves `sign`, which it is known to have before: at `from` itself rounding may say otherwise.
+    /// The point at which it leaves `sign`. It is known to have this sign before, although rounding at `from`
+    /// may say otherwise.
     fn root_between(&self, from: f64, to: f64, sign: f64) -> f64 {
-        // Brent's method multiplies values with each other: in units of the largest, they do not overflow.
+        // Brent's method multiplies values with each other. Scaled by the largest, they do not overflow.
         let size = self.value(from).abs().max(self.value(to).abs());
         let value = |t: f64| self.value(t) / size;
         let is_before = |t: f64| self.value(t) * sign > 0.0;
-        // A root at the very start belongs to the past; what is sought is the change after it.
+        // A root at the very start belongs to the past. The change after it is wanted.
         let start = if value(from) == 0.0 { from + (to - from) * f64::EPSILON } else { from };
-        // The crate returns a point of the step before, which need not be near: it counts only where the sign does change.
+        // The crate returns a point of the previous step, which need not be close. It counts only if the sign
+        // changes there.
         find_root_brent(start, to, value, &mut NeighbouringFloats)
             .ok()
             .filter(|&t| is_before(t * (1.0 - WIDTH)) && !is_before(t * (1.0 + WIDTH)))
@@ -106,7 +108,7 @@ impl Polynomial {
     }
 }
 
-/// The last place, to a float, at which `is_before` holds.
+/// The last point, to one floating-point number, at which `is_before` holds.
 fn bisect(mut from: f64, mut to: f64, is_before: impl Fn(f64) -> bool) -> f64 {
     loop {
         let middle = 0.5 * from + 0.5 * to;
@@ -124,7 +126,7 @@ pub fn next_event(f: &Polynomial) -> Option<f64> {
     if f.value(0.0) > 0.0 {
         return f.next_root(0.0);
     }
-    // The rule is strict; at a turning point the next derivative decides.
+    // The rule is strict: at a turning point the next derivative decides.
     if derivative.sign_after(0.0) < 0.0 {
         return Some(0.0);
     }
@@ -132,7 +134,8 @@ pub fn next_event(f: &Polynomial) -> Option<f64> {
     if f.value(turn) > 0.0 { f.next_root(turn) } else { Some(turn) }
 }
 
-/// The rule of Algorithm 1 for a feature with ends: the first time at which `f <= 0` and falls, and no extent is negative.
+/// Algorithm 1 for a feature with ends: the first time at which `f <= 0` and falls, and no extent is
+/// negative.
 #[must_use]
 pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Option<f64> {
     let first = next_event(f)?;
@@ -140,7 +143,7 @@ pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Opti
     if is_on(first) {
         return Some(first);
     }
-    // Between two changes of a sign nothing changes.
+    // Between two sign changes nothing changes.
     let falls = f.derivative();
     let all = [f, &falls].into_iter().chain(extents);
     let mut times: Vec<f64> = all.flat_map(|polynomial| polynomial.sign_changes(first)).chain([first]).collect();
@@ -153,10 +156,10 @@ pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Opti
     stretch.map(|stretch| stretch[0])
 }
 
-/// Relative width of a closed bracket, a few floats.
+/// Relative width of a closed bracket: a few floating-point numbers.
 const WIDTH: f64 = 2.0 * f64::EPSILON;
 
-/// Ends a search when the bracket is a few floats wide.
+/// Ends a search when the bracket is this narrow.
 struct NeighbouringFloats;
 
 impl Convergency<f64> for NeighbouringFloats {
@@ -207,11 +210,11 @@ mod tests {
         assert_eq!(first_on(&falling, &[from(1.0), until(3.0)]), Some(2.0));
         assert_eq!(first_on(&falling, &[from(2.0), until(2.0)]), Some(2.0), "ends are on it");
         assert_eq!(first_on(&falling, &[until(1.0)]), None);
-        // It comes onto the feature too low, which is at once.
+        // It comes onto the feature too low, which is an immediate event.
         let late = first_on(&falling, &[from(2.5), until(3.0)]).unwrap();
         assert!((late - 2.5).abs() < 1e-14, "{late}");
         assert_eq!(first_on(&falling, &[from(3.0), until(2.5)]), None);
-        // Down at 1, up at 3, down at 4 again: f = -(t - 1)(t - 3)(t - 4).
+        // Down at 1, up at 3, down again at 4: f = -(t - 1)(t - 3)(t - 4).
         let again = first_on(&Polynomial::new(&[12.0, -19.0, 8.0, -1.0]), &[from(2.5)]).unwrap();
         assert!((again - 4.0).abs() < 1e-13, "{again}");
     }

@@ -11,28 +11,28 @@ pub enum EventKind {
     Pair(Outcome),
     /// A particle at a wall of the box.
     Wall {
-        /// The wall's axis: 0, 1 or 2.
+        /// Axis of the wall: 0, 1 or 2.
         axis: u8,
         /// Whether it is the wall at the upper corner.
         is_upper: bool,
     },
     /// A particle at a surface of the scene.
     Surface {
-        /// Its number among them.
+        /// Its index among the surfaces.
         number: usize,
     },
 }
 
-/// An event, as the reference engine executed it.
+/// An event executed by the reference engine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// Simulated time `[time]`.
     pub time: f64,
     /// Kind of the event.
     pub kind: EventKind,
-    /// The particle; of a pair, the one with the lower id.
+    /// The particle; in a pair, the one with the lower id.
     pub particle: ParticleId,
-    /// The other one of a pair.
+    /// The other particle of a pair.
     pub partner: Option<ParticleId>,
     /// Unit vector from the partner (or the wall) to the particle.
     pub normal: Vector,

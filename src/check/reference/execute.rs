@@ -1,4 +1,4 @@
-//! Events of the reference engine: what becomes of a pair, or of a particle at a wall or another surface.
+//! Events of the reference engine: what happens to a pair, or to a particle at a wall or another surface.
 
 use super::response::Encounter;
 use super::rules::{Discontinuity, seen};
@@ -14,13 +14,13 @@ impl Reference {
         let seen = seen(potential, state, side)?;
         let apart = self.nearest_image(i, j);
         let (velocity, acceleration) = self.relative_motion(i, j);
-        // Two particles at the same point have no line of centres but that of their approach.
+        // Two particles at the same point have no line of centres. Their line of approach replaces it.
         let normal = apart.try_normalize(0.0).or_else(|| (-velocity).try_normalize(0.0)).unwrap_or(Vector::x());
         let [wi, wj] = [i, j].map(|p| self.species(p).inverse_mass());
         let reduced_mass = 1.0 / (wi + wj);
         let curvature = 1.0 / apart.norm().max(f64::MIN_POSITIVE);
         let encounter = Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, restitution };
-        // As a wall, a static particle has no contact of its own.
+        // Like a wall, a static particle has no contact time of its own.
         let moving: Vec<u32> = [i, j].into_iter().filter(|&p| !self.species(p).is_static()).collect();
         let (outcome, after) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
 
@@ -73,7 +73,7 @@ impl Reference {
         let encounter = Encounter { side: contact.side, curvature, velocity, acceleration, ..encounter };
         let mass = encounter.reduced_mass;
         let event = self.reflect(i, &encounter, EventKind::Surface { number: feature.surface });
-        // From the surface, which is around the particle where that is inside.
+        // Away from the surface, which surrounds the particle if it is inside.
         let sign = contact.side.sign();
         let event = Event { normal: event.normal * sign, impulse: event.impulse * sign, ..event };
         let Some(moment) = moment else { return Some(event) };
@@ -88,7 +88,7 @@ impl Reference {
         })
     }
 
-    /// The encounter of a particle with something flat that never moves.
+    /// The encounter of a particle with a flat barrier that never moves.
     fn encounter_at_rest(&self, i: u32, normal: Vector, restitution: f64) -> Encounter {
         let Species { diameter, mass, acceleration, .. } = *self.species(i);
         Encounter {
@@ -103,7 +103,7 @@ impl Reference {
         }
     }
 
-    /// Executes the encounter of a particle with what never moves.
+    /// Executes the encounter of a particle with something that never moves.
     fn reflect(&mut self, i: u32, encounter: &Encounter, kind: EventKind) -> Event {
         let Encounter { velocity: before, normal, reduced_mass: mass, .. } = *encounter;
         let (_, after) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);

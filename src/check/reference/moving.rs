@@ -1,7 +1,9 @@
-//! Surfaces that move: Algorithm 1 in the frame of the surface where that gives polynomials, and elsewhere a search by halves.
+//! Moving surfaces: Algorithm 1 in the frame of the surface if that gives polynomials, and otherwise a search
+//! by bisection.
 //!
-//! A stretch of time is left out where bounds of speed and acceleration show that the gap stays open, opens, or that the foot stays off the feature; others are
-//! halved down to rounding. Slow, and nothing in common with the steps of the engine.
+//! A time interval is skipped if bounds on speed and acceleration show that the gap stays open or opens, or
+//! that the foot stays off the feature. Other intervals are halved down to round-off. This is slow, and
+//! shares no steps with the engine.
 
 use super::rules::Side;
 use super::surfaces::{Across, Barrier, Feature, Motion};
@@ -10,14 +12,14 @@ use crate::model::MotionKind;
 use crate::model::surface_motion::{Piece, Timeline};
 use std::f64::consts::TAU;
 
-/// A search is gone on with after this time `[time]`.
+/// A search is continued after this time `[time]`.
 pub(super) const LONGEST_SEARCH: f64 = 2.0;
 
 /// A flight beside a surface that oscillates or turns, from a simulated time on.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Passage {
     pub feature: Feature,
-    /// The flight at that time.
+    /// The flight from that time on.
     pub motion: Motion,
     /// The motion of the surface.
     pub piece: Piece,
@@ -32,7 +34,7 @@ impl Motion {
         Self { position, velocity: velocity + acceleration * time, ..*self }
     }
 
-    /// The motion as a surface sees it at a time of a piece.
+    /// The motion in the frame of the surface, at a time of a piece.
     pub fn seen(&self, piece: &Piece, time: f64) -> Self {
         let moment = piece.at(time);
         let (position, velocity) = moment.seen(&self.position, &self.velocity);
@@ -42,7 +44,8 @@ impl Motion {
 }
 
 impl Feature {
-    /// Time from a simulated time to the next event of a sphere with the feature of a surface that moves, none before a time has passed.
+    /// Time from a simulated time to the next event of a sphere with the feature of a moving surface; none is
+    /// reported before `from`.
     pub fn next_event_moving(&self, motion: &Motion, timeline: &Timeline, now: f64, horizon: f64) -> Option<f64> {
         let mut after = 0.0;
         while after < horizon {
@@ -67,18 +70,19 @@ impl Feature {
 }
 
 impl Passage {
-    /// The flight as the surface sees it after a time from now.
+    /// The flight in the frame of the surface, a time after now.
     pub fn seen(&self, after: f64) -> Motion {
         self.motion.after(after).seen(&self.piece, self.now + after)
     }
 
-    /// The first event between two times from now. If the search is cut short, the time up to which no event is possible.
+    /// The first event between two times from now. If the search is cut short, the time up to which no event
+    /// is possible.
     pub fn first_between(&self, from: f64, to: f64, most: u64) -> Option<f64> {
-        // A time from now is rounded as the simulated time that it leads to.
+        // A time from now is rounded like the simulated time to which it leads.
         Search { passage: self, shortest: 4.0 * f64::EPSILON * (self.now.abs() + to.abs()), left: most }.first(from, to)
     }
 
-    /// Bounds of the speed and the acceleration that the surface sees between two times.
+    /// Bounds on speed and acceleration in the frame of the surface between two times.
     pub fn bounds(&self, from: f64, to: f64) -> (f64, f64) {
         let (fastest, push) = {
             let [one, other] = [from, to].map(|time| self.motion.after(time).velocity.norm());
@@ -103,7 +107,7 @@ impl Passage {
 /// A search for the first event of a passage.
 struct Search<'a> {
     passage: &'a Passage,
-    /// Stretches of this time are no longer halved `[time]`.
+    /// Intervals of this length are not halved further `[time]`.
     shortest: f64,
     left: u64,
 }
@@ -124,7 +128,7 @@ impl Search<'_> {
         if across.lowest_gap_within(half, speed, acceleration) > 0.0 || foot < -speed * half {
             return None;
         }
-        // The square of a distance opens by no less than twice this.
+        // The squared distance opens by at least twice this.
         let change = match across.barrier {
             Barrier::Flat => acceleration,
             Barrier::Round { .. } => speed * speed + (across.position.norm() + speed * half) * acceleration,
@@ -141,14 +145,15 @@ impl Search<'_> {
 }
 
 impl Across {
-    /// Smallest distance of the motion from contact within some time before and after it, with bounds on its speed and acceleration.
+    /// Smallest distance from contact within some time before and after, given bounds on speed and
+    /// acceleration.
     pub fn lowest_gap_within(&self, time: f64, speed: f64, acceleration: f64) -> f64 {
         let (gap, opening) = gap_and_opening(self);
         let length = self.position.norm();
         let (opening, bend) = match self.barrier {
             Barrier::Flat => (opening, acceleration),
             Barrier::Round { side: Side::Positive, .. } => (opening / length, acceleration),
-            // From inside it also comes nearer by what it moves along the sphere.
+            // From inside, motion along the sphere also brings it closer.
             Barrier::Round { side: Side::Negative, .. } => {
                 let nearest = length - speed * time;
                 let around = if nearest > 0.0 { speed * speed / nearest } else { f64::INFINITY };
@@ -156,12 +161,13 @@ impl Across {
             }
         };
         let by_rate = opening.abs() + 0.5 * bend * time;
-        // In the middle of a sphere there is no direction in which it opens.
+        // At the centre of a sphere there is no direction in which the gap opens.
         gap - if by_rate < speed { by_rate } else { speed } * time
     }
 }
 
-/// Distance of the motion from contact, and its rate, both multiplied by the distance from the middle for round features.
+/// Distance from contact and its rate. For round features, both are multiplied by the distance from the
+/// centre.
 fn gap_and_opening(across: &Across) -> (f64, f64) {
     let Across { position, velocity, .. } = across;
     match across.barrier {

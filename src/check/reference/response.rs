@@ -6,20 +6,21 @@ use crate::Vector;
 /// Outcome of a pair event (paper, figure 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Outcome {
-    /// Off an infinite inner barrier.
+    /// Reflection from an infinite inner barrier.
     Core,
     /// One step inwards.
     Capture,
     /// One step outwards.
     Release,
-    /// Back from a finite step that costs too much, or from the end of a bond.
+    /// Reflection from a finite step that costs too much, or at the end of a bond.
     Bounce,
 }
 
-/// The outcome of a pair that reaches a discontinuity with the normal velocity `vn = v_ij . rhat`, and `vn` after it.
+/// The outcome for a pair that reaches a discontinuity with the normal velocity `vn = v_ij . rhat`, and `vn`
+/// after it.
 ///
-/// It crosses if the radial kinetic energy `mu/2 vn^2` is more than the step `dU`: `vn'^2 = vn^2 - 2 dU / mu`. If not, it is reflected:
-/// `vn' = -e vn` from an infinite barrier, `vn' = -vn` from a finite step.
+/// It crosses if the radial kinetic energy `mu/2 vn^2` exceeds the step `dU`: `vn'^2 = vn^2 - 2 dU / mu`.
+/// Otherwise it is reflected: `vn' = -e vn` from an infinite barrier, `vn' = -vn` from a finite step.
 pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, restitution: f64) -> (Outcome, f64) {
     let across = -side.sign();
     if 0.5 * mu * vn * vn > seen.energy_step {
@@ -29,11 +30,12 @@ pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, restit
     let is_barrier = seen.energy_step == f64::INFINITY;
     let outcome = if is_barrier && side == Side::Positive { Outcome::Core } else { Outcome::Bounce };
     let e = if is_barrier { restitution } else { 1.0 };
-    // At a turning point rounding may have it recede already.
+    // At a turning point it may already recede by rounding.
     (outcome, if across * vn > 0.0 { -e * vn } else { vn })
 }
 
-/// Two particles at a discontinuity, or a particle at a wall: a partner without curvature that never moves.
+/// Two particles at a discontinuity, or a particle at a wall, which is a partner without curvature that never
+/// moves.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Encounter {
     pub seen: Discontinuity,
@@ -48,12 +50,12 @@ pub(super) struct Encounter {
     pub curvature: f64,
     /// `mu = 1 / (w_i + w_j)` `[mass]`.
     pub reduced_mass: f64,
-    /// `e` of infinite barriers.
+    /// `e` at infinite barriers.
     pub restitution: f64,
 }
 
 impl Encounter {
-    /// The outcome, and `v_ij` after it. `moving` are the particles that are not static.
+    /// The outcome and `v_ij` after it. `moving` lists the particles that are not static.
     pub fn leave(&self, tc_model: Option<&mut TcModel>, moving: &[u32], time: f64) -> (Outcome, Vector) {
         let Self { seen, side, normal, velocity, acceleration, .. } = self;
         let vn = velocity.dot(normal);
@@ -80,35 +82,37 @@ impl Encounter {
 pub(super) struct Arrival {
     /// `e`.
     pub restitution: f64,
-    /// Speed towards the barrier, 0 if it recedes `[length / time]`.
+    /// Speed towards the barrier; 0 if it recedes `[length / time]`.
     pub approach: f64,
     /// Speed along the barrier `[length / time]`.
     pub tangential: f64,
-    /// Acceleration towards the barrier, of forces and of its curvature `[length / time^2]`.
+    /// Acceleration towards the barrier, from forces and from its curvature `[length / time^2]`.
     pub closing: f64,
 }
 
-/// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic when one of the two had its previous contact
-/// less than `t_c` ago.
+/// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic if one of the two
+/// had its previous contact less than `t_c` ago.
 #[derive(Debug)]
 pub(super) struct TcModel {
     /// `t_c` `[time]`.
     contact_time: f64,
-    /// When each particle had its last contact.
+    /// Time of the last contact of each particle.
     last: Vec<f64>,
 }
 
 impl TcModel {
-    /// Without a contact so far.
+    /// No contact so far.
     pub fn new(contact_time: f64, particles: usize) -> Self {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
     }
 
-    /// A contact at `time` of particles that move: the speed away from the barrier, and the factor of the motion along it.
+    /// A contact of moving particles at `time`: the speed away from the barrier, and the factor for the
+    /// motion along it.
     ///
-    /// Beyond the published model, which leaves restitutions near 0 without a speed to keep: what has arrived fast enough leaves with
-    /// `closing t_c / 2` at least, which brings it back after `t_c`. And what has arrived with next to no normal speed, a 64th of that,
-    /// gets it from the motion along the barrier, at constant kinetic energy.
+    /// This extends the published model, in which a restitution near 0 leaves no speed to keep. A particle
+    /// that arrives fast enough leaves with at least `closing t_c / 2`, which brings it back after `t_c`. If
+    /// its normal speed is almost zero, below a 64th of that, it takes the speed from the motion along the
+    /// barrier, at constant kinetic energy.
     pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
         let &Arrival { restitution, approach, tangential, closing } = arrival;
         let last = |&particle: &u32| self.last[particle as usize];

@@ -1,18 +1,19 @@
-//! Discontinuities on both sides of a pair, in its state (paper, figures 1 and 2).
+//! Discontinuities on both sides of a pair, given its state (paper, figures 1 and 2).
 
 use crate::model::potential::Potential;
 
-/// From which side a pair sees a discontinuity: where its valid states are.
+/// The side of a discontinuity on which a pair is: where its valid states are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Side {
     /// Valid beyond the distance: `f+`, Core and Capture.
     Positive,
-    /// Valid within it: `f-`, Bounce and Release.
+    /// Valid within the distance: `f-`, Bounce and Release.
     Negative,
 }
 
 impl Side {
-    /// 1 or -1: `f+` times this is the side's overlap function, and the distance grows on the valid side in this direction.
+    /// 1 or -1. `f+` times this is the overlap function of this side, and the distance grows in this
+    /// direction on the valid side.
     #[must_use]
     pub fn sign(self) -> f64 {
         match self {
@@ -22,17 +23,17 @@ impl Side {
     }
 }
 
-/// A discontinuity of a potential, as a pair on one of its sides sees it.
+/// A discontinuity of a potential, as seen by a pair on one side of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Discontinuity {
     /// `s` `[length]`.
     pub distance: f64,
-    /// `dU`, the energy that crossing it costs `[energy]`.
+    /// `dU`, the energy needed to cross it `[energy]`.
     pub energy_step: f64,
 }
 
-/// The discontinuity on one side of a pair in state `k`: the outer one, `s_k`, is seen from its negative side, the inner one, `s_{k+1}`,
-/// from its positive side. `U_k` is the energy between the two.
+/// The discontinuity on one side of a pair in state `k`. The outer one, `s_k`, is seen from its negative
+/// side; the inner one, `s_{k+1}`, from its positive side. `U_k` is the energy in between.
 pub(super) fn seen(potential: &Potential, k: usize, side: Side) -> Option<Discontinuity> {
     let (s, u) = (potential.radii(), potential.energies());
     // Lists count from 0: `s_1` is `s[0]`, and `U_0` is `u[0]`.

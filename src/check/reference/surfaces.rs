@@ -1,23 +1,24 @@
-//! Surfaces by Algorithm 1 on every feature: faces, edges and corners, each with its own overlap function, and all of them, flat edges too.
+//! Surfaces by Algorithm 1 on every feature: faces, edges and corners, each with its own overlap function.
+//! Flat edges are included, too.
 
 use super::algorithm_1::{Polynomial, first_on};
 use super::rules::Side;
 use crate::Vector;
 use crate::model::{SceneSurface, SurfaceShape};
 
-/// One feature of a surface, from which the centre of a sphere keeps a distance.
+/// A feature of a surface, from which the centre of a sphere keeps a distance.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Feature {
-    /// Number of the surface among those of the scene.
+    /// Index of the surface in the scene.
     pub surface: usize,
     shape: Shape,
 }
 
 #[derive(Debug, Clone, Copy)]
 enum Shape {
-    /// A point, at a distance and from a side.
+    /// A point at a distance, seen from a side.
     Point { centre: Vector, radius: f64, side: Side },
-    /// A line through a point along a unit vector, whole or between the point and a length.
+    /// A line through a point along a unit vector: infinite, or from the point over a length.
     Line { start: Vector, along: Vector, length: Option<f64>, radius: f64, side: Side },
     /// A half space, or with `corners` one side of a face.
     Plane { point: Vector, normal: Vector, corners: Option<[Vector; 3]> },
@@ -32,7 +33,7 @@ pub(in super::super) struct Motion {
     pub radius: f64,
 }
 
-/// The part of a motion across a feature, which is what its overlap function sees.
+/// The part of a motion across a feature, on which its overlap function depends.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Across {
     pub position: Vector,
@@ -41,16 +42,16 @@ pub(in super::super) struct Across {
     pub barrier: Barrier,
 }
 
-/// Where the part of a motion across a feature is in contact.
+/// Where the motion across a feature makes contact.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) enum Barrier {
-    /// At a distance from the origin, reached from a side.
+    /// At a distance from the origin, reached from one side.
     Round { distance: f64, side: Side },
     /// Where the first coordinate, the height above contact, is zero.
     Flat,
 }
 
-/// How a sphere in contact sees a feature.
+/// The geometry of a contact between a sphere and a feature.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Touch {
     /// Unit vector from the point, the line or the plane to the centre of the sphere.
@@ -58,12 +59,12 @@ pub(in super::super) struct Touch {
     pub side: Side,
     /// `1 / distance` for the part of the velocity across the feature, 0 for a plane `[1 / length]`.
     pub curvature: f64,
-    /// The direction in which the feature does not curve, if it is a line.
+    /// The direction along which the feature has no curvature, if it is a line.
     pub along: Option<Vector>,
 }
 
-/// The positions of a foot within the sides of a feature, each as coefficients of a polynomial in time: negative where it is off. Rows that are
-/// not needed are zero.
+/// How far a foot lies inside each side of a feature, as coefficients of polynomials in time: negative if it
+/// is off the feature. Unused rows are zero.
 pub(in super::super) type Extents = [[f64; 3]; 4];
 
 /// All features of the surfaces of a scene.
@@ -112,7 +113,7 @@ fn line([start, end]: [Vector; 2], radius: f64) -> Option<Shape> {
     Some(Shape::Line { start, along, length: Some((end - start).norm()), radius, side: Side::Positive })
 }
 
-/// Both sides of a triangle; none of one whose area is rounding.
+/// Both sides of a triangle; `None` if its area is round-off.
 fn face(corners: [Vector; 3]) -> Option<[Shape; 2]> {
     let [a, b, c] = corners;
     if slenderness(&corners) > 0.25 / f64::EPSILON {
@@ -122,7 +123,7 @@ fn face(corners: [Vector; 3]) -> Option<[Shape; 2]> {
     Some([normal, -normal].map(|normal| Shape::Plane { point: a, normal, corners: Some(corners) }))
 }
 
-/// The longest side of a triangle over its height: the error of its normal in units of round-off.
+/// The longest side of a triangle divided by its height: the error of its normal in units of round-off.
 fn slenderness([a, b, c]: &[Vector; 3]) -> f64 {
     let longest = [b - a, c - b, a - c].iter().map(Vector::norm_squared).fold(0.0, f64::max);
     longest / (b - a).cross(&(c - a)).norm()
@@ -142,7 +143,7 @@ impl Feature {
         first_on(&f, extents.as_ref().map_or(&[][..], |extents| extents.as_slice()))
     }
 
-    /// The part of a motion across it.
+    /// The part of a motion across the feature.
     pub fn across(&self, motion: &Motion) -> Across {
         let Motion { position, velocity, acceleration, radius } = *motion;
         let round = |own: f64, side: Side| Barrier::Round { distance: own + side.sign() * radius, side };
@@ -153,7 +154,7 @@ impl Feature {
             Shape::Line { start, along, radius: own, side, .. } => {
                 let across = |vector: Vector| vector - along * along.dot(&vector);
                 let [position, velocity, push] = [position - start, velocity, acceleration].map(across);
-                // Along the line there is no acceleration across it but rounding.
+                // If the acceleration is along the line, only round-off is left across it.
                 let acceleration = if push.norm() > 1e-14 * acceleration.norm() { push } else { Vector::zeros() };
                 Across { position, velocity, acceleration, barrier: round(own, side) }
             }
@@ -169,7 +170,8 @@ impl Feature {
         }
     }
 
-    /// Where the foot of a motion is within the sides of the feature, if it has any; of a face, also the height above the side that it is.
+    /// How far the foot of a motion lies inside the sides of the feature, if it has sides; for a face, also
+    /// the height above it.
     pub fn extents(&self, motion: &Motion) -> Option<Extents> {
         let Motion { position, velocity, acceleration, .. } = *motion;
         let along = |direction: &Vector, from: &Vector| {
@@ -181,7 +183,7 @@ impl Feature {
                 Some([[foot, rate, bend], [length - foot, -rate, -bend], [0.0; 3], [0.0; 3]])
             }
             Shape::Plane { normal, corners: Some([a, b, c]), point } => {
-                // Counterclockwise about the normal that the corners have.
+                // Counterclockwise about the normal of the corners.
                 let turn = (b - a).cross(&(c - a)).dot(&normal).signum();
                 let inwards = |from: Vector, to: Vector| {
                     let direction = normal.cross(&(to - from)).try_normalize(0.0).unwrap_or_default() * turn;
@@ -211,7 +213,8 @@ impl Feature {
         }
     }
 
-    /// The corners of a box around it, infinite where it is not limited; of a surface that is met from inside, without limits.
+    /// Corners of a box around it, infinite along unlimited directions. A surface met from inside has no
+    /// limits.
     pub fn bounds(&self) -> [Vector; 2] {
         let endless = |is_endless: &dyn Fn(usize) -> bool, at: &Vector, radius: f64| {
             let end = |sign: f64| Vector::from_fn(|k, _| sign * if is_endless(k) { f64::INFINITY } else { radius });
@@ -231,7 +234,7 @@ impl Feature {
         }
     }
 
-    /// The largest coordinate of the points that it is given by, and the radius around them `[length]`.
+    /// The largest coordinate of its defining points, and the radius around them `[length]`.
     pub fn farthest(&self) -> f64 {
         match self.shape {
             Shape::Point { centre, radius, .. } => centre.amax() + radius,
@@ -250,7 +253,7 @@ impl Feature {
         }
     }
 
-    /// The feature elsewhere.
+    /// The feature, shifted.
     pub fn moved(&self, by: &Vector) -> Self {
         let mut moved = *self;
         match &mut moved.shape {
@@ -265,7 +268,7 @@ impl Feature {
 }
 
 impl Touch {
-    /// The curvature for a velocity, without its part along a line `[1 / length]`.
+    /// The curvature for a velocity, without the component along a line `[1 / length]`.
     pub fn curvature_for(&self, velocity: &Vector) -> f64 {
         let tangential = velocity - self.normal * self.normal.dot(velocity);
         let across = self.along.map_or(tangential, |along| tangential - along * along.dot(&tangential));

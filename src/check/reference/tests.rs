@@ -1,5 +1,5 @@
-//! Events of the engine, each against the rules and the response of the reference from the state before it: no error of one event is in
-//! the next, so that all of a run can be compared to round-off.
+//! Each event of the engine is compared with the rules and the response of the reference, from the state
+//! before it. Errors do not carry over to the next event, so a whole run can be compared to round-off.
 
 use super::response::{Encounter, TcModel};
 use super::rules::{Discontinuity, seen};
@@ -13,13 +13,14 @@ use std::cell::RefCell;
 
 const SCENES: u32 = 60;
 const EVENTS: u64 = 300;
-/// Fewest events of each kind that have to be compared: all have some hundreds.
+/// Fewest compared events of each kind; all kinds have a few hundred.
 const FEWEST: u32 = 50;
 
-/// Roundings of a velocity in all operations of an event, of either side, and in what the engine adds to make a reflection count.
+/// Round-off of a velocity from all operations of an event, on either side, and from what the engine adds so
+/// that a reflection is effective.
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
-/// Times that are equal to within this part may be on either side of the contact time.
+/// Times that agree to this fraction may be on either side of the contact time.
 const TIE: f64 = 1e-9;
 
 #[derive(Debug, Clone)]
@@ -53,7 +54,8 @@ fn recipe() -> impl Strategy<Value = Recipe> {
 }
 
 impl Recipe {
-    /// Steps up and down around a hard core, around a core that can be entered, and bonds, beside static spheres and between walls.
+    /// Steps up and down around a hard core and around a penetrable core, and bonds, beside static spheres
+    /// and between walls.
     fn scene(&self) -> Scene {
         let [u, v, w] = self.energies;
         let steps = |last| Potential::new(vec![1.6, 1.3, 1.0], vec![0.0, u, v, last]).unwrap();
@@ -93,10 +95,10 @@ impl Recipe {
     }
 }
 
-/// Comparison of each event of the engine with the reference.
+/// Compares each event of the engine with the reference.
 struct Judge<'a> {
     reference: &'a mut Reference,
-    /// With contact times that are shorter and longer by rounding, and as they are.
+    /// The contact time itself, and slightly shorter and longer ones by rounding.
     tc_models: Vec<TcModel>,
     counts: &'a RefCell<BTreeMap<String, u32>>,
 }
@@ -163,8 +165,8 @@ impl Judge<'_> {
         self.compare(event, &encounter, weights, &[event.particle.0], (Outcome::Core, "Wall"))
     }
 
-    /// Whether the engine's event is one that the reference could have made: with the contact time as it is, or with one that rounding
-    /// cannot tell from it.
+    /// Checks that the engine's event is one that the reference could have produced, with the contact time or
+    /// with one that rounding cannot distinguish from it.
     fn compare(
         &mut self,
         event: &engine::Event,
@@ -189,14 +191,14 @@ impl Judge<'_> {
         Ok(())
     }
 
-    /// The largest difference of an event from what is expected, in units of what rounding explains.
+    /// The largest difference between an event and its expectation, in units of what round-off explains.
     fn excess(&self, event: &engine::Event, encounter: &Encounter, weights: [f64; 2], after: &Vector) -> f64 {
         let &Encounter { seen, velocity, reduced_mass: mu, normal, .. } = encounter;
         let is_crossed =
             matches!(event.kind, engine::EventKind::Pair(engine::Outcome::Capture | engine::Outcome::Release));
         let step = if is_crossed { 2.0 * seen.energy_step.abs() / mu } else { 0.0 };
         let fastest = event.before[0].norm() + event.before[1].norm() + step.sqrt();
-        // The root of a square that is rounded.
+        // The square root of a rounded square.
         let rounding = ROUNDINGS * fastest * fastest;
         let root = if is_crossed { rounding / after.dot(&normal).abs().max(rounding.sqrt()) } else { 0.0 };
         let bound = ROUNDINGS * fastest + root + if self.tc_models.is_empty() { 0.0 } else { TIE * after.norm() };
@@ -227,7 +229,7 @@ fn every_event_of_the_engine_follows_from_the_rules_and_the_response_of_the_refe
         let mut judge = Judge { reference: &mut reference, tc_models, counts: &counts };
         let mut simulation = Simulation::without_plan(scene);
         let mut verdict = Ok(());
-        // A collapse ends a run as the absence of events does.
+        // A collapse ends a run, and so does the absence of events.
         let _ = simulation.advance_with(Until { time: 1e3, events: EVENTS }, |event| {
             if verdict.is_ok() {
                 verdict = match (event.kind, event.partner()) {

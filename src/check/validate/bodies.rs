@@ -1,4 +1,4 @@
-//! Single motions with exact answers.
+//! Single trajectories with exact solutions.
 
 use super::state_point::{Compared, StatePointError, Watch, advance, build};
 use super::{Comparison, Effort, Source};
@@ -24,12 +24,12 @@ const BAMME: Source = Source {
 const SWINGS: Source =
     Source { short: "exact, pendulum", full: "a rigid pendulum has the period 4 sqrt(L / g) K(sin(theta_0 / 2))" };
 
-/// The TC model lets no flight become shorter than this, so that there are finitely many.
+/// The TC model allows no flight shorter than this, so there are finitely many.
 const CONTACT_TIME: f64 = 1e-9;
-/// More bounces than it takes to fall from 1 to the contact time: 20 / ln(1 / e), for e up to 0.97.
+/// More bounces than it takes to go from 1 down to the contact time: 20 / ln(1 / e), for e up to 0.97.
 const MOST_BOUNCES: u64 = 1000;
 
-/// When infinitely many bounces have come to an end.
+/// The time at which infinitely many bounces are over.
 pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
     let floor = Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Open };
     let space =
@@ -52,8 +52,8 @@ pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compare
         }
         last = event.time;
     })?;
-    // What is left then are flights of 1, e, e^2, ... contact times at most; and each of the bounces rounds its time and speed some
-    // units in the last place of the whole.
+    // The remaining flights take at most 1, e, e^2, ... contact times. Each bounce rounds its time and speed
+    // by a few units in the last place.
     let allowance = CONTACT_TIME / (1.0 - restitution) + 8.0 * bounces * expected * f64::EPSILON;
     Ok(vec![
         Comparison::exact(BALL[0], rest, expected, BOUNCES)
@@ -61,7 +61,7 @@ pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compare
     ])
 }
 
-/// Three spheres on a line. The first two overlap at the start.
+/// Three spheres on a line, of which the first two overlap at the start.
 pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
     let space = Space {
         lower: Vector::new(-1.0, 0.0, 0.0),
@@ -86,20 +86,20 @@ pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared
     let place = |(k, x)| exact(k + 2, end.get(k).map(|position: &Vector| position.x), x);
     compared.extend([-10.0, 11.5, 20.99].into_iter().enumerate().map(place));
     compared.push(exact(5, Some(energy), 3.0));
-    // Two events and one streaming, each rounded to the spacing of floats below 32.
+    // Two events and one free flight, each rounded to the spacing of floating-point numbers below 32.
     let rounding = 3.0 * 16.0 * f64::EPSILON;
     Ok(compared.into_iter().map(|comparison| comparison.allow(rounding, "round-off")).collect())
 }
 
-/// The part by which the string of the pendulum is slack.
+/// Relative slack of the pendulum's string.
 pub(super) const SLACK: f64 = 1e-4;
 const PERIODS: usize = 10;
 /// Contacts with the ends of the string between two calls of `watch`.
 const CHUNK: u64 = 1000;
-/// More than ten swings take; a swing takes some thousand.
+/// More than ten swings need; a swing takes about a thousand contacts.
 const MOST_CHUNKS: usize = 10_000;
 
-/// Period of a bob on a bond, let go from the horizontal.
+/// Period of a bob on a bond, released from the horizontal.
 pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared {
     let space = Space { lower: Vector::repeat(-2.0), size: Vector::repeat(4.0), boundary: [Boundary::OPEN; 3] };
     let scene = SceneBuilder::new("validate")
@@ -116,8 +116,8 @@ pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared 
     let passages = passages(Simulation::without_plan(build(&scene)?), watch)?;
     let period = passages.get(2 * PERIODS).zip(passages.first()).map(|(last, first)| (last - first) / PERIODS as f64);
     let expected = 4.0 * elliptic_integral(FRAC_1_SQRT_2);
-    // The length is between 1 - slack and 1 and the period goes as its square root; a start in the middle of the slack leaves the bob
-    // a radial motion with (4 slack)^(3/2) / 8 of the energy.
+    // The length is between 1 - slack and 1, and the period goes as its square root. A start in the middle of
+    // the slack gives the bob a radial motion with (4 slack)^(3/2) / 8 of the energy.
     let allowance = expected * (0.5 * SLACK + SLACK.sqrt() * SLACK);
     Ok(vec![
         Comparison::exact(PENDULUM[0], period, expected, SWINGS)
@@ -125,7 +125,8 @@ pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared 
     ])
 }
 
-/// When the bob passes the lowest point: between the contacts on both sides of it, at next to even speed.
+/// Times at which the bob passes the lowest point, between the contacts on both sides of it, at nearly
+/// constant speed.
 fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, StatePointError> {
     let (mut passages, mut last) = (Vec::new(), (0.0, 1.0));
     for _ in 0..MOST_CHUNKS {
@@ -133,7 +134,8 @@ fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, St
             break;
         }
         advance(&mut simulation, CHUNK, watch, |event| {
-            // The normal points from the partner to the particle; towards the bob it is the direction of the string.
+            // The normal points from the partner to the particle; towards the bob it is the direction of the
+            // string.
             let string = if event.partner().is_some_and(|id| id.0 == 0) { event.normal } else { -event.normal };
             if (string.x > 0.0) != (last.1 > 0.0) && string.z < 0.0 {
                 passages.push(last.0 + (event.time - last.0) * last.1 / (last.1 - string.x));
@@ -147,7 +149,7 @@ fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, St
 /// The complete elliptic integral of the first kind of modulus `k`, by the arithmetic-geometric mean.
 fn elliptic_integral(modulus: f64) -> f64 {
     let (mut a, mut b) = (1.0, (1.0 - modulus * modulus).sqrt());
-    // Digits double in each step.
+    // Each step doubles the number of correct digits.
     for _ in 0..8 {
         (a, b) = (0.5 * (a + b), (a * b).sqrt());
     }

@@ -2,32 +2,33 @@
 
 use crate::analysis::statistics::Estimate;
 
-/// Standard errors that a quantity may be off: of normal deviates, one in 16,000 is further off.
+/// Largest deviation in standard errors that passes. One in 16,000 normal deviates is larger.
 pub const MOST_ERRORS: f64 = 4.0;
 
-/// A comparison whose standard error is larger than this part of the expected value says nothing: it would pass what is a fifth off.
+/// Largest standard error relative to the expected value for a meaningful comparison. With a larger one, a
+/// value that is a fifth off would pass.
 const LARGEST_ERROR: f64 = 0.05;
 
 /// Source of a reference value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Source {
-    /// In a word or two: `mKLM 2019`.
+    /// Short form: `mKLM 2019`.
     pub short: &'static str,
-    /// In full.
+    /// Full reference.
     pub full: &'static str,
 }
 
-/// Tolerance of a comparison besides the statistical error, and its reason.
+/// Tolerance of a comparison in addition to the statistical error, and its reason.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Allowance {
-    /// In the quantity's unit; 0 for none.
+    /// In the unit of the quantity; 0 for none.
     pub amount: f64,
-    /// Reason: the systematic difference that it stands for.
+    /// The systematic difference that it covers.
     pub reason: &'static str,
 }
 
 impl Allowance {
-    /// Nothing but statistics.
+    /// Statistical errors only.
     pub const NONE: Self = Self { amount: 0.0, reason: "" };
 }
 
@@ -38,29 +39,29 @@ pub struct Comparison {
     pub quantity: &'static str,
     /// The measured value; `None` for insufficient data.
     pub measured: Option<f64>,
-    /// Its standard error: 0 where nothing is random, `None` for insufficient data.
+    /// Its standard error: 0 if nothing is random, `None` for insufficient data.
     pub standard_error: Option<f64>,
     /// The published or exact value.
     pub published: f64,
-    /// Systematic difference that is known.
+    /// Known systematic difference.
     pub allowance: Allowance,
-    /// Where the published value comes from.
+    /// Source of the published value.
     pub source: Source,
 }
 
 /// Result of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Within four standard errors and the allowance.
+    /// Within four standard errors plus the allowance.
     Pass,
     /// Further off.
     Fail,
-    /// The standard error is unknown, or so large that nothing follows from it.
+    /// The standard error is unknown, or too large for a conclusion.
     Unresolved,
 }
 
 impl Verdict {
-    /// Whether the quantity is as published.
+    /// Whether the quantity agrees with the published value.
     #[must_use]
     pub fn is_pass(self) -> bool {
         self == Self::Pass
@@ -86,7 +87,7 @@ impl Comparison {
         }
     }
 
-    /// A number that has no statistical error.
+    /// A number without statistical error.
     pub(super) fn exact(quantity: &'static str, measured: Option<f64>, published: f64, source: Source) -> Self {
         let measured = measured.map(|mean| Estimate { mean, standard_error: Some(0.0) });
         Self::statistical(quantity, measured, published, source)
@@ -97,20 +98,20 @@ impl Comparison {
         Self { allowance: Allowance { amount, reason }, ..self }
     }
 
-    /// Measured less published value.
+    /// Measured minus published value.
     #[must_use]
     pub fn difference(&self) -> Option<f64> {
         self.measured.map(|measured| measured - self.published)
     }
 
-    /// The difference in standard errors; `None` where there are none.
+    /// The difference in standard errors; `None` if there are none.
     #[must_use]
     pub fn deviation(&self) -> Option<f64> {
         let error = self.standard_error.filter(|error| *error > 0.0)?;
         Some(self.difference()? / error)
     }
 
-    /// Whether the difference is within four standard errors and the allowance.
+    /// Whether the difference is within four standard errors plus the allowance.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         let (Some(difference), Some(error)) = (self.difference(), self.standard_error) else {
@@ -151,7 +152,7 @@ mod tests {
         let off = comparison(10.75, Some(0.125));
         assert_eq!(off.verdict(), Verdict::Fail);
         assert_eq!(off.allow(0.25, "why").verdict(), Verdict::Pass);
-        // Less by what the sum of both still resolves.
+        // Smaller by the least amount that the sum of both resolves.
         assert_eq!(off.allow(0.25 - f64::EPSILON, "why").verdict(), Verdict::Fail);
     }
 

@@ -1,6 +1,7 @@
 //! A granular gas that cools by Haff's law.
 //!
-//! The law takes the velocities of particles that are about to collide as uncorrelated, which holds for small `1 - e^2` and dilute gases only.
+//! The law assumes uncorrelated velocities of particles about to collide, which holds only for small `1 -
+//! e^2` and dilute gases.
 
 use super::state_point::{Compared, Watch, advance, build, mean, one_species};
 use super::{Comparison, Effort, Source};
@@ -9,7 +10,8 @@ use crate::model::potential::Potential;
 use crate::scene::{Amount, Lattice};
 
 pub(super) const COUNT: u64 = 4000;
-/// Contacts per particle before, in which the lattice scatters, and in the measurement, long before clusters form.
+/// Contacts per particle before the measurement, which destroy the lattice, and in the measurement, long
+/// before clusters form.
 const CONTACTS: [u64; 2] = [5, 15];
 
 pub(super) const QUANTITIES: &[&str] = &["cooling per contact"];
@@ -20,25 +22,25 @@ const HAFF: Source = Source {
 };
 const SONINE: &str = "velocities are not Maxwell's: a_2 / 4 of van Noije and Ernst, Granular Matter 1, 57 (1998)";
 
-/// Gases with seeds of their own.
+/// Number of gases, each with its own seed.
 const GASES: u64 = 8;
 
 pub(super) fn compare(restitution: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let mut slopes = Vec::new();
     for gas in 0..GASES {
-        // Far from the seeds that people type.
+        // Far from seeds that people type.
         slopes.extend(cool(restitution, seed.wrapping_add(gas << 32), watch)?);
     }
     let e = restitution;
     let rate = (1.0 - e * e) / 3.0;
-    // Second Sonine coefficient of a gas that cools homogeneously, in three dimensions.
+    // Second Sonine coefficient of a homogeneously cooling gas in three dimensions.
     let sonine = 16.0 * (1.0 - e) * (1.0 - 2.0 * e * e) / (81.0 - 17.0 * e + 30.0 * e * e * (1.0 - e));
     Ok(vec![
         Comparison::statistical(QUANTITIES[0], mean(&slopes), rate, HAFF).allow(0.25 * rate * sonine.abs(), SONINE),
     ])
 }
 
-/// Decrease of the logarithm of a gas's temperature for each contact per particle.
+/// Decrease of the logarithm of a gas's temperature per contact per particle.
 fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super::StatePointError> {
     let scene = one_species(seed, Potential::hard_sphere(1.0)?, restitution)
         .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::PackingFraction(0.10))

@@ -1,4 +1,4 @@
-//! Hard spheres and disks in equilibrium, and their crystal.
+//! Hard spheres and disks in equilibrium, and the hard-sphere crystal.
 
 use super::state_point::{Compared, Watch, build, finish, number, one_species, plan};
 use super::{Comparison, Effort, Source};
@@ -36,7 +36,8 @@ const CRYSTAL_MODES: &str = "first order in 1/N: N - 1 of N places vibrate, the 
 pub(super) const CRYSTAL: &[&str] = &["compressibility factor"];
 pub(super) const DISKS: &[&str] = &["compressibility factor", "collision rate"];
 
-/// Between these densities the diffusion coefficient is known: below, Speedy's fit has few points, above it falls by ever more.
+/// Densities at which the diffusion coefficient is known. Below, Speedy's fit has few points; above, it
+/// deviates more and more.
 const DIFFUSING: std::ops::RangeInclusive<f64> = 0.25..=0.42;
 
 pub(super) fn quantities_of_spheres(packing_fraction: f64) -> &'static [&'static str] {
@@ -44,7 +45,7 @@ pub(super) fn quantities_of_spheres(packing_fraction: f64) -> &'static [&'static
     if DIFFUSING.contains(&packing_fraction) { ALL } else { &ALL[..3] }
 }
 
-/// Hard particles on a lattice in a periodic box that is melted, or not, before it is measured.
+/// Hard particles on a lattice in a periodic box, melted or not before the measurement.
 fn run(
     lattice: Lattice,
     amount: Amount,
@@ -93,11 +94,12 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
     Ok(compared)
 }
 
-/// Diffusion coefficient in a periodic cube with a number of spheres, and its uncertainty.
+/// Diffusion coefficient in a periodic cube with a given number of spheres, and its uncertainty.
 ///
-/// The fit is one to cubes, too: Yeh and Hummer's term moves it from their size to this one, with Enskog's coefficients. They are within some
-/// per cent of the true ones at these densities, and less than the factor of two in the number of spheres of the fit: the cube
-/// root of two makes a quarter of the term, 3 % of the coefficient.
+/// The fit is to simulations in cubes, too. Yeh and Hummer's term, with Enskog's coefficients, converts from
+/// their size to this one. At these densities Enskog's values are accurate to a few per cent, which matters
+/// less than the factor of two in the number of spheres of the fit: its cube root changes the term by a
+/// quarter, and the coefficient by 3 %.
 fn diffusion_in_box(packing_fraction: f64, count: f64) -> (f64, f64) {
     let theory = HardSphereFluid::reduced(packing_fraction);
     let slower = |count: f64| theory.slower_diffusion(count).unwrap_or(0.0);
@@ -112,7 +114,8 @@ pub(super) fn disks(packing_fraction: f64, effort: Effort, seed: u64, watch: Wat
     Ok(fluid(&finished, published::hard_disks, packing_fraction, 2.0, effort.particles(), HENDERSON))
 }
 
-/// `Z`, and the collision rate `G = 2 D (Z - 1) / sqrt(pi)` that it comes with in `D` dimensions at a temperature of 1.
+/// `Z`, and the corresponding collision rate `G = 2 D (Z - 1) / sqrt(pi)` in `D` dimensions at a temperature
+/// of 1.
 fn fluid(
     finished: &Finished,
     compressibility: fn(f64) -> f64,
@@ -124,7 +127,7 @@ fn fluid(
     let z = compressibility(packing_fraction);
     let rate = 2.0 * dimensions * (z - 1.0) / std::f64::consts::PI.sqrt();
     let fewer = fewer_contacts(compressibility, packing_fraction, count).abs();
-    // Velocities of a fixed energy are Maxwellian to within 1 / (4 D N) of the speed of contacts.
+    // At constant energy, velocities are Maxwellian to within 1 / (4 D N) of the speed of contacts.
     let slower = 0.25 / (dimensions * count as f64);
     let source_of_rate = if source == MKLM { CONTACTS } else { source };
     vec![
@@ -158,7 +161,7 @@ mod tests {
             let (here, allowance) = diffusion_in_box(packing_fraction, FITTED_SPHERES);
             assert!((here / fit - 1.0).abs() < 4.0 * f64::EPSILON, "{here} {fit}");
             assert!(allowance < 0.04 * fit, "{packing_fraction}: {allowance} of {fit}");
-            // Edges that are twice as long leave half of the term: 1 / (2 (2^(1/3) - 1)) = 1.924 allowances.
+            // Edges twice as long leave half of the term: 1 / (2 (2^(1/3) - 1)) = 1.924 allowances.
             let (large, _) = diffusion_in_box(packing_fraction, 8.0 * FITTED_SPHERES);
             assert!(((large - fit) / allowance - 1.923_661).abs() < 1e-6, "{large} {fit} {allowance}");
         }

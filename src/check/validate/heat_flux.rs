@@ -1,4 +1,5 @@
-//! The heat flux between a hot and a cold plate, against kinetic theory with the temperature jumps at them.
+//! The heat flux between a hot and a cold plate, compared with kinetic theory with temperature jumps at the
+//! plates.
 
 use std::f64::consts::PI;
 
@@ -13,12 +14,12 @@ use crate::scene::{Arrangement, Fill};
 
 pub(super) const QUANTITIES: &[&str] = &["heat flux in", "heat flux out"];
 
-/// Temperatures of the plates, and one in between for the start.
+/// Temperatures of the plates; the start is in between.
 const TEMPERATURES: [f64; 2] = [2.0, 1.0];
 const START: f64 = 1.4;
-/// Contacts that leave the flux within two per cent: each carries little of it.
+/// With this many contacts the flux is accurate to two per cent: each contact carries little of it.
 const FEWEST_EVENTS: u64 = 1_000_000;
-/// Edge of the plates: longer than the free path.
+/// Edge of the plates, longer than the mean free path.
 const WIDTH: f64 = 20.0;
 
 const THEORY: Source = Source {
@@ -26,7 +27,7 @@ const THEORY: Source = Source {
     full: "Fourier's law with Enskog's conductivity; temperature jumps of hard spheres: Sone, Ohwada and Aoki, Phys. Fluids A 1, 363 (1989), doi:10.1063/1.857457",
 };
 
-/// Distance of the plates: about ten free paths, and forty diameters at least.
+/// Distance of the plates: about ten mean free paths, and at least forty diameters.
 pub(super) fn distance(packing_fraction: f64) -> f64 {
     (10.0 * 0.12 / packing_fraction).max(40.0)
 }
@@ -56,7 +57,7 @@ pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: W
         temperatures: TEMPERATURES,
     };
     let flux = gas.heat_flux();
-    // A diameter more or less between the plates, half of one at each.
+    // The effect of a diameter more or less between the plates, half of one at each.
     let neglected = flux - GasBetweenPlates { distance, ..gas }.heat_flux();
     let walls = [("lower", flux), ("upper", -flux)].into_iter().zip(QUANTITIES);
     let compared = walls.map(|((side, flux), quantity)| {

@@ -1,6 +1,7 @@
-//! A Lennard-Jones liquid in steps that become finer, against the smooth potential.
+//! A Lennard-Jones liquid in finer and finer steps, compared with the smooth potential.
 //!
-//! Averages of a stepped potential differ from those of the smooth one by the square of the width of its steps: two widths give the size of it.
+//! Averages of a stepped potential differ from those of the smooth one by the square of the step width. Two
+//! widths give the size of the difference.
 
 use super::state_point::{Compared, Watch, build, finish, one_species};
 use super::{Comparison, Effort, Source};
@@ -14,11 +15,12 @@ pub(super) const COUNT: u64 = 256;
 const NUMBER_DENSITY: f64 = 0.75;
 const TEMPERATURE: f64 = 1.0;
 const CUTOFF: f64 = 2.5;
-/// Number of steps of the coarser and of the finer potential.
+/// Number of steps of the coarse and of the fine potential.
 const STEPS: [usize; 2] = [24, 48];
-/// Simulated times in which the lattice melts and the heat bath fills it, and that are measured.
+/// Simulated times for melting the lattice with the heat bath, and for the measurement.
 const TIMES: [f64; 2] = [20.0, 200.0];
-/// Velocities that a particle gets from the heat bath `[1 / time]`: seldom enough to leave collisions alone, often enough to keep the temperature.
+/// Rate at which a particle gets a new velocity from the heat bath `[1 / time]`: rare compared with
+/// collisions, but often enough to hold the temperature.
 const BATH_RATE: f64 = 0.5;
 
 pub(super) const QUANTITIES: &[&str] = &["energy per particle", "pressure"];
@@ -29,7 +31,7 @@ const ALLEN_TILDESLEY: Source = Source {
 };
 const WIDTH: &str = "the width of the steps: what its extrapolation to zero changes";
 
-/// As published, at a density of 0.75 and a temperature of 1.
+/// Published values at a density of 0.75 and a temperature of 1.
 const PUBLISHED: [f64; 2] = [-2.9280, 0.9909];
 
 pub(super) fn compare(_: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compared {
@@ -40,7 +42,7 @@ pub(super) fn compare(_: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compare
     Ok(compared.map(|((quantity, published), (wide, narrow))| finest(quantity, wide, narrow, published)).collect())
 }
 
-/// Extrapolation to steps of zero width, from steps and from steps half as wide: `(4 narrow - wide) / 3`.
+/// Extrapolation to zero step width, from one width and half of it: `(4 narrow - wide) / 3`.
 fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimate>, published: f64) -> Comparison {
     let pair = wide.zip(narrow);
     let extrapolated = pair.map(|(wide, narrow)| Estimate {
@@ -54,7 +56,7 @@ fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimat
     Comparison::statistical(quantity, extrapolated, published, ALLEN_TILDESLEY).allow(change, WIDTH)
 }
 
-/// Energy per particle, with its kinetic part, and pressure.
+/// Energy per particle including its kinetic part, and pressure.
 fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>; 2], super::StatePointError> {
     let bath = Thermostat::Andersen { temperature: TEMPERATURE, rate: BATH_RATE, axes: [true; 3] };
     let scene = one_species(seed, shifted(steps)?, 1.0)
@@ -73,7 +75,7 @@ fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>
     Ok([energy, finished.observable("pressure")])
 }
 
-/// Lennard-Jones in steps, raised by what the smooth potential has at the cut-off.
+/// Lennard-Jones in steps, shifted by the value of the smooth potential at the cut-off.
 fn shifted(steps: usize) -> Result<Potential, PotentialError> {
     let cut = Potential::stepped_lennard_jones(1.0, 1.0, CUTOFF, steps, 50.0)?;
     let s6 = (CUTOFF * CUTOFF * CUTOFF * CUTOFF * CUTOFF * CUTOFF).recip();

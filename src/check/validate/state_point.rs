@@ -13,26 +13,26 @@ use crate::run::audit;
 use crate::run::{self, Ending, Finished};
 use crate::scene::{SceneBuilder, SceneError};
 
-/// A callback, called every few hundredths of a second; a break ends the run.
+/// A callback, called every few hundredths of a second. A break ends the run.
 pub type Watch<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
 
-/// Error of a state point: why it could not be compared.
+/// Why a state point could not be compared.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StatePointError {
-    /// The scene is refused.
+    /// The scene is invalid.
     #[error(transparent)]
     Scene(#[from] Box<SceneError>),
-    /// The potential is refused.
+    /// The potential is invalid.
     #[error(transparent)]
     Potential(#[from] PotentialError),
-    /// The simulation could not go on.
+    /// The simulation could not continue.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// The run did not pass its own audit.
+    /// The run failed its own audit.
     #[error("the audit of the run failed: {0}")]
     Unsound(audit::AuditFault),
-    /// The caller wanted no more.
+    /// The caller stopped it.
     #[error("interrupted")]
     Interrupted,
 }
@@ -43,25 +43,25 @@ pub(super) fn one_species(seed: u64, potential: Potential, restitution: f64) -> 
     builder.interaction("A", "A", potential, restitution)
 }
 
-/// A run whose equilibration and measurement are those of an effort.
+/// A run with the equilibration and measurement of an effort.
 pub(super) fn plan(effort: Effort) -> RunPlan {
     let equilibration = Limit::events(equilibration(effort));
     RunPlan { equilibration, limit: Limit::events(effort.events()), ..RunPlan::default() }
 }
 
-/// A scene that is known to be good.
+/// Builds a scene that is known to be valid.
 pub(super) fn build(builder: &SceneBuilder) -> Result<Scene, StatePointError> {
     builder.build().map_err(|error| StatePointError::Scene(Box::new(error)))
 }
 
-/// Runs a scene as it plans, and its audit.
+/// Runs a scene as planned, and audits it.
 pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePointError> {
     let Ok(finished) = run::run(scene, &mut (), &mut |_| watch());
     match finished.ending {
         Ending::Interrupted => return Err(StatePointError::Interrupted),
         Ending::Arrested(arrest) => return Err(StatePointError::Engine(arrest.into())),
         Ending::Broken(broken) => return Err(StatePointError::Engine(broken.into())),
-        // No state point has spheres that grow, or an equilibration that ends by itself.
+        // No state point has growing spheres, or an equilibration that ends by itself.
         Ending::Time
         | Ending::Events
         | Ending::Condition
@@ -77,7 +77,7 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePo
     }
 }
 
-/// Advances by a number of physical events, and shows each.
+/// Advances by a number of physical events, and passes each to a callback.
 pub(super) fn advance(
     simulation: &mut Simulation,
     events: u64,
@@ -92,7 +92,7 @@ pub(super) fn advance(
     Ok(())
 }
 
-/// A number that an instrument measured.
+/// A number measured by an instrument.
 pub(super) fn number(finished: &Finished, name: &str) -> Option<Estimate> {
     let number = finished.measured.number(name)?;
     Some(Estimate { mean: number.mean?, standard_error: number.standard_error })
@@ -106,11 +106,11 @@ pub(super) fn mean(values: &[f64]) -> Option<Estimate> {
     (values.len() > 1).then(|| Estimate { mean, standard_error: Some((variance / n).sqrt()) })
 }
 
-/// Comparisons of a state point, or why there are none.
+/// The comparisons of a state point, or why there are none.
 pub(super) type Compared = Result<Vec<Comparison>, StatePointError>;
 
-/// Contacts per particle that take a lattice and its velocities out of step before anything is measured: many times the
-/// some ten that velocities need, and the some hundred that a dense lattice needs to melt.
+/// Contacts per particle before the measurement. This is many times the ten or so that velocities need, and
+/// the hundred or so that a dense lattice needs to melt.
 pub(super) fn equilibration(effort: Effort) -> u64 {
     150 * effort.particles()
 }

@@ -1,4 +1,5 @@
-//! The motion across one discontinuity: how far from it a pair, or a particle and a wall or a surface, is and will be.
+//! The motion across one discontinuity: the present and future distance from it of a pair, or of a particle
+//! and a wall or a surface.
 
 use super::foot::Foot;
 use super::rules::{Side, fly};
@@ -11,19 +12,19 @@ use std::sync::Arc;
 
 /// The derivative of a quartic has three roots.
 const MOST_TURNS: usize = 3;
-/// From a root to a time that is surely before or after it, relative to it.
+/// Relative distance from a root to a time that is certainly before or after it.
 const BESIDE: f64 = 8.0 * f64::EPSILON;
 
-/// Discontinuity that a flight approaches.
+/// The discontinuity that a flight approaches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Boundary {
-    /// A sphere of this radius around the partner `[length]`, from one of its sides.
+    /// A sphere of this radius around the partner `[length]`, approached from one side.
     Sphere { distance: f64, side: Side },
-    /// A plane, at which the first coordinate is zero.
+    /// A plane, where the first coordinate is zero.
     Plane,
 }
 
-/// A relative flight, from a time within the window on.
+/// A relative flight, from a time in the window on.
 #[derive(Debug, Clone)]
 pub(super) struct Approach {
     /// Time in the window at which the state holds `[time]`.
@@ -35,14 +36,14 @@ pub(super) struct Approach {
     /// Relative acceleration `[length / time^2]`.
     pub acceleration: Vector,
     pub boundary: Boundary,
-    /// Where it is along a feature with ends, which is there only while it is between them.
+    /// Its position along a feature with ends. The feature exists only between them.
     pub foot: Option<Foot>,
-    /// How it goes on beside a surface that oscillates or turns; elsewhere with the acceleration.
+    /// The motion beside a surface that oscillates or turns; otherwise the acceleration is constant.
     pub swing: Option<Arc<Swing>>,
 }
 
 impl Approach {
-    /// The approach of two particles in their nearest images, from a time within the window on.
+    /// The approach of two particles by nearest image, from a time in the window on.
     pub fn of_pair(world: &World, states: &States, [i, j]: [u32; 2], since: f64, boundary: Boundary) -> Self {
         let of = |values: &[Vector]| values[i as usize] - values[j as usize];
         let position = world.nearest(states, i, j);
@@ -50,7 +51,7 @@ impl Approach {
         Self { since, position, velocity, acceleration, boundary, foot: None, swing: None }
     }
 
-    /// Time in the window of the next event, by Algorithm 1, if that is no later than `until`.
+    /// Time in the window of the next event by Algorithm 1, if it is no later than `until`.
     pub fn next_event(&self, until: f64) -> Option<f64> {
         if let Some(swing) = &self.swing {
             return swing.next_event(self.since, until);
@@ -63,7 +64,7 @@ impl Approach {
         after.map(|dt| self.since + dt).filter(|time| *time <= until)
     }
 
-    /// Whether the discontinuity is there at a time in the window.
+    /// Whether the discontinuity exists at a time in the window.
     pub fn is_on(&self, time: f64) -> bool {
         match &self.swing {
             Some(swing) => swing.at(time).is_on_now(),
@@ -71,19 +72,20 @@ impl Approach {
         }
     }
 
-    /// Whether it is there at its start.
+    /// Whether it exists at the start of the flight.
     pub fn is_on_now(&self) -> bool {
         self.foot.is_none_or(|foot| foot.within(0.0) >= 0.0)
     }
 
-    /// Distance from the discontinuity at a time in the window, on the valid side; negative in an invalid state `[length]`.
+    /// Distance from the discontinuity at a time in the window, positive on the valid side `[length]`.
     ///
-    /// From the positions and not from the overlap function, which loses the digits of a small gap to its large terms.
+    /// Computed from the positions. The overlap function would lose the digits of a small gap to its large
+    /// terms.
     pub fn gap(&self, time: f64) -> f64 {
         self.streamed(time).gap_now()
     }
 
-    /// Distance from the discontinuity at the start `[length]`.
+    /// Distance from the discontinuity at the start of the flight `[length]`.
     pub fn gap_now(&self) -> f64 {
         match self.boundary {
             Boundary::Sphere { distance, side } => side.sign() * (self.position.norm() - distance),
@@ -91,7 +93,7 @@ impl Approach {
         }
     }
 
-    /// The smallest gap between two times in the window, after the first where the discontinuity is there.
+    /// The smallest gap between two times in the window, excluding the first, while the discontinuity exists.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
         if let Some(swing) = &self.swing {
             return swing.lowest(from, to);
@@ -103,7 +105,7 @@ impl Approach {
             }
         };
         look(to);
-        // It is lowest where it turns, or on this side of an end.
+        // The minimum is at a turning point or next to an end.
         let turns = self.polynomial().derivative();
         let ends = self.foot.iter().flat_map(Foot::polynomials);
         for polynomial in [turns].into_iter().chain(ends) {
@@ -111,7 +113,8 @@ impl Approach {
             for _ in 0..MOST_TURNS {
                 let Some(at) = polynomial.next_root(after).filter(|at| *at < to - self.since) else { break };
                 look(self.since + at * (1.0 - BESIDE));
-                // Rounding may leave the root itself behind the time where it was found, to be found again.
+                // Rounding may place the root after the time at which it was found, so that it would be found
+                // again.
                 after = at * (1.0 + BESIDE);
                 look(self.since + after);
             }
@@ -124,7 +127,7 @@ impl Approach {
         self.streamed(time).closing_now()
     }
 
-    /// Speed towards the invalid side at its start `[length / time]`.
+    /// Speed towards the invalid side at the start of the flight `[length / time]`.
     pub fn closing_now(&self) -> f64 {
         let Self { position: at, velocity, .. } = self;
         match self.boundary {
@@ -133,7 +136,7 @@ impl Approach {
         }
     }
 
-    /// Flight from a later time in the window on.
+    /// The flight from a later time in the window on.
     pub fn streamed(&self, time: f64) -> Self {
         if let Some(swing) = &self.swing {
             return swing.at(time);
@@ -143,7 +146,7 @@ impl Approach {
         Self { since: time, position, velocity, foot: self.foot.map(|foot| foot.streamed(dt)), ..self.clone() }
     }
 
-    /// How fast the closing speed changes, at its start `[length / time^2]`.
+    /// Rate of change of the closing speed, at the start of the flight `[length / time^2]`.
     pub fn curvature(&self) -> f64 {
         let Self { position, velocity, .. } = self;
         match self.boundary {
@@ -157,7 +160,8 @@ impl Approach {
         }
     }
 
-    /// The overlap function in the time since the start: `|r + v t + a t^2 / 2|^2 - s^2`, or its negative from inside.
+    /// The overlap function of the time since the start: `|r + v t + a t^2 / 2|^2 - s^2`, or its negative
+    /// from inside.
     fn polynomial(&self) -> Polynomial {
         let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
         match self.boundary {
@@ -201,7 +205,7 @@ mod tests {
 
     #[test]
     fn the_lowest_gap_is_found_between_the_ends() {
-        // Passes at a distance of 1/2, at the time 3.
+        // Passes at a distance of 1/2, at time 3.
         let pair = Approach {
             since: 1.0,
             position: Vector::new(-2.0, 0.5, 0.0),
@@ -217,14 +221,14 @@ mod tests {
     }
     #[test]
     fn a_feature_is_met_between_its_ends_only() {
-        // At the height of 1 - t^2 / 2 after the time 1, while the foot is at 3 - t and between 0 and 2.
+        // At height 1 - t^2 / 2 after time 1, while the foot is at 3 - t, between 0 and 2.
         let to_end = Foot { extents: [[3.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0; 3], [0.0; 3]], slenderness: 1.0 };
         let ball = Approach { foot: Some(to_end), ..falling(1.0, 0.0) };
         assert_eq!(ball.next_event(f64::INFINITY), Some(1.0 + 2.0_f64.sqrt()));
         assert!(!ball.is_on(1.5) && ball.is_on(2.0) && ball.is_on(4.0) && !ball.is_on(4.5));
         let later = ball.streamed(2.5);
         assert!(later.is_on(2.5) && later.is_on(4.0) && !later.is_on(4.5));
-        // It is gone at 4, at a gap of 1 - 9 / 2.
+        // The feature ends at time 4, at a gap of 1 - 9 / 2.
         assert!((ball.lowest(3.0, 5.0) - (1.0 - 4.5)).abs() < 1e-13);
         assert_eq!(ball.lowest(3.0, 3.5), ball.gap(3.5));
     }

@@ -3,24 +3,25 @@
 use super::bounds::rounded;
 use crate::engine::Elapsed;
 
-/// A motion that has reached a barrier, with what round-off leaves uncertain of each number.
+/// A motion that has reached a barrier, with the round-off of each number.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arrival {
     pub restitution: f64,
-    /// Normal speed towards the barrier; 0 where it already recedes `[length / time]`.
+    /// Normal speed towards the barrier; 0 if it already recedes `[length / time]`.
     pub approach: (f64, f64),
     /// Speed along the barrier `[length / time]`.
     pub tangential: (f64, f64),
-    /// Acceleration that brings it back, centrifugal or a force; negative if it leads away `[length / time^2]`.
+    /// Acceleration back towards the barrier, centrifugal or from a force; negative if it leads away `[length
+    /// / time^2]`.
     pub closing: (f64, f64),
 }
 
 /// One possible outcome at a barrier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Leaving {
-    /// Normal speed away from the barrier, and how uncertain it is `[length / time]`.
+    /// Normal speed away from the barrier, with its uncertainty `[length / time]`.
     pub speed: (f64, f64),
-    /// Speed along the barrier where that changes, and how uncertain it is `[length / time]`.
+    /// Speed along the barrier if it changes, with its uncertainty `[length / time]`.
     pub sliding: Option<(f64, f64)>,
 }
 
@@ -32,38 +33,39 @@ pub(super) struct ContactMemory {
     last: Vec<Last>,
 }
 
-/// When a particle had its last contact.
+/// Time of a particle's last contact.
 #[derive(Debug, Clone, Copy)]
 enum Last {
     Never,
     At(Elapsed),
-    /// Not since this time; what was before it has not been seen.
+    /// Before this time, which is when the record begins.
     Before(Elapsed),
 }
 
-/// Contacts that would follow each other this many times in a contact time are taken for sliding.
+/// A contact counts as sliding if this many contacts would follow each other in a contact time.
 const SLIDING: f64 = 64.0;
 
 impl ContactMemory {
-    /// For particles without a contact yet, or without a known history before a time.
+    /// For particles without contacts so far, or with an unknown history before a time.
     pub fn new(contact_time: f64, particles: usize, unknown_before: Option<Elapsed>) -> Self {
         Self { contact_time, last: vec![unknown_before.map_or(Last::Never, Last::Before); particles] }
     }
 
-    /// Takes note of a contact.
+    /// Records a contact.
     pub fn note(&mut self, particles: &[u32], now: &Elapsed) {
         for &particle in particles {
             self.last[particle as usize] = Last::At(*now);
         }
     }
 
-    /// Whether any of the particles had its previous contact less than `t_c` ago; `None` if round-off leaves that open.
+    /// Whether any of the particles had its previous contact less than `t_c` ago; `None` if round-off leaves
+    /// it open.
     fn is_recent(&self, particles: &[u32], now: &Elapsed) -> Option<bool> {
         let is_of_this = |&particle: &u32| match self.last[particle as usize] {
             Last::Never => Some(false),
             Last::At(last) => {
                 let since = now.after(&last);
-                // Times are rounded as times since an epoch.
+                // Times are rounded like times since an epoch.
                 let bound = rounded(since + now.since_epoch.abs().max(last.since_epoch.abs()));
                 let is_close = (since - self.contact_time).abs() <= bound;
                 (!is_close).then_some(since < self.contact_time)
@@ -74,11 +76,12 @@ impl ContactMemory {
         [Some(true), None].into_iter().find(|answer| each.contains(answer)).unwrap_or(Some(false))
     }
 
-    /// All ways in which a motion may leave a barrier that round-off does not exclude.
+    /// All ways in which a motion may leave a barrier within round-off.
     ///
-    /// A contact is elastic if either particle had its previous one less than `t_c` ago. No contact takes so much speed that the
-    /// next one would follow within `t_c`, that is `closing t_c / 2`. One that arrives with less than [`SLIDING`] times less than
-    /// that slides, and leaves with that, taken from the motion along the barrier.
+    /// A contact is elastic if either particle had its previous contact less than `t_c` ago. No contact
+    /// removes so much speed that the next one would follow within `t_c`: at least `closing t_c / 2` is left.
+    /// A contact that arrives with less than this divided by [`SLIDING`] slides, and leaves with this speed,
+    /// taken from the motion along the barrier.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
         let Arrival { restitution, approach, tangential, closing } = *arrival;
         let away = (0.5 * closing.0 * self.contact_time).max(0.0);
@@ -103,12 +106,12 @@ impl ContactMemory {
     }
 }
 
-/// A contact without normal speed of its own gets `slowest`, at constant kinetic energy.
+/// A contact without normal speed gets the speed `slowest`, at constant kinetic energy.
 fn slide(approach: (f64, f64), tangential: (f64, f64), slowest: (f64, f64)) -> Leaving {
     let energy = approach.0 * approach.0 + tangential.0 * tangential.0;
     let speed = (slowest.0.min(energy.sqrt()), slowest.1 + approach.1 + tangential.1);
     let left = (energy - speed.0 * speed.0).max(0.0);
-    // Of its square; the root of a small square is uncertain by the root of that.
+    // Uncertainty of the square. The root of a small square is uncertain by its root.
     let uncertain = 2.0 * (approach.0 * approach.1 + tangential.0 * tangential.1 + speed.0 * speed.1) + rounded(energy);
     let left_bound = (uncertain / left.sqrt()).min(uncertain.sqrt()) + tangential.1;
     Leaving { speed, sliding: Some((left.sqrt(), left_bound)) }

@@ -1,28 +1,30 @@
-//! Round-off bounds: no tolerance is chosen, each is counted from the numbers that were rounded.
+//! Round-off bounds. No tolerance is chosen; each is counted from the numbers that were rounded.
 
 use super::moving::Sway;
 use super::world::World;
 use crate::Vector;
 use crate::engine::{Elapsed, States};
 
-/// Roundings between the state at a prediction and the one at its event. Of a pair, six coordinates are rounded by one
-/// streaming (three operations), by the event's time, and by a wrap, in the engine and once more here; the overlap function's
-/// sum has eight terms. All are below one unit in the last place of the scales below.
+/// Number of roundings between the state at a prediction and the state at its event. For a pair, six
+/// coordinates are rounded by one free flight (three operations), by the time of the event and by a wrap,
+/// once in the engine and once here; the sum in the overlap function has eight terms. Each rounding is below
+/// one unit in the last place of the scales below.
 const ROUNDINGS: f64 = 32.0;
 
-/// Speeds below the root of the smallest float have squares that are 0: a norm of them, or an energy, has no digits.
+/// Speeds below the square root of the smallest floating-point number have squares of 0, so their norm or
+/// energy has no digits.
 const SMALLEST: f64 = 1.5e-154;
 
-/// Roundings that many, of a number of the order of `scale`.
+/// This many roundings of a number of the order of `scale`.
 pub(super) fn rounded(scale: f64) -> f64 {
     ROUNDINGS * f64::EPSILON * scale + SMALLEST
 }
 
-/// An overlap or a gap of more than this part of a discontinuity's distance is no round-off that a physicist would accept, however
-/// large the numbers are that were rounded: nothing is proven by it.
+/// Largest acceptable overlap or gap relative to the distance of a discontinuity. Beyond this, round-off
+/// proves nothing, however large the rounded numbers are.
 const MOST_OF_DISTANCE: f64 = 1e-6;
 
-/// Whether a length that round-off explains is still far too large for a discontinuity at `distance`.
+/// Whether a length within round-off is still far too large for a discontinuity at `distance`.
 pub(super) fn is_without_digits(length: f64, distance: f64) -> bool {
     length.abs() > MOST_OF_DISTANCE * distance
 }
@@ -30,15 +32,15 @@ pub(super) fn is_without_digits(length: f64, distance: f64) -> bool {
 /// The scales of a particle in flight.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flight {
-    /// Largest coordinate that was rounded since the last event `[length]`.
+    /// Largest coordinate rounded since the last event `[length]`.
     length: f64,
     /// Largest speed since then `[length / time]`.
     pub speed: f64,
-    /// Error of the velocity from the rounding of event times, under acceleration `[length / time]`.
+    /// Error of the velocity from the rounding of event times under acceleration `[length / time]`.
     falling: f64,
     /// Time since then `[time]`.
     duration: f64,
-    /// Angle by which it turns in the rounding of a time, of a surface that does `[1]`.
+    /// Angle by which a rotating surface turns within the rounding of a time `[1]`.
     turning: f64,
 }
 
@@ -58,15 +60,15 @@ impl Flight {
         let (position, velocity): (&Vector, &Vector) = (&states.positions[i as usize], &states.velocities[i as usize]);
         let acceleration = world.accelerations[i as usize].norm();
         let speed = velocity.norm() + acceleration * duration;
-        // Times are rounded as times since the epoch: that of a prediction possibly in an earlier epoch than that of its event.
+        // Times are rounded as times since the epoch; a prediction may be in an earlier epoch than its event.
         // Here they are rounded once more, as times in the window.
         let since_epoch = states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
         let times = duration + since_epoch.max(states.elapsed.after(window));
-        // A coordinate is rounded once more at every wrap, however far it has been extrapolated then.
+        // A coordinate is rounded once more at every wrap, however far it was extrapolated.
         let wraps = if world.shortest_period.is_finite() { speed * duration / world.shortest_period } else { 0.0 };
-        // The engine rounds states once when it moves them from one epoch to the next.
+        // The engine rounds states once when it moves them to the next epoch.
         let epochs = states.elapsed.epochs.saturating_sub(last_event.epochs) as f64;
-        // Behind a side its coordinate may be as long as the period, whatever it was before.
+        // Beyond a side its coordinate may be as large as the period, whatever it was before.
         let largest = position.amax() + speed * times + world.periods.amax();
         let length = largest * (1.0 + (wraps + epochs) / ROUNDINGS);
         let falling = if acceleration > 0.0 {
@@ -77,17 +79,17 @@ impl Flight {
         Self { length, speed, falling, duration, turning: 0.0 }
     }
 
-    /// For the position of this particle `[length]`.
+    /// Scale of the particle's position `[length]`.
     pub fn position(&self) -> f64 {
         rounded(self.length)
     }
 
-    /// After an event that has made it faster by `gained` at most `[length / time]`.
+    /// After an event that increased its speed by at most `gained` `[length / time]`.
     pub fn leaving(&self, gained: f64) -> Self {
         Self { speed: self.speed + gained, ..*self }
     }
 
-    /// For its velocity `[length / time]`.
+    /// Scale of the particle's velocity `[length / time]`.
     pub fn velocity(&self) -> f64 {
         rounded(self.speed + self.falling)
     }
@@ -100,7 +102,7 @@ pub(super) struct Bounds {
     pub distance: f64,
     /// Bound for a change of velocity `[length / time]`.
     pub velocity: f64,
-    /// Bound for the normal velocity, whose direction follows the rounded positions `[length / time]`.
+    /// Bound for the normal velocity, whose direction depends on rounded positions `[length / time]`.
     pub normal_velocity: f64,
     /// Bound for the direction of the normal `[1]`.
     pub direction: f64,
@@ -109,8 +111,9 @@ pub(super) struct Bounds {
 impl Bounds {
     /// At a discontinuity at `distance`.
     ///
-    /// The overlap function is a difference of squares. Its rounding is that of the squared separation at its prediction,
-    /// at most as far as the two flew since the latest of their events; as a distance that is `|r|^2 / s`.
+    /// The overlap function is a difference of squares. Its round-off is that of the squared separation at
+    /// the prediction, at most as far as the two flew since their latest events; as a distance it is `|r|^2 /
+    /// s`.
     pub fn pair(world: &World, a: &Flight, b: &Flight, distance: f64) -> Self {
         let flown = (a.speed + b.speed) * a.duration.min(b.duration);
         let separation = (distance + flown).min(world.diagonal.max(distance));
@@ -121,7 +124,7 @@ impl Bounds {
         Self { distance: bound, velocity, normal_velocity: velocity + speed * direction, direction }
     }
 
-    /// After an event that has made the two faster by `gained` at most: what is rounded then are the new velocities.
+    /// After an event that increased their speeds by at most `gained`; the new velocities are rounded then.
     pub fn leaving(&self, gained: f64) -> Self {
         let velocity = self.velocity + rounded(gained);
         Self { velocity, normal_velocity: self.normal_velocity + rounded(gained) + gained * self.direction, ..*self }
@@ -134,7 +137,7 @@ impl Bounds {
         Self { distance, velocity, normal_velocity: velocity, direction: 0.0 }
     }
 
-    /// At a plane in any direction, or at a face that is so slender.
+    /// At a plane in any direction, or at a face of the given slenderness.
     pub fn plane(a: &Flight, plane: &Flight, radius: f64, slenderness: f64) -> Self {
         let (velocity, direction) = (a.velocity() + plane.velocity(), rounded(slenderness + plane.turning));
         let distance = rounded((a.length + plane.length) * slenderness + radius);

@@ -4,7 +4,7 @@ use super::replay::RunEnd;
 use super::violation::Violation;
 use crate::engine::{Arrest, InvariantBroken};
 
-/// Margins of the proof: the largest deviations relative to their round-off bounds; 1 is the limit.
+/// Margins of the proof: the largest deviations relative to their round-off bounds. The limit is 1.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Margins {
@@ -29,27 +29,30 @@ pub(super) fn note(worst: &mut f64, by: f64, bound: f64) {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum End {
-    /// All events that were asked for are proven.
+    /// All requested events are proven.
     #[default]
     Asked,
-    /// All events up to the end that the scene plans for the run are proven.
+    /// All events up to the planned end of the run are proven.
     RunEnded,
-    /// The replay has come to another end than the run that it should be: what was proven belongs to another run.
+    /// The replay ended differently from the recorded run, so the proof is of another run.
     Departed {
-        /// The end of the run, by its record.
+        /// The recorded end of the run.
         recorded: RunEnd,
-        /// Physical events of the replay when the end was due, or one more than the run had.
+        /// Physical events of the replay at that end, or one more than the run had.
         events: u64,
-        /// Simulated time of the replay then.
+        /// Simulated time of the replay at that point.
         time: f64,
     },
-    /// Nothing will ever happen again: no pair, in any image, and no particle and wall or surface has an event in all the time to come.
+    /// Nothing will ever happen again: no pair, in any image, and no particle at any wall or surface has
+    /// another event.
     Idle,
-    /// The caller wanted no more.
+    /// The caller stopped it.
     Interrupted,
-    /// Something acts from outside: a thermostat, a growth, a sheared box, a thermal wall or surface. The rule that is proven does not cover that.
+    /// Something acts from outside: a thermostat, growth, a sheared box, or a thermal wall or surface. The
+    /// rule does not cover it.
     Driven,
-    /// Surfaces come or go, or gravity turns, when a stage has ended that ends by what it measures: the replay cannot tell when.
+    /// A stage that ends by its measurements changes surfaces or gravity. The replay cannot tell when it
+    /// ends.
     OpenStages,
     /// An event is wrong.
     Violated(Violation),
@@ -59,7 +62,7 @@ pub enum End {
     Broken(InvariantBroken),
 }
 
-/// Numbers of events that were proven, by kind.
+/// Numbers of proven events, by kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct Counts {
@@ -75,43 +78,44 @@ pub struct Counts {
     pub wall: u64,
     /// Contacts with surfaces of the scene.
     pub surface: u64,
-    /// Events before which another one was due by less than round-off.
+    /// Events with another one due earlier by less than round-off.
     pub ties: u64,
-    /// Events without a closing speed, beyond round-off: turning points.
+    /// Events without a closing speed beyond round-off: turning points.
     pub turning_points: u64,
-    /// Events in an invalid state, beyond round-off.
+    /// Events in an invalid state beyond round-off.
     pub in_invalid_state: u64,
-    /// Windows of simulated time that have passed: searches of all pairs.
+    /// Completed windows of simulated time; each starts with a search of all pairs.
     pub windows: u64,
     /// Number of calls of Algorithm 1.
     pub asked: u64,
 }
 
 impl Counts {
-    /// Events that were proven.
+    /// Total number of proven events.
     #[must_use]
     pub fn events(&self) -> u64 {
         self.core + self.capture + self.release + self.bounce + self.wall + self.surface
     }
 }
 
-/// The certificate of a verified range of events.
+/// The certificate for a range of events.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Certificate {
-    /// Number of the first event that was verified, from 1.
+    /// Number of the first verified event, counted from 1.
     pub first_event: u64,
     /// Simulated time at the start of the range.
     pub start: f64,
-    /// Simulated time that the range takes.
+    /// Simulated time covered by the range.
     pub duration: f64,
     /// Counts of the verified events.
     pub counts: Counts,
-    /// How close to the bounds.
+    /// Margins to the bounds.
     pub margins: Margins,
-    /// Largest distance from the discontinuity at an event in a valid state, relative to the discontinuity's distance.
+    /// Largest distance from the discontinuity at an event in a valid state, relative to the distance of the
+    /// discontinuity.
     pub largest_gap: f64,
-    /// Deepest overlap at an event, relative to the discontinuity's distance.
+    /// Deepest overlap at an event, relative to the distance of the discontinuity.
     pub deepest_overlap: f64,
     /// Why it ended.
     pub end: End,
@@ -123,7 +127,7 @@ impl Certificate {
         Self { first_event, start, ..Self::default() }
     }
 
-    /// Whether every event that was verified is proven, and the simulation could go on.
+    /// Whether every verified event is proven and the simulation could continue.
     #[must_use]
     pub fn is_proven(&self) -> bool {
         !matches!(

@@ -1,26 +1,27 @@
-//! That a flight never comes to a discontinuity in all the time to come, shown by distances and not by roots.
+//! Shows by distances, not by roots, that a flight never reaches a discontinuity.
 //!
-//! The roots of a polynomial are those of its rounded coefficients. On a very long path that decides whether there are any: a search that finds none is
-//! no proof.
+//! Roots are computed from rounded coefficients. On a very long path, rounding decides whether there are any,
+//! so a search without roots is no proof.
 
 use super::approach::{Approach, Boundary};
 use super::rules::Side;
 
-/// Rounding error of a position, relative to the lengths that add up to it.
+/// Rounding error of a position, relative to the lengths in its sum.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Pieces of a flight that are searched before nothing is shown.
+/// Largest number of pieces of a flight that are searched.
 const MOST_PIECES: u32 = 10_000;
 
-/// A little beyond what is far enough.
+/// A margin beyond what is far enough.
 const BEYOND: f64 = 1.01;
 
 impl Approach {
-    /// Whether it is shown that nothing is ever due, by a margin for the rounding of coordinates of a magnitude `size` `[length]`.
+    /// Whether nothing is ever due, with a margin for the rounding of coordinates of magnitude `size`
+    /// `[length]`.
     ///
-    /// Only from the outside of a sphere: a pair inside of one always comes to it, unless it is at rest.
+    /// Only from outside of a sphere. A pair inside always reaches the sphere, unless it is at rest.
     pub fn is_clear(&self, size: f64) -> bool {
-        // Beside what oscillates or turns for ever nothing is shown.
+        // Beside a surface that oscillates or turns for ever, nothing can be shown.
         if self.swing.is_some() {
             return false;
         }
@@ -40,14 +41,14 @@ impl Approach {
         v >= 0.0 || height - deepest > ROUNDING * (size + height.abs() + deepest)
     }
 
-    /// Whether no power of the time makes the distance smaller.
+    /// Whether the distance does not decrease with any power of the time.
     fn recedes(&self) -> bool {
         let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
         v.dot(r) >= 0.0 && a.dot(r) + v.norm_squared() >= 0.0 && a.dot(v) >= 0.0
     }
 
-    /// Whether it passes a sphere: up to the time from which it is surely beyond it, piece by piece. No piece is longer than the speed in its middle
-    /// and the acceleration allow in half of its time.
+    /// Whether it passes a sphere, checked piece by piece up to the time from which it is certainly beyond
+    /// it. The speed in the middle of a piece and the acceleration limit its length.
     fn passes(&self, distance: f64, size: f64) -> bool {
         let [length, speed, push] = [&self.position, &self.velocity, &self.acceleration].map(|vector| vector.norm());
         let from_rest = (length + distance) * BEYOND;

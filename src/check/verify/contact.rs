@@ -5,14 +5,14 @@ use crate::engine::event::{Event, Other};
 use crate::model::ParticleId;
 use std::fmt;
 
-/// The surfaces of a scene have the numbers from this one on in events; those below it are walls.
+/// Surfaces of the scene have numbers from this one on in events; smaller numbers are walls.
 const FIRST_SURFACE: u32 = 6;
 
 /// A contact: a pair of particles, or a particle and a wall of the box or a surface of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Contact {
-    /// Two particles, the lower id first.
+    /// Two particles, with the lower id first.
     Pair([ParticleId; 2]),
     /// A particle at a wall.
     Wall {
@@ -27,7 +27,7 @@ pub enum Contact {
     Surface {
         /// The particle.
         particle: ParticleId,
-        /// Its number among the surfaces of the scene, from 0.
+        /// Index of the surface in the scene, from 0.
         surface: u32,
     },
 }
@@ -46,7 +46,7 @@ impl Contact {
         }
     }
 
-    /// Two particles in any order.
+    /// Two particles, in any order.
     #[must_use]
     pub fn pair(a: ParticleId, b: ParticleId) -> Self {
         Self::Pair([a.min(b), a.max(b)])
@@ -78,7 +78,7 @@ impl fmt::Display for Contact {
     }
 }
 
-/// Something the rule demands at one discontinuity.
+/// An event that the rule demands at one discontinuity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Claim {
     pub contact: Contact,

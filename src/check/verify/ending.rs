@@ -1,4 +1,5 @@
-//! Whether a run may end because nothing will ever happen again: shown by the verifier's own search to the end of all times.
+//! Whether a run may end because nothing will ever happen again. The verifier shows this by its own search
+//! over all future times.
 
 use super::approach::{Approach, Boundary};
 use super::contact::Contact;
@@ -14,23 +15,23 @@ use crate::model::ParticleId;
 /// Largest number of images of all pairs together that are searched.
 const MOST_IMAGES: f64 = 1e6;
 
-/// Result of a search to infinite time.
+/// Result of a search over all future times.
 enum Search {
     /// Nothing will ever be due.
     Never,
     /// Due at this time from now `[time]`.
     Due(f64),
-    /// A pair that passes each other's images for ever and has not met in the searched ones.
+    /// The images of a pair pass each other for ever, and have not met so far.
     Open,
 }
 
 impl Verifier {
-    /// Proves that from the states that were shown last on nothing will ever happen: no pair, in any of its images, and no particle
-    /// and wall or surface has an event in all the time to come.
+    /// Proves that nothing will ever happen after the last given states: no pair, in any of its images, and
+    /// no particle at any wall or surface has another event.
     ///
     /// # Errors
-    /// [`Fault::EndedEarly`] with something that is due, [`Fault::EndNotShown`] if nothing is found that is due, but neither that
-    /// nothing will be.
+    /// [`Fault::EndedEarly`] with something that is due; [`Fault::EndNotShown`] if nothing due is found but
+    /// the proof is not complete either.
     pub fn witness_end(&mut self) -> Result<(), Fault> {
         let mut left = MOST_IMAGES;
         let mut open: Option<Contact> = None;
@@ -47,7 +48,7 @@ impl Verifier {
         open.map_or(Ok(()), |contact| Err(Fault::EndNotShown { contact }))
     }
 
-    /// A wall that it is not shown to miss.
+    /// A wall that the particle is not shown to miss.
     fn search_walls(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let mut open = None;
         for wall in &self.world.walls {
@@ -64,7 +65,7 @@ impl Verifier {
         Ok(open)
     }
 
-    /// Returns a surface that the particle may meet.
+    /// A surface that the particle may meet.
     fn search_facets(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let (world, states) = (&self.world, &self.before);
         let at = i as usize;
@@ -75,7 +76,7 @@ impl Verifier {
         let mut open = None;
         for facet in at_rest.filter(|_| !rests).chain(world.facets.iter().filter(moving)) {
             let is_missed = self.search_facet(facet, i)?;
-            // One with ends has images for ever.
+            // One with ends has infinitely many images.
             let has_images = (0..3).any(|k| world.periods[k] > 0.0 && !facet.is_endless(k));
             if open.is_none() && (has_images || !is_missed) {
                 open = Some(facet.contact(i));
@@ -84,7 +85,7 @@ impl Verifier {
         Ok(open)
     }
 
-    /// Whether a particle is shown to miss a feature, in all that its surface will do.
+    /// Whether a particle is shown to miss a feature, over all future motion of its surface.
     fn search_facet(&self, facet: &Facet, i: u32) -> Result<bool, Fault> {
         let (motions, elapsed) = (&self.world.motions, &self.before.elapsed);
         let (motion, now) = (self.world.motion(&self.before, i), motions.now(elapsed));
@@ -141,7 +142,7 @@ impl Verifier {
         Fault::EndedEarly { contact, due: self.start_time + (self.before.elapsed.total() + after) }
     }
 
-    /// The next event of a pair in any of its images in all the time to come, with coordinates of the magnitude `size`.
+    /// The next event of a pair in any of its images at any future time, for coordinates of magnitude `size`.
     fn search_images(&self, nearest: &Approach, distance: f64, size: f64, left: &mut f64) -> Search {
         let (within, mut none) = self.long_enough(nearest, distance, *left);
         let reach = reach_along(&nearest.velocity, &nearest.acceleration, within).add_scalar(distance) * MARGIN;
@@ -158,7 +159,7 @@ impl Verifier {
         soonest.map_or(none, Search::Due)
     }
 
-    /// A time after which a pair's images bring nothing new, and what it means if nothing is due until then.
+    /// A time after which the images of a pair repeat, and the conclusion if nothing is due until then.
     fn long_enough(&self, flight: &Approach, distance: f64, most_images: f64) -> (f64, Search) {
         let moves = |k: usize| flight.velocity[k] != 0.0 || flight.acceleration[k] != 0.0;
         let round: Vec<usize> = (0..3).filter(|&k| self.world.periods[k] > 0.0 && moves(k)).collect();
@@ -174,7 +175,7 @@ impl Verifier {
         if let [axis] = round[..]
             && flight.acceleration[axis] == 0.0
         {
-            // The same again after one period.
+            // The same configuration returns after one period.
             return (self.world.periods[axis] / flight.velocity[axis].abs() * MARGIN, Search::Never);
         }
         // The reach of a cube with a tenth of the remaining images.
@@ -184,7 +185,8 @@ impl Verifier {
     }
 }
 
-/// The last time at which a flight along one axis is within a distance of the origin, 0 if it is not from now on `[time]`.
+/// The last time at which a flight along one axis is within a distance of the origin; 0 if it never is
+/// `[time]`.
 fn last_within(x: f64, v: f64, a: f64, distance: f64) -> f64 {
     let mut last = 0.0_f64;
     for edge in [x - distance, x + distance] {
@@ -213,7 +215,7 @@ mod tests {
         assert_eq!(last_within(0.0, 2.0, 0.0, 1.0), 0.5);
         assert_eq!(last_within(-5.0, 2.0, 0.0, 1.0), 3.0);
         assert_eq!(last_within(5.0, 2.0, 0.0, 1.0), 0.0);
-        // Up at 4 and back again: through -1 at the end.
+        // Up at 4 and back again, ending through -1.
         let last = last_within(0.0, 4.0, -2.0, 1.0);
         assert!((last - (2.0 + 5.0_f64.sqrt())).abs() < 1e-14, "{last}");
         assert_eq!(last_within(0.0, 0.0, 2.0, 1.0), 1.0);

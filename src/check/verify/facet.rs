@@ -1,4 +1,5 @@
-//! The features of a scene's surfaces, as flights come to them: where they are, who meets them, and when they are there.
+//! The features of a scene's surfaces as seen by flights: where they are, which particles meet them, and when
+//! they exist.
 
 use super::approach::{Approach, Boundary};
 use super::contact::Contact;
@@ -16,16 +17,16 @@ use crate::model::surface_motion::Piece;
 use crate::model::{ParticleId, Scene};
 use std::sync::Arc;
 
-/// Rounding of coordinates in the comparison that leaves out what is too far away.
+/// Relative rounding in the comparison that skips distant features.
 const ROUNDING: f64 = MARGIN - 1.0;
-/// Radii beyond which no gap is due to round-off.
+/// Number of radii beyond which no gap is due to round-off.
 const NEAR: f64 = 1.001;
 
 /// A feature of a surface, or its image in a periodic box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facet {
     pub feature: Feature,
-    /// Number of its surface among those of the scene.
+    /// Index of its surface in the scene.
     pub surface: u32,
     /// Corners of a box around it `[length]`.
     bounds: [Vector; 2],
@@ -41,7 +42,8 @@ pub(super) fn facets(scene: &Scene, periods: &Vector) -> Vec<Facet> {
     all.flat_map(|feature| images(feature, &scene.space, periods, radius)).map(Facet::of).collect()
 }
 
-/// A feature with its images that particles may meet within a window: they are within half a period of the box, and move by one at most.
+/// A feature with all images that particles may meet within a window: within half a period of the box, plus
+/// one period of motion.
 fn images(feature: Feature, space: &Space, periods: &Vector, radius: f64) -> Vec<Feature> {
     let mut images = vec![feature];
     for axis in (0..3).filter(|&k| periods[k] > 0.0) {
@@ -74,18 +76,18 @@ impl Facet {
         Self { feature, surface, bounds: feature.bounds(), farthest, slenderness }
     }
 
-    /// The contact of a particle with the surface that it belongs to.
+    /// The contact of a particle with its surface.
     pub fn contact(&self, i: u32) -> Contact {
         Contact::Surface { particle: ParticleId(i), surface: self.surface }
     }
 
-    /// Whether it has anything in a box.
+    /// Whether any part of it is in a box.
     pub fn reaches(&self, [lower, upper]: &[Vector; 2]) -> bool {
         let [start, end] = &self.bounds;
         (0..3).all(|k| start[k] <= upper[k] && lower[k] <= end[k])
     }
 
-    /// Whether a sphere may touch it, as its surface sees that.
+    /// Whether a sphere may touch it, in the frame of the surface.
     pub fn is_near(&self, Motion { position, radius, .. }: &Motion, beside: &Beside<'_>) -> bool {
         let rounding = ROUNDING * (position.amax() + self.farthest + beside.sway.length);
         let around = Vector::repeat(radius * NEAR + rounding);
@@ -97,13 +99,14 @@ impl Facet {
         self.bounds[0][axis] == f64::NEG_INFINITY
     }
 
-    /// The flight of a particle towards it, from a time within the window on.
+    /// The flight of a particle towards it, from a time in the window on.
     pub fn approach(&self, world: &World, states: &States, i: u32, since: f64) -> Approach {
         let (motion, now) = (world.motion(states, i), world.motions.now(&states.elapsed));
         self.approach_in(world.motions.piece(self.surface, &states.elapsed), &motion, now, since)
     }
 
-    /// The flight of a particle towards it in a piece of its motions, if there are any, from a simulated time on that is `since` in the window.
+    /// The flight of a particle towards it in a piece of its motions, if there are any, from a simulated time
+    /// on; `since` is that time in the window.
     pub fn approach_in(&self, piece: Option<&Piece>, motion: &Motion, now: f64, since: f64) -> Approach {
         let slenderness = self.slenderness;
         let Some(piece) = piece else { return approach_of(&self.feature, slenderness, motion, since) };
@@ -114,8 +117,8 @@ impl Facet {
         Arc::new(Swing::new(passage, slenderness, since)).at(since)
     }
 
-    /// Whether it is shown that a particle never comes to it, as a surface sees it that goes on so for ever, in a box that is not periodic. `size` is that of
-    /// the coordinates `[length]`.
+    /// Whether a particle is shown never to reach it, in the frame of a surface that continues its motion for
+    /// ever, in a box without periodic axes. Coordinates have the magnitude `size` `[length]`.
     pub fn is_clear(&self, seen: &Motion, size: f64) -> bool {
         let Motion { position, velocity, acceleration, radius } = *seen;
         let size = size + position.norm() + self.farthest + radius;
@@ -126,7 +129,7 @@ impl Facet {
         if across.foot.is_none() {
             return false;
         }
-        // A face from behind: what never comes to its other side does not come through it either.
+        // A face from behind: a particle that never reaches the other side does not come through it.
         let height = across.position.x + radius;
         if across.boundary == Boundary::Plane && height < 0.0 {
             let along = |length: f64| Vector::new(length, 0.0, 0.0);
@@ -140,7 +143,7 @@ impl Facet {
                 return true;
             }
         }
-        // A feature with ends fits in a sphere.
+        // A feature with ends fits into a sphere.
         let [start, end] = self.bounds;
         let distance = 0.5 * (end - start).norm() + radius;
         let boundary = Boundary::Sphere { distance, side: Side::Positive };
@@ -149,7 +152,7 @@ impl Facet {
     }
 }
 
-/// A flight towards a feature, as its surface sees it from a time within the window on.
+/// A flight towards a feature in the frame of its surface, from a time in the window on.
 pub(super) fn approach_of(feature: &Feature, slenderness: f64, motion: &Motion, since: f64) -> Approach {
     let Across { position, velocity, acceleration, barrier } = feature.across(motion);
     let boundary = match barrier {
@@ -164,14 +167,14 @@ pub(super) fn approach_of(feature: &Feature, slenderness: f64, motion: &Motion, 
 }
 
 impl World {
-    /// A particle as features see it, within half a period of the box, wherever its flight has led.
+    /// A particle as seen by features, moved to within half a period of the box.
     pub fn motion(&self, states: &States, i: u32) -> Motion {
         let at = i as usize;
         let (position, velocity) = (self.brought_back(states.positions[at]), states.velocities[at]);
         Motion { position, velocity, acceleration: self.accelerations[at], radius: self.radius(i) }
     }
 
-    /// The facets that are there, that a particle meets, and that it may come to in some time.
+    /// The existing facets that a particle can meet and may reach in some time.
     pub fn facets_near<'a>(&'a self, states: &States, i: u32, time: f64) -> impl Iterator<Item = &'a Facet> + use<'a> {
         let motion = self.motion(states, i);
         let Motion { position, velocity, acceleration, radius } = motion;

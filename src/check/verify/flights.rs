@@ -1,4 +1,4 @@
-//! Free flights: whether all particles are where their flights lead, and only the present event has changed a velocity.
+//! Free flights: all particles are where their flights lead, and only the current event changes velocities.
 
 use super::certificate::note;
 use super::verifier::Verifier;
@@ -8,7 +8,7 @@ use crate::engine::States;
 use crate::model::ParticleId;
 
 impl Verifier {
-    /// All particles that take no part in the event continue in free flight, without jumps.
+    /// All particles not involved in the event continue in free flight, without jumps.
     pub(super) fn check_flights(&mut self, after: &States, takes_part: impl Fn(u32) -> bool) -> Result<(), Fault> {
         for (i, at) in (0_u32..).zip(0..self.before.positions.len()) {
             let jump = self.world.shortest(after.positions[at] - self.before.positions[at]).norm();

@@ -1,11 +1,11 @@
-//! The foot of a particle on a feature of a surface that has ends: an edge, or a face between its three edges.
+//! The foot of a particle on a feature with ends: an edge, or a face between its three edges.
 
 use crate::check::reference::{Extents, Polynomial};
 
-/// Where a foot is between the ends of a feature, in the time since the start of a flight.
+/// Position of a foot between the ends of a feature, as a function of the time since the start of a flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Foot {
-    /// Distances from the ends, negative beyond them, as polynomials.
+    /// Distances from the ends as polynomials, negative beyond them.
     pub extents: Extents,
     /// Error of the direction of the feature in units of round-off.
     pub slenderness: f64,

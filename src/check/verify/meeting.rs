@@ -1,4 +1,4 @@
-//! Whether the event in hand was due, and came out right.
+//! Whether the current event was due and had the right outcome.
 
 use super::approach::{Approach, Boundary};
 use super::bounds::{Bounds, Flight, is_without_digits};
@@ -23,7 +23,7 @@ struct Meeting {
 }
 
 impl Meeting {
-    /// Whether the foot is on the feature, within rounding.
+    /// Whether the foot is on the feature, within round-off.
     fn has_foot(&self) -> bool {
         self.approach.foot.is_none_or(|foot| foot.within(0.0) >= -self.bounds.distance)
     }
@@ -72,7 +72,7 @@ impl Verifier {
         }
     }
 
-    /// An event of two particles: at a discontinuity that they see, due, and with the right outcome.
+    /// An event of two particles: at a discontinuity of theirs, due, and with the right outcome.
     pub(super) fn check_pair(
         &mut self,
         event: &Event,
@@ -114,7 +114,7 @@ impl Verifier {
         Ok(())
     }
 
-    /// The discontinuity of an event, from the side of the outcome if it can be seen from there.
+    /// The discontinuity of an event, on the side of the outcome if it can be reached from there.
     fn seen(&self, event: &Event, outcome: Outcome, i: u32, j: u32, state: usize) -> Option<(Side, Step, f64)> {
         let interaction = self.world.interaction(i, j).filter(|_| i != j)?;
         let sides = match outcome {
@@ -126,7 +126,7 @@ impl Verifier {
         Some((side, seen, interaction.restitution))
     }
 
-    /// An event at a wall: of the box, due, and with the right outcome.
+    /// An event at a wall of the box: due, and with the right outcome.
     pub(super) fn check_wall(&mut self, event: &Event, contact: Contact, after: &States) -> Result<(), Fault> {
         let i = event.particle.0;
         let radius = self.world.radius(i);
@@ -137,7 +137,7 @@ impl Verifier {
         let approach = wall_approach(&self.world, &self.before, i, &wall, now);
         let flights = self.flights(&contact);
         let bounds = self.bounds(&contact, &approach, &flights);
-        // A point has no length of its own to compare with.
+        // A point has no length of its own for comparison.
         self.check_contact(contact, &approach, &bounds, if radius > 0.0 { radius } else { 1.0 })?;
         self.encounter(event, after, bounds, flights).check_wall(&wall)?;
         self.note_contact(&[i], after);
@@ -171,8 +171,9 @@ impl Verifier {
         Err(fault.unwrap_or(unknown))
     }
 
-    /// The features of a surface on which the foot of a particle is, the nearest first: where several meet, rounding decides which of them the
-    /// engine takes. Without a feature in contact, the nearest of all says how far away an event was.
+    /// The features of a surface on which the foot of a particle lies, nearest first. Where several meet,
+    /// rounding decides which one the engine uses. If no feature is in contact, the nearest one shows the
+    /// distance of the event.
     fn meetings(&self, contact: Contact, surface: u32) -> Vec<Meeting> {
         let Some(i) = contact.particles().next() else { return Vec::new() };
         let motion = self.world.motion(&self.before, i);
@@ -224,7 +225,7 @@ impl Verifier {
 
     fn note_contact(&mut self, particles: &[u32], now: &States) {
         if let Some(contacts) = &mut self.contacts {
-            // A static particle has no contact of its own.
+            // A static particle has no contact time of its own.
             let moving: Vec<u32> =
                 particles.iter().copied().filter(|&particle| !self.world.is_static(particle)).collect();
             contacts.note(&moving, &now.elapsed);
@@ -254,15 +255,15 @@ impl Verifier {
         if gap.is_nan() || gap > bound {
             return Err(Fault::Early { contact, gap, bound });
         }
-        // How deep a pair was that now leaves, or how far it will still come back: from the turning point that the event
-        // missed by round-off.
+        // The depth of a pair that is leaving, or how far it will still come back, from the turning point
+        // that the event missed by round-off.
         let missed = closing * closing / (2.0 * approach.curvature());
         if closing < -bounds.normal_velocity && (missed.is_nan() || missed > bound) {
             return Err(Fault::NotClosing { contact, speed: -closing });
         }
         self.proof.counts.turning_points += u64::from(closing <= bounds.normal_velocity);
         self.proof.counts.in_invalid_state += u64::from(gap < -bound);
-        // Deeper than that, it was in an invalid state before it was due: what it did since then was looked at already.
+        // If it is deeper, it was in an invalid state before it was due, and that part was already checked.
         if gap.abs() <= bound {
             if is_without_digits(gap, unit) {
                 return Err(Fault::WithoutDigits { contact, by: gap.abs(), distance: unit });

@@ -1,4 +1,4 @@
-//! Surfaces that move, as the proof sees them: the pieces of their motions, and what is rounded there.
+//! Moving surfaces in the proof: the pieces of their motions, and the round-off there.
 
 use super::bounds::rounded;
 use super::facet::Facet;
@@ -10,29 +10,29 @@ use crate::model::surface_motion::{Piece, Timeline};
 use crate::model::{MotionKind, SceneSurface};
 use std::f64::consts::TAU;
 
-/// Tolerance of the start of a motion, in units of the round-off of the simulated time.
+/// Tolerance for the start of a motion, in units of the round-off of the simulated time.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
-/// Most periods of an oscillation or a rotation in one window, because the surface returns after each.
+/// Largest number of periods of an oscillation or a rotation in one window. The surface returns after each.
 const MOST_OSCILLATIONS: f64 = 8.0;
 const MOST_TURNS: f64 = 0.25;
 /// Largest number of windows of a motion that are searched to show that nothing will ever happen.
 const MOST_SEARCHED: f64 = 1e3;
-/// Accuracy of the times of contacts, relative to a period.
+/// Accuracy of contact times relative to a period.
 const RESOLVED: f64 = 0.125;
 
 /// The motions of the surfaces of a scene.
 #[derive(Debug, Default)]
 pub(super) struct Motions {
-    /// Simulated time at which the time of states begins `[time]`.
+    /// Simulated time at which the time of states starts `[time]`.
     start_time: f64,
-    /// By surface of the scene; none for those that always rest, none at all if all do.
+    /// By surface of the scene; `None` for surfaces that never move, and empty if none moves.
     timelines: Vec<Option<Timeline>>,
 }
 
 /// A surface in a piece of its motions, and a particle beside it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beside<'a> {
-    /// None of a surface that always rests.
+    /// `None` for a surface that never moves.
     pub piece: Option<&'a Piece>,
     /// The particle in space.
     pub motion: Motion,
@@ -41,32 +41,32 @@ pub(super) struct Beside<'a> {
     pub sway: Sway,
 }
 
-/// How a surface carries what is in contact with it.
+/// How a surface carries a particle in contact with it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Carried {
-    /// Its velocity there `[length / time]`.
+    /// Velocity of the surface at the contact `[length / time]`.
     pub velocity: Vector,
-    /// Acceleration of the particle as it sees it, along the axes of space `[length / time^2]`.
+    /// Acceleration of the particle relative to the surface, along the axes of space `[length / time^2]`.
     pub acceleration: Vector,
-    /// Size of the numbers that it is rounded with, besides itself `[length / time^2]`.
+    /// Magnitude of the other numbers in its rounding `[length / time^2]`.
     pub rounded_with: f64,
 }
 
-/// Scales of the numbers that are rounded at a surface that moves.
+/// Scales of rounded numbers at a moving surface.
 ///
-/// Its places and velocities are those of a simulated time, which has no more digits than its sum, and a contact is found to a rounding of that time or
-/// of a part of a period.
+/// Positions and velocities of the surface are functions of the simulated time, with its limited digits. A
+/// contact is found to a rounding of that time, or to a fraction of a period.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sway {
     /// Coordinates `[length]`.
     pub length: f64,
-    /// Its speed where the particle is `[length / time]`.
+    /// Speed of the surface at the particle `[length / time]`.
     pub speed: f64,
     /// Change of its speed within the round-off of the time `[length / time]`.
     pub falling: f64,
-    /// The angle by which it turns in that time `[1]`.
+    /// Angle by which it turns in that time `[1]`.
     pub turning: f64,
-    /// Its acceleration, and what that changes by in that time `[length / time^2]`.
+    /// Its acceleration, plus the change of that in that time `[length / time^2]`.
     pub push: f64,
 }
 
@@ -93,18 +93,18 @@ impl Motions {
         self.timelines.get(surface as usize)?.as_ref()
     }
 
-    /// Time that rounding may leave between the beginning of a motion and the event that shows it.
+    /// Possible rounding between the start of a motion and the event that shows it.
     fn rounding(&self, now: f64) -> f64 {
         ROUNDINGS * (now.abs() + self.start_time.abs())
     }
 
-    /// The piece of the motions of a surface from a time on.
+    /// The piece of a surface's motions from a time on.
     pub fn piece(&self, surface: u32, elapsed: &Elapsed) -> Option<&Piece> {
         let now = self.now(elapsed);
         self.timeline(surface).map(|timeline| timeline.piece_at(now + self.rounding(now)))
     }
 
-    /// All pieces of the motions of a surface from a time on.
+    /// All pieces of a surface's motions from a time on.
     pub fn pieces_from(&self, surface: u32, elapsed: &Elapsed) -> impl Iterator<Item = &Piece> {
         let next = move |piece: &&Piece| {
             let until = piece.until;
@@ -113,7 +113,7 @@ impl Motions {
         std::iter::successors(self.piece(surface, elapsed), next)
     }
 
-    /// A surface beside a particle: in the piece that is over, too, where rounding decides whether it is.
+    /// A surface beside a particle. If rounding decides whether a piece is over, both pieces are returned.
     pub fn beside(&self, surface: u32, motion: Motion, elapsed: &Elapsed) -> Vec<Beside<'_>> {
         let now = self.now(elapsed);
         let Some(timeline) = self.timeline(surface) else {
@@ -126,12 +126,12 @@ impl Motions {
         pieces.into_iter().map(of).collect()
     }
 
-    /// The scales of all that is rounded where a particle is beside a surface.
+    /// The scales of all rounded numbers of a particle beside a surface.
     pub fn sway_beside(&self, surface: u32, motion: Motion, elapsed: &Elapsed) -> Sway {
         self.beside(surface, motion, elapsed).iter().fold(Sway::default(), |sway, beside| sway.max(&beside.sway))
     }
 
-    /// Time from now in which all surfaces go on with what they do, and in which bounds of that are of use.
+    /// Time from now in which all surfaces continue their motions and bounds on them are useful.
     pub fn steady_for(&self, elapsed: &Elapsed) -> f64 {
         let now = self.now(elapsed);
         let pieces = self.timelines.iter().flatten().map(|timeline| timeline.piece_at(now + self.rounding(now)));
@@ -139,7 +139,8 @@ impl Motions {
         pieces.map(steady).fold(f64::INFINITY, f64::min)
     }
 
-    /// By surface that moves, the box that a particle passes as that sees it, in some time; empty if none moves.
+    /// For each moving surface, the box that a particle sweeps in its frame, in some time; empty if none
+    /// moves.
     pub fn swept(&self, motion: &Motion, elapsed: &Elapsed, time: f64) -> Vec<Option<[Vector; 2]>> {
         let now = self.now(elapsed);
         let of = |surface: u32| {
@@ -161,7 +162,8 @@ impl Motions {
         if moment.pose.is_turned {
             length += position.amax();
         }
-        // Bounds over all surfaces: speed, acceleration, rate of change of the acceleration, and angular velocity.
+        // Bounds over all surfaces: speed, acceleration, rate of change of the acceleration, and angular
+        // velocity.
         let (speed, push, rate, turning, resolved) = match piece.kind {
             None => (0.0, 0.0, 0.0, 0.0, 0.0),
             Some(MotionKind::Translation { velocity, acceleration }) => {
@@ -199,12 +201,14 @@ fn longest(piece: &Piece) -> f64 {
     }
 }
 
-/// Whether a whole stretch of a motion is searched for an event. If the gaps are not polynomials, only a number of periods is.
+/// Whether a whole time interval of a motion is searched for an event. If the gaps are not polynomials, only
+/// a number of periods is.
 pub(super) fn is_searched(piece: &Piece, time: f64) -> bool {
     time <= MOST_SEARCHED * longest(piece)
 }
 
-/// Largest displacement of a particle along each axis in some time, in the frame of a surface. `seen` is its present state in that frame `[length]`.
+/// Largest displacement of a particle along each axis in some time, in the frame of a surface. `seen` is its
+/// current state in that frame `[length]`.
 fn path(piece: &Piece, motion: &Motion, seen: &Motion, time: f64) -> Vector {
     let Motion { position, velocity, acceleration, .. } = motion;
     let flown = reach(velocity, acceleration, time);
@@ -233,12 +237,12 @@ impl Sway {
 }
 
 impl Beside<'_> {
-    /// The particle as the surface sees it.
+    /// The particle in the frame of the surface.
     pub fn seen(&self) -> Motion {
         self.piece.map_or(self.motion, |piece| self.motion.seen(piece, self.now))
     }
 
-    /// A contact with a feature of the surface, with its directions in space.
+    /// A contact with a feature of the surface, with directions in space.
     pub fn contact(&self, facet: &Facet) -> Touch {
         let touch = facet.feature.contact(&self.seen().position);
         let Some(piece) = self.piece else { return touch };

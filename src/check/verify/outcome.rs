@@ -1,4 +1,4 @@
-//! Whether an event did what the physics says, from the states before and after it.
+//! Checks the outcome of an event against the physics, from the states before and after it.
 
 use super::barrier::{Arrival, ContactMemory, Leaving};
 use super::bounds::{Bounds, Flight, rounded};
@@ -13,11 +13,11 @@ use crate::check::reference::Touch;
 use crate::engine::States;
 use crate::engine::event::{Event, Outcome};
 
-/// An event with all that its outcome depends on.
+/// An event with everything that its outcome depends on.
 pub(super) struct Encounter<'a> {
     pub world: &'a World,
     pub event: &'a Event,
-    /// All states at the event's time: along the flights before it, and after it.
+    /// All states at the time of the event: along the flights before it, and after it.
     pub before: &'a States,
     pub after: &'a States,
     pub bounds: Bounds,
@@ -26,36 +26,36 @@ pub(super) struct Encounter<'a> {
     pub margins: &'a mut Margins,
 }
 
-/// Acceleration that brings a motion back to a barrier: how that curves where it is met, and a force.
+/// Acceleration that brings a motion back to a barrier, from the barrier's curvature and from forces.
 struct Bend {
-    /// Radius of the barrier, infinite if it is flat, negative if it curves around the particle `[length]`.
+    /// Radius of the barrier: infinite if it is flat, negative if it curves around the particle `[length]`.
     radius: f64,
     /// For a line, the direction without curvature.
     along: Option<Vector>,
-    /// Relative acceleration, and what it is rounded with besides itself `[length / time^2]`.
+    /// Relative acceleration, and the magnitude of the other numbers in its rounding `[length / time^2]`.
     acceleration: Vector,
     rounded_with: f64,
 }
 
-/// The relative motion of two particles, or of one and a wall, when they meet.
+/// The relative motion of two particles, or of a particle and a wall, at their contact.
 struct Motion<'a> {
     particles: &'a [u32],
-    /// Inverse masses of those `[1 / mass]`.
+    /// Inverse masses of the particles `[1 / mass]`.
     weights: &'a [f64],
     reduced_mass: f64,
     /// Unit vector from the partner or the wall.
     normal: Vector,
-    /// The direction of the valid side along it: 1 or -1.
+    /// The direction towards the valid side along the normal: 1 or -1.
     outwards: f64,
     velocity: Vector,
-    /// Along the normal.
+    /// Velocity along the normal.
     radial: f64,
-    /// Velocity of the barrier, if it is that of a surface `[length / time]`.
+    /// Velocity of the barrier if it is a surface `[length / time]`.
     surface: Vector,
 }
 
 impl Motion<'_> {
-    /// Speed towards the discontinuity, 0 where it recedes.
+    /// Speed towards the discontinuity; 0 if it recedes.
     fn approach(&self) -> f64 {
         (-self.outwards * self.radial).max(0.0)
     }
@@ -120,7 +120,7 @@ impl Encounter<'_> {
         self.check_reflection(&normal, wall.restitution, &bend, &Vector::zeros())
     }
 
-    /// A reflection off a feature of a surface, as that sees it.
+    /// A reflection off a feature of a surface, in the frame of the surface.
     pub fn check_surface(&mut self, touch: &Touch, restitution: f64, carried: &Carried) -> Result<(), Fault> {
         let sign = touch.side.sign();
         let normal = touch.normal * sign;
@@ -130,7 +130,7 @@ impl Encounter<'_> {
         self.check_reflection(&normal, restitution, &bend, &velocity)
     }
 
-    /// A reflection off a surface with a velocity, with a normal towards the particle.
+    /// A reflection off a surface with a velocity; the normal points to the particle.
     fn check_reflection(
         &mut self,
         normal: &Vector,
@@ -157,10 +157,11 @@ impl Encounter<'_> {
         self.check_barrier(&motion, restitution, bend, &bounds)
     }
 
-    /// Makes the bounds those of the velocities after the event, which have the speed that it gives.
+    /// Adjusts the bounds to the velocities after the event.
     ///
-    /// The impulse is `mu |vn' - vn|`, and `vn'^2` at most `vn^2 + 2 |dU| / mu`: a capture by a deep well makes the two faster
-    /// by far than they were, and so does a heavy one that hits a light one. The TC model may turn the whole velocity.
+    /// The impulse is `mu |vn' - vn|`, and `vn'^2` is at most `vn^2 + 2 |dU| / mu`. A capture by a deep well
+    /// makes both particles much faster than before, and so does a heavy particle that hits a light one. The
+    /// TC model may turn the whole velocity.
     fn expect_gain(&mut self, motion: &Motion, seen: &Step) {
         let step = if seen.is_barrier() { 0.0 } else { 2.0 * seen.energy.abs() / motion.reduced_mass };
         let turns = seen.is_barrier() && self.contacts.is_some();
@@ -173,7 +174,7 @@ impl Encounter<'_> {
         }
     }
 
-    /// The outcome that the energies demand; where they are equal within round-off, the one that was found.
+    /// The outcome that the energies demand. If they are equal within round-off, the outcome found.
     fn expected(&self, side: Side, seen: &Step, motion: &Motion, found: Outcome) -> (Outcome, bool) {
         let (crossing, barrier) = match side {
             Side::Positive => (Outcome::Capture, Outcome::Core),
@@ -231,7 +232,7 @@ impl Encounter<'_> {
         }))
     }
 
-    /// Whether the motion left a barrier in one of the ways in which it may.
+    /// Whether the motion left a barrier in one of the allowed ways.
     fn check_leaving(&mut self, motion: &Motion, leaving: &Leaving) -> Result<(), Fault> {
         let (along, mu, approach) = (motion.tangential(), motion.reduced_mass, motion.approach());
         let (speed, speed_bound) = leaving.speed;
@@ -242,13 +243,14 @@ impl Encounter<'_> {
         self.check_velocities(motion, &turned, turned_bound)?;
         let lost = if slides { 0.0 } else { 0.5 * mu * (approach * approach - speed * speed) };
         self.check_energy(motion, lost, speed_bound)?;
-        // One that already recedes is left alone, unless it slides.
+        // A motion that already recedes is unchanged, unless it slides.
         let after = if approach > 0.0 || slides { motion.outwards * speed } else { motion.radial };
         let by = (self.event.normal_impulse() / mu - (after - motion.radial)).abs();
         self.within(Quantity::Impulse, by, 2.0 * self.bounds.normal_velocity + speed_bound)
     }
 
-    /// Each velocity changes by the impulse along the normal, by its part of what is turned along the barrier, and by nothing else.
+    /// Each velocity changes by the impulse along the normal, by its share of the turned motion along the
+    /// barrier, and by nothing else.
     fn check_velocities(&mut self, motion: &Motion, turned: &Vector, turned_bound: f64) -> Result<(), Fault> {
         let mu = motion.reduced_mass;
         let change = |p: &u32| self.after.velocities[*p as usize] - self.before.velocities[*p as usize];
@@ -274,8 +276,9 @@ impl Encounter<'_> {
         Ok(())
     }
 
-    /// Kinetic energy, as the barrier sees it, changes by the step and by what the barrier takes; the step at a surface is its work, which that does not
-    /// see. `speed_bound` is what is uncertain of the speed that the barrier leaves.
+    /// In the frame of the barrier, kinetic energy changes by the step and by what the barrier dissipates.
+    /// The energy step at a surface is its work, which does not appear in that frame. `speed_bound` is the
+    /// uncertainty of the speed after the barrier.
     fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64) -> Result<(), Fault> {
         let (mut gained, mut scale, surface) = (0.0, 0.0, &motion.surface);
         let mut work = 0.0;
@@ -300,7 +303,7 @@ impl Encounter<'_> {
         self.within(Quantity::Dissipation, (self.event.dissipated - lost).abs(), bound)
     }
 
-    /// Compares what should be nothing with what round-off explains.
+    /// Compares a number that should be zero with its round-off.
     fn within(&mut self, quantity: Quantity, by: f64, bound: f64) -> Result<(), Fault> {
         if by <= bound {
             note(&mut self.margins.outcome, by, bound);

@@ -1,16 +1,16 @@
-//! How long the windows are.
+//! The length of windows.
 
 use super::window::{Window, reach};
 use super::world::World;
 use crate::engine::States;
 
-/// The length of the first window: particles at the mean speed move by this part of the longest range.
+/// Length of the first window: particles at the mean speed travel this fraction of the longest range.
 const FIRST: f64 = 0.1;
-/// No window sees fewer events than this on purpose, or small systems would only open windows.
+/// Fewest events per window, because small systems would otherwise only open windows.
 const FEWEST: u64 = 64;
 
-/// Chooses windows with about as many events as particles: looking at all pairs once then costs as much as looking at the
-/// pairs of two particles at every event.
+/// Chooses windows with about as many events as particles. Searching all pairs once then takes as long as
+/// searching the pairs of two particles at every event.
 #[derive(Debug)]
 pub(super) struct Pace {
     target: f64,
@@ -25,22 +25,23 @@ impl Pace {
         Self { target: duration(speed, acceleration, FIRST * world.longest_length) }
     }
 
-    /// Makes the next window longer or shorter than one that has ended.
+    /// Adjusts the length of the next window to the one that ended.
     pub fn learn(&mut self, window: &Window, world: &World) {
         let wanted = (world.moving.len() as u64).max(FEWEST) as f64;
         self.target = window.length * (wanted / window.events.max(1) as f64).clamp(0.25, 4.0);
     }
 
-    /// The length of a window that begins now, when the next event is `next` away.
+    /// The length of a window that begins now; the next event is `next` away.
     ///
-    /// The fastest particle does not go round a periodic box in it, so that few images come near.
+    /// The fastest particle does not travel around a periodic box within it, so few images come near.
     pub fn length(&self, world: &World, states: &States, next: f64) -> f64 {
         let wanted = if self.target.is_finite() { self.target.max(1.01 * next) } else { 1.01 * next };
         round_the_box(world, states, &world.moving, wanted).min(wanted)
     }
 }
 
-/// The time in which the fastest of some particles may have gone round a periodic box, infinite if that is more than `within`.
+/// The time in which the fastest of some particles may travel around a periodic box; infinite if it is more
+/// than `within`.
 pub(super) fn round_the_box(world: &World, states: &States, particles: &[u32], within: f64) -> f64 {
     let shortest = world.shortest_period;
     let time = |&i: &u32| {
@@ -51,7 +52,7 @@ pub(super) fn round_the_box(world: &World, states: &States, particles: &[u32], w
     particles.iter().map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// The time in which a flight from `speed` on with an acceleration along it leads to `distance`.
+/// The time to travel a distance, starting at `speed` with an acceleration along the path.
 fn duration(speed: f64, acceleration: f64, distance: f64) -> f64 {
     // v t + a t^2 / 2 = d
     2.0 * distance / (speed + (speed * speed + 2.0 * acceleration * distance).sqrt())

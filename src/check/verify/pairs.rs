@@ -1,4 +1,4 @@
-//! The verifier's own pair states: from distances at the start, then from the events' outcomes alone.
+//! The verifier's own pair states: from distances at the start, then only from the outcomes of events.
 
 use super::bounds::rounded;
 use super::contact::Contact;
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// A pair at the start.
 struct Start {
     distance: f64,
-    /// Positive where the two part.
+    /// Positive if the two move apart.
     parting: f64,
     /// Round-off bound of the distance.
     rounding: f64,
@@ -28,7 +28,8 @@ impl Start {
         Self { distance: apart.norm(), parting, rounding: rounded(largest) }
     }
 
-    /// Beyond which of the radii the pair is: of one where it stands, the side follows from whether the two part.
+    /// The number of radii that the pair is beyond. If it is at a radius, the side follows from whether the
+    /// two move apart.
     fn state(&self, potential: &Potential) -> usize {
         let captured = |radius: f64| match (self.distance - radius).abs() <= self.rounding {
             true if self.parting < 0.0 => true,
@@ -44,12 +45,12 @@ impl Start {
 /// The states of captured and bonded pairs.
 #[derive(Debug, Default)]
 pub(super) struct Pairs {
-    /// By particle and partner, the lower id under the higher one and the other way round; state 0 only for bonds.
+    /// By particle and partner, in both directions. State 0 is stored only for bonds.
     states: Vec<BTreeMap<u32, usize>>,
 }
 
 impl Pairs {
-    /// From the distances of all pairs, the one time that distances decide them.
+    /// Derived from the distances of all pairs. This is the only time that distances decide them.
     pub fn from_distances(world: &World, states: &States) -> Self {
         let at_start = |i, j, bond: &Potential| Start::of(world, states, i, j).state(bond);
         let mut pairs = Self::bonded(world, states.positions.len(), at_start);
@@ -75,7 +76,7 @@ impl Pairs {
     /// From a list of captured pairs; all others are uncaptured.
     ///
     /// # Errors
-    /// [`Fault::Unknown`] if a pair cannot be in its state.
+    /// [`Fault::Unknown`] if a pair cannot be in the given state.
     pub fn listed(world: &World, states: &States, captured: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
         let mut pairs = Self::bonded(world, states.positions.len(), |_, _, _| 0);
         for &([a, b], state) in captured {
@@ -87,7 +88,7 @@ impl Pairs {
         Ok(pairs)
     }
 
-    /// All uncaptured but the bonded pairs, each in the state that `state_of` gives it.
+    /// All pairs uncaptured except the bonded ones, which have the states of `state_of`.
     fn bonded(world: &World, particles: usize, state_of: impl Fn(u32, u32, &Potential) -> usize) -> Self {
         let mut pairs = Self { states: vec![BTreeMap::new(); particles] };
         for &(a, b) in world.bonds.keys() {

@@ -1,4 +1,4 @@
-//! The replay of a run, with every event of a range shown to the verifier.
+//! Replays a run and passes every event of a range to the verifier.
 
 use super::certificate::{Certificate, End};
 use super::schedule::{Stretch, schedule};
@@ -9,26 +9,26 @@ use crate::engine::{EngineError, Reason, Simulation, States, Until};
 use crate::model::Scene;
 use std::ops::ControlFlow;
 
-/// Events between two calls of `watch` on the way to the range.
+/// Events between two calls of `watch` before the range.
 const CHUNK: u64 = 100_000;
-/// Events between two calls of `watch` within it.
+/// Events between two calls of `watch` in the range.
 const FEW: u64 = 64;
-/// Steps of the engine between two calls of `watch`, however few events they are: some tens of milliseconds.
+/// Engine steps between two calls of `watch`, even with few events: a few tens of milliseconds.
 const STEPS: u64 = 20_000;
 
-/// The range of events of a run to prove.
+/// The range of events to prove.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EventRange {
-    /// Events that are only replayed first.
+    /// Number of events to replay first without a proof.
     pub from: u64,
-    /// Events that are then proven.
+    /// Number of events to prove then.
     pub events: u64,
 }
 
-/// End of a run, by its own record.
+/// The recorded end of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunEnd {
-    /// Physical events of the whole run; `None` where the record does not have it.
+    /// Physical events of the whole run; `None` if they are not recorded.
     pub events: Option<u64>,
     /// Simulated time.
     pub time: f64,
@@ -41,7 +41,7 @@ impl RunEnd {
     }
 }
 
-/// Function that is asked now and then whether to go on.
+/// A function that is asked now and then whether to continue.
 type Watch<'w> = &'w mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>;
 
 /// Progress of a verification.
@@ -58,7 +58,7 @@ pub struct VerifyProgress {
 }
 
 impl VerifyProgress {
-    /// The part of the way to the range that is done, or of the range: 0 to 1.
+    /// Completed fraction of the way to the range, or of the range: 0 to 1.
     #[must_use]
     pub fn fraction(&self) -> f64 {
         let EventRange { from, events } = self.range;
@@ -68,20 +68,21 @@ impl VerifyProgress {
     }
 }
 
-/// Replays a scene, and proves a range of its events.
+/// Replays a scene and proves a range of its events.
 ///
-/// The replay ends where the run does that the scene plans. `watch` is called now and then, and ends it at once where it
-/// breaks. Before a range that does not begin at the start, pair states are what the engine remembers; from there on they
-/// follow from the events alone.
+/// The replay ends at the planned end of the run. `watch` is called now and then, and a break ends the replay
+/// at once. If the range does not begin at the start, the initial pair states come from the engine; from
+/// there on they follow from the events alone.
 #[must_use]
 pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, None, watch)
 }
 
-/// Replays a run that has been, and proves a range of its events.
+/// Replays a finished run and proves a range of its events.
 ///
-/// As [`verify`], but the replay ends where the run did, whatever ended its equilibration. Where the proof comes to that end, number of events and
-/// time are held against those of the run: [`End::Departed`] if they differ.
+/// Like [`verify`], but the replay ends where the run did, whatever ended its equilibration. If the proof
+/// reaches that end, the number of events and the time are compared with those of the run: [`End::Departed`]
+/// if they differ.
 #[must_use]
 pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, Some(ended), watch)
@@ -127,19 +128,19 @@ fn certify(scene: Scene, range: EventRange, recorded: Option<RunEnd>, watch: Wat
 
 struct Replay<'w> {
     simulation: Simulation,
-    /// Its states after the last event, from the start of the range on.
+    /// States after the last event, from the start of the range on.
     states: States,
     range: EventRange,
     watch: Watch<'w>,
-    /// Stretches of the plan of the run that are left, the next one last.
+    /// Remaining intervals of the run, the next one last.
     stretches: Vec<Stretch>,
-    /// Stretch that has begun, until the verifier has been told.
+    /// Interval that has begun but is not yet known to the verifier.
     begun: Option<Stretch>,
-    /// Simulated time and events at which the present stretch ends.
+    /// Simulated time and events at which the current interval ends.
     ends: Option<Until>,
-    /// Where the run has ended; `None` ends where the scene plans it.
+    /// The recorded end of the run; `None` ends at the planned end.
     recorded: Option<RunEnd>,
-    /// Whether the time of that run is over.
+    /// Whether the recorded time of the run is over.
     has_run_out: bool,
 }
 
@@ -149,7 +150,7 @@ impl Replay<'_> {
         self.simulation.event_counts().physical()
     }
 
-    /// Where the present stretch of the run ends; none after the last one.
+    /// End of the current interval of the run; `None` after the last one.
     fn stretch(&mut self) -> Option<Until> {
         let recorded = match self.recorded {
             Some(recorded) => Some(self.left_of(&recorded)?),
@@ -174,7 +175,8 @@ impl Replay<'_> {
         self.ends.map(|ends| recorded.map_or(ends, |recorded| first(ends, recorded)))
     }
 
-    /// Limit of the next step of a run that is over: its events first, and then a time without any. An event there is one too many.
+    /// Limit of the next step near the recorded end: first its remaining events, then the time without
+    /// events. An event in that time is one too many.
     fn left_of(&self, recorded: &RunEnd) -> Option<Until> {
         let rounding = recorded.rounding(self.simulation.scene().start_time);
         let events = recorded.events.unwrap_or(u64::MAX);
@@ -188,7 +190,7 @@ impl Replay<'_> {
         }
     }
 
-    /// How the replay ends where the run does.
+    /// How the replay ends when the run does.
     fn ended(&self) -> End {
         let (events, time) = (self.events(), self.simulation.time());
         if let Some(recorded) = self.recorded {
@@ -196,7 +198,7 @@ impl Replay<'_> {
             if !is_there || recorded.events.is_some_and(|recorded| recorded != events) {
                 return End::Departed { recorded, events, time };
             }
-            // It has ended before its limit: because nothing will happen any more, or because it was stopped.
+            // It ended before its limit, because nothing will happen any more or because it was stopped.
             let limit = &self.simulation.scene().run.limit;
             let is_early = limit.time.is_none() && limit.events.is_some_and(|planned| events < planned);
             if is_early && self.simulation.is_over() {
@@ -206,7 +208,7 @@ impl Replay<'_> {
         End::RunEnded
     }
 
-    /// Ends a stretch, or the record of a run, at its time.
+    /// Ends an interval, or the recorded run, at its time.
     fn end_at(&mut self, time: f64) {
         if self.ends.is_some_and(|ends| ends.time <= time) {
             self.ends = None;
@@ -215,10 +217,10 @@ impl Replay<'_> {
         }
     }
 
-    /// Goes to the start of the range without looking.
+    /// Advances to the start of the range without a proof.
     ///
     /// # Errors
-    /// How the replay ends before it.
+    /// How the replay ended before it.
     fn skip(&mut self) -> Result<(), End> {
         while self.events() < self.range.from {
             if self.is_stopped(false) {
@@ -243,7 +245,7 @@ impl Replay<'_> {
         Ok(verifier)
     }
 
-    /// Tells the verifier of a stage that has begun.
+    /// Tells the verifier that a stage has begun.
     fn tell_stage(&mut self, verifier: &mut Verifier) -> Result<(), Fault> {
         let Some(Stretch { stage, gravity, .. }) = self.begun.take() else { return Ok(()) };
         verifier.enter_stage(&stage, &self.states)?;
@@ -255,7 +257,7 @@ impl Replay<'_> {
         if self.range.from == 0 && scene.predecessor().is_none() {
             return Verifier::new(scene, states);
         }
-        // The time of one that starts from a run is counted from where the engine of the run before it began.
+        // The time of a run that continues another one counts from the start of the first run's engine.
         let start_time = match scene.predecessor() {
             Some(_) => self.simulation.time() - states.elapsed.total(),
             None => scene.start_time,
@@ -263,7 +265,7 @@ impl Replay<'_> {
         Verifier::resume_from(scene, states, &self.simulation.captured_pairs(), start_time)
     }
 
-    /// Proves event after event.
+    /// Proves one event after the other.
     fn prove(&mut self, verifier: &mut Verifier) -> End {
         let end = loop {
             let done = verifier.proof.counts.events();
@@ -323,7 +325,7 @@ impl Replay<'_> {
         if reason == Reason::Idle { Err(self.idle(verifier)) } else { Ok(()) }
     }
 
-    /// The engine says that nothing will happen any more: whether that is so.
+    /// The engine reports that nothing will happen any more: checks this.
     fn idle(&self, verifier: &mut Verifier) -> End {
         verifier.witness_end().map_or_else(|fault| self.violated(fault), |()| End::Idle)
     }

@@ -1,14 +1,15 @@
-//! The steps of potentials and the contacts with barriers, read from the scene: nothing that an engine has prepared is used here.
+//! The steps of potentials and the contacts with barriers, read from the scene without anything prepared by
+//! an engine.
 
 use crate::Vector;
 use crate::model::potential::Potential;
 
-/// From which side a pair sees a discontinuity.
+/// The side of a discontinuity on which a pair is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Side {
-    /// From outside: the pair is valid beyond the distance.
+    /// Outside: the pair is valid beyond the distance.
     Positive,
-    /// From inside.
+    /// Inside: the pair is valid within the distance.
     Negative,
 }
 
@@ -22,17 +23,17 @@ impl Side {
     }
 }
 
-/// A discontinuity, as a pair in some state sees it.
+/// A discontinuity as seen by a pair in a state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Step {
     /// `s` `[length]`.
     pub distance: f64,
-    /// `dU`, the energy beyond it less the one before it `[energy]`.
+    /// `dU`, the energy beyond it minus the energy before it `[energy]`.
     pub energy: f64,
 }
 
 impl Step {
-    /// Discontinuity on one side of a pair in a state of a potential.
+    /// The discontinuity on one side of a pair in a state of a potential.
     pub fn seen(potential: &Potential, state: usize, side: Side) -> Option<Self> {
         let (radii, energies) = (potential.radii(), potential.energies());
         let (radius, beyond) = match side {
@@ -42,13 +43,13 @@ impl Step {
         Some(Self { distance: *radii.get(radius)?, energy: energies.get(beyond)? - energies.get(state)? })
     }
 
-    /// Whether nothing crosses it.
+    /// Whether nothing can cross it.
     pub fn is_barrier(&self) -> bool {
         self.energy == f64::INFINITY
     }
 }
 
-/// Where a free flight leads in some time: `r + v t + a t^2 / 2`, and the velocity there.
+/// Position and velocity after a free flight: `r + v t + a t^2 / 2`, and its derivative.
 pub(super) fn fly(position: &Vector, velocity: &Vector, acceleration: &Vector, dt: f64) -> (Vector, Vector) {
     (position + velocity * dt + acceleration * (0.5 * dt * dt), velocity + acceleration * dt)
 }

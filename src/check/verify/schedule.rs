@@ -1,20 +1,21 @@
-//! The stages that a replay goes through: when each ends, which surfaces are there, and what gravity.
+//! The stages of a replay: when each ends, with its surfaces and its gravity.
 
 use crate::Vector;
 use crate::model::run_plan::MEASUREMENT;
 use crate::model::{Equilibration, Limit, RunPlan, SceneSurface, StagePlan};
 
-/// A stretch of a run that is left to replay.
+/// A remaining time interval of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Stretch {
-    /// The stage that it belongs to, as surfaces have it.
+    /// Name of its stage, as surfaces refer to it.
     pub stage: String,
-    /// Gravity from its start on; `None` leaves it as it is `[length / time^2]`.
+    /// Gravity from its start on; `None` leaves it unchanged `[length / time^2]`.
     pub gravity: Option<Vector>,
     pub limit: Limit,
 }
 
-/// All stretches of a run, the next one last. `None` if the end of one is not planned and the surfaces after it, or gravity, are others.
+/// All intervals of a run, the next one last. `None` if an interval has no planned end but surfaces or
+/// gravity change after it.
 pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<Stretch>> {
     let all = stretches(plan);
     let first_open = all.iter().position(|(_, is_open)| *is_open);
@@ -29,14 +30,16 @@ pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<
     }
     let planned = all.iter().take(first_open.unwrap_or(all.len())).map(|(stretch, _)| stretch);
     let mut ends: Vec<Stretch> = planned.filter(|stretch| stretch.limit != Limit::default()).cloned().collect();
-    // A scene that does not say how long to run, or whose equilibration ends by what it measures, can be replayed for ever.
+    // A scene without a duration, or with an equilibration that ends by its measurements, can be replayed
+    // without limit.
     let open = first_open.and_then(|at| all.get(at)).or(if ends.is_empty() { all.last() } else { None });
     ends.extend(open.map(|(stretch, _)| Stretch { limit: Limit::default(), ..stretch.clone() }));
     ends.reverse();
     Some(ends)
 }
 
-/// Equilibrations and measurements in their order, those without an end too, each with whether it ends by what it measures.
+/// Equilibrations and measurements in their order, including those without an end, each with whether it ends
+/// by its measurements.
 fn stretches(plan: &RunPlan) -> Vec<(Stretch, bool)> {
     let both = |name: &str, gravity: Option<Vector>, before: Equilibration, limit: Limit| {
         let stretch = |limit| Stretch { stage: name.to_owned(), gravity, limit };

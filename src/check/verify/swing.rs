@@ -1,17 +1,19 @@
-//! The course of a particle beside a surface that oscillates or turns: no distance is a polynomial of the time there.
+//! The motion of a particle beside a surface that oscillates or turns. Distances there are not polynomials of
+//! the time.
 //!
-//! All is taken from the places at a time. When it is in contact, and how deep it comes, is searched by halves of a time: bounds of speed and acceleration
-//! leave out the stretches in which neither can be.
+//! Everything is computed from positions at a time. Contacts and the deepest point are found by bisection;
+//! bounds on speed and acceleration exclude the intervals in which neither can occur.
 
 use super::approach::Approach;
 use super::facet::approach_of;
 use crate::check::reference::{Motion, Passage};
 use std::sync::Arc;
 
-/// Tolerance of the lowest gap, in units of the round-off of the coordinates.
+/// Tolerance of the lowest gap, in units of the round-off of coordinates.
 const RESOLUTION: f64 = 8.0 * f64::EPSILON;
-/// Looks at one search for the next event. What has found none is gone on with from there as if one were due: a particle may lie on a surface for ever,
-/// where rounding alone says whether it comes closer.
+/// Largest number of evaluations in one search for the next event. A search that finds none continues from
+/// there as if one were due: a particle may lie on a surface for ever, where only rounding says whether it
+/// comes closer.
 const MOST_LOOKS: u64 = 1 << 17;
 
 /// A particle beside a feature of such a surface.
@@ -20,11 +22,11 @@ pub(super) struct Swing {
     passage: Passage,
     /// Error of the direction of the feature in units of round-off.
     slenderness: f64,
-    /// Time in the window at which the motion of the passage holds `[time]`.
+    /// Time in the window from which the motion of the passage holds `[time]`.
     since: f64,
 }
 
-/// A stretch of time of a swing.
+/// A time interval of a swing.
 #[derive(Debug, Clone, Copy)]
 struct Stretch {
     from: f64,
@@ -36,7 +38,7 @@ impl Swing {
         Self { passage, slenderness, since }
     }
 
-    /// Approach as the surface sees it at a time in the window.
+    /// The approach in the frame of the surface, at a time in the window.
     pub fn at(self: &Arc<Self>, time: f64) -> Approach {
         Approach { swing: Some(Arc::clone(self)), ..self.snapshot(time) }
     }
@@ -47,7 +49,7 @@ impl Swing {
         found.filter(|_| from <= until).map(|after| self.since + after)
     }
 
-    /// The smallest gap between two times in the window, after the first where the feature is there.
+    /// The smallest gap between two times in the window, excluding the first, while the feature exists.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
         let mut lowest = self.snapshot(from).gap_now();
         let end = self.snapshot(to);

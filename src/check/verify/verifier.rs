@@ -1,4 +1,4 @@
-//! The proof itself, event by event, from nothing but events and states.
+//! The proof itself, event by event, from events and states only.
 
 use super::approach::Boundary;
 use super::barrier::ContactMemory;
@@ -20,21 +20,21 @@ use std::ops::ControlFlow;
 
 /// Verifier of a sequence of events.
 ///
-/// It is shown each event with the states after it, [`Verifier::witness`], and uses nothing that an engine predicts,
-/// remembers or sorts into cells.
+/// It is given each event with the states after it, [`Verifier::witness`], and uses nothing that an engine
+/// predicts, remembers or sorts into cells.
 #[derive(Debug)]
 pub struct Verifier {
     pub(super) world: World,
     pub(super) pairs: Pairs,
     /// Memory of the TC model, if it is switched on.
     pub(super) contacts: Option<ContactMemory>,
-    /// States at the last event, as they were shown.
+    /// States at the last event, as given.
     pub(super) states: States,
-    /// States at the time of the event in hand, along the flights before it.
+    /// States at the time of the current event, along the flights before it.
     pub(super) before: States,
     pub(super) last_event: Vec<Elapsed>,
     pub(super) window: Window,
-    /// Due already, but deeper in the invalid side by no more than round-off.
+    /// Due already, but deeper in the invalid side only by round-off.
     overdue: Vec<Due>,
     pub(super) pace: Pace,
     pub(super) start_time: f64,
@@ -43,23 +43,25 @@ pub struct Verifier {
 }
 
 impl Verifier {
-    /// From the first states of a scene. Pair states follow from the distances, this one time.
+    /// Starts from the first states of a scene. Pair states follow from the distances, this one time.
     ///
     /// # Errors
-    /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::TooFast`] if they are too fast for any number.
+    /// [`Fault::Incomplete`] if the number of states differs from the number of particles, [`Fault::TooFast`]
+    /// if speeds overflow.
     pub fn new(scene: &Scene, states: &States) -> Result<Self, Fault> {
         Self::begin(scene, states, (scene.start_time, None), |world| Ok(Pairs::from_distances(world, states)))
     }
 
-    /// From states within a run, with the pairs that are not in state 0 then.
+    /// Starts from states during a run, with the pairs that are not in state 0.
     ///
     /// # Errors
-    /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::Unknown`] if a pair has no such state.
+    /// [`Fault::Incomplete`] if the number of states differs from the number of particles, [`Fault::Unknown`]
+    /// if a pair cannot be in the given state.
     pub fn resume(scene: &Scene, states: &States, captured: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
         Self::resume_from(scene, states, captured, scene.start_time)
     }
 
-    /// As [`Self::resume`], from states whose time starts at a simulated time.
+    /// Like [`Self::resume`], from states whose time starts at a simulated time.
     pub(super) fn resume_from(
         scene: &Scene,
         states: &States,
@@ -89,7 +91,7 @@ impl Verifier {
             contacts: scene.contact_time.map(|time| ContactMemory::new(time, count, unseen_before)),
             states: states.clone(),
             before: states.clone(),
-            // Where the last event is not known, no later than the start.
+            // If the last event is unknown, it was no later than the start.
             last_event: vec![Elapsed::default(); states.positions.len()],
             overdue: Vec::new(),
             start_time,
@@ -98,7 +100,7 @@ impl Verifier {
         })
     }
 
-    /// Proves that an event is the next one and comes out as it should. `after` are the states at its time, after it.
+    /// Proves that an event is the next one and has the right outcome. `after` are the states just after it.
     ///
     /// # Errors
     /// The first [`Fault`].
@@ -106,7 +108,7 @@ impl Verifier {
         self.witness_watched(event, after, &mut || ControlFlow::Continue(()))
     }
 
-    /// Proves an event as [`Self::witness`] does, unless `watch`, which is asked now and then, breaks.
+    /// Like [`Self::witness`], unless `watch`, which is asked now and then, breaks.
     pub(super) fn witness_watched(
         &mut self,
         event: &Event,
@@ -123,7 +125,7 @@ impl Verifier {
             EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after)?,
             EventKind::Surface if event.wall().is_some() => self.check_wall(event, contact, after)?,
             EventKind::Surface => self.check_surface(event, contact, after)?,
-            // No rule for it.
+            // There is no rule for it.
             EventKind::Thermostat => {
                 return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
             }
@@ -139,15 +141,16 @@ impl Verifier {
         }
         self.window.events += 1;
         self.window.forget(changed.iter().copied());
-        // An event may make its two so fast that they would go round the box many times in what is left of the window.
+        // An event may make its particles so fast that they would travel around the box many times in the
+        // rest of the window.
         let now = self.window.time(&self.states.elapsed);
         let left = self.window.length - now;
         self.window.end_by(now + round_the_box(&self.world, &self.states, &changed, left));
         self.window.ask_changed(&self.world, &self.pairs, &self.states, &changed)
     }
 
-    /// Proves that nothing was due up to a time at which no event was executed, and that the flights led there, unless `watch`, which is asked
-    /// now and then, breaks.
+    /// Proves that nothing was due up to a time without an event, and that the flights lead to the given
+    /// states, unless `watch`, which is asked now and then, breaks.
     ///
     /// # Errors
     /// The first [`Fault`].
@@ -157,10 +160,10 @@ impl Verifier {
         self.check_flights(now, |_| false)
     }
 
-    /// Puts the surfaces of a stage of a run in, and takes others away, at the time of states that flights have led to.
+    /// Adds and removes surfaces for a stage of a run. `now` are the states to which flights have led.
     ///
     /// # Errors
-    /// [`Fault::TooFast`] if a pair goes round the box too often.
+    /// [`Fault::TooFast`] if a pair travels around the box too often.
     pub fn enter_stage(&mut self, stage: &str, now: &States) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
         if !self.world.enter_stage(stage) {
@@ -170,13 +173,14 @@ impl Verifier {
         self.look_anew()
     }
 
-    /// Gives all particles that move another acceleration, at the time of states that flights have led to.
+    /// Gives all moving particles another acceleration. `now` are the states to which flights have led.
     ///
     /// # Errors
-    /// [`Fault::Jumped`] or [`Fault::Disturbed`] if flights lead to other states, [`Fault::TooFast`] if a pair goes round the box too often.
+    /// [`Fault::Jumped`] or [`Fault::Disturbed`] if flights lead to other states, [`Fault::TooFast`] if a
+    /// pair travels around the box too often.
     pub fn turn_gravity(&mut self, gravity: &Vector, now: &States) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
-        // Along the flights before, which the other acceleration does not continue.
+        // Along the previous flights, which the new acceleration does not continue.
         self.stream(now.elapsed.after(&self.states.elapsed), now.elapsed);
         self.check_flights(now, |_| false)?;
         if !self.world.turn_gravity(gravity) {
@@ -188,7 +192,7 @@ impl Verifier {
         self.look_anew()
     }
 
-    /// A new window, from the time of the event in hand on, for a world that has changed.
+    /// Opens a new window for a changed world, starting at the current event.
     fn look_anew(&mut self) -> Result<(), Fault> {
         self.overdue.clear();
         self.proof.counts.asked += self.window.asked;
@@ -197,7 +201,7 @@ impl Verifier {
         Ok(())
     }
 
-    /// Goes on to a time, and proves that everything due before it has taken place.
+    /// Advances to a time, and proves that everything due before it has happened.
     fn pass_to(
         &mut self,
         elapsed: &Elapsed,
@@ -219,9 +223,9 @@ impl Verifier {
         self.settle(self.window.time(elapsed), executed)
     }
 
-    /// A window from the end of this one on.
+    /// Opens the next window at the end of this one.
     fn next_window(&mut self, elapsed: &Elapsed) -> Result<(), Fault> {
-        // In the epoch of the latest states: in that of the window it might have fewer digits.
+        // In the epoch of the latest states; in that of the window the time might have fewer digits.
         let latest = self.states.elapsed;
         let left = self.window.length - self.window.time(&latest);
         let end = Elapsed { since_epoch: latest.since_epoch + left, ..latest };
@@ -251,7 +255,7 @@ impl Verifier {
         }
     }
 
-    /// Looks at everything that was due before a time in the window: nothing may have gone deeper since then.
+    /// Checks everything that was due before a time in the window: nothing may have gone deeper since then.
     fn settle(&mut self, time: f64, executed: Option<Contact>) -> Result<(), Fault> {
         let overdue = std::mem::take(&mut self.overdue);
         let known = overdue.len();
@@ -284,17 +288,17 @@ impl Verifier {
         Ok(())
     }
 
-    /// Keeps what is overdue by round-off; if it has turned, it may be due again later.
+    /// Keeps a contact that is overdue by round-off. If it has turned, it may be due again later.
     fn wait(&mut self, due: Due, time: f64) {
         if due.approach.closing(time) > 0.0 && due.approach.is_on(time) {
             self.overdue.push(due);
         } else {
-            // From the time in the window at which it has turned.
+            // From the time in the window at which it turned.
             self.window.ask(due.claim, due.approach.streamed(time));
         }
     }
 
-    /// Compares the pair states with those that an engine remembers.
+    /// Compares the pair states with those of an engine.
     ///
     /// # Errors
     /// [`Fault::PairState`] with the first pair that differs.

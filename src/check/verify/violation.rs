@@ -1,4 +1,4 @@
-//! Violations of the event rule by a run.
+//! Violations of the event rule in a run.
 
 use super::contact::Contact;
 use crate::engine::event::Outcome;
@@ -6,25 +6,25 @@ use crate::model::ParticleId;
 use std::fmt;
 use thiserror::Error;
 
-/// A quantity of an event that differs from what the collision rule gives.
+/// A quantity of an event that differs from the collision rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {
     /// The unit vector between the two `[1]`.
     Normal,
-    /// The changes of the two velocities against the impulse of the event `[length / time]`.
+    /// Changes of the two velocities, compared with the impulse of the event `[length / time]`.
     Velocity,
-    /// Total momentum of the two `[mass length / time]`.
+    /// Total momentum of both `[mass length / time]`.
     Momentum,
-    /// Kinetic energy against the energy step and what was dissipated `[energy]`.
+    /// Kinetic energy, compared with the energy step and the dissipated energy `[energy]`.
     Energy,
-    /// Kinetic energy lost, against the restitution `[energy]`.
+    /// Kinetic energy lost, compared with the restitution `[energy]`.
     Dissipation,
     /// Energy step of the discontinuity `[energy]`.
     EnergyStep,
-    /// The impulse, against the speed that a barrier leaves, over the reduced mass `[length / time]`.
+    /// The impulse divided by the reduced mass, compared with the speed after the barrier `[length / time]`.
     Impulse,
-    /// Relative normal velocity afterwards, in the direction that the outcome excludes `[length / time]`.
+    /// Relative normal velocity after the event, in a direction that the outcome excludes `[length / time]`.
     Direction,
 }
 
@@ -43,25 +43,26 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// Kind of a violation. Lengths are `[length]`, speeds `[length / time]`; a bound is what round-off explains.
+/// Kind of a violation. Lengths are in `[length]`, speeds in `[length / time]`; a bound is the largest value
+/// that round-off explains.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Fault {
-    /// Not as many positions or velocities as the scene has particles.
+    /// The number of positions or velocities differs from the number of particles.
     #[error("{found} states of {particles} particles")]
     Incomplete {
         /// Particles of the scene.
         particles: usize,
-        /// States that are there.
+        /// States that were given.
         found: usize,
     },
-    /// Time went backwards, or to no finite number.
+    /// Time went backwards, or is not finite.
     #[error("time went back by {by:.3e}")]
     Backwards {
         /// By how much `[time]`.
         by: f64,
     },
-    /// An event that the rule demanded earlier did not take place: it was missed, or put behind others.
+    /// An event due earlier did not happen: it was missed, or delayed behind others.
     #[error(
         "{contact} were due at t = {due}, and went {deeper:.3e} deeper into the invalid side since then; round-off explains \
         {bound:.1e}"
@@ -71,50 +72,50 @@ pub enum Fault {
         contact: Contact,
         /// Simulated time at which it was due.
         due: f64,
-        /// By how much the overlap function's distance decreased while it was negative.
+        /// Decrease of the overlap function's distance while it was negative.
         deeper: f64,
         /// Round-off bound.
         bound: f64,
     },
-    /// An event at a distance from its discontinuity.
+    /// An event away from its discontinuity.
     #[error("{contact} had an event {gap:.3e} away from the discontinuity; round-off explains {bound:.1e}")]
     Early {
         /// The contact.
         contact: Contact,
-        /// How far.
+        /// The distance.
         gap: f64,
         /// Round-off bound.
         bound: f64,
     },
-    /// An event of two that move apart.
+    /// An event of two particles that move apart.
     #[error("{contact} had an event while leaving the discontinuity with speed {speed:.3e}")]
     NotClosing {
         /// The contact.
         contact: Contact,
-        /// How fast.
+        /// Their speed.
         speed: f64,
     },
-    /// An event at a discontinuity, a wall or a particle that is not there.
+    /// An event at a discontinuity, a wall or a particle that does not exist.
     #[error("{contact} had an event at the distance {distance}, where nothing is for their pair state {state}")]
     Unknown {
         /// The contact.
         contact: Contact,
-        /// Where.
+        /// Its distance.
         distance: f64,
         /// The state of the pair.
         state: usize,
     },
-    /// Another outcome than the table's.
+    /// The outcome differs from the table.
     #[error("{contact} had a {found:?} where the physics demands a {expected:?}")]
     WrongOutcome {
         /// The contact.
         contact: Contact,
-        /// Outcome by the energies.
+        /// Outcome demanded by the energies.
         expected: Outcome,
         /// Outcome in the run.
         found: Outcome,
     },
-    /// The right outcome with wrong numbers.
+    /// The outcome is right, but its numbers are wrong.
     #[error("{contact}: {quantity} is off by {by:.3e}; round-off explains {bound:.1e}")]
     WrongNumbers {
         /// The contact.
@@ -129,7 +130,7 @@ pub enum Fault {
     /// The velocity of a particle changed without an event.
     #[error("the velocity of particle {} changed by {by:.3e} without an event", particle.0)]
     Disturbed {
-        /// Which.
+        /// The particle.
         particle: ParticleId,
         /// By how much.
         by: f64,
@@ -137,25 +138,25 @@ pub enum Fault {
     /// A particle is not where its flight leads.
     #[error("particle {} is {by:.3e} away from where its flight leads; round-off explains {bound:.1e}", particle.0)]
     Jumped {
-        /// Which.
+        /// The particle.
         particle: ParticleId,
-        /// How far.
+        /// The distance from there.
         by: f64,
         /// Round-off bound.
         bound: f64,
     },
-    /// A particle that goes round the box in less time than the digits of the simulated time resolve.
+    /// A particle travels around the box in less time than the simulated time resolves.
     #[error(
         "particle {} is so fast ({speed:.3e}) that it goes round the box in less than the digits of the time resolve: nothing can \
         be proven", particle.0
     )]
     TooFast {
-        /// Which.
+        /// The particle.
         particle: ParticleId,
-        /// How fast.
+        /// Its speed.
         speed: f64,
     },
-    /// A gap or an overlap that round-off explains, because the numbers have so few digits, and that is far too large all the same.
+    /// A gap or overlap within round-off that is still far too large, because the numbers have so few digits.
     #[error(
         "{contact} had an event {by:.3e} away from a discontinuity at {distance}: round-off explains even that, in numbers of this size, \
         and so nothing can be proven"
@@ -168,7 +169,7 @@ pub enum Fault {
         /// The distance of the discontinuity `[length]`.
         distance: f64,
     },
-    /// The run ended as if nothing would ever happen again, though something is due.
+    /// The run ended although something is still due.
     #[error("the run ended because nothing would happen any more, but {contact} are due at t = {due}")]
     EndedEarly {
         /// The contact.
@@ -176,7 +177,7 @@ pub enum Fault {
         /// Simulated time at which it is due.
         due: f64,
     },
-    /// The run ended as if nothing would ever happen again, which cannot be shown.
+    /// The run ended, but it cannot be shown that nothing is due any more.
     #[error(
         "the run ended because nothing would happen any more, but {contact} pass each other, or each other's periodic images, for ever: \
         nothing shows that they never meet"
@@ -185,23 +186,23 @@ pub enum Fault {
         /// The contact.
         contact: Contact,
     },
-    /// The caller wanted no more.
+    /// The caller stopped it.
     #[error("interrupted")]
     Interrupted,
-    /// At the end, the engine remembers another state of a pair than the events make it.
+    /// At the end, the engine's state of a pair differs from the one that follows from the events.
     #[error("particles {} and {} are in pair state {engine}, but their events lead to state {events}", pair[0].0, pair[1].0)]
     PairState {
-        /// Which.
+        /// The pair.
         pair: [ParticleId; 2],
-        /// By the events since the start of the range.
+        /// From the events since the start of the range.
         events: usize,
-        /// In the engine's memory.
+        /// In the engine.
         engine: usize,
     },
 }
 
 impl Fault {
-    /// The contact that it is about, if it is about one.
+    /// The contact concerned, if there is one.
     #[must_use]
     pub fn contact(&self) -> Option<Contact> {
         match *self {
@@ -224,7 +225,7 @@ impl Fault {
 #[error("at event {event}, t = {time}: {fault}")]
 #[non_exhaustive]
 pub struct Violation {
-    /// Number of the event since the start of the simulation, from 1.
+    /// Number of the event since the start of the simulation, counted from 1.
     pub event: u64,
     /// Simulated time.
     pub time: f64,

@@ -1,8 +1,8 @@
-//! An interval of simulated time, and everything that Algorithm 1 says will be due in it.
+//! A window of simulated time, and everything that is due in it by Algorithm 1.
 //!
-//! At its start all pairs are searched once. What is too far apart to meet within the window is left out; the rest is asked
-//! when its next event is due. An event changes the flight of two particles: what was due for them is void, and their pairs with
-//! all others are searched again.
+//! At its start all pairs are searched once. Pairs too far apart to meet within the window are skipped; for
+//! the others the next event is computed. An event changes the flights of two particles: their due events
+//! become void, and their pairs with all others are searched again.
 
 use super::approach::{Approach, Boundary};
 use super::contact::{Claim, Contact};
@@ -16,20 +16,20 @@ use crate::model::ParticleId;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Rounding of the comparison that leaves out what is too far apart: some tens of roundings of lengths.
+/// Relative rounding in the comparison that skips distant pairs: some tens of roundings of lengths.
 pub(super) const MARGIN: f64 = 1.0 + 1e-12;
-/// More images than this of one pair are not searched. Within a window no particle goes round the box, and a range is at most
-/// half a period: that makes six images along an axis.
+/// Largest number of images of one pair that are searched. Within a window no particle travels around the
+/// box, and a range is at most half a period: that makes six images along an axis.
 const MOST_IMAGES: f64 = 4096.0;
 
 /// An event that the rule demands.
 #[derive(Debug, Clone)]
 pub(super) struct Due {
-    /// When, in the window `[time]`.
+    /// Its time in the window `[time]`.
     pub time: f64,
     pub claim: Claim,
     pub approach: Approach,
-    /// Number of flights of each of the two when this was computed.
+    /// Flight numbers of both when this was computed.
     versions: [u32; 2],
 }
 
@@ -48,7 +48,7 @@ impl PartialOrd for Due {
 }
 
 impl Ord for Due {
-    /// The earliest is the greatest, so that a heap gives it first.
+    /// The earliest is the greatest, so that a heap returns it first.
     fn cmp(&self, other: &Self) -> Ordering {
         other.time.total_cmp(&self.time).then_with(|| other.claim.cmp(&self.claim))
     }
@@ -87,10 +87,10 @@ impl<'a> Scan<'a> {
 }
 
 impl Window {
-    /// Opens a window: asks for all pairs, walls and surfaces.
+    /// Opens a window: computes the next events of all pairs, walls and surfaces.
     ///
     /// # Errors
-    /// [`Fault::TooFast`] if a pair goes round the box too often.
+    /// [`Fault::TooFast`] if a pair travels around the box too often.
     pub fn open(world: &World, pairs: &Pairs, states: &States, length: f64) -> Result<Self, Fault> {
         let length = length.min(world.motions.steady_for(&states.elapsed));
         let mut window = Self {
@@ -113,17 +113,17 @@ impl Window {
         self.length = self.length.min(time);
     }
 
-    /// Makes void what was due for two particles, whose flights have changed.
+    /// Discards what was due for particles whose flights have changed.
     pub fn forget(&mut self, particles: impl Iterator<Item = u32>) {
         for particle in particles {
             self.versions[particle as usize] = self.versions[particle as usize].wrapping_add(1);
         }
     }
 
-    /// Asks again for all pairs, walls and surfaces of some particles, whose flights have changed.
+    /// Recomputes the next events of particles whose flights have changed, for all pairs, walls and surfaces.
     ///
     /// # Errors
-    /// [`Fault::TooFast`] if a pair goes round the box too often.
+    /// [`Fault::TooFast`] if a pair travels around the box too often.
     pub fn ask_changed(&mut self, world: &World, pairs: &Pairs, states: &States, changed: &[u32]) -> Result<(), Fault> {
         let left = self.length - self.time(&states.elapsed);
         let scan = Scan::within(world, pairs, states, left);
@@ -133,7 +133,7 @@ impl Window {
         Ok(())
     }
 
-    /// A time in the window `[time]`.
+    /// A time as time in the window `[time]`.
     pub fn time(&self, elapsed: &Elapsed) -> f64 {
         elapsed.after(&self.origin)
     }
@@ -147,7 +147,7 @@ impl Window {
         due
     }
 
-    /// Whether the flights that something was asked for are the present ones.
+    /// Whether the flights for which this was computed are still current.
     pub fn is_valid(&self, due: &Due) -> bool {
         self.versions_of(&due.claim.contact) == due.versions
     }
@@ -160,7 +160,7 @@ impl Window {
         versions
     }
 
-    /// Asks for one particle's pairs, walls and surfaces.
+    /// Computes the next events of one particle with its pairs, walls and surfaces.
     fn ask_particle(&mut self, scan: &Scan<'_>, i: u32, is_wanted: impl Fn(u32) -> bool) -> Result<(), Fault> {
         let Scan { world, pairs, states, ref reaches } = *scan;
         for (j, state) in pairs.of(i).filter(|(j, _)| *j != i && is_wanted(*j)) {
@@ -180,7 +180,7 @@ impl Window {
         Ok(())
     }
 
-    /// Asks when a pair reaches the discontinuities that its state sees.
+    /// Computes when a pair reaches the discontinuities of its state.
     fn ask_pair(&mut self, world: &World, states: &States, i: u32, j: u32, state: usize) -> Result<(), Fault> {
         let Some(interaction) = world.interaction(i, j) else { return Ok(()) };
         let (contact, now) = (Contact::pair(ParticleId(i), ParticleId(j)), self.time(&states.elapsed));
@@ -224,7 +224,7 @@ impl Window {
         }
     }
 
-    /// Asks for the next event of a flight.
+    /// Computes the next event of a flight.
     pub fn ask(&mut self, claim: Claim, approach: Approach) {
         self.asked += 1;
         if let Some(time) = approach.next_event(self.length) {
@@ -233,7 +233,7 @@ impl Window {
     }
 }
 
-/// The flight of a particle towards a wall, its height above contact along the first axis.
+/// The flight of a particle towards a wall, with its height above contact along the first axis.
 pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall, since: f64) -> Approach {
     let (k, inwards) = (usize::from(wall.axis), wall.inwards());
     let along = |x: f64| Vector::new(inwards * x, 0.0, 0.0);
@@ -254,7 +254,7 @@ pub(super) fn reach(velocity: &Vector, acceleration: &Vector, time: f64) -> f64 
     (velocity.norm() + 0.5 * acceleration.norm() * time) * time
 }
 
-/// Largest displacement of a flight along each axis: 0 for ever where nothing moves `[length]`.
+/// Largest displacement of a flight along each axis; 0 if nothing moves `[length]`.
 pub(super) fn reach_along(velocity: &Vector, acceleration: &Vector, time: f64) -> Vector {
     Vector::from_fn(|k, _| {
         let (v, a) = (velocity[k].abs(), acceleration[k].abs());

@@ -33,34 +33,34 @@ pub(super) struct World {
     scene: Scene,
     pub inverse_masses: Vec<f64>,
     pub accelerations: Vec<Vector>,
-    /// Ids of the particles that move.
+    /// Ids of the moving particles.
     pub moving: Vec<u32>,
     /// Interactions of bonded pairs, lower id first.
     pub bonds: BTreeMap<(u32, u32), InteractionId>,
     pub walls: Vec<Wall>,
     /// Features of the surfaces of the scene.
     pub facets: Vec<Facet>,
-    /// How the surfaces of the scene move.
+    /// Motions of the surfaces of the scene.
     pub motions: Motions,
-    /// By species and surface, whether the two meet in the present stage.
+    /// By species and surface, whether the two interact in the current stage.
     meetings: Vec<Vec<bool>>,
     /// Edges of periodic axes, 0 for others `[length]`.
     pub periods: Vector,
-    /// The shortest of them, infinite if there are none `[length]`.
+    /// The shortest of them; infinite if there are none `[length]`.
     pub shortest_period: f64,
-    /// The longest distance of two particles, infinite where they can fly off `[length]`.
+    /// The longest distance between two particles; infinite if they can fly off `[length]`.
     pub diagonal: f64,
-    /// Beyond this distance no uncaptured pair interacts `[length]`.
+    /// Largest distance at which an uncaptured pair interacts `[length]`.
     pub longest_range: f64,
-    /// A length of the scene's particles: the longest range, or diameter if there is none `[length]`.
+    /// A typical length of the particles: the longest range, or the diameter if there is none `[length]`.
     pub longest_length: f64,
     /// The largest coordinate of a wall `[length]`.
     pub farthest_wall: f64,
     /// The largest coordinate of a facet `[length]`.
     pub farthest_facet: f64,
-    /// Whether any pair can be in another state than 0.
+    /// Whether any pair can be in a state other than 0.
     pub has_states: bool,
-    /// Whether species are bonded, so that pairs are in another state however far apart they are.
+    /// Whether species are bonded, so that pairs have a nonzero state at any distance.
     pub holds_all_pairs: bool,
 }
 
@@ -100,7 +100,7 @@ impl World {
         world
     }
 
-    /// Puts the surfaces of a stage in, and takes others away. Whether that changes anything.
+    /// Adds and removes surfaces for a stage. Returns whether anything changed.
     pub fn enter_stage(&mut self, stage: &str) -> bool {
         let species = (0..).map(SpeciesId).zip(&self.scene.species);
         let surfaces = &self.scene.surfaces;
@@ -109,19 +109,19 @@ impl World {
         std::mem::replace(&mut self.meetings, meetings) != self.meetings
     }
 
-    /// Gives the particles that move another acceleration. Whether that changes any.
+    /// Gives the moving particles another acceleration. Returns whether anything changed.
     pub fn turn_gravity(&mut self, gravity: &Vector) -> bool {
         let is_other = self.moving.iter().any(|&i| self.accelerations[i as usize] != *gravity);
         self.moving.iter().for_each(|&i| self.accelerations[i as usize] = *gravity);
         is_other
     }
 
-    /// By surface, whether a particle meets it in the present stage.
+    /// By surface, whether a particle meets it in the current stage.
     pub fn meets(&self, i: u32) -> &[bool] {
         &self.meetings[self.scene.particles[i as usize].species.0 as usize]
     }
 
-    /// The restitution at a surface that a particle meets.
+    /// The restitution between a particle and a surface that it meets.
     pub fn surface_restitution(&self, i: u32, surface: u32) -> Option<f64> {
         let surface = surface as usize;
         let is_met = self.meets(i).get(surface).copied().unwrap_or(false) && !self.is_static(i);
@@ -135,7 +135,7 @@ impl World {
         self.inverse_masses[i as usize] == 0.0
     }
 
-    /// Whether the pair of a moving particle `i` and `j` comes up here, and not again as `j` and `i`.
+    /// Whether a moving particle `i` and `j` are visited here, rather than as `j` and `i`.
     pub fn is_first(&self, i: u32, j: u32) -> bool {
         i < j || (i > j && self.is_static(j))
     }
@@ -173,17 +173,17 @@ impl World {
                 .is_some_and(|interaction| interaction.potential.accessible_states().contains(&state))
     }
 
-    /// `r_i - r_j` of the nearest images, wherever they are.
+    /// `r_i - r_j` by nearest image, for any positions.
     pub fn nearest(&self, states: &States, i: u32, j: u32) -> Vector {
         self.shortest(states.positions[i as usize] - states.positions[j as usize])
     }
 
-    /// The shortest image of a separation, however long it is.
+    /// The nearest image of a separation of any length.
     pub fn shortest(&self, mut apart: Vector) -> Vector {
         for k in 0..3 {
             let period = self.periods[k];
             if apart[k].abs() > 0.5 * period && period > 0.0 {
-                // Nearly always one period; the quotient is for particles that have left the box.
+                // Nearly always one period away; the quotient is for particles that have left the box.
                 let is_next = apart[k].abs() <= 1.5 * period;
                 apart[k] -= if is_next { period.copysign(apart[k]) } else { period * (apart[k] / period).round() };
             }
@@ -191,9 +191,11 @@ impl World {
         apart
     }
 
-    /// The images of a separation that come within `reach` along each axis; `None` if they are more than `most`.
+    /// The images of a separation that come within `reach` along each axis; `None` if there are more than
+    /// `most`.
     ///
-    /// Their number is known before there is room for them: a flight that is long enough passes more than any memory holds.
+    /// Their number is known before memory is allocated: a long enough flight passes more images than fit
+    /// into memory.
     pub fn images(&self, nearest: &Vector, reach: &Vector, most: f64) -> Option<Vec<Vector>> {
         let periodic = || (0..3).filter(|&k| self.periods[k] > 0.0);
         let ends = |k: usize| {
@@ -221,7 +223,7 @@ impl World {
         Some(images)
     }
 
-    /// A position along periodic axes, moved by whole periods to where the engine keeps particles.
+    /// A position moved by whole periods to where the engine keeps particles.
     pub fn brought_back(&self, mut position: Vector) -> Vector {
         if !self.is_in_box(&position) {
             for k in (0..3).filter(|&k| self.periods[k] > 0.0) {
@@ -232,7 +234,8 @@ impl World {
         position
     }
 
-    /// Whether a position is where the engine keeps particles: along periodic axes within the box to half a period.
+    /// Whether a position is where the engine keeps particles: along periodic axes at most half a period
+    /// outside of the box.
     pub fn is_in_box(&self, position: &Vector) -> bool {
         (0..3).filter(|&k| self.periods[k] > 0.0).all(|k| {
             let fraction = (position[k] - self.scene.space.lower[k]) / self.periods[k];

@@ -1,25 +1,27 @@
-//! Directions of neighbours, projected on functions of one angular momentum.
+//! Directions to neighbours, projected on the functions of one angular momentum.
 
 use crate::Vector;
 
-/// The largest degree.
+/// The largest supported degree.
 const MOST_DEGREE: usize = 8;
 
 /// The functions of degree `l`: spherical harmonics `Y_lm` in space, `exp(i l phi)` in a plane.
 ///
-/// They are real and scaled so that the squares of all functions in one direction add up to 1. Of the mean of their values over the
-/// neighbours of a particle, the length is then `q_l = sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2)` or `|psi_l|`.
+/// The functions are real, and scaled so that their squares in any direction add up to 1. Averaged over the
+/// neighbours of a particle, their values form a vector of length `q_l = sqrt(4 pi / (2 l + 1) sum_m
+/// |q_lm|^2)` or `|psi_l|`.
 #[derive(Debug, Clone)]
 pub(super) struct Harmonics {
     degree: usize,
-    /// The axes of the plane, in two dimensions.
+    /// Axes of the plane, in two dimensions.
     plane: Option<[usize; 2]>,
-    /// `d^m P_l / dz^m` by powers of `z`, times `sqrt((2 - delta_m0) (l - m)! / (l + m)!)`, for each `m`.
+    /// For each `m`, the coefficients in `z` of `d^m P_l / dz^m`, times `sqrt((2 - delta_m0) (l - m)! / (l +
+    /// m)!)`.
     polynomials: Vec<Vec<f64>>,
 }
 
 impl Harmonics {
-    /// The functions of a degree from 1 to 8, along the axes that are not flat; none for a line.
+    /// The functions of a degree from 1 to 8, along the axes that are not flat; `None` in one dimension.
     pub fn new(degree: usize, axes: &[usize]) -> Option<Self> {
         let plane = match *axes {
             [a, b] => Some([a, b]),
@@ -34,7 +36,7 @@ impl Harmonics {
         if self.plane.is_some() { 2 } else { 2 * self.degree + 1 }
     }
 
-    /// Adds the values in the direction of a separation.
+    /// Adds the values of the functions in the direction of a separation.
     pub fn add(&self, separation: &Vector, sums: &mut [f64]) {
         let length = separation.norm();
         if length <= 0.0 {
@@ -70,7 +72,7 @@ fn times([re, im]: [f64; 2], x: f64, y: f64) -> [f64; 2] {
     [re * x - im * y, re * y + im * x]
 }
 
-/// The Legendre polynomial and its derivatives, scaled.
+/// The scaled Legendre polynomial and its derivatives.
 fn polynomials(degree: usize) -> Vec<Vec<f64>> {
     // n P_n = (2 n - 1) z P_(n-1) - (n - 1) P_(n-2).
     let (mut before, mut legendre) = (vec![0.0; degree + 1], vec![0.0; degree + 1]);
@@ -99,7 +101,7 @@ mod tests {
 
     #[test]
     fn products_of_two_directions_are_legendre_polynomials() {
-        // The addition theorem: sum_m Y_lm(a) Y_lm(b) = P_l(a.b) in this scale.
+        // The addition theorem: sum_m Y_lm(a) Y_lm(b) = P_l(a.b) in this normalisation.
         let a = Vector::new(0.3, -0.8, 0.52).normalize();
         let b = Vector::new(-0.6, 0.1, 0.7).normalize();
         let x = a.dot(&b);
@@ -114,7 +116,7 @@ mod tests {
             };
             let (at_a, at_b) = (values(a), values(b));
             let sum = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
-            // Terms of polynomials up to 315/16, a few roundings each.
+            // The terms of the polynomials reach 315/16, with a few roundings each.
             assert!((sum(&at_a, &at_a) - 1.0).abs() < 1e-13, "{degree}");
             assert!((sum(&at_a, &at_b) - exact).abs() < 1e-13, "{degree}");
         }

@@ -2,7 +2,7 @@ use super::*;
 use crate::Vector;
 use crate::model::space::{Boundary, Space};
 
-/// `cells^3` cells of a lattice with sites in units of the edges of its cell.
+/// `cells^3` unit cells of a lattice, with sites in units of the cell's edges.
 fn lattice(cell: Vector, sites: &[[f64; 3]], cells: u32) -> (SystemDescription, Vec<Vector>) {
     let size = cell * f64::from(cells);
     let space = Space { lower: Vector::zeros(), size, boundary: [Boundary::Periodic; 3] };
@@ -22,10 +22,10 @@ fn crystals_have_their_exact_order() {
     let cube = Vector::repeat(1.0);
     let fcc = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]];
     let bcc = [[0.0; 3], [0.5; 3]];
-    // Two layers of a triangular lattice in an orthogonal cell.
+    // Two layers of a triangular lattice in an orthogonal unit cell.
     let hcp = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 1.0 / 3.0, 0.5], [0.5, 5.0 / 6.0, 0.5]];
     let hcp_cell = Vector::new(1.0, 3.0_f64.sqrt(), (8.0_f64 / 3.0).sqrt());
-    // Cutoffs between the shells of neighbours: 12 at a / sqrt(2), 8 and 6 up to a, 6 at a, 12 at 1.
+    // Cutoffs between the shells of neighbours: 12 at a / sqrt(2), 8 and then 6 up to a, 6 at a, 12 at 1.
     for (name, cell, sites, cutoff, q6, q4) in [
         ("fcc", cube, &fcc[..], 0.85, 0.57452, 0.19094),
         ("bcc", cube, &bcc[..], 1.2, 0.51069, 0.03637),
@@ -35,7 +35,7 @@ fn crystals_have_their_exact_order() {
         let (system, positions) = lattice(cell, sites, 4);
         for (degree, expected) in [(6, q6), (4, q4)] {
             let values = per_particle(&system, &sample(0.0, &positions, &[]), cutoff, degree);
-            // The values are known to five digits.
+            // The reference values have five digits.
             assert!(values.iter().all(|&value| (value - expected).abs() < 6e-6), "{name}: {}", values[0]);
         }
     }
@@ -67,7 +67,7 @@ fn a_triangular_lattice_is_hexatic_and_its_instrument_says_so() {
 
 #[test]
 fn a_triangular_lattice_is_hexatic_in_a_sheared_box_that_its_rows_fit() {
-    // Five rows, so that the next image of the first one is half a spacing beside it.
+    // Five rows, so that the next image of the first row is shifted by half a spacing.
     let height = 0.75_f64.sqrt();
     let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
     let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 5.0 * height, 0.0), boundary };
@@ -111,7 +111,7 @@ fn the_columns_of_a_trajectory_are_those_of_their_degree() {
     assert_eq!(scalars.len(), 2);
     assert!(values("psi6").iter().all(|value| value.abs() < 1e-12));
     assert!(values("psi4").iter().all(|value| (value - 1.0).abs() < 1e-12));
-    // On a line there are no directions.
+    // In one dimension there are no directions.
     let line = SystemDescription::of_points(
         Space { boundary: [Boundary::Periodic, Boundary::Flat, Boundary::Flat], ..system.space },
         36,

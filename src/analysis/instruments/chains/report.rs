@@ -1,11 +1,11 @@
-//! Report of the sizes of chains.
+//! The report on the sizes of chains.
 
 use super::{Chains, MOST_GROUPS};
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};
 use crate::analysis::statistics::Estimate;
 use crate::base::text::digits;
 
-/// Adds a probability density of a length over even bins.
+/// Adds a probability density of a length in equal bins.
 fn with_density(
     curve: Curve,
     symbol: &str,
@@ -77,7 +77,7 @@ impl Chains {
         measured.curves.push(curve);
     }
 
-    /// Numbers and distributions of the shortest linear chains.
+    /// Reports the numbers of all linear chains and the distributions of the shortest ones.
     pub(super) fn report_ends(&self, measured: &mut Measured) {
         for (index, group) in self.groups.iter().enumerate() {
             let Some((place, longest)) = group.distribution else { continue };

@@ -1,4 +1,4 @@
-//! Mean squares of the extent of bonded particles at one time.
+//! Mean square sizes of bonded molecules at one time.
 
 use super::{gyration, unwrapped};
 use crate::Vector;
@@ -8,13 +8,16 @@ use crate::engine::{Simulation, Snapshot};
 use crate::model::Scene;
 use crate::model::components::{Component, components};
 
-/// Name of the mean square radius of gyration, `<sum_i |r_i - mean r|^2 / n>`, and that of the mean square end-to-end distance of linear chains, `<|r_n - r_1|^2>`.
+/// Names of the mean square radius of gyration, `<sum_i |r_i - mean r|^2 / n>`, and of the mean square
+/// end-to-end distance of linear chains, `<|r_n - r_1|^2>`.
 const NAMES: [&str; 2] = ["mean_square_radius_of_gyration", "mean_square_end_to_end_distance"];
 
-/// Quantities of the extent of bonded particles, with their unit: mean squares of the radius of gyration and, of linear chains, of the end-to-end distance.
+/// Quantities for the size of bonded molecules, with their units: the mean square radius of gyration and, for
+/// linear chains, the mean square end-to-end distance.
 pub const CHAIN_SIZES: [(&str, &str); 2] = [(NAMES[0], "length^2"), (NAMES[1], "length^2")];
 
-/// Extent of the bonded particles of a scene, measured at intervals: the mean over all components, unwrapped along their bonds.
+/// Size of the bonded molecules of a scene, measured at intervals: the mean over all components, unwrapped
+/// along their bonds.
 #[derive(Debug, Clone)]
 pub(crate) struct ChainSizes {
     system: SystemDescription,
@@ -27,7 +30,7 @@ impl ChainSizes {
         Self::with(SystemDescription::of(scene))
     }
 
-    /// The components of a simulation, whose scene may have dropped its initial particles.
+    /// The components of a simulation, even if its scene no longer holds the initial particles.
     pub fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
         Self::with(SystemDescription::of_simulation(simulation, applicable))
     }
@@ -36,7 +39,7 @@ impl ChainSizes {
         Self { components: components(system.species.len(), &system.bonds), system }
     }
 
-    /// The quantities that mean something: none without bonds, no distance of ends without linear chains.
+    /// Names of the defined quantities: none without bonds, and no end-to-end distance without linear chains.
     pub fn names(&self) -> &'static [&'static str] {
         match (self.components.is_empty(), self.components.iter().any(|it| it.is_linear)) {
             (true, _) => &[],
@@ -45,7 +48,7 @@ impl ChainSizes {
         }
     }
 
-    /// Their values at a time `[length^2]`.
+    /// The values at one time `[length^2]`.
     pub fn at(&self, snapshot: &Snapshot) -> Vec<f64> {
         let sample = Sample::of(snapshot);
         let [mut gyrations, mut ends, mut linear] = [0.0; 3];

@@ -1,7 +1,7 @@
 use super::*;
 use crate::model::space::Space;
 
-/// Two straight chains of four across the box's sides, a ring of three, and a particle on its own.
+/// Two straight chains of four that cross the sides of the box, a ring of three, and a single particle.
 fn scene(displacement: f64) -> (SystemDescription, Vec<Vector>) {
     let system = SystemDescription {
         bonds: vec![[0, 1], [1, 2], [2, 3], [4, 5], [5, 6], [6, 7], [8, 9], [9, 10], [8, 10]],
@@ -30,7 +30,7 @@ fn measured(instrument: &Chains, system: &SystemDescription) -> Measured {
 
 #[test]
 fn sizes_are_those_of_straight_chains_and_triangles() {
-    // Also where the image that a chain goes on in is displaced.
+    // Also where the chain crosses into a displaced image.
     [0.0, 0.9, -2.2].into_iter().for_each(check_sizes);
 }
 

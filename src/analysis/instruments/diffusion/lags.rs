@@ -9,48 +9,52 @@ use crate::base::numbers::{trunc_to_u64, trunc_to_usize};
 use crate::model::measurement_plan::Diffusion as Plan;
 use crate::model::measurement_plan::MOST_DIFFUSION_STEPS as MOST_STEPS;
 
-/// Ticks in a linear step, a power of two: how much finer the shortest logarithmic time is.
+/// Ticks per linear step, a power of two. It is the ratio of the linear step to the shortest logarithmic lag.
 pub(super) const TICKS_PER_STEP: u64 = 32;
 
-/// Linear steps in a mean free time, unless they are given.
+/// Linear steps per mean free time, unless they are given.
 const STEPS_PER_FREE_TIME: f64 = 5.0;
 
-/// Mean free times in the longest linear time, unless it is given: at least, and at most.
+/// Shortest and longest default span, in mean free times.
 const FREE_TIMES: [f64; 2] = [100.0, 1000.0];
 
-/// Times in which the slowest flow in the box decays, in the longest linear time. A straight part that begins after a quarter of it misses less than a thousandth of the slope then.
+/// Default span in decay times of the slowest flow in the box. A straight part that begins after a quarter of
+/// the span then misses less than a thousandth of the slope.
 const FLOW_DECAYS: f64 = 10.0;
 
-/// Fewest linear steps that are chosen, and most that are where the span follows from an interval.
+/// Fewest linear steps that are chosen by default, and most if the span follows from a given interval.
 const FEWEST_STEPS: f64 = 50.0;
 const MOST_OF_INTERVAL: f64 = 500.0;
-/// Shortest tick, in spacings of numbers at the end of the run.
+/// Shortest tick, in spacings of floating-point numbers at the end of the run.
 const SPACINGS_PER_TICK: f64 = 8.0;
 
-/// New origins in a longest linear time, unless there would be many more than [`ORIGINS`] in all.
+/// New origins per span, unless there would be many more than [`ORIGINS`] in all.
 const OVERLAPPING: u64 = 4;
 
-/// Origins that a run is expected to have, at most.
+/// Largest expected number of origins in a run.
 const ORIGINS: f64 = 256.0;
 
-/// A grid of times that everything happens at, counted in ticks since the start.
+/// The grid of all lags and origins, counted in ticks since the start.
 ///
-/// The linear times are multiples of the interval, up to the span; the logarithmic ones are 1, 2, 3, 4, 6, 8, 12, ... ticks. Origins are
-/// multiples of the interval, a quarter of the span apart, or more in a long run.
+/// The linear lags are multiples of the interval, up to the span. The logarithmic lags are 1, 2, 3, 4, 6, 8,
+/// 12, ... ticks. Origins are multiples of the interval, a quarter of the span apart, or further in a long
+/// run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Lags {
     start: f64,
     /// Duration of a tick `[time]`.
     tick: f64,
-    /// Number of linear times.
+    /// Number of linear lags.
     pub steps: usize,
     /// Linear steps between two origins.
     pub stride: u64,
 }
 
 impl Lags {
-    /// `interval = span / steps`. Where they are left open, the span is 100 to 1000 mean free times, ten of those in which the slowest flow decays in the box, or a quarter of the duration if that
-    /// is less, and there are 50 to 2000 steps, five in a mean free time. Without a mean free time, a quarter of the duration and 100 steps.
+    /// `interval = span / steps`. If they are not given, the span is 100 to 1000 mean free times, ten decay
+    /// times of the slowest flow in the box, or a quarter of the duration if that is less. There are 50 to
+    /// 2000 steps, five per mean free time. Without a mean free time, the span is a quarter of the duration
+    /// and there are 100 steps.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let free_time = mean_free_time(setup.system, &setup.sample);
         let quarter = 0.25 * setup.duration;
@@ -65,17 +69,19 @@ impl Lags {
                 });
                 let span = span.unwrap_or(longest);
                 let fitting = free_time.map_or(100.0, |time| (span / time * STEPS_PER_FREE_TIME).round());
-                // An interval that goes out of step with scalings is up to a third shorter, and the most steps of it have to reach the span.
+                // An interval chosen to avoid keeping step with scalings is up to a third shorter, and
+                // `MOST_STEPS` of it must still reach the span.
                 let most = MOST_STEPS as f64 * if setup.system.scaling_interval.is_some() { 0.7 } else { 1.0 };
                 let interval = incommensurate(span / fitting.clamp(FEWEST_STEPS, most), setup.system.scaling_interval);
                 (interval, (span / interval).round())
             }
         };
-        // Ticks far longer than the spacing of the numbers that count time, so that each is told from the next.
+        // A tick far longer than the spacing of floating-point times, so that two ticks are always different
+        // times.
         let shortest = SPACINGS_PER_TICK * f64::EPSILON * (setup.sample.time.abs() + setup.duration);
         let interval = feasible(interval, setup.duration).max(shortest * TICKS_PER_STEP as f64);
         let steps = trunc_to_usize(steps.clamp(1.0, MOST_STEPS as f64));
-        // More than a tick counter holds is no number of origins either.
+        // More than a tick counter holds is not a usable number of origins either.
         let apart = trunc_to_u64((setup.duration / interval / ORIGINS).ceil().clamp(1.0, 1e9));
         Self {
             start: setup.sample.time,
@@ -85,7 +91,7 @@ impl Lags {
         }
     }
 
-    /// Spacing of the linear times `[time]`.
+    /// Spacing of the linear lags `[time]`.
     pub fn interval(&self) -> f64 {
         self.tick * TICKS_PER_STEP as f64
     }
@@ -95,38 +101,38 @@ impl Lags {
         self.stride.saturating_mul(TICKS_PER_STEP)
     }
 
-    /// A simulated time.
+    /// Simulated time of a tick.
     pub fn time(&self, ticks: u64) -> f64 {
         self.start + self.duration(ticks)
     }
 
-    /// The length of some ticks `[time]`.
+    /// Length of a number of ticks `[time]`.
     pub fn duration(&self, ticks: u64) -> f64 {
         ticks as f64 * self.tick
     }
 
-    /// Ticks that have passed at a time, within rounding of it.
+    /// Ticks that have passed at a time, within round-off.
     pub fn passed(&self, time: f64) -> u64 {
         trunc_to_u64((time - self.start) / self.tick + EARLY)
     }
 
-    /// The number of a linear time, if ticks are one.
+    /// Index of the linear lag of so many ticks, if there is one.
     pub fn linear(&self, ticks: u64) -> Option<usize> {
         let step = ticks / TICKS_PER_STEP;
         (ticks.is_multiple_of(TICKS_PER_STEP) && step <= self.steps as u64).then_some(step as usize)
     }
 
-    /// The next linear time after some ticks; none after the last.
+    /// The next linear lag after a number of ticks; `None` after the last.
     pub fn next_linear(&self, ticks: u64) -> Option<u64> {
         let step = ticks / TICKS_PER_STEP + 1;
         (step <= self.steps as u64).then_some(step * TICKS_PER_STEP)
     }
 }
 
-/// Number of logarithmic times: no run has 2^63 ticks.
+/// Number of logarithmic lags: no run has 2^63 ticks.
 pub(super) const LOGARITHMIC: usize = 126;
 
-/// A logarithmic time in ticks: 1, 2, 3, 4, 6, 8, 12, ...
+/// A logarithmic lag in ticks: 1, 2, 3, 4, 6, 8, 12, ...
 pub(super) fn logarithmic_ticks(number: usize) -> u64 {
     match number {
         0 => 1,
@@ -135,19 +141,19 @@ pub(super) fn logarithmic_ticks(number: usize) -> u64 {
     }
 }
 
-/// The number of the last logarithmic time up to some ticks.
+/// Index of the last logarithmic lag up to a number of ticks.
 fn logarithmic_up_to(ticks: u64) -> Option<usize> {
     let power = ticks.checked_ilog2()? as usize;
     let number = (2 * power).saturating_sub(1);
     Some(if power >= 1 && logarithmic_ticks(number + 1) <= ticks { number + 1 } else { number })
 }
 
-/// The number of a logarithmic time, if ticks are one.
+/// Index of the logarithmic lag of exactly so many ticks, if there is one.
 pub(super) fn logarithmic(ticks: u64) -> Option<usize> {
     logarithmic_up_to(ticks).filter(|&number| logarithmic_ticks(number) == ticks)
 }
 
-/// The next logarithmic time after some ticks.
+/// The next logarithmic lag after a number of ticks.
 pub(super) fn next_logarithmic(ticks: u64) -> u64 {
     logarithmic_ticks(logarithmic_up_to(ticks).map_or(0, |number| number + 1))
 }
@@ -182,14 +188,14 @@ mod tests {
         assert_eq!(long.steps, 500);
         assert!((long.interval() / 0.0199 - 1.0).abs() < 0.01, "{}", long.interval());
         assert_eq!(long.stride, trunc_to_u64((1000.0 / long.interval() / 256.0).ceil()));
-        // In a larger box flow decays for longer: ten times of 3.9, in as many steps as there may be.
+        // In a larger box flow decays more slowly: ten times 3.9, in the largest number of steps.
         let (large, of_large) = hard_spheres(2048, 0.3);
         let decay = flow_decay_time(&large, &Sample::of(&of_large.snapshot())).unwrap();
         let in_large = instrument(&of_large, &large, 1000.0, |setup| Lags::new(&Plan::default(), setup));
         assert!(decay > 3.0 && decay < 5.0, "{decay}");
         assert_eq!(in_large.steps, 2000);
         assert!((in_large.interval() * 2000.0 / (10.0 * decay) - 1.0).abs() < 1e-9, "{}", in_large.interval());
-        // Out of step with scalings, a span is what was asked for.
+        // With an interval that avoids keeping step with scalings, the span is still the requested one.
         let scaled = SystemDescription { scaling_interval: Some(0.024), ..system.clone() };
         let plan = Plan { interval: None, span: Some(40.0) };
         let beside = instrument(&simulation, &scaled, 1000.0, |setup| Lags::new(&plan, setup));

@@ -8,10 +8,12 @@ use crate::analysis::instruments::slope::{is_small, straight_terms};
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::{CurveAverage, Estimate};
 
-/// Least part of the autocorrelation that is left after one linear time: of one that decays exponentially, cubics are off by 0.1 % then.
+/// Smallest ratio of two successive values of the autocorrelation. If it decays exponentially at this rate,
+/// the cubics are off by 0.1 %.
 const SMOOTH: f64 = 0.6;
 
-/// Particles whose mean square has grown by no larger part of itself over the straight part are held where they are, as in a crystal.
+/// Particles whose mean square displacement grows by no more than this fraction of itself over the straight
+/// part are localised, as in a crystal.
 const LOCALISED: f64 = 0.3;
 
 pub(super) fn report(diffusion: &Diffusion, system: &SystemDescription, measured: &mut Measured) {
@@ -36,7 +38,7 @@ pub(super) fn report(diffusion: &Diffusion, system: &SystemDescription, measured
     measured.curves.push(linear(diffusion, system, INTEGRAL));
 }
 
-/// How something is measured, with what differs in a sheared box and between walls.
+/// Describes how a curve is measured, including the differences in a sheared box and between walls.
 fn method(at_rest: &str, system: &SystemDescription) -> String {
     let followed = followed(system);
     let sheared = if system.shear_rate == 0.0 { "" } else { SHEARED };
@@ -58,7 +60,8 @@ fn offset(diffusion: &Diffusion, group: usize, kind: usize) -> usize {
     (group * CURVES + kind) * (diffusion.lags.steps + 1)
 }
 
-/// `D = 1 / (2 d) d<r^2>/dt`, `d` the number of axes, over the straight part; `None` where that part is not straight, or where particles stay where they are.
+/// `D = 1 / (2 d) d<r^2>/dt` over the straight part, where `d` is the number of axes. `None` if that part is
+/// not straight or the particles are localised.
 fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> Option<Estimate> {
     if followed(system).is_enclosed {
         return None;
@@ -68,14 +71,16 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     let [slope, bend] = straight_terms(steps, diffusion.lags.interval(), offset)?;
     let whole = with_spread(diffusion, group, &slope, 0)?;
     let bend = with_spread(diffusion, group, &bend, 1)?;
-    // Diffusion from the start of the straight part on takes three quarters of the way, in squares.
+    // If particles diffuse from the start of the straight part, that part makes up three quarters of the mean
+    // square displacement.
     let grown = whole.mean * diffusion.lags.interval() * (steps + offset - slope.first()?.0) as f64;
     let is_diffusive = grown > LOCALISED * diffusion.linear.mean(offset + steps)?;
     let scale = 0.5 / Tracers::dimensions(system);
     (is_diffusive && is_small(&bend, &whole)).then(|| whole.times(scale))
 }
 
-/// A combination of mean squared displacements, with the largest of three errors: of blocks of origins, which has what is slow, of the scatter of origins along each axis, and of the
+/// A linear combination of mean squared displacements. Its error is the largest of three: that of blocks of
+/// origins, which includes slow changes; that of the scatter of origins along each axis; and that of the
 /// scatter of particles by groups of neighbours, which needs no independent origins.
 fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind: usize) -> Option<Estimate> {
     let of_blocks = diffusion.linear.combination(terms)?;
@@ -85,10 +90,11 @@ fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind
     Some(Estimate { standard_error: errors.into_iter().flatten().reduce(f64::max), ..of_blocks })
 }
 
-/// The integral over all times; `None` where the autocorrelation falls by too much from one time to the next to be integrated, or where it
-/// has not decayed: the integral still grows over the second half of its times.
+/// The integral over all lags. `None` if the autocorrelation falls by too much between two lags to be
+/// integrated, or has not decayed, so that the integral still grows over the second half.
 ///
-/// An end that the noise chooses, such as where the autocorrelation vanishes in it, would cut off the tail and give an error without it.
+/// The upper limit must not depend on the noise, for example on where the autocorrelation first vanishes:
+/// that would cut off the tail and give an error without it.
 fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
     let first = offset(diffusion, group, VACF);
     let at = |step: usize| diffusion.linear.mean(first + step);
@@ -123,11 +129,11 @@ fn logarithmic(diffusion: &Diffusion, system: &SystemDescription) -> Curve {
     with_series(curve.logarithmic([true, true]), diffusion, system, &SQUARE, average, elements)
 }
 
-/// Names of a curve.
+/// Names for a curve.
 struct Quantity {
     symbol: &'static str,
     unit: &'static str,
-    /// Term that is summed up over particles and origins.
+    /// Term that is summed over particles and origins.
     of_one: &'static str,
     /// Whether it is also divided by the number of axes.
     is_by_axis: bool,

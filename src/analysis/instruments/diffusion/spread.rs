@@ -1,4 +1,4 @@
-//! Scatter of the mean squared displacements of single particles, and of single axes.
+//! Scatter of the mean squared displacements of single particles and of single axes.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,35 +8,40 @@ use crate::Vector;
 use crate::analysis::instruments::slope::straight_terms;
 use crate::analysis::statistics::student;
 
-/// Degrees of freedom of a variance that gives an error.
+/// Fewest degrees of freedom of a variance that gives an error.
 const FEWEST: f64 = 4.0;
 
-/// Slope (0) of the squared displacement over the straight part, and the difference between the slopes of its halves (1), of each tracer and along each axis.
+/// Slope (0) of the squared displacement over the straight part, and the difference (1) between the slopes of
+/// its two halves, for each tracer and along each axis.
 ///
-/// Spans of a run are few, and origins that overlap are not independent: the scatter of their means alone says little of the error of a short run. There is more.
-/// - Particles are many. Where each goes its own way, the variance of a mean over `N` of them is `s^2 / N` with the variance `s^2` of one particle over all its origins, however they
-///   overlap. What all have in common is not in it: the flow around each one that moves, which decays as `1 / r`.
-/// - Axes are independent, and how origins that overlap depend on each other is known of a Brownian path `x`: of squares, the covariance is
-///   `<(x(b) - x(a))^2 (x(d) - x(c))^2> - <>^2 = 8 D^2 o^2` with the overlap `o` of `[a, b]` and `[c, d]`.
+/// A run has few spans, and overlapping origins are not independent. The scatter of their means alone says
+/// little about the error of a short run. Two more sources help:
+/// - There are many particles. If each moves independently, the variance of a mean over `N` of them is `s^2 /
+///   N`, where `s^2` is the variance of one particle over all its origins, however these overlap. It misses
+///   motion that particles share: the flow around each moving particle, which decays as `1 / r`.
+/// - Axes are independent, and the correlation of overlapping origins is known for a Brownian path `x`. The
+///   covariance of squared displacements is `<(x(b) - x(a))^2 (x(d) - x(c))^2> - <>^2 = 8 D^2 o^2`, where `o`
+///   is the overlap of `[a, b]` and `[c, d]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Spread {
-    /// Coefficients of the two by linear time.
+    /// Coefficients of both quantities, by linear lag.
     coefficients: Vec<[f64; 2]>,
     /// Linear steps between two origins.
     stride: usize,
-    /// By tracer, over all origins that came to the span.
+    /// By tracer, over all origins that have reached the span.
     sums: Vec<[f64; 2]>,
-    /// How many those are, and by group and axis mean and sum of squared deviations of each of the two.
+    /// The number of these origins; by group and axis, the mean and the sum of squared deviations of each of
+    /// the two quantities.
     origins: u64,
     axes: Vec<[[[f64; 2]; 2]; 3]>,
 }
 
-/// Of one origin.
+/// Slopes of one origin.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Slopes {
     /// By tracer, over all axes.
     tracers: Vec<[f64; 2]>,
-    /// By group and axis, mean over its tracers.
+    /// By group and axis, the mean over its tracers.
     axes: Vec<[[f64; 2]; 3]>,
 }
 
@@ -53,12 +58,12 @@ impl Spread {
         Self { coefficients, stride, sums: vec![[0.0; 2]; tracers.len()], origins: 0, axes }
     }
 
-    /// Slopes of a new origin.
+    /// Empty slopes for a new origin.
     pub fn begin(&self) -> Slopes {
         Slopes { tracers: vec![[0.0; 2]; self.sums.len()], axes: vec![[[0.0; 2]; 3]; self.axes.len()] }
     }
 
-    /// Adds the displacement of each tracer after a linear time to the slopes of an origin.
+    /// Adds the displacement of each tracer after a linear lag to the slopes of an origin.
     pub fn follow(&self, slopes: &mut Slopes, step: usize, tracers: &Tracers, moved: impl Fn(usize) -> Vector) {
         let coefficients = self.coefficients[step];
         if coefficients == [0.0; 2] {
@@ -76,7 +81,7 @@ impl Spread {
         }
     }
 
-    /// Adds an origin that has come to the span.
+    /// Adds an origin that has reached the span.
     pub fn add(&mut self, slopes: &Slopes) {
         for (sum, slope) in self.sums.iter_mut().zip(&slopes.tracers) {
             (0..2).for_each(|kind| sum[kind] += slope[kind]);
@@ -90,12 +95,13 @@ impl Spread {
         }
     }
 
-    /// The slope of a tracer (0) or its bend (1), summed over origins.
+    /// Slope (0) or bend (1) of a tracer, summed over origins.
     pub fn sum(&self, tracer: usize, kind: usize) -> f64 {
         self.sums[tracer][kind]
     }
 
-    /// Standard error of the mean over origins of the slope (0) or bend (1) of a group, by the scatter of origins along each of its axes; `None` of too few.
+    /// Standard error of the mean over origins of the slope (0) or bend (1) of a group, from the scatter of
+    /// origins along each axis; `None` if there are too few.
     pub fn error_by_axes(&self, group: usize, kind: usize) -> Option<f64> {
         let origins = self.origins as f64;
         let together = self.variance_of_mean_of_origins(kind);
@@ -106,15 +112,16 @@ impl Spread {
         (freedom >= FEWEST).then(|| student(freedom) * axes.map(variance).sum::<f64>().sqrt())
     }
 
-    /// Variance of the mean over all origins of a Brownian path, in that of one: `sum r_ij / n^2` with the correlation `r_ij` of origins.
+    /// Ratio of the variance of the mean over all origins to the variance of one origin, for a Brownian path:
+    /// `sum r_ij / n^2` with the correlation `r_ij` of origins.
     fn variance_of_mean_of_origins(&self, kind: usize) -> f64 {
         let span = self.coefficients.len() - 1;
-        // By linear time, the sum of the coefficients from it on.
+        // By linear lag, the sum of the coefficients from there on.
         let mut from = vec![0.0; span + 2];
         for k in (0..=span).rev() {
             from[k] = from[k + 1] + self.coefficients[k][kind];
         }
-        // The overlap of `[0, k]` and `[shift, shift + l]` is that of the one that ends first.
+        // The overlap of `[0, k]` and `[shift, shift + l]` ends where the shorter of them ends.
         let covariance = |shift: usize| -> f64 {
             let square = |k: usize| (k * k) as f64 * self.coefficients[k][kind];
             let of_other = |l: usize| square(l) * from[(shift + l + 1).min(span + 1)];
@@ -141,7 +148,8 @@ mod tests {
         let (stride, origins) = (4, 6);
         let spread = Spread { coefficients, stride, sums: Vec::new(), origins, axes: Vec::new() };
         for kind in 0..2 {
-            // The covariance of squared Gaussian displacements is twice the squared covariance of the displacements, the overlap.
+            // The covariance of squared Gaussian displacements is twice the square of their covariance, which
+            // is the overlap.
             let covariance = |shift: usize| -> f64 {
                 let of = |k: usize, l: usize| {
                     let overlap = (k.min(shift + l) as f64 - shift as f64).max(0.0);

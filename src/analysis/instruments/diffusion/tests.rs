@@ -22,7 +22,8 @@ fn a_hard_sphere_fluid_diffuses_as_published() {
     let measured = report(&instrument, &system);
     let (einstein, error) = estimate(&measured, "diffusion_coefficient");
     let published = HardSphereFluid::reduced(0.3).simulated_diffusion_coefficient();
-    // A periodic box of finite size slows particles down, by some per cent here (Yeh and Hummer): published values differ by as much.
+    // A periodic box of finite size slows particles down, here by a few per cent (Yeh and Hummer). Published
+    // values differ by as much.
     assert!((einstein - published).abs() < 4.0 * error + 0.05 * published, "{einstein} {error} {published}");
     assert!(error < 0.05 * published);
     let (integral, other) = estimate(&measured, "diffusion_coefficient_green_kubo");
@@ -51,7 +52,7 @@ fn the_start_is_ballistic_and_has_the_temperature() {
     measure(&mut simulation, &system, &mut instrument, 4.0);
     let measured = report(&instrument, &system);
     let curve = |name: &str| measured.curves.iter().find(|curve| curve.name == name).unwrap();
-    // The temperature is exactly 1, so that <v^2> is 3 at each origin.
+    // The temperature is exactly 1, so <v^2> is 3 at each origin.
     let vacf = &curve("velocity_autocorrelation").series[0];
     assert!((vacf.values[0].unwrap() - 3.0).abs() < 1e-12);
     assert!(vacf.standard_errors[0].unwrap() < 1e-12);
@@ -59,14 +60,15 @@ fn the_start_is_ballistic_and_has_the_temperature() {
     let logarithmic = curve("mean_squared_displacement_logarithmic");
     let (times, values) = (&logarithmic.variables[0].values, &logarithmic.series[0].values);
     assert!((times[0] / 0.02 * 32.0 - 1.0).abs() < 1e-12);
-    // <v(0).v(t)> = 3 (1 - a t), a of about 2 G / 3 = 6.7: <dr^2> is less than 3 t^2 by a t / 3 = 0.0014 of it at the shortest time, to
-    // within its half, because a few particles of each origin have collided.
+    // <v(0).v(t)> = 3 (1 - a t) with a of about 2 G / 3 = 6.7. At the shortest lag, <dr^2> is less than 3 t^2
+    // by the fraction a t / 3 = 0.0014, to within half of that, because a few particles of each origin have
+    // collided.
     let ratio = values[0].unwrap() / (3.0 * times[0] * times[0]);
     assert!(ratio < 1.0 && ratio > 0.997, "{ratio}");
     let linear = curve("mean_squared_displacement");
     let common = times.iter().position(|t| (t / linear.variables[0].values[1] - 1.0).abs() < 1e-12).unwrap();
     let (a, b) = (values[common].unwrap(), linear.series[0].values[1].unwrap());
-    // The logarithmic times also have those origins whose linear times are not complete.
+    // The logarithmic lags also use origins whose linear lags are not complete.
     assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
 }
 
@@ -99,7 +101,8 @@ fn free_flight_is_exact_for_each_species_also_across_the_box() {
     let measured = report(&instrument, &system);
     let curve = &measured.curves[0];
     assert_eq!(curve.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["<dr^2>", "<dr^2> A", "<dr^2> B"]);
-    // Relative to the centre of mass, (4, 1), A flies at 3 and B at -1: 9 / (1 - 1/4) = 12, 1 / (1 - 3/4) = 4, and 8 in the mean.
+    // Relative to the centre of mass, which moves at (4, 1), A flies at 3 and B at -1: 9 / (1 - 1/4) = 12, 1
+    // / (1 - 3/4) = 4, and a mean of 8.
     for (series, square) in curve.series.iter().zip([8.0, 12.0, 4.0]) {
         for (t, value) in curve.variables[0].values.iter().zip(&series.values) {
             assert!((value.unwrap() - square * t * t).abs() < 1e-10 * (1.0 + t * t), "{t} {value:?}");
@@ -129,8 +132,8 @@ fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
     let mut instrument = diffusion(&simulation, &system, &plan, 40.0);
     measure(&mut simulation, &system, &mut instrument, 40.0);
     let measured = report(&instrument, &system);
-    // Along y and z, relative to the centre of mass that flies at (2, -1/4), A flies at (3, 9/4) and B at (-1, -3/4): 225/16 / (1 - 1/4),
-    // 25/16 / (1 - 3/4), and their mean.
+    // Along y and z, relative to the centre of mass, which moves at (2, -1/4), A flies at (3, 9/4) and B at
+    // (-1, -3/4): 225/16 / (1 - 1/4), 25/16 / (1 - 3/4), and their mean.
     for (curve, power) in [(0, 2), (2, 0)] {
         for (series, square) in measured.curves[curve].series.iter().zip([12.5, 18.75, 6.25]) {
             for (t, value) in measured.curves[curve].variables[0].values.iter().zip(&series.values) {
@@ -139,7 +142,7 @@ fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
             }
         }
     }
-    // A constant, by two axes: 12.5 / 2 t.
+    // The integral of a constant over two axes: 12.5 / 2 t.
     let integral = &measured.curves[3];
     assert!((integral.series[0].values[16].unwrap() - 6.25 * 8.0).abs() < 1e-9);
     assert!(measured.numbers[0].method.contains("across the flow"), "{}", measured.numbers[0].method);
@@ -163,7 +166,7 @@ fn memory_and_samples_are_bounded_in_a_long_run() {
         assert!(instrument.origins.len() <= MOST_LONG + MOST_YOUNG);
         samples += 1;
     }
-    // An origin every 4 time units, with 4 linear times and ten logarithmic ones between them.
+    // One origin every 4 time units, with 4 linear and ten logarithmic lags in between.
     assert!((5000 / 4 * 14..5000 / 4 * 14 + 100).contains(&samples), "{samples}");
     let measured = report(&instrument, &system);
     let times = &measured.curves[1].variables[0].values;
@@ -178,7 +181,7 @@ fn it_goes_on_from_a_record_bit_by_bit() {
     assert_eq!(both.again, both.instrument);
 }
 
-/// Two points that fly freely and bounce off walls across some axes.
+/// Two points that fly freely and bounce off the walls across the given axes.
 fn between_walls(walls: [bool; 3]) -> Measured {
     let wall = |axis: usize| match walls[axis] {
         true => crate::model::space::Boundary::walls(1.0),
@@ -203,7 +206,7 @@ fn between_walls(walls: [bool; 3]) -> Measured {
 fn nothing_diffuses_towards_a_wall() {
     let slit = between_walls([false, false, true]);
     let curve = &slit.curves[0];
-    // Along x and y they fly at (1, 2) and (-1, -2), and their momentum is zero: 5 / (1 - 1/2).
+    // Along x and y they fly at (1, 2) and (-1, -2), and their total momentum is zero: 5 / (1 - 1/2).
     for (t, value) in curve.variables[0].values.iter().zip(&curve.series[0].values) {
         assert!((value.unwrap() - 10.0 * t * t).abs() < 1e-10 * (1.0 + t * t), "{t} {value:?}");
     }
@@ -211,7 +214,7 @@ fn nothing_diffuses_towards_a_wall() {
     let closed = between_walls([true; 3]);
     assert!(closed.numbers.iter().all(|number| number.mean.is_none()));
     assert!(closed.curves[0].method.contains("walls along all axes"));
-    // They come as far as the box is wide.
+    // They move at most across the box.
     assert!(closed.curves[0].series[0].values.iter().all(|value| value.unwrap() < 300.0));
 }
 
@@ -239,16 +242,18 @@ fn a_late_start_has_the_same_curves_and_an_end() {
         measured.curves[0].series[0].values.iter().flatten().copied().collect::<Vec<f64>>()
     };
     let early = measured(0.0, 0.02);
-    // Times are told to 1e-16 of them: positions at them to 2e-9 at speeds of some units, and squares of displacements to ten times that.
+    // Times are exact to 1e-16 of their value. Positions are exact to 2e-9 at speeds of a few units, and
+    // squared displacements to ten times that.
     for (early, late) in early.iter().zip(measured(1e7, 0.02)) {
         assert!((early - late).abs() < 1e-7, "{early} {late}");
     }
     assert_eq!(measured(1e12, 1.0).len(), early.len());
-    // Shorter than what two times differ by: there is nothing to measure in it, but an end.
+    // Shorter than the spacing of floating-point times: nothing can be measured, but the run ends.
     measured(1e12, 1e-5);
 }
 
-/// Brownian motion of a few particles, as samples that the instrument asks for, and the diffusion coefficient with its error.
+/// Brownian motion of a few particles, sampled as the instrument asks. Returns the diffusion coefficient with
+/// its error.
 fn brownian(seed: u64, spans: f64) -> crate::analysis::statistics::Estimate {
     let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), 4);
     (system.conserves_momentum, system.conserved_axes) = (false, [false; 3]);
@@ -266,7 +271,7 @@ fn brownian(seed: u64, spans: f64) -> crate::analysis::statistics::Estimate {
     let (mut instrument, mut now) = (instrument.unwrap(), 0.0);
     while instrument.next_sample() <= 20.0 * spans {
         let time = instrument.next_sample();
-        // The variance of an even number between -1/2 and 1/2 is 1/12.
+        // The variance of a uniform number between -1/2 and 1/2 is 1/12.
         let step = (12.0 * (time - now)).sqrt();
         for position in &mut positions {
             *position += Vector::from_fn(|_, _| random.next().unwrap() * step);
@@ -281,7 +286,8 @@ fn brownian(seed: u64, spans: f64) -> crate::analysis::statistics::Estimate {
 
 #[test]
 fn the_error_of_few_spans_is_that_of_brownian_motion() {
-    // Too few origins for their scatter, too few particles for theirs: that of axes remains. D is 1/2.
+    // There are too few origins and too few particles for an error from their scatter. The scatter of axes
+    // remains. D is 1/2.
     for spans in [4.0, 8.0] {
         let estimates: Vec<_> = (1..=150).map(|seed| brownian(seed, spans)).collect();
         let given: Vec<[f64; 2]> = estimates
@@ -291,7 +297,8 @@ fn the_error_of_few_spans_is_that_of_brownian_motion() {
         let [scatter, claimed] = [0, 1].map(|k| given.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
         println!("{spans} spans: {ratio:.2}, given {}", given.len());
-        // A slope is withheld where it is bent by chance. The scatter is known to 6 %, and Student's factor is up to 1.1.
+        // A slope that is bent by chance is withheld. The scatter is known to 6 %, and Student's factor is up
+        // to 1.1.
         assert!(given.len() > 100 && (0.7..1.25).contains(&ratio), "{spans} spans: {ratio}, {}", given.len());
     }
 }
@@ -302,7 +309,7 @@ fn beads_of_a_chain_scatter_as_one() {
     let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), chains * beads);
     system.bonds =
         (0..chains * beads - 1).filter(|id| !(id + 1).is_multiple_of(beads)).map(|id| [id, id + 1]).collect();
-    // Each chain begins elsewhere, in a cell of its own, and its beads all over the box.
+    // Each chain begins in its own cell, and its beads spread over the whole box.
     let place = |id: u32| {
         let cell = if id.is_multiple_of(beads) { id / beads } else { (7 * id) % 27 };
         Vector::new(f64::from(cell % 3), f64::from(cell / 3 % 3), f64::from(cell / 9)) * 3.3 + Vector::repeat(1.0)

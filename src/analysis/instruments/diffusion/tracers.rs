@@ -10,44 +10,47 @@ use crate::analysis::instruments::system::{Sample, SystemDescription};
 use crate::base::numbers::{id, trunc_to_usize};
 use crate::model::components::components;
 
-/// The stream of random numbers for the choice, apart from those of a start, which count from 0.
+/// Random stream for the choice of tracers, separate from the streams of a start, which count from 0.
 const STREAM: u64 = u64::MAX;
 
-/// Groups of neighbours whose scatter gives an error: that of the error is then a quarter.
+/// Fewest groups of neighbours whose scatter gives an error. The error itself is then uncertain by a quarter.
 const FEWEST: usize = 8;
 
-/// Cells along each axis, by the number of axes, whose particles are a group of neighbours: some 27 in all.
+/// Cells along each axis, by number of axes: about 27 in all. The particles of a cell form one group of
+/// neighbours.
 const CELLS: [f64; 4] = [1.0, 27.0, 5.0, 3.0];
 
-/// All moving particles, or a random choice of them that depends on the seed alone; in the frame of the centre of mass.
+/// All moving particles, or a random choice that depends only on the seed, in the frame of the centre of
+/// mass.
 ///
-/// Relative to the centre of mass, a particle of mass `m` in a system of mass `M` moves by `1 - m / M` less, squared: `<m v^2>` is
-/// `D T (1 - m / M)` where `T` counts the degrees of freedom that are left. Squares of displacements and velocities are divided by that, or by
-/// its mean over the axes where walls or the like leave only some components of the momentum as they are.
+/// In the frame of the centre of mass, the square of the motion of a particle is smaller by the factor `1 - m
+/// / M`, for mass `m` in a system of mass `M`: `<m v^2>` is `D T (1 - m / M)`, where `T` counts the remaining
+/// degrees of freedom. Squared displacements and velocities are divided by this factor. If walls or the like
+/// conserve only some components of the momentum, they are divided by its mean over the axes.
 ///
-/// In a sheared box only components across the flow are followed, those along y and z: they go on as in a box at rest, while one
-/// along x streams, differently for each particle and time. Nor is there diffusion towards a wall: components along axes with walls are
-/// not followed where there are others.
+/// In a sheared box only the components across the flow, y and z, are followed. They behave as in a box at
+/// rest, while motion along x includes streaming, which differs for each particle and time. Nor does anything
+/// diffuse towards a wall: components along axes with walls are followed only if there are no other axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tracers {
     ids: Vec<u32>,
-    /// Index into `species` of each tracer.
+    /// Index into `species`, by tracer.
     kinds: Vec<u32>,
-    /// Of each, the cell that it began in, or the first particle that it is connected to by bonds.
+    /// By tracer, the cell in which it began, or the first particle of its bonded molecule.
     cells: Vec<u32>,
-    /// The species that they belong to.
+    /// The species of the tracers.
     pub species: Vec<u32>,
-    /// Number of tracers of each species, and the factor of their squares.
+    /// Number of tracers of each species, and the divisor of their squares.
     counts: Vec<u64>,
     scales: Vec<f64>,
     drift: Vector,
     start: f64,
 }
 
-/// Where tracers are and how they move, relative to the centre of mass.
+/// Positions and velocities of the tracers relative to the centre of mass.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Frame {
-    /// Positions as if never wrapped `[length]`.
+    /// Unwrapped positions `[length]`.
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`.
     pub velocities: Vec<Vector>,
@@ -79,23 +82,24 @@ impl Tracers {
         Self { ids, kinds, cells, species, counts, scales, drift, start: sample.time }
     }
 
-    /// Number of axes that are followed.
+    /// Number of axes along which motion is followed.
     pub fn dimensions(system: &SystemDescription) -> f64 {
         followed(system).axes.len() as f64
     }
 
-    /// Number of curves: of all particles, and of each species if there are several.
+    /// Number of curves: one for all particles, and one per species if there are several.
     pub fn groups(&self) -> usize {
         if self.species.len() > 1 { 1 + self.species.len() } else { 1 }
     }
 
-    /// Number of particles that are followed.
+    /// Number of followed particles.
     pub fn len(&self) -> usize {
         self.ids.len()
     }
 
-    /// Variance of the mean over a group of a squared quantity `value(k)` of tracer `k`, about the mean of its species. Neighbours move together, and beads of a chain do: what
-    /// scatters independently are the sums over the particles of a cell. `None` for fewer than [`FEWEST`] cells.
+    /// Variance of the mean over a group of a squared quantity `value(k)` of tracer `k`, about the mean of
+    /// its species. Neighbours move together, and so do the beads of a chain. The sums over the particles of
+    /// a cell are taken as independent. `None` for fewer than [`FEWEST`] cells.
     pub fn variance_of_mean(&self, group: usize, value: impl Fn(usize) -> f64) -> Option<f64> {
         let chosen = || {
             let kinds = self.kinds.iter().map(|&kind| kind as usize).enumerate();
@@ -116,13 +120,14 @@ impl Tracers {
         (by_cell.len() >= FEWEST).then(|| squares * cells / ((cells - 1.0) * count * count))
     }
 
-    /// Number of particles of a group.
+    /// Number of particles in a group.
     pub fn count_of(&self, group: usize) -> f64 {
         let of_species = group.checked_sub(1).and_then(|species| self.counts.get(species));
         of_species.map_or(self.ids.len() as f64, |count| *count as f64)
     }
 
-    /// Divisor of the squares of a group, `1 - m / M` or its mean over the axes; `None` where its species differ in it.
+    /// Divisor of the squares of a group, `1 - m / M` or its mean over the axes; `None` if its species have
+    /// different divisors.
     pub fn free_part_of(&self, group: usize) -> Option<f64> {
         let scales = match group.checked_sub(1) {
             None => &self.scales[..],
@@ -160,9 +165,9 @@ impl Tracers {
 /// The axes along which motion is followed.
 pub(super) struct Followed {
     pub axes: Vec<usize>,
-    /// Whether walls end all of them, so that nothing diffuses.
+    /// Whether all of them end at walls, so that nothing diffuses.
     pub is_enclosed: bool,
-    /// Whether walls are why some are not followed.
+    /// Whether some axes are left out because of walls.
     pub leaves_walls_out: bool,
 }
 
@@ -176,13 +181,14 @@ pub(super) fn followed(system: &SystemDescription) -> Followed {
 }
 
 impl Followed {
-    /// The components along these axes.
+    /// Components along these axes.
     fn of(&self, vector: Vector) -> Vector {
         Vector::from_fn(|axis, _| if self.axes.contains(&axis) { vector[axis] } else { 0.0 })
     }
 }
 
-/// By id, the coarse cell of the box that a particle is in. Bonded particles share the cell of the first one.
+/// By id, the coarse cell of the box that holds the particle. Bonded particles share the cell of the first
+/// one.
 fn cells(sample: &Sample<'_>, system: &SystemDescription) -> Vec<u32> {
     let space = &system.space;
     let along = CELLS[space.dimensions().min(3)];
@@ -199,7 +205,7 @@ fn cells(sample: &Sample<'_>, system: &SystemDescription) -> Vec<u32> {
     cells
 }
 
-/// A random choice in the old order; each has the same chance.
+/// A random choice in the original order, in which each id has the same chance.
 fn choice(ids: &[u32], most: usize, seed: u64) -> Vec<u32> {
     if ids.len() <= most {
         return ids.to_vec();
@@ -229,7 +235,7 @@ mod tests {
         assert_eq!(chosen, choice(&ids, 300, 7));
         assert_ne!(chosen, choice(&ids, 300, 8));
         assert_eq!(choice(&ids, 1000, 7), ids);
-        // Half of them from each half: 150 with a standard deviation of sqrt(300 * 0.7) / 2 = 7.2.
+        // Half of them come from each half: 150 with a standard deviation of sqrt(300 * 0.7) / 2 = 7.2.
         let low = chosen.iter().filter(|id| **id < 500).count();
         assert!(low.abs_diff(150) < 30, "{low}");
     }

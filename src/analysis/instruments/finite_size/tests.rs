@@ -11,7 +11,8 @@ fn number(name: &str, mean: f64, error: Option<f64>) -> Number {
     Number::estimated(name, "Title", "1", estimate, "")
 }
 
-/// Curves that a measurement of diffusion has beside its coefficients: its times, and the mean square of the velocities at a temperature of 1.5.
+/// The curves that a measurement of diffusion has beside its coefficients: its times, and the mean square
+/// velocity at a temperature of 1.5.
 fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
     let inverse_mass: f64 = system.masses.iter().map(|mass| 1.0 / mass).sum::<f64>() / system.masses.len() as f64;
     let squares = [Estimate { mean: system.space.dimensions() as f64 * 1.5 * inverse_mass, standard_error: None }; 9];
@@ -38,7 +39,7 @@ fn extended(system: &SystemDescription, viscosity: Option<Number>) -> Measured {
     extended_over(100.0, system, viscosity)
 }
 
-/// A particle of A with half of the mass, and seven of B.
+/// One particle of species A, with half the mass, and seven of B.
 fn cube() -> SystemDescription {
     let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), 8);
     system.species_names.push("B".to_owned());
@@ -68,16 +69,17 @@ fn a_cube_has_the_term_of_yeh_and_hummer_with_both_errors() {
         "shear_viscosity",
     ];
     assert_eq!(names(&measured), all);
-    // By hand: 2.837297 * 1.5 / (6 pi * 2 * 10) = 4.2559455 / 376.991118, times nu / (nu + 0.1) with nu = 2 * 1000 / 14, and an error of a fifth.
+    // By hand: 2.837297 * 1.5 / (6 pi * 2 * 10) = 4.2559455 / 376.991118, times nu / (nu + 0.1) with nu = 2 *
+    // 1000 / 14, and an error of a fifth.
     let whole = 0.011_289_246;
     let term = whole * 0.999_300_49;
     let infinite = measured.number("diffusion_coefficient_infinite").unwrap();
-    // Eight particles: seven eighths of D are in the frame of the centre of mass.
+    // Eight particles: in the frame of the centre of mass, D is seven eighths.
     assert!((infinite.mean.unwrap() - (0.0875 + term)).abs() < 1e-9, "{infinite:?}");
     let error = (0.875 * 0.003_f64 * (0.875 * 0.003) + 0.04 * term * term).sqrt();
     assert!((infinite.standard_error.unwrap() - error).abs() < 3e-6, "{infinite:?}");
     assert_eq!((infinite.unit.as_str(), infinite.title.as_str()), ("1", "Title, infinite system"));
-    // The term has the coefficient of the species, and an error that is not known stays so.
+    // The correction uses the coefficient of the species, and an unknown error stays unknown.
     let of_species = measured.number("diffusion_coefficient_infinite_A").unwrap();
     assert!(
         (of_species.mean.unwrap() - (0.5 * 0.2 + whole * 0.998_601_96)).abs() < 1e-9
@@ -137,7 +139,7 @@ fn there_is_none_for_another_box() {
 #[test]
 fn flows_that_have_not_decayed_are_added_and_are_in_the_error() {
     let system = cube();
-    // By the hand of another function: times from 0.01 to 0.04, of a total mass of 14 in a volume of 1000.
+    // Computed independently: times from 0.01 to 0.04, a total mass of 14 in a volume of 1000.
     let tail = |viscosity: f64, coefficient: f64| VelocityTail {
         temperature_by_mass: 1.5 / 14.0,
         spreading: viscosity * 1000.0 / 14.0 + coefficient,
@@ -156,10 +158,10 @@ fn flows_that_have_not_decayed_are_added_and_are_in_the_error() {
         (infinite.mean.unwrap() - (0.875 * (0.1 + missed) + 0.011_289_246 * 0.999_25)).abs() < 1e-6,
         "{infinite:?}"
     );
-    // An error that is not known stays so.
+    // An unknown error stays unknown.
     assert_eq!(measured.number("diffusion_coefficient_A").unwrap().standard_error, None);
 
-    // Without a viscosity that was measured Enskog's is taken.
+    // Without a measured viscosity, Enskog's is used.
     let guessed = free_time::viscosity(&system, 1.5).unwrap();
     let missed = tail(guessed, 0.1).beyond_slope([0.01, 0.04]);
     let error = extended_over(0.005, &system, None).number(COEFFICIENT).unwrap().standard_error.unwrap();
@@ -196,10 +198,11 @@ fn a_short_span_and_a_long_one_have_the_same_infinite_system() {
         )
     };
     let [(short, with_tail, first), (long, without, second)] = [1.5, 10.0].map(of_span);
-    // The same particles at the same times: their noise is much the same. A twentieth is beyond the short span.
+    // The same particles at the same times, so their noise is nearly the same. A twentieth lies beyond the
+    // short span.
     assert!(long.0 - short.0 > 0.04 * long.0, "{short:?} {long:?}");
     assert!(with_tail > 3.0 * short.1 && without < 1.1 * long.1, "{with_tail} {without} {short:?} {long:?}");
-    // The theory is that of long times: of the tail it lacks up to a tenth at ten mean free times.
+    // The theory holds for long times: at ten mean free times it misses up to a tenth of the tail.
     let tail = libm::sqrt(with_tail * with_tail - short.1 * short.1);
     let error = libm::hypot(long.1, 0.1 * tail);
     assert!((first.0 - second.0).abs() < 3.0 * error, "{first:?} {second:?} {error}");

@@ -1,27 +1,27 @@
-//! Passages over time, in bounded memory.
+//! Number of passages over time, in bounded memory.
 
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::statistics::{Estimate, error_of_ends, standard_error};
 
-/// Every second row goes when there are this many.
+/// When there are this many rows, every second one is dropped.
 const MOST_ROWS: usize = 1024;
 
 /// Passages up to a time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Row {
     pub time: f64,
-    /// Number and mass that passed.
+    /// Number and mass of the particles that passed.
     pub passed: [f64; 2],
     /// Net displacement of all particles along the axis, by number and by mass, in periods; 0 between walls.
     pub gone: [f64; 2],
 }
 
-/// Places of number and mass in what has passed.
+/// Indices of number and mass in `passed`.
 pub(super) const NUMBER: usize = 0;
 pub(super) const MASS: usize = 1;
 
-/// Counts passages and remembers how the count grew.
+/// Counts passages and records how the count grows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Passages {
     rows: Vec<Row>,
@@ -30,19 +30,21 @@ pub(super) struct Passages {
     skipped: u64,
     /// The last sample.
     now: Row,
-    /// Time of the first and of the last passage, and what the first counted for.
+    /// Time of the first and of the last passage, and the count of the first.
     first: Option<f64>,
     last: f64,
     first_share: [f64; 2],
-    /// The time over which rates are means, if it is given, and what has passed in it.
+    /// The time window for mean rates, if it is given, and the passages inside it.
     window: Option<[f64; 2]>,
     in_window: [f64; 2],
-    /// Whether nothing comes to the plane from elsewhere, so that what passes it is what goes, and what is beyond it.
+    /// Whether particles reach the plane only through this system, so that what passes the plane is the net
+    /// displacement less what stays beyond it.
     is_closed: bool,
 }
 
 impl Passages {
-    /// From a time on; `window` is the time over which rates are means, instead of that from the first to the last passage.
+    /// Starts counting at a time. `window` is the time over which rates are averaged, instead of the time
+    /// from the first to the last passage.
     pub fn new(start: f64, window: Option<[f64; 2]>, is_closed: bool) -> Self {
         let now = Row { time: start, passed: [0.0; 2], gone: [0.0; 2] };
         Self {
@@ -59,13 +61,13 @@ impl Passages {
         }
     }
 
-    /// Adds how far a particle went, in periods in the direction that counts.
+    /// Adds the distance that a particle travelled, in periods in the counted direction.
     pub fn go(&mut self, periods: f64, mass: f64) {
         self.now.gone[0] += periods;
         self.now.gone[1] += periods * mass;
     }
 
-    /// One passage of a mass, not before the last sample. Those between two samples may come in any order.
+    /// Counts one passage, not before the last sample. Passages between two samples may come in any order.
     pub fn count(&mut self, sign: i64, mass: f64, time: f64) {
         let share = [sign as f64, sign as f64 * mass];
         (0..2).for_each(|of| self.now.passed[of] += share[of]);
@@ -78,7 +80,7 @@ impl Passages {
         }
     }
 
-    /// The end of a sample.
+    /// Ends a sample.
     pub fn write(&mut self, time: f64) {
         self.now.time = time;
         self.skipped += 1;
@@ -93,13 +95,13 @@ impl Passages {
                 index += 1;
                 index % 2 == 1
             });
-            // The last row is one of those that went: one sample of the next row has come.
+            // The last row is one of the dropped ones: the next row already has one sample.
             self.skipped = self.stride;
             self.stride *= 2;
         }
     }
 
-    /// Whether rates are means over a time that is given.
+    /// Whether rates are averaged over a given window.
     pub fn has_window(&self) -> bool {
         self.window.is_some()
     }
@@ -109,7 +111,7 @@ impl Passages {
         self.now
     }
 
-    /// The count at times that are even except for the last one.
+    /// The count at evenly spaced times, apart from the last one.
     pub fn rows(&self) -> Vec<Row> {
         let mut rows = self.rows.clone();
         if rows.last() != Some(&self.now) {
@@ -118,11 +120,13 @@ impl Passages {
         rows
     }
 
-    /// Passages in the window by its length, as far as it is over; without a window, those after the first one by the time up to the last one,
-    /// and `None` for fewer than two.
+    /// Passages in the window divided by its elapsed length. Without a window, the passages after the first
+    /// one divided by the time up to the last one, or `None` for fewer than two.
     ///
-    /// Through a whole plane of a closed system passes what goes along the axis, `sum dx / L`, less what is then more beyond the plane than before. The mean of the second has but
-    /// both ends in it, and so the error, unless it goes on changing in one direction, as where all grains fall through a hole.
+    /// In a closed system, the net passages through a whole plane are the net displacement, `sum dx / L`,
+    /// minus the increase of what lies beyond the plane. The second term depends only on the two ends of the
+    /// run, so the error comes from the first, unless the second keeps changing in one direction, as when all
+    /// grains fall through a hole.
     pub fn rate(&self, of: usize) -> Option<Estimate> {
         let (passed, [from, to]) = match self.window {
             Some([from, to]) => (self.in_window[of], [from, to.min(self.now.time)]),
@@ -141,7 +145,7 @@ impl Passages {
         let ends = || error_of_ends(&rates(&|row| passed_at(row) - gone_at(row)));
         let standard_error = match self.is_closed.then(ends).flatten() {
             Some(ends) => standard_error(&rates(&gone_at)).map(|gone| libm::hypot(ends, gone)),
-            // One side of the plane fills up: a flow like any other.
+            // One side of the plane fills up: an ordinary flow.
             None => standard_error(&rates(&passed_at)),
         };
         Some(Estimate { mean: passed / (to - from), standard_error })
@@ -185,7 +189,7 @@ mod tests {
         let discharge = |_: usize, x: f64| 1 + i64::from(x > 0.0);
         assert_eq!(error(true, discharge), error(false, discharge));
         assert!((error(true, discharge) / 0.0158 - 1.0).abs() < 0.2);
-        // To and fro by turns: there is one more on one side in half of the time, `s^2 = 1/4`.
+        // Alternately to and fro: one side has one more half of the time, `s^2 = 1/4`.
         let swing = |k: usize, _: f64| if k.is_multiple_of(2) { 1 } else { -1 };
         assert!((error(true, swing) / (0.5_f64.sqrt() / 1000.0) - 1.0).abs() < 0.2, "{}", error(true, swing));
     }
@@ -200,7 +204,7 @@ mod tests {
             }
             passages.write(f64::from(k));
         }
-        // 19 after the first at 20, the last at 39.
+        // 19 passages after the first at 20, the last at 39.
         assert_eq!(passages.rate(NUMBER).unwrap().mean, 1.0);
         assert_eq!(passages.rate(NUMBER).unwrap().standard_error, Some(0.0));
         assert_eq!(passages.rate(MASS).unwrap().mean, 1.5);
@@ -211,7 +215,7 @@ mod tests {
         let rate = |window, of| {
             let mut passages = Passages::new(10.0, Some(window), false);
             for k in 1..=100 {
-                // One by one from 40 on, two at a time from 60 on.
+                // One by one from 40 on, in pairs from 60 on.
                 let sign = [0, 1, 2][usize::from(k >= 30) + usize::from(k >= 50)];
                 (0..sign).for_each(|_| passages.count(1, 2.5, 10.0 + f64::from(k) - 0.25));
                 passages.write(10.0 + f64::from(k));
@@ -221,7 +225,7 @@ mod tests {
         assert_eq!(rate([40.0, 59.0], NUMBER), Some(1.0));
         assert_eq!(rate([60.0, 80.0], MASS), Some(5.0));
         assert_eq!(rate([15.0, 30.0], NUMBER), Some(0.0));
-        // It is over at 110.
+        // The window ends at 110.
         assert_eq!(rate([100.0, 1e9], NUMBER), Some(2.0));
         assert_eq!(rate([110.0, 120.0], NUMBER), None);
     }

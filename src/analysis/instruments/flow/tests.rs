@@ -20,7 +20,8 @@ fn plan(axis: &str, at: f64) -> Plan {
     }
 }
 
-/// Two particles that meet no other, in a periodic cube of edge 10: 2 times around along x in 10 time units, 3.5 times back along y.
+/// Two particles that never meet, in a periodic cube of edge 10: one goes around twice along x in 10 time
+/// units, the other 3.5 times backwards along y.
 fn two() -> (SystemDescription, Simulation) {
     let scene = SceneBuilder::new("two")
         .space(Space::periodic_cube(10.0))
@@ -51,7 +52,7 @@ fn passages_are_signed_and_go_around_the_box() {
     let a = Plan { species: Some("A".into()), ..plan("y", 7.0) };
     assert_eq!(counted(&a, 10.0), Some(1.0));
     assert_eq!(counted(&plan("w", 4.0), 10.0), Some(0.0));
-    // Few samples, several passages between two of them.
+    // Few samples, with several passages between two of them.
     let coarse = Plan { interval: Some(50.0), ..plan("y", 3.0) };
     assert_eq!(counted(&coarse, 10.0), Some(-4.0));
 }
@@ -101,7 +102,8 @@ fn a_steady_flow_has_its_rate_and_curve() {
     let rate = number(&measured, "flow_gate_rate");
     // Every 5 time units.
     assert!((rate.mean.unwrap() - 0.2).abs() < 1e-9, "{rate:?}");
-    // A row every time unit, with a passage in each fifth one: as if they were independent, the error were sqrt(0.16 / 1000) = 0.0126.
+    // A row every time unit, with a passage in every fifth row. If they were independent, the error would be
+    // sqrt(0.16 / 1000) = 0.0126.
     let error = rate.standard_error.unwrap();
     assert!(error < 0.0126 / 4.0, "{error}");
     let curve = &measured.curves[0];

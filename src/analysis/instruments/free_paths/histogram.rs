@@ -1,24 +1,24 @@
-//! A histogram of positive values that finds its bins itself.
+//! A histogram of positive values that chooses its own bins.
 
 use crate::analysis::statistics::Estimate;
 use crate::base::numbers::trunc_to_usize;
 use serde::{Deserialize, Serialize};
 
-/// Values from which the width of the bins is chosen.
+/// Number of values from which the bin width is chosen.
 const FIRST: usize = 1000;
 
 /// The last bin ends at this many means of the first values.
 const MEANS: f64 = 8.0;
 
-/// Even bins from 0 to eight means of the first thousand values. What lies beyond is counted, too.
+/// Equal bins from 0 to eight means of the first thousand values. Values beyond are counted, too.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Histogram {
-    /// Values before there are bins.
+    /// Values collected before the bins exist.
     first: Vec<f64>,
-    /// 0 before there are bins.
+    /// Bin width; 0 before the bins exist.
     width: f64,
     counts: Vec<u64>,
-    /// Number of all values.
+    /// Number of values.
     pub count: u64,
     sum: f64,
 }
@@ -41,13 +41,13 @@ impl Histogram {
         }
     }
 
-    /// The mean of all values, `None` without any.
+    /// The mean of all values; `None` if there are none.
     pub fn mean(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 
-    /// The width of a bin, and of each bin the part of all values in it, by its width, with the standard error of independent values; none of an
-    /// empty bin. There are no bins before there are values.
+    /// The bin width, and for each bin the fraction of all values divided by the width, with the standard
+    /// error of independent values; `None` for an empty bin. Without values there are no bins.
     pub fn density(&self) -> (f64, Vec<Option<Estimate>>) {
         let mut binned = self.clone();
         if binned.width == 0.0 {
@@ -70,7 +70,7 @@ impl Histogram {
         }
     }
 
-    /// Chooses the bins; there are none as long as all values are zero.
+    /// Chooses the bins. As long as all values are zero there are none.
     fn choose(&mut self) {
         let width = self.mean().unwrap_or(0.0) * MEANS / self.counts.len() as f64;
         // Values that are all zero fill one bin of any width.

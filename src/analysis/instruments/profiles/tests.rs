@@ -11,7 +11,7 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Sets up an instrument and shows it frames of positions and velocities.
+/// Sets up an instrument and passes it frames of positions and velocities.
 fn measure(
     system: &SystemDescription,
     plan: &plan::Profile,
@@ -42,7 +42,7 @@ fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
     system.conserved_axes = [false; 3];
     system.masses = (0..60).map(|k| if k % 2 == 0 { 1.0 } else { 3.0 }).collect();
     let mut random = ChaCha8Rng::seed_from_u64(11);
-    // No particles where y > 3; velocity x is the number of the cell; thermal velocities have the temperature 1/12.
+    // No particles for y > 3; velocity x is the cell number; thermal velocities have the temperature 1/12.
     let frame = || {
         let (mut positions, mut velocities) = (Vec::new(), Vec::new());
         for mass in &system.masses {
@@ -64,12 +64,13 @@ fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
         assert!((value - expected).abs() < 4.0 * error, "{} {cell}: {value} +- {error}, {expected}", series.name);
     };
     for cell in 0..3 {
-        // Standard errors: sqrt(20 2/3 / 400) / 16, and sqrt(1/12 / 8000) and less for the masses; twice that at most.
+        // Standard errors: sqrt(20 2/3 / 400) / 16, and at most sqrt(1/12 / 8000) for the different masses;
+        // the bounds are twice these.
         is(density, cell, 1.25, 0.023);
         is(x, cell, cell as f64, 0.0065);
         is(y, cell, 0.0, 0.0065);
         is(z, cell, 0.5, 0.0065);
-        // The variance of v^2 is 1/180 each: sqrt(1/180 / 24000), twice.
+        // The variance of v^2 is 1/180 each: sqrt(1/180 / 24000), times two.
         is(temperature, cell, 1.0 / 12.0, 0.001);
     }
     assert_eq!((density.values[3], density.standard_errors[3]), (Some(0.0), None));
@@ -88,7 +89,7 @@ fn a_report_fits_no_more_spectra_than_it_has_errors() {
     let before = fits();
     let mut measured = Measured::default();
     profile.report(&system, &mut measured);
-    // One fit for density, velocity and temperature each. The means that they come from need no errors.
+    // One fit each for density, velocity and temperature. The means that they come from need no errors.
     assert_eq!(fits() - before, 5 * 8);
 }
 
@@ -99,7 +100,8 @@ fn the_density_of_a_grid_adds_up_and_has_its_cells_in_order() {
     let mut system = SystemDescription::of_points(space, 2);
     system.species_names.push("B".to_owned());
     let frame = || {
-        // One a rounding error below the lower side, the other in the third cell along x and the second along z.
+        // One particle a rounding error below the lower side, the other in the third cell along x and the
+        // second along z.
         let positions = vec![Vector::new((-3.0_f64).next_down(), 1.0, 5.9), Vector::new(0.1, 5.0, 3.1)];
         (positions, vec![Vector::new(2.0, 0.0, 0.0); 2])
     };
@@ -145,7 +147,8 @@ fn two_velocities_have_one_degree_of_freedom_between_them() {
 
 #[test]
 fn what_streams_in_a_sheared_box_is_not_hot() {
-    // Uniform in y, moving only as the box streams, in one cell: velocities differ by up to 8, and nothing is hot.
+    // Uniform in y, moving only with the streaming, in one cell: velocities differ by up to 8, but the
+    // temperature is zero.
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let system = SystemDescription { shear_rate: 2.0, ..SystemDescription::of_points(Space::periodic_cube(4.0), 100) };
     let (_, measured) = measure(&system, &plan([1, 1, 1]), || {
@@ -156,6 +159,6 @@ fn what_streams_in_a_sheared_box_is_not_hot() {
     let series =
         |name: &str| measured.curves[0].series.iter().find(|series| series.name == name).unwrap().values[0].unwrap();
     assert!(series("temperature") < 1e-12, "{}", series("temperature"));
-    // The mean of 40,000 places: 8 / sqrt(12 * 40,000).
+    // The mean of 40,000 positions: 8 / sqrt(12 * 40,000).
     assert!(series("velocity x").abs() < 4.0 * 0.012);
 }

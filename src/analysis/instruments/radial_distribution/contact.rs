@@ -5,13 +5,13 @@ use crate::base::numbers::trunc_to_usize;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Number of bins from the contact outwards.
+/// Number of bins outwards from the contact.
 pub(super) const CONTACT_BINS: usize = 20;
 
-/// Width of all of them, over the distance of contact, unless the potential steps within it.
+/// Width of all bins together in contact distances, unless the potential has a step within it.
 const WIDTH: f64 = 0.1;
 
-/// Fewer bins than this do not fix a parabola well.
+/// Fewer bins do not determine a parabola well.
 const FEWEST_BINS: usize = 8;
 
 /// Shell just outside of the core of a pair.
@@ -19,7 +19,7 @@ const FEWEST_BINS: usize = 8;
 pub(super) struct Shell {
     /// Where the cores touch `[length]`.
     pub core: f64,
-    /// Where the bins end `[length]`: no further than the next step of the potential, at which `g` jumps.
+    /// Where the bins end `[length]`: at most the next step of the potential, at which `g` jumps.
     pub end: f64,
 }
 
@@ -30,7 +30,7 @@ impl Shell {
         Self { core, end: step.map_or(end, |step| end.min(step)) }
     }
 
-    /// The bin of a distance. Pairs in contact are as often a rounding error inside as they are outside.
+    /// Bin of a distance. Pairs in contact are a rounding error inside as often as outside.
     pub fn bin(&self, distance: f64) -> Option<usize> {
         let at = (distance - self.core) / (self.end - self.core);
         let is_in = distance > self.core * (1.0 - 1e-7) && at < 1.0;
@@ -38,11 +38,12 @@ impl Shell {
     }
 }
 
-/// `g` at contact: `exp a` of the parabola `ln g = a + b x + c x^2` that fits the bins from element `first` on best, each
-/// weighted with the pairs in it. Near a crystal's density `g` falls within a small part of a diameter: the fit ends where `g` is
-/// half of what it was. Where that is within the first bin, as it is near jamming, the bins say nothing about the contact.
+/// `g` at contact: `exp a` of the parabola `ln g = a + b x + c x^2` that best fits the bins from element
+/// `first` on, each weighted by its number of pairs. Near the density of a crystal `g` falls within a small
+/// fraction of a diameter, so the fit ends where `g` has fallen to half. Where that happens within the first
+/// bin, as near jamming, the bins say nothing about the contact.
 ///
-/// The error follows from those of the bins and their correlations, by `d ln g = dg / g`.
+/// The error follows from the errors of the bins and their correlations, by `d ln g = dg / g`.
 pub(super) fn extrapolate(curve: &CurveAverage, ideal: &[f64], first: usize) -> Option<Estimate> {
     let values: Vec<f64> = (first..first + CONTACT_BINS).map(|k| curve.mean(k)).collect::<Option<_>>()?;
     if values[1] < 0.5 * values[0] {
@@ -77,13 +78,13 @@ mod tests {
         for decay in [0.1, 1.0, 5.0] {
             let mut curve = CurveAverage::new(CONTACT_BINS + 3);
             let value = |k: usize| 3.0 * (-decay * (k as f64 + 0.5) / CONTACT_BINS as f64).exp();
-            // Up or down by a tenth, without an order.
+            // Up or down by a tenth, in no particular order.
             let noise: Vec<f64> = (0..32_u32).map(|k| if k * k * 7 % 13 < 6 { 1.1 } else { 0.9 }).collect();
             for factor in &noise {
                 (0..CONTACT_BINS).for_each(|k| curve.add(k + 3, factor * value(k)));
             }
             let Estimate { mean, standard_error } = extrapolate(&curve, &[1.0; CONTACT_BINS + 3], 3).unwrap();
-            // The condition of the normal equations is some 1e5.
+            // The condition number of the normal equations is about 1e5.
             let average = noise.iter().sum::<f64>() / 32.0;
             assert!((mean - 3.0 * average).abs() < 1e-9, "{mean}");
             // All bins go up and down together.

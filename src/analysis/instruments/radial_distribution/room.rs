@@ -1,14 +1,14 @@
-//! How far apart two points are that are spread evenly over a box.
+//! The distribution of the distance between two random points of a box.
 
 use crate::model::space::{Boundary, Face, Space};
 use std::f64::consts::PI;
 
-/// The room that a box leaves to the centres of particles.
+/// The part of a box that the centres of particles can reach.
 ///
-/// The separation `s` of two points in a box has the density `prod_k (1 - |s_k| / L_k) / V` along axes that are not periodic, and `1 / V`
-/// within half a period along those that are. Its mean over the directions is a polynomial in `r` up to the shortest edge:
-/// with the means of `|u_x|`, `|u_x u_y|` and `|u_x u_y u_z|` over the unit sphere (1/2, 2/(3 pi), 1/(4 pi)) or circle
-/// (2/pi, 1/pi).
+/// The separation `s` of two points in a box has the density `prod_k (1 - |s_k| / L_k) / V` along axes that
+/// are not periodic, and `1 / V` within half a period along periodic ones. Up to the shortest edge, its mean
+/// over all directions is a polynomial in `r`. The coefficients contain the means of `|u_x|`, `|u_x u_y|` and
+/// `|u_x u_y u_z|` over the unit sphere (1/2, 2/(3 pi), 1/(4 pi)) or circle (2/pi, 1/pi).
 #[derive(Debug, Clone)]
 pub(super) struct Room {
     dimensions: usize,
@@ -18,7 +18,7 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// The room for centres of particles with a diameter.
+    /// The room for the centres of particles with a diameter.
     pub fn new(space: &Space, diameter: f64) -> Self {
         let (mut edges, mut volume) = (Vec::new(), 1.0);
         for k in 0..3 {
@@ -37,12 +37,12 @@ impl Room {
         Self { dimensions: space.dimensions(), edges, volume }
     }
 
-    /// The shortest edge along axes that are not periodic; infinite if all are.
+    /// The shortest edge along axes that are not periodic; infinite if all are periodic.
     pub fn shortest(&self) -> f64 {
         self.edges.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The probability that two points are further apart than `from` and not further than `to`.
+    /// The probability that the distance of two points is more than `from` and at most `to`.
     pub fn probability(&self, from: f64, to: f64) -> f64 {
         let (surface, means) = match self.dimensions {
             3 => (4.0 * PI, [0.5, 2.0 / (3.0 * PI), 0.25 / PI]),
@@ -57,10 +57,10 @@ impl Room {
         surface * total / self.volume
     }
 
-    /// The integral of `r^(D - 1 + order)`.
+    /// Integral of `r^(D - 1 + order)`.
     fn power(&self, from: f64, to: f64, order: usize) -> f64 {
         let exponent = self.dimensions + order;
-        // Multiplications alone round the same way everywhere.
+        // Multiplications round the same way on all machines.
         let power = |x: f64| (0..exponent).fold(1.0, |product, _| product * x);
         (power(to) - power(from)) / exponent as f64
     }

@@ -10,12 +10,12 @@ use crate::scene::{Amount, Lattice, SceneBuilder};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// Shows an instrument one frame after the other, at times 1, 2, ...
+/// Passes frames to an instrument, at times 1, 2, ...
 fn measure(system: &SystemDescription, plan: &plan::RadialDistribution, frames: &[Vec<Vector>]) -> Measured {
     measure_sheared(system, plan, frames, 0.0)
 }
 
-/// Measured distribution where the next image up is displaced.
+/// Measured distribution with a displacement of the next image up.
 fn measure_sheared(
     system: &SystemDescription,
     plan: &plan::RadialDistribution,
@@ -81,7 +81,7 @@ fn an_ideal_gas_has_no_structure_in_any_dimension_and_any_box() {
         ([Boundary::OPEN; 3], Vector::new(4.0, 5.0, 6.0)),
         ([Boundary::OPEN, Boundary::Periodic, flat], Vector::new(4.0, 8.0, 0.0)),
         ([flat, flat, Boundary::OPEN], Vector::new(0.0, 0.0, 5.0)),
-        // Slits and a channel that are narrower than the cutoff.
+        // Slits and a channel narrower than the cutoff.
         ([Boundary::OPEN, Boundary::Periodic, Boundary::Periodic], Vector::new(0.2, 9.0, 9.0)),
         ([flat, Boundary::Periodic, Boundary::OPEN], Vector::new(0.0, 9.0, 0.7)),
         ([Boundary::Periodic, Boundary::OPEN, Boundary::OPEN], Vector::new(9.0, 0.6, 0.9)),
@@ -147,7 +147,7 @@ fn two_species_are_told_apart_and_a_static_one_counts_as_a_partner() {
 fn a_crystal_has_its_neighbours_at_exact_distances() {
     let sites = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]].map(Vector::from);
     let corner = |k: u32| Vector::new(f64::from(k % 4), f64::from(k / 4 % 4), f64::from(k / 16));
-    // The cell's edge is sqrt(2), so that neighbours are at sqrt(n).
+    // The unit cell has an edge of sqrt(2), so neighbours are at sqrt(n).
     let edge = 2.0_f64.sqrt();
     let positions: Vec<Vector> = (0..64).flat_map(|k| sites.map(|site| edge * (corner(k) + site))).collect();
     let system = SystemDescription::of_points(Space::periodic_cube(4.0 * edge), 256);
@@ -185,7 +185,7 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
             size: Vector::new(6.0, 5.5, if is_flat { 0.0 } else { 4.4 }),
             boundary,
         };
-        // 6 x 5 x 4 cells, whose second vector is oblique.
+        // 6 x 5 x 4 unit cells with an oblique second vector.
         let site = |[i, j, k]: [i32; 3]| {
             let [i, j, k] = [i, j, k].map(f64::from);
             Vector::new(i + displacement * j / 5.0, 1.1 * j, 1.1 * k)
@@ -203,7 +203,7 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
         for (bin, value) in curve.series[0].values.iter().enumerate() {
             let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * width);
             let neighbours = value.unwrap() * (count as f64 - 1.0) * room.probability(from, to);
-            // Distances at the end of a bin may be in either, by rounding.
+            // By rounding, a distance at the end of a bin may fall on either side.
             let within = |by: f64| distances.iter().filter(|&&r| from - by <= r && r < to + by).count() as f64;
             let is_right = within(-1e-9) - 1e-6 <= neighbours && neighbours <= within(1e-9) + 1e-6;
             assert!(is_right, "{displacement} {from}: {neighbours}");
@@ -246,7 +246,8 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     let number = &measured.numbers[0];
     let (mean, error) = (number.mean.unwrap(), number.standard_error.unwrap());
     assert_eq!(number.name, "contact_value_A_A");
-    // (1 - phi / 2) / (1 - phi)^3; 500 particles have 0.4 % more. The virial gives their own value: Z - 1 = 4 phi g.
+    // (1 - phi / 2) / (1 - phi)^3; 500 particles have 0.4 % more. The virial gives their actual value: Z - 1
+    // = 4 phi g.
     let exact = (1.0 - 0.15) / 0.7_f64.powi(3);
     assert!(error < 0.025 && (mean - exact).abs() < 4.0 * error, "{mean} +- {error}, {exact}");
     let temperature = simulation.energy().kinetic / (1.5 * 499.0);
@@ -256,7 +257,8 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     assert!(measured.curves[0].series[0].values[..24].iter().all(|value| *value == Some(0.0)));
 }
 
-/// Contact value and its error, and the one that the rate of Core events gives by `Gamma = 4 rho sigma^2 g sqrt(pi T / m)`.
+/// Contact value with its error, and the contact value from the rate of Core events, `Gamma = 4 rho sigma^2 g
+/// sqrt(pi T / m)`.
 fn contact_and_rate(potential: Potential) -> ([f64; 2], f64) {
     let (mass, temperature) = (1.7, 1.3);
     let scene = SceneBuilder::new("fluid")
@@ -296,7 +298,7 @@ fn the_contact_value_ends_where_the_potential_steps() {
     let well = Potential::square_well(1.0, 1.03, 0.6).unwrap();
     for potential in [shoulder, well] {
         let ([mean, error], exact) = contact_and_rate(potential.clone());
-        // Some 20,000 contacts: the rate is known to a hundredth.
+        // About 20,000 contacts: the rate is known to one per cent.
         assert!((mean - exact).abs() < 4.0 * error + 0.03 * exact, "{potential:?}: {mean} +- {error}, {exact}");
         assert!(error < 0.1 * exact);
     }

@@ -1,22 +1,23 @@
-//! How far apart two points are that are spread evenly over rooms of different sizes: the centres of large and of small particles between walls.
+//! The distribution of the distance between two random points of rooms of different sizes: the centres of
+//! large and small particles between walls.
 
 use crate::model::space::{Boundary, Face, Space};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Pieces with Gaussian nodes between two kinks.
+/// Pieces with Gauss nodes between two kinks.
 const PIECES: usize = 3;
 
-/// Nodes and weights of Gauss on (-1, 1).
+/// Nodes and weights of Gauss's rule on (-1, 1).
 const GAUSS: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
-/// The rooms that a box leaves to the centres of two particles.
+/// The parts of a box that the centres of two particles can reach.
 #[derive(Debug, Clone)]
 pub(super) struct Rooms {
     axes: Vec<Axis>,
 }
 
-/// Where the two may be along an axis `[length]`.
+/// Where the two can be along an axis `[length]`.
 #[derive(Debug, Clone, Copy)]
 enum Axis {
     Periodic(f64),
@@ -33,7 +34,8 @@ impl Rooms {
                     |face: Face, diameter: f64| if matches!(face, Face::Wall { .. }) { 0.5 * diameter } else { 0.0 };
                 Some(Axis::Bounded(diameters.map(|d| {
                     let ends = [margin(lower, d), space.size[k] - margin(upper, d)];
-                    // A particle that does not fit gets the whole edge, which has no effect, because there is none.
+                    // A particle that does not fit gets the whole edge. This has no effect, because there is
+                    // no such particle.
                     if ends[1] > ends[0] { ends } else { [0.0, space.size[k]] }
                 })))
             }
@@ -41,7 +43,7 @@ impl Rooms {
         Self { axes: (0..3).filter_map(axis).collect() }
     }
 
-    /// The probability that two points are further apart than `from` and not further than `to`.
+    /// The probability that the distance of two points is more than `from` and at most `to`.
     pub fn probability(&self, from: f64, to: f64) -> f64 {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let shell = |(node, weight): (f64, f64)| {
@@ -56,12 +58,14 @@ impl Rooms {
         half * GAUSS.into_iter().map(shell).sum::<f64>()
     }
 
-    /// The density of separations of length `r`, averaged over their directions. Between the kinks of the densities along the axes the
-    /// integrals are those of Gauss, so that a slit that is far narrower than `r` is as exact as a wide one.
+    /// The density of separations of length `r`, averaged over their directions. Gauss's rule integrates
+    /// between the kinks of the densities along the axes, so a slit far narrower than `r` is as exact as a
+    /// wide one.
     fn mean_density(&self, r: f64) -> f64 {
         match self.axes.as_slice() {
             [x, y, z] => {
-                // By the angle with z. The plane around it has kinks where its radius is at one of x or y.
+                // Integrates over the angle to z. The integral around z has kinks where its radius reaches a
+                // kink of x or y.
                 let within =
                     |axis: &Axis| axis.kinks().into_iter().filter(|kink| *kink < r).map(|kink| kink / r).collect();
                 let [of_x, of_y, of_z]: [Vec<f64>; 3] = [x, y, z].map(within);
@@ -78,7 +82,7 @@ impl Rooms {
     }
 }
 
-/// The mean of the density in a plane over the directions of a separation of length `r`.
+/// The mean density over the directions in a plane of a separation of length `r`.
 fn around(x: Axis, y: Axis, r: f64) -> f64 {
     if let (Axis::Periodic(x), Axis::Periodic(y)) = (x, y) {
         return 1.0 / (x * y);
@@ -115,7 +119,7 @@ impl Axis {
         }
     }
 
-    /// The density of separations `s` and `-s`, their mean.
+    /// Mean of the densities of the separations `s` and `-s`.
     fn density(self, s: f64) -> f64 {
         match self {
             Self::Periodic(period) => 1.0 / period,
@@ -151,7 +155,8 @@ mod tests {
 
     #[test]
     fn a_slit_has_the_distances_along_it() {
-        // A slit of 0.2 between walls: the mean of (1 - r abs(u_x) / 0.2) / 0.2 over the directions is 1 / (2 r), and the edges along it are 30.
+        // A slit of 0.2 between walls: the mean of (1 - r abs(u_x) / 0.2) / 0.2 over all directions is 1 / (2
+        // r). The edges along the slit are 30.
         let boundary = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic];
         let space = Space { lower: Vector::zeros(), size: Vector::new(1.2, 30.0, 30.0), boundary };
         for diameters in [[1.0; 2], [1.0, 1.0 + 1e-9]] {
@@ -159,11 +164,11 @@ mod tests {
             for [from, to] in [[0.3, 0.4], [1.0, 1.02], [3.9, 4.0]] {
                 let expected = PI * (to * to - from * from) / (30.0 * 30.0);
                 let ratio = rooms.probability(from, to) / expected;
-                // Gaussian nodes next to the kink of the inner integral.
+                // Gauss nodes next to the kink of the inner integral.
                 assert!((ratio - 1.0).abs() < 1e-3, "{from}: {ratio}");
             }
         }
-        // A channel, in which both bounded axes are narrow: twice the length by that of the channel.
+        // A channel with two narrow bounded axes: 2 / L along its length L.
         let boundary = [Boundary::walls(1.0), Boundary::walls(1.0), Boundary::Periodic];
         let channel = Space { lower: Vector::zeros(), size: Vector::new(1.2, 1.1, 30.0), boundary };
         let ratio = Rooms::new(&channel, [1.0; 2]).probability(8.0, 8.1) / (2.0 * 0.1 / 30.0);
@@ -192,7 +197,7 @@ mod tests {
         }
         for (bin, count_in_bin) in counts.into_iter().enumerate() {
             let expected = f64::from(count) * rooms.probability(edges[bin], edges[bin + 1]);
-            // Poisson, and what midpoints are off by.
+            // Poisson noise, plus the error of midpoints.
             let bound = 4.0 * expected.sqrt() + 2e-4 * expected;
             assert!((f64::from(count_in_bin) - expected).abs() < bound, "{bin}: {count_in_bin} but {expected}");
         }

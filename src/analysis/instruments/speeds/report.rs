@@ -1,4 +1,4 @@
-//! Curves of speeds: a series for each window, and Maxwell's distribution beside them.
+//! Curves of speeds: a series for each window, with Maxwell's distribution beside them.
 
 use super::super::quantity::{Curve, Measured, Normalisation, Published, free_name};
 use super::super::system::SystemDescription;
@@ -7,7 +7,7 @@ use crate::analysis::published::maxwell_speed_below;
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text::digits;
 
-/// Thermal speeds up to which a curve is drawn at least.
+/// A curve is drawn at least up to this many thermal speeds.
 const DRAWN: f64 = 4.0;
 
 impl Speeds {
@@ -30,7 +30,8 @@ impl Speeds {
         }
     }
 
-    /// The bins up to the last one that is not empty, and those where Maxwell's distribution can be seen.
+    /// The bins up to the last one that is not empty, and at least those where Maxwell's distribution is
+    /// visible.
     fn rows(&self, class: usize, system: &SystemDescription) -> usize {
         if self.end.is_some() {
             return self.bins;
@@ -60,8 +61,9 @@ impl Speeds {
         curve.series(&name, "time / length", &densities).normalised(normalisation)
     }
 
-    /// For each species of a class, its share and the variance of a velocity component in equilibrium: `T / m` with the temperature of the last
-    /// window, reduced for a conserved momentum. Empty if nothing moves.
+    /// For each species of a class, its share of the particles and the variance of a velocity component in
+    /// equilibrium: `T / m` at the temperature of the last window, reduced for a conserved momentum. Empty if
+    /// nothing moves.
     fn parts(&self, class: &Class, system: &SystemDescription) -> Vec<(f64, f64)> {
         let temperature = self.windows.last().and_then(|window| window.temperature.mean()).unwrap_or(0.0);
         if !(temperature > 0.0 && temperature.is_finite()) {
@@ -80,7 +82,7 @@ impl Speeds {
         class.species.iter().map(part).collect()
     }
 
-    /// Maxwell's distribution, as means over the bins.
+    /// Maxwell's distribution, averaged over each bin.
     fn maxwell(&self, class: &Class, rows: usize, system: &SystemDescription) -> Option<Published> {
         let parts = self.parts(class, system);
         if parts.is_empty() {

@@ -10,7 +10,7 @@ use crate::scene::{Arrangement, Fill, SceneBuilder};
 /// Masses that are not powers of two.
 const MASSES: [f64; 2] = [0.7, 3.3];
 
-/// A periodic box of `dimensions`, 30 long.
+/// A periodic box of `dimensions`, with edges of 30.
 fn space(dimensions: usize) -> Space {
     let mut space = Space::periodic_cube(30.0);
     space.boundary[dimensions..].fill(Boundary::Flat);
@@ -20,7 +20,8 @@ fn space(dimensions: usize) -> Space {
     space
 }
 
-/// A mixture with a number of particles of each mass, as points that never meet or as spheres of diameter 1, at a temperature or with a speed.
+/// A mixture with the given number of particles of each mass: points that never meet, or spheres of diameter
+/// 1. They start at a temperature or with a speed.
 fn mixture(space: Space, counts: &[u64], is_hard: bool, drawn: impl Fn(SceneBuilder) -> SceneBuilder) -> SceneBuilder {
     let names: Vec<String> = (0..counts.len()).map(|k| format!("S{k}")).collect();
     let mut scene = SceneBuilder::new("mixture").space(space).seed(3);
@@ -53,7 +54,7 @@ fn width(curve: &Curve) -> f64 {
     2.0 * curve.variables[0].values[0]
 }
 
-/// The part of all particles in the bins of a window.
+/// Fraction of all particles in the bins of a window.
 fn integral(curve: &Curve, window: usize) -> f64 {
     curve.series[window].values.iter().flatten().sum::<f64>() * width(curve)
 }
@@ -78,7 +79,8 @@ fn free_particles_of_one_speed_are_in_one_bin_in_every_dimension() {
             }
             let names: Vec<_> = curve.series.iter().map(|series| series.name.as_str()).collect();
             assert_eq!(names, ["p(v) from 0 to 2", "p(v) from 2 to 4", "p(v) from 4 to 6"]);
-            // All but what is beyond four thermal speeds of the last bin: 6e-5 on a line, 1e-3 in space.
+            // All but the tail beyond four thermal speeds of the last bin: 6e-5 in one dimension, 1e-3 in
+            // three.
             let published = &curve.published[0];
             let sum = published.y.iter().sum::<f64>() * width(curve);
             assert!(sum <= 1.0 + 1e-12 && sum > 0.998, "{sum}");
@@ -90,7 +92,7 @@ fn sample<'a>(time: f64, positions: &'a [Vector], velocities: &'a [Vector]) -> S
     Sample { time, positions, velocities, images: &[], displacement: 0.0 }
 }
 
-/// Shows an instrument frames of independent normal velocities of temperature 1.5, at times 1, 2, ...
+/// Passes frames of independent normal velocities of temperature 1.5 to an instrument, at times 1, 2, ...
 fn drawn(system: &SystemDescription, plan: &plan::Speeds, frames: u32) -> Measured {
     let mut random = Random::new(11, Purpose::Velocities, 0);
     let positions = vec![Vector::zeros(); system.masses.len()];
@@ -107,7 +109,8 @@ fn drawn(system: &SystemDescription, plan: &plan::Speeds, frames: u32) -> Measur
     report(&instrument, system)
 }
 
-/// `sum (n - e)^2 / e` by the number of bins where `e` of `all` particles are expected, at least 20; and that number.
+/// `sum (n - e)^2 / e` divided by the number of bins in which `e` is at least 20 of `all` particles; and that
+/// number.
 fn chi_squared(curve: &Curve, window: usize, all: f64) -> (f64, f64) {
     let each = curve.series[window].values.iter().zip(&curve.published[0].y);
     let terms = each.map(|(value, expected)| (value.unwrap() * width(curve) * all, expected * width(curve) * all));
@@ -121,12 +124,13 @@ fn independent_velocities_have_maxwells_distribution_for_few_particles_and_unequ
         let scene = mixture(space(dimensions), &[5, 4], false, |scene| scene.temperature(1.5)).build().unwrap();
         let system = SystemDescription::of(&scene);
         let frames = 6000;
-        // One window, that begins at rest: the frame at the start is one of 6001.
+        // One window that begins at rest: the frame at the start is one of 6001.
         let measured = drawn(&system, &plan::Speeds { interval: Some(1.0), ..plan(1, 100) }, frames);
         for (curve, count) in measured.curves.iter().zip([5.0, 4.0]) {
             let (chi, bins) = chi_squared(curve, 0, count * f64::from(frames));
             let first = curve.series[0].values[0].unwrap();
-            // The first bin has those at rest besides, one in 6001, and what is expected is by as much too large elsewhere.
+            // The first bin also holds the particles at rest, one in 6001. The expected numbers are too large
+            // by as much elsewhere.
             assert!(first > 0.0 && bins > 25.0);
             let deviation = (2.0 / bins).sqrt();
             assert!((chi - 1.0).abs() < 5.0 * deviation, "{dimensions} {}: {chi} of {bins}", curve.name);
@@ -157,7 +161,7 @@ fn equal_speeds_of_a_mixture_become_maxwells_distribution() {
         for curve in &report(&instrument, &system).curves {
             let bin = trunc_to_usize(1.1 / width(curve));
             let [early, late] = [0, 1].map(|window| curve.series[window].values[bin].unwrap());
-            // Many still have the speed that they began with.
+            // Many still have their initial speed.
             assert!(early > 1.5 * late && early > 3.0 * curve.published[0].y[bin], "{early} {late}");
             assert_eq!(curve.series[1].name, "p(v) from 0.2 to 3");
         }
@@ -173,7 +177,7 @@ fn equal_speeds_of_a_mixture_become_maxwells_distribution() {
                     .map(|((value, error), expected)| ((value.unwrap() - expected) / error.unwrap()).powi(2))
                     .collect();
                 let chi = terms.iter().sum::<f64>() / terms.len() as f64;
-                // Some 25 bins, whose errors are known to an eighth and sometimes less.
+                // About 25 bins, whose errors are known to an eighth at best.
                 assert!(terms.len() > 20 && (0.4..2.0).contains(&chi), "{} {window}: {chi}", curve.name);
             }
         }
@@ -190,7 +194,7 @@ fn bins_grow_with_the_fastest_and_a_given_end_counts_what_is_beyond() {
         let setup = Setup { system: &system, sample: sample(0.0, &positions, &velocities), duration: 10.0 };
         let mut instrument = Speeds::new(plan, &setup);
         for k in 1..=10 {
-            // Two of forty, without momentum.
+            // Two of forty, without total momentum.
             (velocities[0], velocities[1]) = (Vector::x() * f64::from(k * k), -Vector::x() * f64::from(k * k));
             instrument.sample(&sample(f64::from(k), &positions, &velocities), &system);
         }
@@ -199,7 +203,7 @@ fn bins_grow_with_the_fastest_and_a_given_end_counts_what_is_beyond() {
     let every = plan::Speeds { interval: Some(1.0), ..plan(2, 50) };
     let grown = show(&every);
     assert!((integral(&grown, 0) - 1.0).abs() < 1e-14 && (integral(&grown, 1) - 1.0).abs() < 1e-14);
-    // The second window has five frames, and the fast ones have bins of their own.
+    // The second window has five frames, and the fast particles have their own bins.
     let at = |speed: f64| grown.series[1].values[trunc_to_usize(speed / width(&grown))].unwrap() * width(&grown);
     assert!((at(1.0) - 0.95).abs() < 1e-12 && at(100.0) > 0.008 && width(&grown) * 50.0 > 100.0);
     let ended = show(&plan::Speeds { largest: Some(2.0), ..every });
@@ -221,7 +225,7 @@ fn what_never_moves_has_no_distribution_and_one_species_can_be_asked_for() {
     let measured = report(&speeds(&only, &simulation, &system, 1.0), &system);
     assert_eq!(measured.curves.len(), 1);
     assert!(measured.curves[0].name == "speeds" && measured.curves[0].method.contains("all 3 of them"));
-    // A particle by itself keeps its velocity, and its temperature.
+    // A single particle keeps its velocity and its temperature.
     let scene = mixture(space(2), &[1], false, |scene| scene.speed(1.0)).build().unwrap();
     let (system, simulation) = start(scene);
     let measured = report(&speeds(&plan(1, 10), &simulation, &system, 1.0), &system);

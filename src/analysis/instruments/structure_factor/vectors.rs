@@ -1,4 +1,4 @@
-//! The wave vectors of a periodic box, some for each of a number of shells.
+//! The wave vectors of a periodic box, a few for each shell.
 
 use crate::base::numbers::{trunc_to_i32, trunc_to_u32};
 use crate::model::space::{Boundary, Space};
@@ -6,25 +6,26 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-/// The largest number of shells.
+/// Largest number of shells.
 pub(super) const MOST_SHELLS: f64 = 60.0;
 
-/// The largest multiple of the smallest wave number, which is the number of tabulated powers.
+/// Largest multiple of the smallest wave number, and so the number of tabulated powers.
 const MOST_MULTIPLES: f64 = 4096.0;
 
-/// Directions that are tried in each shell, at three radii.
+/// Directions tried in each shell, at three radii.
 const DIRECTIONS: u32 = 64;
 
 /// Wave vectors of about the same length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Shell {
-    /// The mean of their lengths `[1 / length]`.
+    /// Their mean length `[1 / length]`.
     pub wave_number: f64,
-    /// As multiples of the wave vectors along the axes, one of each `q` and `-q`.
+    /// As multiples of the wave vectors along the axes. Of `q` and `-q`, only one is listed.
     pub vectors: Vec<[i32; 3]>,
 }
 
-/// The wave vectors of a box: `2 pi (n_x / L_x, (n_y - n_x d / L_x) / L_y, n_z / L_z)` with the displacement `d` of its next image up.
+/// The wave vectors of a box: `2 pi (n_x / L_x, (n_y - n_x d / L_x) / L_y, n_z / L_z)` with the displacement
+/// `d` of its next image up.
 #[derive(Debug, Clone, Copy)]
 struct Reciprocal {
     /// `2 pi / L` along periodic axes, 0 along others `[1 / length]`.
@@ -46,7 +47,7 @@ impl Reciprocal {
         (x * x + y * y + z * z).sqrt()
     }
 
-    /// The multiples that come nearest to a wave vector.
+    /// The multiples nearest to a wave vector.
     fn nearest(&self, vector: [f64; 3]) -> [i32; 3] {
         let multiple = |k: usize| if self.units[k] > 0.0 { vector[k] / self.units[k] } else { 0.0 };
         let x = multiple(0).round();
@@ -54,22 +55,25 @@ impl Reciprocal {
     }
 }
 
-/// Shells of at most `most` vectors each, with wave numbers up to `largest`, at most 4096 times the smallest one; those with vectors.
+/// Shells of at most `most` vectors each, with wave numbers up to `largest` and up to 4096 times the smallest
+/// one. Empty shells are left out.
 pub(super) fn shells(space: &Space, largest: f64, most: usize) -> Vec<Shell> {
     let mut shells = all_shells(space, 0.0, largest, most);
     shells.retain(|shell| !shell.vectors.is_empty());
     shells
 }
 
-/// Shells of a box whose next image up is displaced, also those without vectors: always as many, of the same wave numbers.
+/// Shells of a box with a displaced next image up, including empty ones. Their number and wave numbers do not
+/// depend on the displacement.
 pub(super) fn all_shells(space: &Space, displacement: f64, largest: f64, most: usize) -> Vec<Shell> {
     let lattice = Reciprocal::new(space, displacement);
-    // The displacement makes no vector shorter than the shortest along the axes: its component along x, or y if that is none.
+    // No displacement makes a vector shorter than the shortest one along the axes, given by its component
+    // along x, or along y if that is zero.
     let smallest = lattice.units.into_iter().filter(|&unit| unit > 0.0).fold(f64::INFINITY, f64::min);
     if !smallest.is_finite() {
         return Vec::new();
     }
-    // The shells are centred at multiples of their width, so that the last one ends half a width further.
+    // The shells are centred at multiples of their width, so the last one ends half a width further out.
     let largest = largest.min(MOST_MULTIPLES * smallest);
     let width = (largest / MOST_SHELLS).max(smallest);
     let count = trunc_to_u32(largest / width * (1.0 + 1e-9));
@@ -103,7 +107,8 @@ fn upper(n: [i32; 3]) -> [i32; 3] {
     if n.iter().rev().find(|&&n| n != 0).is_some_and(|&n| n < 0) { n.map(|n| -n) } else { n }
 }
 
-/// Vectors along the axes and the diagonals of the faces and of the box, where crystals in it have their strongest peaks.
+/// Vectors along the axes and the diagonals of the faces and of the box, where crystals aligned with it have
+/// their strongest peaks.
 fn symmetric(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     let mut found = BTreeSet::new();
     for code in 0..27 {
@@ -121,7 +126,7 @@ fn symmetric(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     found.into_iter().collect()
 }
 
-/// Vectors near to points that are spread evenly over half of the shell.
+/// Vectors close to points spread evenly over half of the shell.
 fn scattered(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     let axes: Vec<usize> = (0..3).filter(|&k| lattice.units[k] > 0.0).collect();
     let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
@@ -150,7 +155,7 @@ fn scattered(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     found.into_iter().collect()
 }
 
-/// Keeps `most` of many, evenly.
+/// Keeps `most` of them, evenly spaced.
 fn thin(vectors: &mut Vec<[i32; 3]>, most: usize) {
     let count = vectors.len();
     if count > most {

@@ -1,4 +1,4 @@
-//! Forces against weights, and against the virial in cavities.
+//! Forces compared with weights, and with the virial in cavities.
 
 use super::*;
 use crate::analysis::instruments::test_system::{Recorded, estimate, instrument, measure, report, start};
@@ -20,7 +20,7 @@ fn open(name: &str) -> SceneBuilder {
 
 #[test]
 fn bouncing_balls_weigh_what_they_weigh() {
-    // A slope of 45 degrees and a wall below one ball each: over many bounces the mean force is the weight.
+    // A slope of 45 degrees and a wall, below one ball each. Over many bounces the mean force is the weight.
     let slope = SurfaceShape::Plane { point: Vector::new(0.0, 0.0, 5.0), normal: Vector::new(0.0, 1e-9, 1.0) };
     let walls = Boundary::Bounded {
         lower: crate::model::space::Face::Wall { restitution: 1.0 },
@@ -47,12 +47,13 @@ fn bouncing_balls_weigh_what_they_weigh() {
     let measured = report(&forces, &system);
     for (name, weight) in [("slope", 1.4), ("wall_z_lower", 6.2)] {
         let mean = |key: &str| estimate(&measured, &format!("force_{name}_{key}")).0;
-        // Two bounces of 2,000 units of time at most are not whole.
+        // At most two incomplete bounces in 2,000 time units.
         assert!((mean("z") / -weight - 1.0).abs() < 5e-3, "{name} {}", mean("z"));
         assert!((mean("normal") / weight - 1.0).abs() < 5e-3);
         assert!(mean("x").abs() < 1e-12);
     }
-    // Balls give it where their centres are: 5.5 and 0.5 of 20, in the bins of width 2 from 4 and 0.
+    // The force is recorded at the centres of the balls, 5.5 and 0.5 of 20: in the bins of width 2 that start
+    // at 4 and 0.
     let curve = &measured.curves[0];
     let full = |series: usize| -> Vec<usize> {
         let values = curve.series[series].values.iter().enumerate();
@@ -61,7 +62,7 @@ fn bouncing_balls_weigh_what_they_weigh() {
     assert_eq!((full(0), full(1)), (vec![0], vec![2]));
 }
 
-/// Particles at random places of a cavity, which are a radius away from its surface.
+/// Particles at random positions in a cavity, at least a radius away from its surface.
 fn filled(
     (count, seed): (u32, u64),
     is_inside: impl Fn(&Vector) -> bool,
@@ -92,7 +93,8 @@ fn filled(
 
 #[test]
 fn the_pressure_in_a_sphere_is_that_of_the_virial() {
-    // `sum r . J` over contacts with the cavity is `- R F` exactly; the virial theorem makes it `2 E + W`, except for the two ends of the run.
+    // `sum r . J` over contacts with the cavity is exactly `- R F`. By the virial theorem it is `2 E + W`,
+    // apart from the two ends of the run.
     let middle = Vector::repeat(10.0);
     for interacts in [false, true] {
         let sphere = SurfaceShape::Sphere { centre: middle, radius: 4.0, is_inside: true };
@@ -118,8 +120,8 @@ fn the_pressure_in_a_sphere_is_that_of_the_virial() {
 
 #[test]
 fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
-    // Without contacts with each other, and at even places: the rate of contacts is `v S / 4 V` (Cauchy), and the normal force `m v^2 S / 3 V`, that of the
-    // virial, whatever the shape.
+    // Without contacts between particles, and with uniform positions, the rate of contacts is `v S / 4 V`
+    // (Cauchy) and the normal force is `m v^2 S / 3 V`, by the virial, for any shape.
     /// Triangles reach up to 0.0024 into the ring, and a sphere has a radius of 0.15.
     const START: f64 = 1.8475;
     let middle = Vector::repeat(10.0);
@@ -155,7 +157,7 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
             rates.push(mean("rate") * 2.0 * 1.85 / speed);
             pressures.push(mean("normal") * 1.5 * 1.85 / (0.7 * square));
         }
-        // The error is that of the scatter of seeds.
+        // The error comes from the scatter of seeds.
         for ratios in [rates, pressures] {
             let mean = ratios.iter().sum::<f64>() / 8.0;
             let variance = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum::<f64>() / 7.0;
@@ -168,7 +170,8 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
 
 #[test]
 fn the_pressure_in_a_pipe_is_that_of_the_virial_across_it() {
-    // `sum r . J` across the axis is `- R F`, and without contacts with each other the energy across it is constant.
+    // Across the axis, `sum r . J` is `- R F`. Without contacts between particles, the energy of the motion
+    // across it is constant.
     let middle = Vector::repeat(10.0);
     let pipe = SurfaceShape::Cylinder { point: middle, axis: Vector::x(), radius: 4.0, is_inside: true };
     let across = |vector: &Vector| Vector::new(0.0, vector.y, vector.z);

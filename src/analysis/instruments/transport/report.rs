@@ -1,4 +1,4 @@
-//! Coefficients and curves of transport.
+//! Transport coefficients and their curves.
 
 use super::{BULK, BULK_MEAN, HEAT, SHEAR, Transport, pairs_of_axes};
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};
@@ -27,7 +27,7 @@ pub(super) fn report(transport: &Transport, system: &SystemDescription, measured
     ]);
 }
 
-/// Factors from `<dG^2> / t` to the coefficients, by curve; none where a coefficient means nothing.
+/// Factors from `<dG^2> / t` to the coefficients, by curve; `None` if a coefficient is not defined.
 fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4] {
     let dimensions = system.space.dimensions() as f64;
     let temperature = transport.temperature(system);
@@ -44,7 +44,8 @@ fn slope(transport: &Transport, kind: usize) -> Option<Estimate> {
     straight_slope(transport.lags, transport.interval, 0, combination)
 }
 
-/// The mean of `sum c_k x_k^2` with terms of lags `k`, counted from 1; for the bulk of `sum c_k (x_k - <x_k>)^2`.
+/// The mean of `sum c_k x_k^2` over lags `k`, which count from 1; for the bulk viscosity, `sum c_k (x_k -
+/// <x_k>)^2`.
 fn combination(transport: &Transport, kind: usize, terms: &[(usize, f64)]) -> Option<Estimate> {
     let (average, lags) = (&transport.average, transport.lags);
     let mut elements: Vec<(usize, f64)> = terms.iter().map(|(lag, c)| (kind * lags + lag - 1, *c)).collect();
@@ -63,7 +64,7 @@ fn combination(transport: &Transport, kind: usize, terms: &[(usize, f64)]) -> Op
     Some(Estimate { mean: estimate.mean + square, ..estimate })
 }
 
-/// Normalisation of sums over all origins to `<dG^2> / (2 V T t)`; `None` where that means nothing.
+/// Normalisation of sums over all origins to `<dG^2> / (2 V T t)`; `None` if that is not defined.
 fn normalisation(transport: &Transport, system: &SystemDescription, kind: usize) -> Option<Normalisation> {
     scales(transport, system)[kind]?;
     let dimensions = system.space.dimensions() as f64;

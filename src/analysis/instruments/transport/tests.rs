@@ -21,8 +21,9 @@ fn a_hard_sphere_fluid_has_the_coefficients_of_enskog() {
     measure(&mut simulation, &system, &mut instrument, 500.0);
     let measured = report(&instrument, &system);
     let fluid = HardSphereFluid::reduced(0.2);
-    // Simulations deviate from Enskog by some per cent at this density (Alder, Gass and Wainwright), and small systems of constant energy and
-    // momentum have less: in long runs 108 spheres had 5, 5 and 11 % less than Enskog, 500 had 1, 4 and 4 %, each to within 2 to 4 %.
+    // At this density simulations deviate from Enskog by a few per cent (Alder, Gass and Wainwright), and
+    // small systems of constant energy and momentum have smaller values. In long runs 108 spheres had 5, 5
+    // and 11 % less than Enskog, and 500 had 1, 4 and 4 % less, each to within 2 to 4 %.
     for (name, enskog, deviation) in [
         ("shear_viscosity", fluid.shear_viscosity(), 0.05),
         ("bulk_viscosity", fluid.bulk_viscosity(), 0.1),
@@ -71,7 +72,7 @@ fn moments_do_not_depend_on_the_frame() {
     };
     let (still, moving) = (run(0.0), run(3.0));
     for (a, b) in [(still.bulk, moving.bulk), (still.shear[0], moving.shear[0]), (still.heat[0], moving.heat[0])] {
-        // The orbits themselves part by a factor of a few at each collision, from 1e-16 on.
+        // The trajectories diverge by a factor of a few at each collision, starting from 1e-16.
         assert!((a - b).abs() < 1e-9, "{a} {b}");
     }
 }

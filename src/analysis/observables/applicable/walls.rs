@@ -1,9 +1,9 @@
-//! Which walls give the particles momentum and energy.
+//! Which walls exchange momentum and energy with the particles.
 
 use crate::model::space::{Boundary, Face, Space};
 use crate::model::{Scene, Thermostat};
 
-/// Walls whose area has an end.
+/// Walls of finite area.
 pub(super) fn pressed(space: &Space) -> [[bool; 2]; 3] {
     [0, 1, 2].map(|axis| space.walled_sides(axis).map(|is_wall| is_wall && space.wall_area(axis).is_some()))
 }

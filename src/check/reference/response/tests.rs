@@ -1,4 +1,5 @@
-//! The table of outcomes by hand, and both against those of the engine, which share no code with these.
+//! The table of outcomes by hand, and both functions compared with those of the engine, with which they share
+//! no code.
 
 use super::*;
 use crate::engine::pairs::contacts::ContactTimes;
@@ -10,9 +11,9 @@ use std::collections::BTreeMap;
 
 const EPS: f64 = f64::EPSILON;
 
-/// Random cases of each comparison.
+/// Number of random cases in each comparison.
 const CASES: u32 = 4000;
-/// Fewest cases of each kind: all have an expectation of more than a hundred.
+/// Fewest cases of each kind. All kinds are expected more than a hundred times.
 const FEWEST: u32 = 50;
 
 fn at(energy_step: f64) -> Discontinuity {
@@ -69,7 +70,7 @@ fn the_tc_model_makes_frequent_contacts_elastic_and_leaves_speed_for_a_contact_t
     assert_eq!(model.contact(&[0], 6.0, &Arrival { tangential: 0.0, ..slides }), (0.0, 1.0));
 }
 
-/// Distance of two square roots whose squares differ by `square`, if one of them is `root`.
+/// Difference of two square roots whose squares differ by `square`, if one of them is `root`.
 fn of_root(square: f64, root: f64) -> f64 {
     if root * root > square { square / root.abs() } else { square.sqrt() }
 }
@@ -82,7 +83,7 @@ fn restitution() -> impl Strategy<Value = f64> {
     prop_oneof![Just(1.0), Just(0.0), 0.0..1.0_f64]
 }
 
-/// Zero, or of any size.
+/// Zero, or of any magnitude.
 fn speed() -> impl Strategy<Value = f64> {
     prop_oneof![1 => Just(0.0), 9 => (-9.0..9.0_f64).prop_map(f64::exp)]
 }
@@ -92,9 +93,10 @@ fn step() -> impl Strategy<Value = f64> {
     prop_oneof![2 => Just(f64::INFINITY), 1 => Just(0.0), 3 => -3.0..0.0_f64, 6 => 0.0..2.0_f64]
 }
 
-/// Masses (none of a static partner), restitution, and whether it is the outer discontinuity.
+/// Masses (`None` for a static partner), restitution, and whether it is the outer discontinuity.
 type Pair = (f64, Option<f64>, f64, bool);
-/// Speed, whether the pair recedes, the step, and the length of the line along which the engine has the motion.
+/// Speed, whether the pair recedes, the step, and the length of the line along which the engine holds the
+/// motion.
 type Motion = (f64, bool, f64, f64);
 
 #[test]
@@ -117,7 +119,7 @@ fn outcomes_are_those_of_the_engine() {
         let approach = response::Approach { radial: vn * length, squared: length * length, reduced_mass };
         let engine = response::respond(sides, energy_step, &approach, restitution);
 
-        // Some four products on either side, each rounded.
+        // About four products on either side, each rounded.
         let finite = if step.is_finite() { step } else { 0.0 };
         let rounding = 8.0 * EPS * unit * (1.0 + finite.abs());
         if step.is_finite() && (unit * step - vn * vn).abs() <= rounding && vn != 0.0 {
@@ -142,7 +144,8 @@ fn outcomes_are_those_of_the_engine() {
     assert!(counts.values().sum::<u32>() > CASES * 9 / 10, "{counts:?}");
 }
 
-/// Two particles, as one of them and the distance to the other, and the time since the last contact in contact times; none is just one.
+/// Two particles, as one of them and the offset to the other, and the time since the last contact in contact
+/// times; `None` is exactly one.
 type Contact = (u32, u32, Option<f64>);
 /// Restitution, speeds across and along the barrier, and acceleration towards it.
 type Arriving = (f64, f64, f64, f64);
@@ -150,7 +153,7 @@ type Arriving = (f64, f64, f64, f64);
 #[test]
 fn the_tc_model_is_that_of_the_engine() {
     let counts = RefCell::new(BTreeMap::<&str, u32>::new());
-    // What the contact time leaves decides: accelerations are in units of the speed that arrives.
+    // The contact time sets the scale: accelerations are in units of the arrival speed.
     let contact = (
         (0..4_u32, 1..4_u32, prop::option::weighted(0.9, 0.0..2.0_f64)),
         (restitution(), speed(), speed(), -2.0..400.0_f64),
@@ -160,7 +163,7 @@ fn the_tc_model_is_that_of_the_engine() {
         let (mut ours, mut theirs) = (TcModel::new(contact_time, 4), ContactTimes::new(contact_time, 4));
         let mut time = 0.0;
         for ((first, step, gap), (restitution, approach, tangential, closing)) in contacts {
-            // After some part of a contact time, or after just one.
+            // After a fraction of a contact time, or after exactly one.
             time += gap.map_or(contact_time, |gap: f64| gap * contact_time);
             let particles = [first, (first + step) % 4];
             let closing = closing * 0.01 * (approach + 0.1 * tangential) / contact_time;
