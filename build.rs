@@ -1,18 +1,18 @@
-//! Tells checkpoints of one program from those of another: a fingerprint of all that decides how the state of a run is laid out, and with
-//! which bits it goes on.
+//! Computes a fingerprint of everything that determines the layout of a run's state and the bits with which
+//! it continues. It distinguishes the checkpoints of different program versions.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What decides nothing of a run: it only talks about runs.
+/// Sources without influence on a run: they only describe runs.
 const OUTSIDE: [&str; 7] = ["cli", "cli.rs", "main.rs", "view", "view.rs", "check", "check.rs"];
 
 fn main() -> io::Result<()> {
     let root = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
     println!("cargo::rerun-if-changed=src");
     println!("cargo::rerun-if-changed=Cargo.lock");
-    // The engine for browsers, which `web/build` makes, where the program is to carry it.
+    // The engine for browsers, built by `web/build`, if the program carries it.
     println!("cargo::rustc-check-cfg=cfg(carries_module)");
     println!("cargo::rerun-if-env-changed=CAROM_MODULE");
     if let Some(module) = std::env::var_os("CAROM_MODULE") {
@@ -25,17 +25,17 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Of all sources but those that only talk about runs, and of the versions of what they use.
+/// Over all sources except those that only describe runs, and the versions of all dependencies.
 pub fn fingerprint(root: &Path) -> io::Result<u64> {
     let mut files = Vec::new();
     collect(&root.join("src"), true, &mut files)?;
-    // Not there where Carom is a dependency of another program.
+    // Missing if Carom is a dependency of another program.
     files.extend(Some(root.join("Cargo.lock")).filter(|lock| lock.exists()));
     files.sort();
     let mut hash = 0xcbf2_9ce4_8422_2325;
     for file in files {
         let name = file.strip_prefix(root).unwrap_or(&file).to_string_lossy().replace('\\', "/");
-        // Lengths, so that nothing can wander from one file to the next.
+        // The lengths ensure that no text can move from one file to the next.
         let text = fs::read_to_string(&file)?.replace("\r\n", "\n");
         for part in [name.as_bytes(), text.as_bytes()] {
             add(&mut hash, &(part.len() as u64).to_le_bytes());

@@ -1,4 +1,4 @@
-//! A bonded pair, made particle by particle: how often its bond turns it back.
+//! A bonded pair, built particle by particle: how often does its bond turn it back?
 
 use std::error::Error;
 
@@ -8,7 +8,8 @@ use carom::model::Potential;
 use carom::model::space::Space;
 use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-/// Contacts of two beads in so much time, whose bond holds from 1 to 1.4 and which approach each other with a speed of 2.
+/// Number of contacts between two beads in a given time. Their bond holds from 1 to 1.4, and they approach
+/// each other with a speed of 2.
 pub fn contacts(duration: f64) -> Result<u64, Box<dyn Error>> {
     let mut scene = SceneBuilder::new("dimer").space(Space::periodic_cube(12.0));
     scene.insert_species(SpeciesDraft::new("bead").mass(1.3).diameter(1.0));

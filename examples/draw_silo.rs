@@ -6,19 +6,20 @@ use carom::Vector;
 use carom::mesh::write_stl;
 use carom::model::TriangleMesh;
 
-/// A wall of the silo from inside or outside: half the width at the outlet, at the upper end of the pyramid and at the top, and their heights `[length]`.
+/// A wall of the silo from inside or outside: half the width at the outlet, at the upper end of the pyramid
+/// and at the top, and the heights of these `[length]`.
 type Profile = [[f64; 2]; 3];
 
 const INSIDE: Profile = [[2.5, 0.0], [6.0, 6.0], [6.0, 41.0]];
 const OUTSIDE: Profile = [[2.9, 0.0], [6.4, 6.0], [6.4, 41.0]];
 
-/// The corner of a square around the axis, counterclockwise seen from above.
+/// A corner of a square around the axis, counterclockwise seen from above.
 fn corner([half_width, height]: [f64; 2], k: usize) -> Vector {
     let [x, y] = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]][k % 4];
     Vector::new(x * half_width, y * half_width, height)
 }
 
-/// The silo; its triangles look out of the material.
+/// The silo. Its triangles face out of the material.
 fn silo() -> TriangleMesh {
     let mut squares = Vec::new();
     for k in 0..4 {

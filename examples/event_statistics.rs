@@ -1,4 +1,4 @@
-//! Events between square wells: how often pairs are captured, released and turned back, and with what impulse.
+//! Events of square wells: how often pairs are captured, released and turned back, and with what impulse.
 
 use std::collections::BTreeMap;
 use std::error::Error;

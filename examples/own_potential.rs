@@ -1,4 +1,5 @@
-//! A potential of one's own: Yukawa spheres as a hard core and ten steps, each with the mean of the potential over its shell.
+//! Your own potential: Yukawa spheres as a hard core and ten steps. Each step has the mean of the potential
+//! over its shell.
 
 use std::error::Error;
 
@@ -16,7 +17,7 @@ fn yukawa(distance: f64) -> f64 {
     STRENGTH * (-SCREENING * (distance - 1.0)).exp() / distance
 }
 
-/// Radii from the outermost step to the hard core, and the energies outside, between and inside of them.
+/// Radii from the outermost step to the hard core, and the energies outside, between and inside.
 pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
     let width = (CUTOFF - 1.0) / f64::from(STEPS);
     let radii: Vec<f64> = (0..=STEPS).map(|step| CUTOFF - width * f64::from(step)).collect();
@@ -31,7 +32,7 @@ pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
     Ok(Potential::new(radii, energies)?)
 }
 
-/// A fluid of these spheres after a number of events, and its total energy at the start.
+/// A fluid of these spheres after a number of events, and its initial total energy.
 pub fn simulated(events: u64) -> Result<(Simulation, f64), Box<dyn Error>> {
     let scene = SceneBuilder::new("yukawa")
         .species("sphere", 1.0, 1.0)

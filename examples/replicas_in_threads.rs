@@ -1,4 +1,4 @@
-//! Independent replicas of a fluid in threads, one seed each, and the mean of what they measured.
+//! Independent replicas of a fluid in threads, with one seed each, and the mean of their results.
 
 use std::error::Error;
 use std::thread;
@@ -7,7 +7,7 @@ use carom::engine::{Simulation, Until};
 use carom::model::Potential;
 use carom::scene::{Amount, Lattice, SceneBuilder};
 
-/// The contact rate of a particle in one replica.
+/// The contact rate per particle in one replica.
 fn contact_rate(seed: u64) -> Result<f64, Box<dyn Error + Send + Sync>> {
     let scene = SceneBuilder::new("replica")
         .seed(seed)
@@ -24,7 +24,7 @@ fn contact_rate(seed: u64) -> Result<f64, Box<dyn Error + Send + Sync>> {
     Ok(contacts / (simulation.time() - start) / simulation.moving() as f64)
 }
 
-/// The contact rate of a particle, by replica.
+/// The contact rates per particle of all replicas.
 pub fn contact_rates(replicas: u64) -> Result<Vec<f64>, Box<dyn Error + Send + Sync>> {
     thread::scope(|scope| {
         let threads: Vec<_> = (1..=replicas).map(|seed| scope.spawn(move || contact_rate(seed))).collect();

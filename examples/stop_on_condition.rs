@@ -1,4 +1,4 @@
-//! A granular gas that is simulated until nine tenths of its energy are gone, and stops at the event that does it.
+//! A granular gas that is simulated until nine tenths of its energy are lost, and stops at that event.
 
 use std::error::Error;
 

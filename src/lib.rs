@@ -1,10 +1,10 @@
 //! Event-driven particle dynamics: hard spheres, square wells, bonds and stepped potentials, with gravity, walls, static
 //! meshes and dissipation.
 //!
-//! Between events every particle flies freely, so there is no time step. Carom computes the time of the next event, executes
-//! it, and predicts again what it has changed. The algorithms are those of M. N. Bannerman and S. Strobl,
-//! *Stable Event-Driven Particle Dynamics: Spherically Symmetric Potentials*, which stay stable where rounding puts particles
-//! on the wrong side of a discontinuity.
+//! Between events every particle flies freely, so there is no time step. Carom computes the time of the next
+//! event, executes it, and predicts again only what it has changed. The algorithms are those of M. N.
+//! Bannerman and S. Strobl, *Stable Event-Driven Particle Dynamics: Spherically Symmetric Potentials*. They
+//! stay stable when rounding puts particles on the wrong side of a discontinuity.
 //!
 //! ```
 //! use carom::scene::{Amount, Lattice};
@@ -30,26 +30,28 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # What to start from
+//! # Where to start
 //!
 //! | to | use | example |
 //! |---|---|---|
-//! | simulate, and look at every event | [`engine::Simulation`] | `event_statistics` |
+//! | simulate and see every event | [`engine::Simulation`] | `event_statistics` |
 //! | stop at an event, change velocities or positions | [`engine::Simulation`] | `stop_on_condition` |
 //! | run independent replicas in threads | [`engine::Simulation`] is `Send` | `replicas_in_threads` |
 //! | equilibrate, measure with standard errors | [`run::Run`] | `fluid` |
-//! | write the files of a run, and its page | [`io::Folder`], `view::report::page` | `own_instrument` |
+//! | write the files of a run and its page | [`io::Folder`], `view::report::page` | `own_instrument` |
 //! | measure something new, or end a run on a condition | [`analysis::instruments::Instrument`] | `own_instrument` |
 //! | simulate another potential | [`model::Potential::new`] | `own_potential` |
 //!
-//! The programs are in the folder `examples` of the sources; `cargo run --release --example fluid` runs the first one.
+//! The programs are in the folder `examples` of the sources; `cargo run --release --example fluid` runs the
+//! first one.
 //!
 //! # An instrument of one's own
 //!
-//! A type with the trait [`Instrument`](analysis::instruments::Instrument) says when it wants its next sample, takes it, and reports numbers
-//! and curves. A [`Run`](run::Run) with which it is registered measures with it and keeps its fields in checkpoints. Where a
-//! [`Folder`](io::Folder) records the run, what the instrument reports is in its files, and so on the page that `view::report::page` makes of them.
-//! A program needs `serde = { version = "1", features = ["derive"] }` for it.
+//! A type with the trait [`Instrument`](analysis::instruments::Instrument) says when it needs its next
+//! sample, takes it, and reports numbers and curves. Register it with a [`Run`](run::Run), which then
+//! measures with it and keeps its fields in checkpoints. If a [`Folder`](io::Folder) records the run, the
+//! report of the instrument is in its files, and so on the page that `view::report::page` makes of them. Your
+//! program needs `serde = { version = "1", features = ["derive"] }`.
 //!
 //! ```
 //! use carom::analysis::instruments::{Instrument, Measured, Number, Sample, SystemDescription};
@@ -116,36 +118,38 @@
 //! | What happens then? | [`physics::response`], [`engine::event`] | section 1 |
 //! | What is simulated, as data? | [`model`] | figure 1 |
 //! | The event loop | [`engine`] | |
-//! | What is measured, and how well is it known? | [`analysis::instruments`], [`analysis::observables`], [`analysis::statistics`] | |
-//! | What have theory and other simulations found? | [`analysis::published`] | |
+//! | What is measured, and with what error? | [`analysis::instruments`], [`analysis::observables`], [`analysis::statistics`] | |
+//! | What do theory and other simulations give? | [`analysis::published`] | |
 //! | Frames and their file | [`trajectory`] | |
 //! | How do particles start: lattices, packings, chains, surfaces, velocities? | `prepare`, behind [`scene`] | |
-//! | How is a scene made, from a file or in code? | [`scene`] | |
+//! | How is a scene built, from a file or in code? | [`scene`] | |
 //! | A whole run, its audit, its checkpoint | [`run`], [`run::audit`], [`run::checkpoint`] | |
 //! | The folder of a run, and formats of other programs | [`io`] | |
-//! | Replicas of one scene at several temperatures, which are swapped | [`exchange`] | |
+//! | Replicas of one scene at several temperatures, with swaps | [`exchange`] | |
 //! | Many runs of one scene: their folder, their tables | [`sweep`] | |
-//! | The paper, word for word, for checking | [`mod@check::reference`] | Algorithm 1 |
+//! | The paper, word for word, for checks | [`mod@check::reference`] | Algorithm 1 |
 //! | Is a run right, event by event? | [`mod@check::verify`] | Algorithm 1 |
-//! | Does what is measured agree with published results? | [`check::validate`] | |
+//! | Do measurements agree with published results? | [`check::validate`] | |
 #![cfg_attr(feature = "view", doc = "| Pictures, movies, pages, a scene in words | [`view`] | figure 6 |")]
 #![cfg_attr(feature = "cli", doc = "| What can be typed, and what comes of it | [`cli`] | |")]
 //!
-//! Each of these modules is a layer or part of one, and uses only those above it in this table: `docs/architecture.md`.
+//! Each of these modules is a layer or part of a layer, and uses only those above it in this table: see
+//! `docs/architecture.md`.
 //!
 //! # Notation and units
 //!
-//! `r_ij = r_i - r_j` and `v_ij = v_i - v_j`, the paper's sign. Reduced units: lengths, masses and energies are what the scene makes
-//! them, and Boltzmann's constant is 1. `[length]`, `[mass]`, `[energy]` and `[time]` name the dimension of a quantity.
+//! `r_ij = r_i - r_j` and `v_ij = v_i - v_j`, with the paper's sign. Units are reduced: the scene defines
+//! lengths, masses and energies, and Boltzmann's constant is 1. `[length]`, `[mass]`, `[energy]` and `[time]`
+//! name the dimension of a quantity.
 //!
-//! # Results repeat
+//! # Reproducible results
 //!
-//! A run is a function of its scene and seed: the same bits every time, on every processor, however often it is paused, and
-//! whatever observes it.
+//! A run is a function of its scene and seed: the same bits every time, on every processor, however often it
+//! is paused, and whatever observes it.
 
-// The same bits on every processor; unit tests may be careless.
+// The same bits on every processor; unit tests are exempt.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
-// No input may end a program of the library.
+// No input may end a program that uses the library.
 #![cfg_attr(
     not(test),
     warn(
@@ -157,7 +161,7 @@
         clippy::unimplemented
     )
 )]
-// Some of what writes files safely serves pictures, movies and pages only.
+// Some code for writing files safely is used by pictures, movies and pages only.
 #![cfg_attr(not(feature = "view"), allow(dead_code, unused_imports))]
 
 pub mod analysis;
@@ -185,7 +189,7 @@ pub use model::{Potential, Scene};
 pub use run::Run;
 pub use scene::SceneBuilder;
 
-/// The crate of [`Vector`], so that a program uses the version that this one does.
+/// The crate of [`Vector`], re-exported so that programs use the same version.
 pub use nalgebra;
 
 /// A vector in space; the components along flat axes are exactly zero.

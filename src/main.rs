@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use carom::cli::{exhaustion::Reporting, program};
 
-/// Memory that ends is an error like any other, with exit code 1.
+/// Running out of memory is an error like any other, with exit code 1.
 #[global_allocator]
 static ALLOCATOR: Reporting = Reporting;
 

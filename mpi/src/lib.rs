@@ -1,4 +1,4 @@
-//! Processes of MPI that simulate one system together: `docs/parallel.md`.
+//! MPI processes that simulate one system together: `docs/parallel.md`.
 
 use carom::engine::Transport;
 use mpi::Threading;
@@ -9,10 +9,12 @@ use mpi::traits::{Communicator, CommunicatorCollectives};
 use std::fmt;
 use std::io::Write;
 
-/// Variables that `mpiexec` and the launchers of batch systems give the processes that they start.
+/// Environment variables that `mpiexec` and the launchers of batch systems set for the processes that they
+/// start.
 const STARTED: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "MPI_LOCALNRANKS"];
 
-/// The processes that were started together by `mpiexec`, as MPI's `MPI_COMM_WORLD` has them. MPI ends when this is let go.
+/// The processes started together by `mpiexec`, MPI's `MPI_COMM_WORLD`. MPI is finalised when this is
+/// dropped.
 pub struct Mpi {
     _universe: Universe,
     rank: usize,
@@ -20,9 +22,10 @@ pub struct Mpi {
 }
 
 impl Mpi {
-    /// Joins the others; `None` where this process was not started together with others, or has joined before.
+    /// Joins the other processes; `None` if this process was not started together with others, or has joined
+    /// before.
     ///
-    /// It is to be called once, and what has the transport used by one thread at a time.
+    /// Call it once, and use the transport from one thread at a time.
     #[must_use]
     pub fn join() -> Option<Self> {
         if STARTED.iter().all(|name| std::env::var_os(name).is_none()) {
@@ -34,7 +37,7 @@ impl Mpi {
         (size > 1).then_some(Self { _universe: universe, rank, size })
     }
 
-    /// The first of each of some lengths, and all of them together.
+    /// The offset of each piece, from the lengths of all, and the total length.
     fn offsets(&self, lengths: &[u64]) -> (Vec<i32>, Vec<i32>, usize) {
         let (mut counts, mut offsets, mut sum) = (Vec::new(), Vec::new(), 0_usize);
         for &length in lengths {
@@ -51,13 +54,13 @@ impl Mpi {
     }
 }
 
-/// Bytes that are somewhere, also if there are none: the address of nothing means something else to an MPI.
+/// Bytes with a valid address even if there are none: to MPI, a null address has another meaning.
 fn at_an_address(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes.reserve(1);
     bytes
 }
 
-/// Cuts bytes into pieces of some lengths.
+/// Cuts bytes into pieces of the given lengths.
 fn pieces(mut bytes: &[u8], lengths: &[i32]) -> Vec<Vec<u8>> {
     let mut piece = |length: &i32| {
         let (piece, rest) = bytes.split_at(usize::try_from(*length).unwrap_or(0));

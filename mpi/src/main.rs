@@ -1,4 +1,5 @@
-//! The program `carom` for processes of MPI: all that it does, and `carom-mpi run` in as many processes as `mpiexec` starts.
+//! The program `carom` for MPI: everything that `carom` does, and `carom-mpi run` in as many processes as
+//! `mpiexec` starts.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -7,7 +8,7 @@ use carom::cli::{exhaustion::Reporting, program};
 use carom::engine::Transport;
 use carom_mpi::Mpi;
 
-/// Memory that ends is an error like any other, with exit code 1.
+/// Running out of memory is an error like any other, with exit code 1.
 #[global_allocator]
 static ALLOCATOR: Reporting = Reporting;
 

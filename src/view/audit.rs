@@ -1,22 +1,22 @@
-//! Audit of a run in rows: for the final table and for the page about the run.
+//! The audit of a run as rows, for the final table and for the page of the run.
 
 use super::describe::momentum_changes;
 use crate::base::text::{digits, tiny};
 use crate::io::Summary;
 use crate::model::Scene;
 
-/// An invariant of a run, or a number that says how well it was kept.
+/// An invariant of a run, or a measure of how well it was kept.
 pub(super) struct Row {
     pub what: &'static str,
     pub how: &'static str,
     pub value: String,
-    /// Whether the value is relative to what it is a part of.
+    /// Whether the value is relative to a total.
     pub is_relative: bool,
-    /// Why there is nothing to judge, where that is not plain.
+    /// Why there is no verdict, if that is not obvious.
     pub why: Option<String>,
-    /// Where the audit fails; empty where it does not.
+    /// The limit at which the audit fails; empty if it does not fail.
     pub limit: String,
-    /// `None` where there is nothing to judge.
+    /// `None` if there is no verdict.
     pub is_sound: Option<bool>,
 }
 
@@ -30,7 +30,7 @@ impl Row {
     }
 }
 
-/// The audit of a run; `scene`, as far as it could be read, has the reasons why momentum is not conserved.
+/// The audit of a run. `scene`, if it could be read, gives the reasons why momentum is not conserved.
 pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
     let (energy, events) = (&summary.energy, &summary.events);
     let how = "error of kinetic and potential energy, with what was dissipated and supplied, relative";
@@ -74,7 +74,7 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
     let (overlap, invalid) = (&summary.overlap, summary.events.in_invalid_state);
     let is_judged_by_rounding = overlap.limit.is_none() && overlap.initial == 0;
     let limit = overlap.limit.map_or_else(|| "round-off".to_owned(), |limit| format!("{limit:.1e}"));
-    // Without a limit of the scene, each overlap was judged by the round-off of its own coordinates.
+    // If the scene sets no limit, each overlap was compared with the round-off of its own coordinates.
     let is_sound = |depth: f64, number: u64| match overlap.limit {
         Some(limit) => Some(depth <= limit),
         None => is_judged_by_rounding.then_some(number == 0),

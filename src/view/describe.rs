@@ -1,4 +1,5 @@
-//! Descriptions of a scene in words, and numbers as people read them: for the terminal and for the page about a run.
+//! Descriptions of a scene in words, and numbers in readable form, for the terminal and for the page of a
+//! run.
 
 mod barostat;
 mod estimate;
@@ -26,7 +27,7 @@ use crate::model::{
     Thermostat,
 };
 
-/// Numbers of particles of each species.
+/// Number of particles of each species.
 #[must_use]
 pub fn counts(scene: &Scene) -> Vec<usize> {
     let mut counts = vec![0; scene.species.len()];
@@ -42,7 +43,7 @@ pub fn population(scene: &Scene) -> String {
     population_of(scene, &counts(scene))
 }
 
-/// Known numbers of particles by species, in words.
+/// Given numbers of particles by species, in words.
 #[must_use]
 pub fn population_of(scene: &Scene, counts: &[usize]) -> String {
     let of = |is_static: bool| {
@@ -54,7 +55,8 @@ pub fn population_of(scene: &Scene, counts: &[usize]) -> String {
     if of(true).is_empty() { moving } else { format!("{moving}; static: {}", of(true)) }
 }
 
-/// The interactions of what moves, in a word with a blank behind it: `hard `, `square-well `; nothing where there are several kinds or none.
+/// The kind of interaction of the moving particles, as one word and a blank: `hard `, `square-well `; empty
+/// if there are several kinds or none.
 #[must_use]
 pub fn kind_of_potential(scene: &Scene) -> &'static str {
     let kind = |potential: &Potential| match potential.energies() {
@@ -71,7 +73,7 @@ pub fn kind_of_potential(scene: &Scene) -> &'static str {
     if kinds.all(|other| other == first) { first } else { "" }
 }
 
-/// The box, a line for each axis.
+/// The box, with one line per axis.
 #[must_use]
 pub fn space(scene: &Scene) -> Vec<String> {
     let axes = ["x", "y", "z"].iter().enumerate().map(|(k, name)| {
@@ -128,7 +130,7 @@ pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
     format!("because {motion}, and {pairs}")
 }
 
-/// An interaction in a line.
+/// An interaction, in one line.
 #[must_use]
 pub fn interaction(interaction: &Interaction) -> String {
     let restitution = if interaction.restitution < 1.0 {
@@ -162,7 +164,8 @@ fn potential(potential: &Potential) -> String {
     }
 }
 
-/// The table of interactions, a line per two species that can meet, and one per interaction of bonds.
+/// The table of interactions: one line for each pair of species that can meet, and one for each interaction
+/// of bonds.
 #[must_use]
 pub fn interactions(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
@@ -267,7 +270,7 @@ pub fn thermostat(thermostat: &Thermostat) -> String {
     }
 }
 
-/// Why the momentum is not conserved over a whole run, as far as it applies: `walls along x and y, gravity along z`.
+/// Why the momentum is not conserved over a whole run: `walls along x and y, gravity along z`.
 #[must_use]
 pub fn momentum_changes(scene: &Scene) -> String {
     let axes = |changed: &[bool; 3]| {
@@ -290,7 +293,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
             Influence::SlidingContacts => Some(format!("sliding contacts along {}", axes(changed))),
             Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
             Influence::StaticParticles => Some("static particles".to_owned()),
-            // With those of all stages below.
+            // Listed with those of all stages below.
             Influence::AndersenCollisions => None,
         })
         .collect();
@@ -303,7 +306,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
     words.join(", ")
 }
 
-/// The run that a scene starts from, and what becomes of its engine; `None` for a start of its own.
+/// The run from which a scene starts, and what happens to its engine; `None` if the scene has its own start.
 #[must_use]
 pub fn start(scene: &Scene) -> Option<String> {
     let run = scene.predecessor()?;

@@ -1,4 +1,4 @@
-//! A scene in words, with what is allowed and probably not meant: what `carom check` prints.
+//! A scene in words, with warnings about settings that are probably unintended: the output of `carom check`.
 
 use super::describe;
 use crate::Vector;
@@ -10,7 +10,7 @@ use crate::model::{InputFile, Limit, Scene};
 use crate::prepare::resting::{Ground, resting};
 use crate::run::{self, Burden, Unreached};
 
-/// Description of a scene: its facts, a line for each.
+/// Description of a scene: its facts, one line each.
 #[must_use]
 pub fn text(scene: &Scene) -> String {
     let mut text = format!("{}, seed {}\n", scene.name(), scene.seed());
@@ -30,7 +30,7 @@ pub fn line(label: &str, value: &str) -> String {
     format!("  {label:<14}{value}\n")
 }
 
-/// Warnings: settings that are allowed, but probably not meant.
+/// Warnings about settings that are allowed but probably unintended.
 #[must_use]
 pub fn warnings(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -86,7 +86,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// Columns and bytes in the files of a scene that the scene does not use.
+/// Columns and bytes in the scene's files that the scene does not use.
 #[must_use]
 pub fn unused_input(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
@@ -104,7 +104,7 @@ pub fn unused_input(scene: &Scene) -> Vec<String> {
     lines
 }
 
-/// Measurements of the plan that have no value in the scene, each with the reason.
+/// Planned measurements that are not defined for the scene, each with the reason.
 #[must_use]
 pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     let plan = scene.measure();
@@ -124,7 +124,7 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     pressure.into_iter().chain(transport).collect()
 }
 
-/// Cutoffs of the plan that the box makes shorter.
+/// Planned cutoffs that the box shortens.
 #[must_use]
 pub fn shortened(scene: &Scene) -> Vec<String> {
     let plan = scene.measure();
@@ -134,7 +134,7 @@ pub fn shortened(scene: &Scene) -> Vec<String> {
     shortened_cutoffs(plan, &SystemDescription::of(scene))
 }
 
-/// Times of the plan that never come, because what they act in is shorter.
+/// Planned times that are never reached, because their stage is shorter.
 #[must_use]
 pub fn unreached(scene: &Scene) -> Vec<String> {
     let told = |it| match it {
@@ -151,7 +151,7 @@ pub fn unreached(scene: &Scene) -> Vec<String> {
     run::unreached(scene).into_iter().map(told).collect()
 }
 
-/// Particles that rest in contact at the start, and what will happen.
+/// Particles at rest and in contact at the start, and what will happen to them.
 #[must_use]
 pub fn at_rest(scene: &Scene) -> Vec<String> {
     let all = resting(scene);
@@ -191,7 +191,7 @@ pub fn at_rest(scene: &Scene) -> Vec<String> {
     vec![format!("particle {} rests on {ground}{others}, {cause}; {cure}", first.particle.0)]
 }
 
-/// Reasons why the run takes far longer than its events, with the time that each takes.
+/// Reasons why the run takes far longer than its events, with the time for each.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<String> {
     run::burdens(scene).into_iter().map(told).collect()
@@ -199,7 +199,7 @@ pub fn burdens(scene: &Scene) -> Vec<String> {
 
 fn told(Burden { cause, seconds }: Burden) -> String {
     match seconds {
-        // Where the number of events is not known, nor is the time.
+        // If the number of events is unknown, so is the time.
         ..1.0 => cause,
         _ => format!("{cause}: some {} of wall time", wall_time(seconds)),
     }
@@ -216,7 +216,7 @@ fn wall_time(seconds: f64) -> String {
     }
 }
 
-/// Number density and packing fraction of what moves, where the box has a volume that means something.
+/// Number density and packing fraction of the moving particles, if the volume of the box is meaningful.
 fn density(scene: &Scene) -> Option<String> {
     if !scene.space().is_fully_periodic() {
         return None;
@@ -241,7 +241,7 @@ fn density(scene: &Scene) -> Option<String> {
     Some(format!("number density {number_density}, packing fraction {packing_fraction}{when}{temperature}"))
 }
 
-/// The kinetic temperature at the start, as a run writes it into its first row.
+/// The kinetic temperature at the start, as in the first row of a run.
 fn temperature(scene: &Scene) -> Option<f64> {
     let mut kinetic = 0.0;
     let mut momentum = Vector::zeros();
@@ -256,8 +256,8 @@ fn temperature(scene: &Scene) -> Option<f64> {
     ApplicableObservables::of(scene).temperature(kinetic, &momentum)
 }
 
-/// Where coordinates, or the energies of pairs, leave so few digits that overlaps become visible: a millionth of a diameter is the most that
-/// an audit calls round-off.
+/// Coordinates or pair energies with so few digits that overlaps become visible. An audit accepts at most a
+/// millionth of a diameter as round-off.
 fn few_digits(scene: &Scene) -> Vec<String> {
     const ROUNDINGS: f64 = 32.0;
     const MOST: f64 = 1e-8;
@@ -305,7 +305,7 @@ mod tests {
         assert_eq!(of(90.4), "large cells: some 90 seconds of wall time");
     }
 
-    /// Times that never come in a fluid with a run and instruments.
+    /// Times that are never reached, for a fluid with a given run and instruments.
     fn never(run: &str, measure: &str) -> Vec<String> {
         let text = format!(
             "species = [{{ name = \"A\", mass = 1.3, diameter = 1.0 }}]\n\
@@ -344,7 +344,7 @@ mod tests {
             never(run, measure),
             late.map(|it| format!("{it} is longer than all that is measured, 8, in which it never comes"))
         );
-        // The duration of a number of events is unknown.
+        // The duration of a given number of events is unknown.
         assert_eq!(never("run = { until_events = 100 }", measure), [""; 0]);
     }
 }

@@ -9,7 +9,7 @@ use crate::mesh::read::MeshFileError;
 use crate::model::ParticleId;
 use crate::trajectory::extended_xyz::ReadError;
 
-/// Error of a view: why a picture, a movie or a page could not be made or written.
+/// Why a picture, a movie or a page could not be made or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ViewError {
@@ -18,30 +18,30 @@ pub enum ViewError {
     Trajectory {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the reader.
         source: ReadError,
     },
-    /// The file of a surface beside the trajectory could not be read.
+    /// A surface file beside the trajectory could not be read.
     #[error("cannot read the surface {}", path.display())]
     SurfaceFile {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the system.
         source: io::Error,
     },
-    /// The file of a surface beside the trajectory is damaged.
+    /// A surface file beside the trajectory is damaged.
     #[error("a surface beside the trajectory is damaged")]
     Surface(#[source] Box<MeshFileError>),
     /// The frame has no particles.
     #[error("the frame has no particles to draw")]
     Empty,
-    /// A particle cannot be placed.
+    /// The position of a particle is not usable.
     #[error("particle {} cannot be drawn: expected a finite position and velocity and a positive finite radius", .0.0)]
     Particle(ParticleId),
-    /// The particle that the camera is to follow is not in the frame.
+    /// The particle that the camera should follow is not in the frame.
     #[error("the frame has no particle {} to follow", .0.0)]
     NoParticle(ParticleId),
-    /// The box cannot be placed.
+    /// The box is not usable.
     #[error("the box cannot be drawn: expected a finite corner and finite edges that are not negative")]
     Box,
     /// The image would have no pixels, or too many.
@@ -54,10 +54,10 @@ pub enum ViewError {
         /// Rows of pixels.
         height: u32,
     },
-    /// Another number of the style of an image, or of the options of a movie, makes no sense.
+    /// Another number in the style of an image or the options of a movie is invalid.
     #[error("{name} is {value}, expected {expected}")]
     Option {
-        /// The thing that is counted.
+        /// Name of the option.
         name: &'static str,
         /// Its value.
         value: f64,
@@ -67,15 +67,15 @@ pub enum ViewError {
     /// The style lists no colour.
     #[error("the palette of an image is empty")]
     NoColour,
-    /// The ending of the name stands for no format of movies.
+    /// The file extension is not that of a movie format.
     #[error("`{}` is not a supported movie format: expected .mp4, .gif or .apng", ending(.0))]
     Format(PathBuf),
-    /// Players slow such a GIF down.
+    /// Players slow down such a GIF.
     #[error(
         "a GIF cannot show {0} images per second: its images last for whole hundredths of a second, and players make one of the shortest ten"
     )]
     FastGif(u32),
-    /// An MP4 has one colour for each two by two pixels.
+    /// In an MP4, two by two pixels share one colour.
     #[error("an MP4 of {width} x {height} pixels cannot be written: expected even numbers")]
     OddSize {
         /// Columns of pixels.
@@ -83,7 +83,7 @@ pub enum ViewError {
         /// Rows of pixels.
         height: u32,
     },
-    /// The program that writes MP4 cannot be started.
+    /// The program `ffmpeg`, which writes MP4, cannot be started.
     #[error("an MP4 is written by the program ffmpeg, which cannot be started")]
     NoFfmpeg(#[source] io::Error),
     /// The trajectory of a movie is a pipe or a device.
@@ -95,12 +95,12 @@ pub enum ViewError {
     /// No frame of the movie has a particle.
     #[error("no frame of {} that is asked for has a particle to draw", .0.display())]
     EmptyMovie(PathBuf),
-    /// The trajectory ends before the first frame asked for.
+    /// The trajectory ends before the first requested frame.
     #[error("frame {first} of {} does not exist: it has {count} complete frames, counted from 0", path.display())]
     NoSuchFrame {
         /// The file.
         path: PathBuf,
-        /// The frame asked for.
+        /// The requested frame.
         first: u64,
         /// The number of complete frames.
         count: u64,
@@ -110,32 +110,32 @@ pub enum ViewError {
     Frame {
         /// The file.
         path: PathBuf,
-        /// The place of the frame, from 0.
+        /// Index of the frame, from 0.
         index: u64,
-        /// Why.
+        /// The error.
         source: Box<Self>,
     },
-    /// There is something else than a file under the name of the movie.
+    /// The target of the movie exists and is not a file.
     #[error("{} is not a file, and cannot be replaced by a movie", .0.display())]
     NotReplaceable(PathBuf),
-    /// The program that writes MP4 failed.
+    /// `ffmpeg` failed.
     #[error("ffmpeg failed: {0}")]
     Ffmpeg(String),
     /// No thread could be started.
     #[error("no thread could be started to draw images")]
     Threads,
-    /// It was broken off.
+    /// The caller stopped it.
     #[error("interrupted; nothing was written")]
     Interrupted,
-    /// The folder of a run is no folder.
+    /// The folder of a run is not a folder.
     #[error("{} is not the folder of a run", .0.display())]
     NotFolder(PathBuf),
-    /// The summary, which every finished run has, is missing or cannot be read.
+    /// The summary, which every finished run has, is missing or unreadable.
     #[error("cannot read {}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the system.
         source: io::Error,
     },
     /// The summary is damaged.
@@ -143,10 +143,10 @@ pub enum ViewError {
     Summary {
         /// The file.
         path: PathBuf,
-        /// Where, and what was expected.
+        /// The position, and what was expected.
         source: serde_json::Error,
     },
-    /// There is something under the name of the file.
+    /// The target file exists already.
     #[error("{} exists", .0.display())]
     Exists(PathBuf),
     /// The file could not be written.
@@ -154,7 +154,7 @@ pub enum ViewError {
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the system.
         source: io::Error,
     },
 }
@@ -166,7 +166,7 @@ fn ending(path: &Path) -> String {
 }
 
 impl ViewError {
-    /// Of a file that was to be written.
+    /// Error of writing a file.
     pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         |source| match source.kind() {
@@ -175,12 +175,12 @@ impl ViewError {
         }
     }
 
-    /// Of a trajectory that was to be read.
+    /// Error of reading a trajectory.
     pub(super) fn trajectory(path: &Path) -> impl Fn(ReadError) -> Self + Copy {
         move |source| Self::Trajectory { path: path.to_owned(), source }
     }
 
-    /// Cure: what the user can do, where that is not plain.
+    /// What the user can do, if that is not obvious.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {

@@ -17,13 +17,13 @@ use crate::view::{audit, describe};
 /// Values by the name of their observable.
 type Means<T> = [(&'static str, T)];
 
-/// Numbers of instruments that have a line: all that one of each kind has, of a few species.
+/// Largest number of lines for results of instruments: enough for one of each kind with a few species.
 const MOST_NUMBERS: usize = 48;
 
-/// Rates that have a line.
+/// Largest number of lines for rates.
 const MOST_RATES: usize = 12;
 
-/// Table of the results of a run: the system, the ending, the means and the audit.
+/// Table of the results of a run: the system, the end, the means and the audit.
 #[must_use]
 pub fn text(finished: &Finished) -> String {
     let simulation = &finished.simulation;
@@ -74,7 +74,7 @@ pub fn text(finished: &Finished) -> String {
     lines.text()
 }
 
-/// Numbers of events of the kinds core, capture, release, bounce and wall, as they are shown: `12 core, 3 wall`.
+/// Numbers of events of the kinds core, capture, release, bounce and wall: `12 core, 3 wall`.
 #[must_use]
 pub fn kinds(counts: [u64; 5], shown: fn(u64) -> String) -> String {
     let kinds = ["core", "capture", "release", "bounce", "wall"].into_iter().zip(counts);
@@ -108,7 +108,7 @@ fn ending(finished: &Finished) -> String {
     }
 }
 
-/// Lines of names and values, in two columns.
+/// Lines with names and values, in two columns.
 #[derive(Debug, Clone, Default)]
 pub struct Lines(String);
 
@@ -129,7 +129,7 @@ impl Lines {
         let _ = writeln!(self.0, "{line}");
     }
 
-    /// The means of a measurement, by its number of events.
+    /// The means of a measurement, with its number of events.
     fn means(
         &mut self,
         means: &Means<Estimate>,
@@ -152,7 +152,7 @@ impl Lines {
         }
     }
 
-    /// Numbers from instruments, including those that the run was too short for.
+    /// Numbers from instruments, including those with insufficient data.
     fn instruments(&mut self, title: &str, measured: &Measured, dimensions: usize) {
         let numbers = &measured.numbers;
         if numbers.is_empty() {
@@ -172,7 +172,7 @@ impl Lines {
         }
     }
 
-    /// Rates of events by kind and species, where there are several.
+    /// Rates of events by kind and species, if there are several.
     fn rates(&mut self, all: &[Rate]) {
         let all = told_apart(all);
         if all.is_empty() {
@@ -187,7 +187,7 @@ impl Lines {
         }
     }
 
-    /// How the work went, if several threads were asked for.
+    /// How the work was shared, if several threads were requested.
     fn threads(&mut self, simulation: &Simulation) {
         let threads = match simulation.processes() {
             1 => simulation.threads().to_string(),

@@ -1,4 +1,4 @@
-//! Gravity of the scene beside a trajectory, for what is up in its pictures.
+//! Gravity of the scene beside a trajectory, which defines the upward direction in pictures.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::Vector;
 use crate::io::Folder;
 
-/// Part of a scene that is read: its text may be of another version, and no particle is placed.
+/// The part of a scene that is read. Its text may be of another version, and no particle is placed.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct Scene {
@@ -21,7 +21,7 @@ struct Dynamics {
     gravity: Option<[f64; 3]>,
 }
 
-/// Gravity at the start of a run `[length / time^2]`; `None` without it, or without a scene.
+/// Initial gravity of a run `[length / time^2]`; `None` without gravity or without a scene.
 pub(super) fn gravity_beside(trajectory: &Path) -> Option<Vector> {
     let text = fs::read_to_string(Folder::scene_of(trajectory.parent().unwrap_or(Path::new("")))).ok()?;
     let scene: Scene = toml::from_str(&text).ok()?;

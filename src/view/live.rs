@@ -1,8 +1,9 @@
-//! A scene that runs in a browser: a page of its own, which needs no network.
+//! A scene that runs in a browser: a self-contained page that needs no network.
 //!
-//! The page carries the engine as WebAssembly, the *module* that `web/build` makes, and so the bits of the program. In it a worker runs the scene
-//! (`live/worker*.js`, `live/observables*.js`, with the calls of `live/engine.js`), and the page shows it: the picture with the renderer of the player of
-//! reports (`live/live*.js`), plots (`live/plots*.js`), sliders and the text of the scene (`live/editor*.js`).
+//! The page contains the engine as WebAssembly, the *module* built by `web/build`, and so computes the same
+//! bits as the program. A worker runs the scene (`live/worker*.js`, `live/observables*.js`, with the calls of
+//! `live/engine.js`). The page shows it: the picture with the renderer of the report player
+//! (`live/live*.js`), plots (`live/plots*.js`), and sliders and the text of the scene (`live/editor*.js`).
 
 mod engine;
 mod head;
@@ -24,7 +25,7 @@ pub use engine::Engine;
 pub use head::Shown;
 pub use source::Source;
 
-/// The program of the page, in the order in which it is read, after the renderer of the player.
+/// The scripts of the page in their order, after the renderer of the player.
 const PROGRAM: [&str; 24] = [
     include_str!("report/save.js"),
     include_str!("live/plots_axis.js"),
@@ -52,7 +53,7 @@ const PROGRAM: [&str; 24] = [
     include_str!("live/live.js"),
 ];
 
-/// The program of the worker.
+/// The scripts of the worker.
 const WORKER: [&str; 13] = [
     include_str!("live/engine.js"),
     include_str!("live/observables_displacement.js"),
@@ -69,19 +70,19 @@ const WORKER: [&str; 13] = [
     include_str!("live/worker.js"),
 ];
 
-/// Shaders besides those of the player.
+/// Shaders in addition to those of the player.
 const LINES: [(&str, &str); 2] =
     [("line.vert", include_str!("live/line.vert")), ("line.frag", include_str!("live/line.frag"))];
 
-/// How the page looks, after the style of reports.
+/// Style sheets of the page, after the style of reports.
 const STYLE: [&str; 3] =
     [include_str!("live/live.css"), include_str!("live/editor.css"), include_str!("live/plots.css")];
 
-/// Policy of the page: it runs only what it carries.
+/// Content policy: the page runs only its own scripts.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; \
                       worker-src blob:; img-src data: blob:";
 
-/// Page on which a scene runs, which `source` is the text of.
+/// A page that runs a scene; `source` is its text.
 #[must_use]
 pub fn page(scene: &Scene, source: &Source, engine: Engine) -> Page {
     let mut body = include_str!("live/page.html").to_owned();
@@ -99,14 +100,14 @@ fn element(page: &mut String, kind: &str, id: &str, text: &str) {
     page.push_str(&format!("<script type=\"{kind}\" id=\"{id}\">{text}</script>\n"));
 }
 
-/// Comment that a text begins with, which mostly says what the scene is.
+/// The comment at the start of a text, which usually describes the scene.
 #[must_use]
 pub fn first_comment(text: &str) -> String {
     let lines = text.lines().map_while(|line| line.strip_prefix('#'));
     lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
 }
 
-/// Program of the page, and the texts that it reads by their ids.
+/// The script of the page, and the texts that it reads by id.
 fn scripts() -> String {
     let mut texts = Map::new();
     for (name, text) in SHADERS.iter().chain(&LINES) {
@@ -118,7 +119,7 @@ fn scripts() -> String {
     json!({ "texts": texts, "program": format!("\"use strict\";\n(() => {{\n{program}}})();\n") }).to_string()
 }
 
-/// The scene as the page reads it.
+/// The scene in the form that the page reads.
 fn description(scene: &Scene, source: &Source) -> String {
     let live = scene.live();
     let written = live.description.clone().unwrap_or_else(|| first_comment(&source.text));

@@ -1,18 +1,20 @@
-//! Movies of a trajectory: every frame drawn by [`render`], as GIF, APNG or MP4.
+//! Movies of a trajectory as GIF, APNG or MP4; every frame is drawn by [`render`].
 //!
-//! All images have one framing: the box that is given, or else all particles of all frames. The camera may walk around it at an even pace. The scale of
-//! speeds is the same in all of them, and below each stand its simulated time and a bar that shows a length; in perspective the bar holds
-//! for what is as far from the camera as the middle of the scene.
+//! All images are framed in the same way: by the box, or else by all particles of all frames. The camera may
+//! move around the scene at constant speed. The scale of speeds is the same in all images. Below each image
+//! stand its simulated time and a scale bar; in perspective the bar holds at the distance of the middle of
+//! the scene.
 //!
 //! | format | how | colours |
 //! |---|---|---|
-//! | [`MovieFormat::Gif`] | by the crate `gif` | 256, the same in all images, chosen by NeuQuant from some of them |
+//! | [`MovieFormat::Gif`] | by the crate `gif` | 256, the same in all images, chosen by NeuQuant from a few of them |
 //! | [`MovieFormat::Apng`] | by the crate `png` | all |
-//! | [`MovieFormat::Mp4`] | by the program `ffmpeg`, to which the images are piped | H.264, or MPEG-4 where ffmpeg lacks it |
+//! | [`MovieFormat::Mp4`] | by the program `ffmpeg`, which receives the images through a pipe | H.264, or MPEG-4 if ffmpeg lacks it |
 //!
-//! GIF and APNG keep of each image what differs from the one before; they repeat without end. The file is first gone through for where its
-//! frames begin, then each frame is read once, drawn and compressed, as many at a time as there are cores and memory for. The same
-//! trajectory and options give the same bytes on any number of cores (of MP4, as far as ffmpeg does).
+//! GIF and APNG store only the part of each image that differs from the previous one, and repeat for ever.
+//! The file is first scanned for its frames; then each frame is read once, drawn and compressed, as many at a
+//! time as cores and memory allow. The same trajectory and options give the same bytes on any number of cores
+//! (for MP4, as far as ffmpeg does).
 //!
 //! ```no_run
 //! use carom::io::Existing;
@@ -59,16 +61,17 @@ use index::{Index, Selection};
 use pipeline::Pipeline;
 use track::{Codec, Track};
 
-/// The most memory that images take while they are drawn at the same time `[bytes]`, unless one takes more.
+/// Largest memory for images drawn at the same time `[bytes]`, unless a single image needs more.
 const MOST_MEMORY: u64 = 2 << 30;
 
-/// Memory of a particle while its frame is drawn `[bytes]`: its line in the frame, its place and its rectangle in the image, and where it shades others.
+/// Memory per particle while its frame is drawn `[bytes]`: its line in the frame, its position and rectangle
+/// in the image, and the shading of others.
 const BYTES_PER_PARTICLE: u64 = 2000;
 
-/// The most images per second that a movie can have.
+/// Largest number of images per second.
 const MOST_PER_SECOND: u32 = 120;
 
-/// The largest turn of the camera, ten rounds `[degrees]`.
+/// Largest turn of the camera, ten full turns `[degrees]`.
 const LARGEST_TURN: f64 = 3600.0;
 
 /// File format of a movie.
@@ -84,13 +87,13 @@ pub enum MovieFormat {
 }
 
 impl MovieFormat {
-    /// All of them, with the ending of their files.
+    /// All formats, with their file extensions.
     pub const ENDINGS: [(Self, &'static str); 3] = [(Self::Mp4, "mp4"), (Self::Gif, "gif"), (Self::Apng, "apng")];
 
-    /// The format that the ending of a name stands for.
+    /// The format for the extension of a file name.
     ///
     /// # Errors
-    /// [`ViewError::Format`] if it stands for none.
+    /// [`ViewError::Format`] if no format has this extension.
     pub fn of(path: &Path) -> Result<Self, ViewError> {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         let known = Self::ENDINGS.into_iter().find(|(_, known)| ending.eq_ignore_ascii_case(known));
@@ -98,23 +101,25 @@ impl MovieFormat {
     }
 }
 
-/// Options of a movie: which frames, how fast, seen from where.
+/// Options of a movie: which frames, how fast, and the camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Movie {
-    /// How each image is drawn. Its width and height are those of the movie, and are not cut down; its azimuth is that of the first image.
+    /// How each image is drawn. The movie has exactly this width and height; the azimuth is that of the first
+    /// image.
     pub style: Style,
     /// Images per second, 1 to 120.
     pub frames_per_second: u32,
     /// The first frame; frames count from 0.
     pub first: u64,
-    /// The last frame, itself included; `None` goes on to the end.
+    /// The last frame, inclusive; `None` continues to the end.
     pub last: Option<u64>,
-    /// Use of every N-th frame, from the first one on.
+    /// Only every N-th frame is used, starting with the first.
     pub every: u64,
-    /// Degrees by which the camera walks around the scene to the right from the first image to the last. Flat and straight scenes
-    /// are seen from the front all the time.
+    /// Degrees by which the camera moves around the scene to the right, from the first image to the last.
+    /// Flat and one-dimensional scenes are always seen from the front.
     pub turn: f64,
-    /// Middle of all images, if it is followed: particles are wrapped around it along periodic axes, and the camera moves along the others.
+    /// The point in the middle of all images, if one is followed: particles are wrapped around it along
+    /// periodic axes, and the camera moves along the others.
     pub follow: Option<Follow>,
 }
 
@@ -125,47 +130,49 @@ impl Default for Movie {
     }
 }
 
-/// A movie that has been written.
+/// A finished movie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WrittenMovie {
-    /// The number of images.
+    /// Number of images.
     pub frames: u64,
-    /// Its length in the file `[bytes]`.
+    /// Size of the file `[bytes]`.
     pub bytes: u64,
-    /// Whether the trajectory ends within a frame, as it does when a run was killed; the frames before are complete.
+    /// Whether the trajectory ends within a frame, as after a killed run. The frames before are complete.
     pub is_truncated: bool,
 }
 
 /// Progress of a movie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovieProgress {
-    /// Whether images are drawn; before that, the trajectory is gone through for its frames, and of a GIF some images are drawn for its colours.
+    /// Whether images are being drawn. Before that, the trajectory is scanned for its frames, and for a GIF a
+    /// few images are drawn to choose its colours.
     pub is_drawing: bool,
     /// Frames found, or images written.
     pub frames: u64,
     /// Simulated time of the last of them `[time]`.
     pub time: f64,
-    /// Completed part of this stage, 0 to 1.
+    /// Completed fraction of this stage, 0 to 1.
     pub fraction: f64,
 }
 
-/// Callback that is asked now and then while a movie is made: it may break it off.
+/// Callback that is called now and then while a movie is made, and may stop it.
 pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 
-/// Writes a movie of a trajectory in extended XYZ; the ending of `path` says in which format. The file appears when it is complete.
-/// Where a killed run has cut the trajectory off, the frames before count.
+/// Writes a movie of a trajectory in extended XYZ; the extension of `path` determines the format. The file
+/// appears when it is complete. If a killed run has cut off the trajectory, the complete frames are used.
 ///
 /// # Errors
 /// - [`ViewError::Format`], [`ViewError::Option`], [`ViewError::FastGif`] or [`ViewError::OddSize`] if the
-///   options make no movie, [`ViewError::NoFfmpeg`] if there is no ffmpeg for an MP4;
-/// - [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::Changed`], [`ViewError::NoSuchFrame`], [`ViewError::EmptyMovie`] or
-///   [`ViewError::Frame`] if the trajectory does not;
+///   options are invalid, [`ViewError::NoFfmpeg`] if an MP4 is requested without ffmpeg;
+/// - [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::Changed`], [`ViewError::NoSuchFrame`],
+///   [`ViewError::EmptyMovie`] or [`ViewError::Frame`] if the trajectory is not usable;
 /// - [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if a surface beside it cannot be read;
-/// - [`ViewError::Exists`] or [`ViewError::NotReplaceable`] if there is something that is to be kept, [`ViewError::Write`] if the file cannot
-///   be written, [`ViewError::Ffmpeg`] if ffmpeg fails, [`ViewError::Threads`] if no thread can be started;
+/// - [`ViewError::Exists`] or [`ViewError::NotReplaceable`] if the target must not be replaced,
+///   [`ViewError::Write`] if the file cannot be written, [`ViewError::Ffmpeg`] if ffmpeg fails,
+///   [`ViewError::Threads`] if no thread can be started;
 /// - [`ViewError::Interrupted`] if `watch` breaks.
 ///
-/// There is no new file then, and an old one is as it was.
+/// In all of these cases there is no new file, and an old one is unchanged.
 pub fn write(
     trajectory: &Path,
     path: &Path,
@@ -213,7 +220,7 @@ pub fn write(
 }
 
 impl Movie {
-    /// Refuses options that make no movie in a format.
+    /// Rejects options that are invalid for a format.
     fn refuse(&self, format: MovieFormat) -> Result<(), ViewError> {
         render::refuse_style(&self.style)?;
         let option = |name, value: f64, expected| Err(ViewError::Option { name, value, expected });
@@ -238,7 +245,7 @@ impl Movie {
     }
 }
 
-/// Refuses what is in the place of a movie before anything is drawn.
+/// Rejects an existing target of the movie before anything is drawn.
 fn refuse_existing(path: &Path, existing: Existing) -> Result<(), ViewError> {
     match fs::metadata(path) {
         Ok(found) if !found.is_file() => Err(ViewError::NotReplaceable(path.to_owned())),
@@ -247,7 +254,7 @@ fn refuse_existing(path: &Path, existing: Existing) -> Result<(), ViewError> {
     }
 }
 
-/// The input of the images of a movie.
+/// The input for the images of a movie.
 struct Reel<'a> {
     trajectory: &'a Path,
     path: &'a Path,
@@ -279,7 +286,7 @@ impl Reel<'_> {
             crew: at_once,
             is_stopped: &is_stopped,
         };
-        // Asked between two images, and while one is waited for.
+        // Called between two images and while waiting for one.
         let (watch, done) = (RefCell::new(watch), Cell::new(0));
         let ask = |written: usize| {
             done.set(written);
@@ -292,7 +299,7 @@ impl Reel<'_> {
         track.finish(&mut || ask(count)).map_err(|error| self.failed(error))
     }
 
-    /// Number of images that are drawn at once: one for each core, if the memory allows.
+    /// Number of images drawn at the same time: one per core, if memory allows.
     fn at_once(&self) -> usize {
         let style = &self.movie.style;
         let pixels = u64::from(style.width) * u64::from(style.height);
@@ -317,7 +324,7 @@ impl Reel<'_> {
         shot.draw(&frame, (azimuth, focus), &time, team).map_err(fault)
     }
 
-    /// The colours of a GIF, from some of its images, drawn small.
+    /// The colours of a GIF, from a few of its images, drawn small.
     fn palette(&self, watch: &mut Watch) -> Result<palette::Palette, ViewError> {
         let style = palette::pilot_style(&self.movie.style);
         let shot = self.index.shot(&self.surfaces, &style, self.movie.turn)?;
@@ -326,7 +333,7 @@ impl Reel<'_> {
         for (done, &place) in (1_u32..).zip(&pilots) {
             images.push(self.draw(place, &shot, &Team::whole())?);
             let time = self.index.places[place].time;
-            // Before any image is written, and so a part of the work before.
+            // This comes before any image is written, and so belongs to the preparation.
             let fraction = f64::from(done) / pilots.len() as f64;
             if watch(&MovieProgress { is_drawing: false, frames: u64::from(done), time, fraction }).is_break() {
                 return Err(ViewError::Interrupted);

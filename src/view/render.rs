@@ -1,9 +1,10 @@
 //! Images of a frame: shaded spheres, bonds and the box, drawn without a display.
 //!
-//! A frame is drawn by a camera that places itself: three-dimensional scenes in perspective from a raised corner, flat
-//! and straight ones from the front. Light comes from a sky and from a sun with soft shadows, so that heaps and packings
-//! read as bodies, and where there is gravity, shadows fall on the ground; static particles and [surfaces](Surfaces) are translucent, so that what they
-//! hold stays in sight, and the box is drawn behind what it contains. The same frame, surfaces and style give the same bytes on each machine.
+//! The camera positions itself: three-dimensional scenes are seen in perspective from a raised corner, flat
+//! and one-dimensional ones from the front. Light comes from the sky and from a sun with soft shadows, so
+//! that heaps and packings look solid; with gravity, shadows fall on the ground. Static particles and
+//! [surfaces](Surfaces) are translucent, so that their contents stay visible, and the box is drawn behind its
+//! contents. The same frame, surfaces and style give the same bytes on each machine.
 //!
 //! ```
 //! use carom::trajectory::{Frame};
@@ -64,20 +65,23 @@ use shade::Scenery;
 use sheets::Sheets;
 use stroke::{Edge, Pen};
 
-/// Memory of each pixel while it is drawn `[bytes]`.
+/// Memory per pixel while an image is drawn `[bytes]`.
 pub(super) const BYTES_PER_PIXEL: u64 = 40;
 
-/// Opacity of edges of the box, of those that nothing of it is behind, and of edges of surfaces; width of these relative to the others.
+/// Opacity of box edges, of box edges in front of the box, and of surface edges, and the relative width of
+/// surface edges.
 const BOX_OPACITY: f32 = 0.6;
 const NEAR_OPACITY: f32 = 0.22;
 const FINE_OPACITY: f32 = 0.4;
 const FINE: f32 = 0.7;
 
-/// Draws the frame of a trajectory file that is nearest to a time `[time]`, or the last one, with the surfaces and the gravity of the scene
-/// beside it. Where a killed run has cut the file off, the last complete frame counts.
+/// Draws the frame of a trajectory file that is nearest to a time `[time]`, or the last one, with the
+/// surfaces and the gravity of the scene beside it. If a killed run has cut off the file, the last complete
+/// frame is used.
 ///
 /// # Errors
-/// [`ViewError::Trajectory`] if the file cannot be read, [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if that of a surface cannot; otherwise as [`draw`].
+/// [`ViewError::Trajectory`] if the file cannot be read, [`ViewError::SurfaceFile`] or [`ViewError::Surface`]
+/// if a surface file cannot be read; otherwise as [`draw`].
 pub fn of_trajectory(path: &Path, time: Option<f64>, style: &Style) -> Result<Image, ViewError> {
     let pick = pick_frame(path, time).map_err(ViewError::trajectory(path))?;
     draw_with(&pick.frame, &Surfaces::beside(path)?, &style.beside(path))
@@ -91,11 +95,12 @@ pub fn draw(frame: &Frame, style: &Style) -> Result<Image, ViewError> {
     draw_with(frame, &Surfaces::default(), style)
 }
 
-/// Draws a frame and surfaces. A surface that is much larger than the box and the particles is drawn as far as it is in view.
+/// Draws a frame and surfaces. A surface much larger than the box and the particles is drawn as far as it is
+/// visible.
 ///
 /// # Errors
 /// [`ViewError::Empty`], [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn;
-/// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style makes no sense.
+/// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style is invalid.
 pub fn draw_with(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Result<Image, ViewError> {
     refuse_style(style)?;
     refuse_frame(frame)?;
@@ -114,7 +119,7 @@ pub fn draw_with(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Result<Im
     Ok(image(&camera, &pixels, &team))
 }
 
-/// Draws a frame without letters.
+/// Draws a frame without text.
 fn paint(
     (frame, surfaces): (&Frame, &Surfaces),
     style: &Style,
@@ -132,7 +137,7 @@ fn paint(
     let sharp = surfaces.skins.iter().filter(|_| has_outline).flat_map(|skin| &skin.edges);
     let fine = Pen { width: FINE * thick, colour: ink, opacity: FINE_OPACITY, is_behind: false };
     let edges = box_edges(frame).into_iter().filter(|_| style.has_box).filter_map(|(ends, faces)| {
-        // An edge of two sides that face the camera has all of the box behind it.
+        // An edge between two sides that face the camera has the whole box behind it.
         let is_near = faces.iter().all(|normal| camera.is_before(&ends[0], normal)) && !faces.is_empty();
         let opacity = if is_near { NEAR_OPACITY } else { BOX_OPACITY };
         Edge::of(camera, place(&ends), Pen { width: thick, colour: ink, opacity, is_behind: true })
@@ -151,7 +156,7 @@ fn paint(
     scenery.colours(team)
 }
 
-/// An image of some pixels.
+/// An image from pixels.
 fn image(camera: &Camera, pixels: &[Colour], team: &Team) -> Image {
     let mut bytes = vec![[0; 4]; pixels.len()];
     let size = 1 << 14;
@@ -170,7 +175,7 @@ fn refuse_frame(frame: &Frame) -> Result<(), ViewError> {
     refuse_numbers(frame)
 }
 
-/// Refuses what has no place in an image.
+/// Rejects values that cannot be drawn.
 pub(super) fn refuse_numbers(frame: &Frame) -> Result<(), ViewError> {
     let is_finite = |vector: &Vector| vector.iter().all(|x| x.is_finite());
     if !(is_finite(&frame.lower) && is_finite(&frame.size) && frame.size.iter().all(|&edge| edge >= 0.0)) {

@@ -1,9 +1,9 @@
-//! A page about a run, for a browser: what was simulated, whether it can be trusted, what came out, and the particles
-//! in motion.
+//! A page about a run for a browser: what was simulated, whether it can be trusted, the results, and the
+//! moving particles.
 //!
-//! The page is one file without references to others, so it can be sent and kept; it needs a browser and no network. Of the
-//! files of a run only `summary.json` must be there; where another one is missing or damaged, the page says so. The same files
-//! give the same bytes each time.
+//! The page is one file without external references, so it can be sent and kept; it needs a browser but no
+//! network. Only `summary.json` is required of the files of a run; if another file is missing or damaged, the
+//! page says so. The same files give the same bytes each time.
 //!
 //! ```no_run
 //! use carom::io::Existing;
@@ -44,17 +44,17 @@ pub use sweep::{run_page_in, sweep_page, sweep_page_in, write_run_pages};
 
 use html::escape;
 
-/// Policy of pages: they run only the scripts that stand in them.
+/// Content policy: pages run only their own scripts.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 use inputs::Inputs;
 
-/// How the page looks.
+/// Style sheet of the page.
 pub(super) const STYLE: &str = include_str!("report/page.css");
 
-/// The script of the figures: values under the pointer, files of plots, and what paper has no room to fold away.
+/// Script of the figures: values under the pointer, saving of plots, and unfolding for print.
 const FIGURES: &str = concat!(include_str!("report/save.js"), include_str!("report/figures.js"));
 
-/// Trajectory that a small page plays `[bytes]`: the player makes about a third of it.
+/// Largest trajectory that a small page plays `[bytes]`. The player makes about a third of it.
 const MOST_OF_SMALL: u64 = 3_000_000;
 
 /// HTML report of a run.
@@ -63,11 +63,12 @@ const MOST_OF_SMALL: u64 = 3_000_000;
 pub struct Page {
     /// The whole document.
     pub html: String,
-    /// Notes on everything that is left out, and why; also on the page.
+    /// Notes on everything that is left out and why; they are also on the page.
     pub notes: Vec<String>,
 }
 
-/// Makes the page of a run from the files in its folder. Memory is bounded by the size of the page, some 40 MB, and of two frames.
+/// Makes the page of a run from the files in its folder. Memory is bounded by the size of the page, about 40
+/// MB, plus two frames.
 ///
 /// # Errors
 /// [`ViewError::NotFolder`] if there is no such folder, [`ViewError::Unreadable`] or [`ViewError::Summary`] if its
@@ -76,7 +77,8 @@ pub fn page(run: &Path) -> Result<Page, ViewError> {
     page_within(run, u64::MAX)
 }
 
-/// Makes a small page of a run, one of many: without the player where the trajectory has more than some megabytes.
+/// Makes a small page for one of many runs: without the player if the trajectory has more than a few
+/// megabytes.
 ///
 /// # Errors
 /// Those of [`page`].
@@ -89,10 +91,11 @@ fn page_within(run: &Path, most_bytes: u64) -> Result<Page, ViewError> {
     Ok(Page { html: document(&inputs), notes: inputs.notes })
 }
 
-/// Writes a page to a file, which appears when it is complete. The same bytes again are no replacement.
+/// Writes a page to a file, which appears when it is complete. A file with the same bytes is left alone.
 ///
 /// # Errors
-/// [`ViewError::Exists`] if there is another file that is to be kept, [`ViewError::Write`] if the file cannot be written.
+/// [`ViewError::Exists`] if another file exists and must be kept, [`ViewError::Write`] if the file cannot be
+/// written.
 pub fn write(page: &Page, path: &Path, existing: Existing) -> Result<(), ViewError> {
     let written = write_atomically(path, existing, |file| file.write_all(page.html.as_bytes()));
     written.map_err(ViewError::write(path))?;
@@ -130,7 +133,7 @@ fn document(inputs: &Inputs) -> String {
     shell(&summary.scene, &heading, &notes(&inputs.notes), &sections)
 }
 
-/// A whole page: its title, what stands at its top, and its sections by id and title.
+/// A whole page: its title, its top, and its sections by id and title.
 fn shell(title: &str, heading: &str, notes: &str, sections: &[(&str, &str, String)]) -> String {
     let links: String = sections.iter().map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>\n")).collect();
     let body: String = sections
@@ -155,7 +158,7 @@ fn notes(notes: &[String]) -> String {
     )
 }
 
-/// Verdict of the audit, at the top of a page.
+/// Verdict of the audit at the top of a page.
 fn verdict(faults: &[String]) -> &'static str {
     if faults.is_empty() {
         "<span class=\"verdict sound\">✓ audit sound</span>"
@@ -171,7 +174,7 @@ fn scene(inputs: &Inputs) -> String {
     }
 }
 
-/// The text of a scene, and what can be done with it and the seed.
+/// The text of a scene, and how to use it and the seed.
 fn scene_text(what: &str, text: &str) -> String {
     format!(
         "<p>From this text and seed {what}.</p>\n\

@@ -1,4 +1,5 @@
-//! Surfaces that are drawn with the particles: meshes of triangles with the normals of the round shapes that they stand for.
+//! Surfaces drawn with the particles: triangle meshes with the normals of the round shapes that they
+//! approximate.
 
 mod skin;
 
@@ -16,8 +17,9 @@ use crate::model::TriangleMesh;
 use crate::model::surface_motion::{Pose, Timeline};
 use crate::trajectory::Frame;
 
-/// How far a surface may reach beyond the particles and the box and still be framed as a whole, relative to the longest edge of what holds these. Larger ones
-/// run out of the picture, so that particles stay large in it.
+/// How far a surface may extend beyond the particles and the box and still be framed as a whole, relative to
+/// the longest edge of the box around these. Larger surfaces extend out of the picture, so that particles
+/// stay large.
 const REACH: f64 = 0.5;
 
 /// Surfaces to draw.
@@ -27,13 +29,13 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// Some meshes.
+    /// The given meshes.
     #[must_use]
     pub fn of<'m>(meshes: impl IntoIterator<Item = &'m TriangleMesh>) -> Self {
         Self { skins: meshes.into_iter().map(Skin::of).filter(|skin| !skin.triangles.is_empty()).collect() }
     }
 
-    /// The surfaces that a run wrote beside its trajectory; none where there are no such files.
+    /// The surfaces that a run wrote beside its trajectory; empty if there are none.
     ///
     /// # Errors
     /// [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if one of them cannot be read.
@@ -44,10 +46,10 @@ impl Surfaces {
         Self::of_run(folder, meshes.collect::<Result<Vec<_>, _>>()?)
     }
 
-    /// Meshes from files of a run, which has a list of when each of them is where.
+    /// Meshes from the files of a run, which has a list of their presence and motion.
     ///
     /// # Errors
-    /// [`ViewError::SurfaceFile`] if there is a list that cannot be read.
+    /// [`ViewError::SurfaceFile`] if the list exists but cannot be read.
     pub(super) fn of_run(folder: &Path, meshes: Vec<(PathBuf, TriangleMesh)>) -> Result<Self, ViewError> {
         let list = listed_surfaces(folder).map_err(|(path, source)| ViewError::SurfaceFile { path, source })?;
         let skin = |(file, mesh): (PathBuf, TriangleMesh)| {
@@ -59,7 +61,7 @@ impl Surfaces {
         Ok(Self { skins: meshes.into_iter().map(skin).filter(|skin| !skin.triangles.is_empty()).collect() })
     }
 
-    /// The surfaces that are there in a frame, where they are then.
+    /// The surfaces present in a frame, at their positions.
     pub(super) fn at(&self, frame: &Frame) -> Cow<'_, Self> {
         let is_there = |skin: &&Skin| skin.is_among(&frame.surfaces);
         if self.skins.iter().all(|skin| skin.timeline.is_none() && is_there(&skin)) {
@@ -68,8 +70,8 @@ impl Surfaces {
         Cow::Owned(Self { skins: self.skins.iter().filter(is_there).map(|skin| skin.at(frame.time)).collect() })
     }
 
-    /// Pose of each surface at a time: the columns of `R`, and `d`, in `R x + d`; `None` for one that is absent. Empty if all are
-    /// there and rest.
+    /// Pose of each surface at a time: the columns of `R`, and `d`, in `R x + d`; `None` if it is absent.
+    /// Empty if all are present and at rest.
     pub(super) fn poses(&self, time: f64, present: &[bool]) -> Vec<Option<[f64; 12]>> {
         if self.skins.iter().all(|skin| skin.timeline.is_none() && skin.is_among(present)) {
             return Vec::new();
@@ -83,7 +85,7 @@ impl Surfaces {
         self.skins.iter().map(pose).collect()
     }
 
-    /// Surfaces with boxes around all places where they are at some times.
+    /// Surfaces with boxes around all their positions at some times.
     pub(super) fn around(mut self, times: impl Iterator<Item = f64> + Clone) -> Self {
         for skin in self.skins.iter_mut().filter(|skin| skin.timeline.is_some()) {
             let boxes = times.clone().map(|time| skin.bounds_at(time));
@@ -98,7 +100,8 @@ impl Surfaces {
         self.skins.is_empty()
     }
 
-    /// Corners of the boxes around those that are framed as a whole, given the lower and upper corner of what else is framed.
+    /// Corners of the boxes around the surfaces that are framed as a whole, given the lower and upper corner
+    /// of everything else.
     pub(super) fn framed(&self, [lower, upper]: [Vector; 2]) -> Vec<Vector> {
         let room = REACH * (upper - lower).max();
         let is_near =
@@ -107,7 +110,7 @@ impl Surfaces {
         near.flat_map(|[low, high]| super::render::corners(&low, &(high - low))).collect()
     }
 
-    /// Memory of an image for them, besides that of its pixels `[bytes]`.
+    /// Memory of an image for the surfaces, in addition to its pixels `[bytes]`.
     pub(super) fn image_bytes(&self) -> u64 {
         self.skins.iter().map(|skin| 24 * skin.vertices.len() as u64 + 28 * skin.triangles.len() as u64).sum()
     }

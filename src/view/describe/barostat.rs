@@ -1,4 +1,4 @@
-//! Barostats, and the volume moves that they made.
+//! Barostats and their volume moves.
 
 use crate::base::text::digits;
 use crate::model::{Barostat, VolumeMoves};
@@ -14,7 +14,7 @@ pub fn barostat(barostat: &Barostat) -> String {
     format!("the volume is moved every {interval} at a pressure of {pressure}, its logarithm {amplitude}")
 }
 
-/// Volume moves of a measurement: how many there were, how many were accepted, and how large they were.
+/// Volume moves of a measurement: their number, how many were accepted, and their size.
 #[must_use]
 pub fn volume_moves(moves: &VolumeMoves) -> String {
     let accepted = moves.acceptance().map_or_else(String::new, |part| format!(", {:.1} % accepted", 100.0 * part));

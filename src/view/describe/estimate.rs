@@ -3,7 +3,8 @@
 use crate::analysis::statistics::{Estimate, ROUNDING, Stationarity};
 use crate::base::text::digits;
 
-/// A mean with two digits of its error, and itself to the same place: `1.0432 +- 0.0021`. What has no error but rounding stands alone.
+/// A mean with two digits of its error, rounded to the same place: `1.0432 +- 0.0021`. If the only error is
+/// rounding, the mean stands alone.
 #[must_use]
 pub fn estimate(estimate: &Estimate) -> String {
     let Estimate { mean, standard_error } = *estimate;
@@ -22,8 +23,8 @@ fn exact(mean: f64) -> String {
 /// Whole numbers below this, `2^53`, have all their digits.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// The mean of an observable over an interval, as in [`estimate`]. A value that never changes is conserved, unless there was
-/// no event that could have changed it, and a wall that nothing has given or taken was not touched.
+/// The mean of an observable over an interval, as in [`estimate`]. A value that never changes is conserved,
+/// unless no event could have changed it. A wall that exchanged nothing was not touched.
 #[must_use]
 pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity>, events: u64) -> String {
     let is_of_events = name.starts_with("pressure") || name == "compressibility_factor";
@@ -36,7 +37,7 @@ pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity
     }
 }
 
-/// Most decimals that are written out.
+/// Largest number of decimals.
 const DECIMALS: i32 = 8;
 
 fn with_error(mean: f64, error: f64) -> String {
@@ -84,7 +85,7 @@ mod tests {
         assert_eq!(of(-0.0, Some(0.0)), "0");
         assert_eq!(of(2.0, None), "2 (too short for an error)");
         assert_eq!(of(1.906_47, Some(6.6e-17)), "1.90647");
-        // Exact counts, as of particles that have passed.
+        // Exact counts, for example of particles that passed.
         assert_eq!([of(-428.0, Some(0.0)), of(12_345_678.0, Some(0.0))], ["-428", "12345678"]);
     }
 

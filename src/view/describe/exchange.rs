@@ -1,9 +1,9 @@
-//! Replicas of a scene in words.
+//! The replicas of a scene in words.
 
 use crate::base::text::digits;
 use crate::model::{ExchangeEnsemble, ExchangePlan, ParticleId, UmbrellaPlan};
 
-/// Replicas, and when they are swapped.
+/// Replicas and the times of swaps.
 #[must_use]
 pub fn exchange(plan: &ExchangePlan) -> String {
     let temperatures: Vec<String> = plan.temperatures.iter().map(|temperature| digits(*temperature)).collect();
@@ -36,7 +36,7 @@ fn in_windows(plan: &ExchangePlan) -> String {
     )
 }
 
-/// A distance of two particles, or of the centres of groups.
+/// A distance between two particles, or between the centres of groups.
 #[must_use]
 pub fn distance_between(plan: &UmbrellaPlan) -> String {
     let name = |group: &[ParticleId]| match group {

@@ -1,4 +1,4 @@
-//! Facts of a scene, each said once: for `carom check` and for the page about a run.
+//! Facts of a scene, each in one place: for `carom check` and for the page of the run.
 
 use super::{
     barostat, counts, equilibration, exchange, interactions, population, space, stage, start, surfaces, thermostat,
@@ -7,17 +7,17 @@ use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
 use crate::model::{Limit, Scene, Species, StaticSurface, Threads};
 
-/// A fact of a scene: its label and its values, a line for each.
+/// A fact of a scene: its label and its values, one line each.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Fact {
     /// Label: `particles`.
     pub label: &'static str,
-    /// The values, one at least.
+    /// The values, at least one.
     pub values: Vec<String>,
 }
 
-/// The facts of a scene: system, dynamics and drives. What the scene does not have is left out.
+/// The facts of a scene: system, dynamics and drives. Features that the scene does not use are left out.
 #[must_use]
 pub fn facts(scene: &Scene) -> Vec<Fact> {
     let run = &scene.run;
@@ -70,7 +70,7 @@ fn shear(rate: f64) -> String {
 /// How `auto` chooses the number of threads.
 pub(crate) const AUTO_THREADS: &str = "as many as there are cores, but one for each 250000 particles at most";
 
-/// Threads that the scene asks for, if it does, and why it has one where it asks for several.
+/// The number of threads that the scene asks for, and why only one is used if it asks for several.
 fn threads(scene: &Scene) -> Option<String> {
     let asked = match scene.run.threads {
         Threads::Number(1) => return None,

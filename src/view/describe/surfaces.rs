@@ -1,4 +1,4 @@
-//! Surfaces in words, and meshes looked at closely: what an engineer wants to know before a run.
+//! Surfaces in words, with checks of meshes: what an engineer wants to know before a run.
 
 use super::vector;
 use crate::Vector;
@@ -8,10 +8,10 @@ use crate::mesh::report::{Finding, Inside, Orientation, Thinnest};
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{MotionKind, Scene, SceneSurface, Species, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
 
-/// Beyond this ratio of its size to that of the particles, or of the box, a mesh probably has other units.
+/// Beyond this ratio to the size of the particles, or of the box, a mesh is probably in other units.
 const OTHER_UNITS: f64 = 100.0;
 
-/// A surface in a line: its shape, its law, and who meets it.
+/// A surface in one line: its shape, its law, and the species that meet it.
 pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
     let side = |is_inside: bool| if is_inside { ", met from inside" } else { "" };
     let shape = match &surface.shape {
@@ -71,7 +71,8 @@ fn motion(motion: &SurfaceMotion) -> String {
     format!("{how} from t = {}{until}", digits(motion.from))
 }
 
-/// Lines about the meshes of a scene, and warnings: whether they are closed, volume, walls and gaps, faults, and what starts inside.
+/// Lines about the meshes of a scene, and warnings: whether they are closed, their volume, walls, gaps and
+/// faults, and particles that start inside.
 #[must_use]
 pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     let (mut lines, mut warnings) = (Vec::new(), Vec::new());
@@ -81,7 +82,7 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
         let meeting = scene.particles.iter().filter(|particle| surface.meets(particle.species));
         let diameters = meeting.map(|particle| scene.species[particle.species.0 as usize].diameter);
         lines.push(format!("{}: {}", surface.name, about(&report, diameters.fold(0.0, f64::max))));
-        // A rim is a matter of fact: funnels have some.
+        // A rim is not a fault: funnels have one.
         let faults = report.findings().into_iter().filter(|finding| !matches!(finding, Finding::Open(_)));
         warnings.extend(faults.map(|finding| format!("mesh `{}`: {finding}; {}", surface.name, finding.cure())));
         warnings.extend(nearly_closed(surface, mesh, &report));
@@ -99,10 +100,10 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     (lines, warnings)
 }
 
-/// Part of the extent of a mesh within which vertices are suspected to be one.
+/// Vertices closer than this fraction of a mesh's extent are probably the same vertex.
 const NEARLY: f64 = 1e-6;
 
-/// A mesh with rims that vanish if vertices near each other are merged.
+/// A mesh whose rims vanish if nearby vertices are merged.
 fn nearly_closed(surface: &SceneSurface, mesh: &TriangleMesh, report: &MeshReport) -> Option<String> {
     let open = report.open_edges.count;
     if open == 0 {
@@ -120,7 +121,7 @@ fn nearly_closed(surface: &SceneSurface, mesh: &TriangleMesh, report: &MeshRepor
     })
 }
 
-/// Surfaces that no particle meets, and motions that no particle notices.
+/// Surfaces that no particle meets, and motions without effect.
 #[must_use]
 pub fn idle_surfaces(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -137,7 +138,7 @@ pub fn idle_surfaces(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// The axis of walls that a surface at rest is beyond, all of it.
+/// The axis of the walls behind which a surface at rest lies entirely.
 fn beyond_walls(scene: &Scene, surface: &SceneSurface) -> Option<&'static str> {
     if surface.moves() {
         return None;
@@ -164,10 +165,11 @@ fn beyond_walls(scene: &Scene, surface: &SceneSurface) -> Option<&'static str> {
     (0..3).find(|&axis| is_beyond(axis)).map(|axis| AXES[axis])
 }
 
-/// Part of a direction that is rounding.
+/// Fraction of a direction that is round-off.
 const ROUNDING: f64 = 1e-12;
 
-/// Whether a motion leaves the places of a surface as they are: of a plane along it, of what is round about its own axis or centre.
+/// Whether a motion maps a surface onto itself: a plane that slides along itself, a round shape that turns
+/// about its own axis or centre.
 fn is_along_itself(shape: &SurfaceShape, motion: &SurfaceMotion) -> bool {
     let are_parallel = |a: &Vector, b: &Vector| a.cross(b).norm() <= ROUNDING * a.norm() * b.norm();
     let are_across = |a: &Vector, b: &Vector| a.dot(b).abs() <= ROUNDING * a.norm() * b.norm();
@@ -192,7 +194,7 @@ fn is_along_itself(shape: &SurfaceShape, motion: &SurfaceMotion) -> bool {
     }
 }
 
-/// Measures of a mesh, for particles of a largest diameter.
+/// Measures of a mesh, for particles with a largest diameter.
 fn about(report: &MeshReport, largest: f64) -> String {
     let mut parts = Vec::new();
     parts.push(match (report.is_closed(), report.volume, report.orientation()) {
@@ -210,7 +212,7 @@ fn about(report: &MeshReport, largest: f64) -> String {
     parts.push(format!("area {}", digits(report.area)));
     let thin = |what: &str, thinnest: &Thinnest| format!("{what} down to {}", digits(thinnest.distance));
     parts.extend(report.wall.iter().map(|wall| thin("walls", wall)));
-    // Through others the particles pass.
+    // Particles pass through the other gaps.
     let narrow = report.gap.iter().filter(|gap| gap.distance < largest);
     parts.extend(narrow.map(|gap| thin("gaps", gap)));
     if report.wall.is_none() && report.gap.is_none() {
@@ -219,7 +221,7 @@ fn about(report: &MeshReport, largest: f64) -> String {
     parts.join(", ")
 }
 
-/// A mesh that is far smaller than the particles, or far larger than all that they fill.
+/// A mesh that is far smaller than the particles, or far larger than the region that they fill.
 fn other_units(scene: &Scene, surface: &SceneSurface, mesh: &TriangleMesh) -> Option<String> {
     let [lower, upper] = mesh.bounds();
     let size = (upper - lower).amax();

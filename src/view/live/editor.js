@@ -1,4 +1,5 @@
-// The text of the scene beside its picture: errors while one types, completion, sliders, a link that carries the scene, and the scene as a file.
+// The text of the scene beside its picture: errors while typing, completion, sliders, a link that contains
+// the scene, and the scene as a file.
 
 /** A pause of typing after which the text is checked, in milliseconds. */
 const EDITOR_PAUSE = 250;
@@ -147,7 +148,7 @@ class LiveEditor {
   tell({ error, line, help, offset, length: bytes } = {}, text = this.editor.text) {
     this.message.replaceChildren();
     const place = line && Number.isFinite(offset) ? bytePlace(text, offset, bytes ?? 0) : undefined;
-    // A range over more than its first line marks the line alone.
+    // For a range of several lines only the first line is marked.
     const { column, length } = place && place.line === line && place.length > 0 ? place : {};
     this.editor.mark(error ? line : undefined, column, length);
     this.editor.area.setAttribute("aria-invalid", String(Boolean(error)));
@@ -187,7 +188,7 @@ class LiveEditor {
     const value = written(toml);
     const text = toml.with(slider.key, value);
     this.editor.write(text, `slider ${slider.key}`);
-    // A text that is not running yet has more changes than this one.
+    // A text that is not running yet has further changes.
     const isAlone = this.runs === text || this.isOnly(slider.key);
     this.queue(slider.isLive && isAlone ? { changes: { [slider.key]: value } } : { text });
   }
@@ -246,7 +247,7 @@ class LiveEditor {
   }
 
   refused(message) {
-    // What does not go on with another value may begin with it.
+    // If the run cannot continue with another value, it may start with it.
     if (this.sent?.changes && !this.waiting) {
       this.waiting = { text: this.editor.text };
     } else {

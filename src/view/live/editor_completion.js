@@ -1,4 +1,4 @@
-// Completion: what may stand where the caret is, and the list that offers it.
+// Completion: what may stand at the caret, and the list that offers it.
 
 /** Longest list that is shown. */
 const COMPLETION_LENGTH = 60;
@@ -31,7 +31,7 @@ function keyInsertion({ word, type, standard }) {
  */
 function completions(toml, caret, schema) {
   const { text } = toml;
-  // What is before the table of the caret, the whole text has told.
+  // Tables before the caret are known from the whole text.
   const table = toml.tables.findLast(({ start, end }) => start < caret && end <= caret) ?? toml.tables[0];
   const before = text.slice(0, caret);
   const part = new Toml(before.slice(table.start));
@@ -82,7 +82,7 @@ function keyCompletions({ place, line, after, caret, toml, schema }) {
     const whole = isOffered && key.type !== "array" ? { insert: `${key.word} = `, caret: key.word.length + 3, isContinued: true } : keyInsertion(key);
     return { word: key.word, about: key.about, detail, ...(hasValue ? plain : whole) };
   });
-  // A word at the start of a line may become a table as well.
+  // A word at the start of a line may also become a table.
   if (line.trim() === there && there !== "" && after.trim() === "" && !dotted) {
     offers.push(...headerOffers(toml, schema));
   }
@@ -117,7 +117,7 @@ class CompletionList {
     this.box.append(this.list, this.about);
     editor.overlay.append(this.box);
     editor.area.setAttribute("aria-autocomplete", "list");
-    // The caret stays where it is while one clicks.
+    // The caret stays in place during a click.
     this.box.addEventListener("pointerdown", (event) => event.preventDefault());
     this.list.addEventListener("click", (event) => {
       const item = event.target.closest("li");

@@ -1,4 +1,4 @@
-// Undo and redo of the editor, whoever changed the text: keys, completion or a slider.
+// Undo and redo of the editor, for changes by keys, completion or a slider.
 
 /** Changes kept. */
 const HISTORY_LENGTH = 500;

@@ -1,4 +1,4 @@
-// What may stand at a place of a scene, from its JSON Schema.
+// What may stand at a position in a scene, from its JSON Schema.
 
 /** Keys whose value is a name that the scene gives elsewhere: the arrays of tables that have these names. */
 const SCHEMA_NAMES = { species: "species", bond: "interaction", interaction: "interaction" };
@@ -28,7 +28,7 @@ class SceneSchema {
 
   forms(node) {
     const choices = node.anyOf ?? node.oneOf;
-    // Conditions on keys alone are no forms.
+    // Conditions on keys alone are not alternatives.
     return choices?.some(({ type, enum: words }) => type ?? words) ? choices.flatMap((choice) => this.forms(choice)) : [node];
   }
 

@@ -1,4 +1,5 @@
-// A scene in the fragment of a link: deflated, in the letters of base64url. A browser does not send the fragment to the server.
+// A scene in the fragment of a link: deflated, in base64url. A browser does not send the fragment to the
+// server.
 
 /** Longest text that a link may unfold to, in bytes. */
 const SHARE_LIMIT = 1 << 20;
@@ -7,7 +8,7 @@ const SHARE_KEY = "scene=";
 
 async function shareThrough(bytes, stream, limit = Infinity) {
   const writer = stream.writable.getWriter();
-  // What fails here fails in the reader as well.
+  // An error here also appears in the reader.
   writer.write(bytes).then(() => writer.close()).catch(() => {});
   const reader = stream.readable.getReader();
   const parts = [];

@@ -1,4 +1,5 @@
-// Sliders: what a scene lets one vary, or what one would vary in it. A slider changes the text of the scene.
+// Sliders for the values that a scene declares adjustable, or that a user would probably vary. A slider
+// changes the text of the scene.
 
 /** Most sliders that are made for a scene that names none. */
 const SLIDER_COUNT = 7;
@@ -116,7 +117,7 @@ function derivedSliders(toml) {
   SLIDER_RULES.forEach((rule, order) => {
     for (const { path: steps } of toml.entries.values()) {
       const path = steps.join(".");
-      // Numbers of a vector go with it.
+      // The numbers of a vector belong to it.
       if (typeof steps.at(-1) === "number") {
         continue;
       }

@@ -1,4 +1,4 @@
-// A text area with line numbers, colours behind its letters, and a mark where something is wrong.
+// A text area with line numbers, syntax colours, and a mark at errors.
 
 /** Spaces that the tabulator key stands for. */
 const EDITOR_INDENT = "    ";
@@ -79,7 +79,7 @@ class TextEditor {
       }
     });
     area.addEventListener("keydown", (event) => this.key(event));
-    // The area is as large as its text: it scrolls within the window, never in itself.
+    // The area is as large as its text: it scrolls with the window, never by itself.
     area.addEventListener("scroll", () => area.scrollTo(0, 0));
     new ResizeObserver(() => this.remark()).observe(this.colours);
   }
@@ -132,7 +132,7 @@ class TextEditor {
       event.preventDefault();
       this.travel(letter === "z" && !event.shiftKey);
     } else if (event.key === "Escape") {
-      // The next tabulator leaves the text, as everywhere else on the page.
+      // The next tab key leaves the text, as everywhere else on the page.
       this.isLeaving = true;
       return;
     } else if (event.key === "Tab" && !isCommand && !event.altKey && !this.isLeaving) {
@@ -189,7 +189,7 @@ class TextEditor {
       tail += 1;
       end += this.lines[tail].words.length + 1;
     }
-    // A change of a header touches the table before it.
+    // A change to a header affects the table before it.
     while (line > 0) {
       line -= 1;
       start -= this.lines[line].words.length + 1;
@@ -221,7 +221,7 @@ class TextEditor {
     }
     this.colours.insertBefore(rows, next);
     this.lines.splice(from, to - from, ...lines);
-    // Rows have no width of their own: laying out one does not ask the others.
+    // Rows have no width of their own, so laying out one does not require the others.
     const widest = this.lines.reduce((most, { words }) => Math.max(most, words.length), 0);
     this.colours.style.minWidth = `${widest + 2}ch`;
     if (this.lines.length !== this.numbered) {

@@ -1,5 +1,5 @@
-// Reading of TOML for the editor: which characters are what, where each value stands, and where one is in the scene at a place of the text.
-// It takes any text. What is wrong in it, the engine says.
+// Reads TOML for the editor: the kind of each character, the position of each value, and the path in the
+// scene at a position in the text. It accepts any text; the engine reports errors.
 
 /** Kind of a piece, by its first character; words begin with any other. */
 const TOML_KINDS = {
@@ -87,7 +87,7 @@ class Toml {
       if (this.kind) {
         const pattern = TOML_PIECES[this.kind];
         pattern.lastIndex = this.at;
-        // A string with a backslash at the end of its line fits no pattern, neither does a space of another kind.
+        // No pattern matches a string with a backslash at the end of its line, or an unusual space.
         this.at = pattern.test(this.text) ? pattern.lastIndex : this.at + 1;
       }
     } while (this.kind === "space");
@@ -351,7 +351,7 @@ class Toml {
       const start = end < 0 ? this.text.length : end;
       return { start, end: start, insert: `\n${line}` };
     }
-    // Behind the comment that a scene begins with.
+    // After the comment at the start of a scene.
     const lines = this.text.match(/^(?:#[^\n]*\n)*/)[0].length;
     return { start: lines, end: lines, insert: `${line}\n` };
   }

@@ -1,4 +1,5 @@
-// The engine in JavaScript: an instance of the module, and the calls of web/engine/src/lib.rs in its words.
+// The engine in JavaScript: an instance of the module, with the calls of web/engine/src/lib.rs under the same
+// names.
 
 /** Numbers before the positions, and where each is. */
 const HEADER = 24;
@@ -23,7 +24,7 @@ class Engine {
   }
 
   ask(call, request) {
-    // Halves of letters have no place in UTF-8: they become the sign for that, as in a file.
+    // Unpaired surrogates do not exist in UTF-8. They become the replacement character, as in a file.
     const whole = (_, value) => (typeof value === "string" ? value.replace(/\p{Surrogate}/gu, "\ufffd") : value);
     const bytes = new TextEncoder().encode(JSON.stringify(request, whole));
     const at = this.calls.room(bytes.length);

@@ -16,7 +16,8 @@ use crate::view::surfaces::{Skin, Surfaces};
 /// A simulation as its page shows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
-    /// Description of all that does not change while it runs, in JSON: species, box, bonds, surfaces, stages, camera.
+    /// Everything that does not change during the simulation, as JSON: species, box, bonds, surfaces, stages,
+    /// camera.
     pub head: String,
     surfaces: Surfaces,
 }
@@ -26,19 +27,20 @@ impl Shown {
     #[must_use]
     pub fn of(simulation: &Simulation) -> Self {
         let surfaces = surfaces(simulation.scene());
-        // Numbers and names: nothing that JSON does not have.
+        // Numbers and names, all of which JSON can represent.
         let head = serde_json::to_string(&Head::of(simulation, &surfaces)).unwrap_or_default();
         Self { head, surfaces }
     }
 
-    /// Where each surface is at a time: the columns of `R` and `d` in `R x + d`, nothing for one that is not there; empty if all are there and rest.
+    /// Position of each surface at a time: the columns of `R` and `d` in `R x + d`, or `None` if it is
+    /// absent. Empty if all surfaces are present and at rest.
     #[must_use]
     pub fn poses(&self, time: f64, present: &[bool]) -> Vec<Option<[f64; 12]>> {
         self.surfaces.poses(time, present)
     }
 }
 
-/// Description of a simulation at its start: all of it that does not change while it runs. The page reads it as JSON.
+/// Everything about a simulation that does not change while it runs. The page reads it as JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Head {
@@ -56,25 +58,25 @@ struct Head {
     lower: [f64; 3],
     /// Edges of the box `[length]`; 0 along flat axes.
     size: [f64; 3],
-    /// Whether what leaves on one side enters on the other, by axis.
+    /// Whether the box is periodic, by axis.
     periodic: [bool; 3],
-    /// Whether positions have no extent along an axis.
+    /// Whether the box is flat, by axis.
     flat: [bool; 3],
     /// Whether the lower and the upper side are walls, by axis.
     walls: [[bool; 2]; 3],
-    /// Whether nothing changes the total momentum along an axis in the last stage.
+    /// Whether the total momentum along an axis is conserved in the last stage.
     conserved: [bool; 3],
     /// Velocity gradient of a sheared box `[1 / time]`.
     shear_rate: Option<f64>,
     /// Planes across an axis through which the scene counts particles.
     flows: Vec<FlowHead>,
-    /// Whether a surface without an opening holds the particles, so that nothing flows out.
+    /// Whether a surface without an opening contains the particles, so that nothing flows out.
     is_contained: bool,
-    /// Lower and upper corner of what the camera shows `[length]`.
+    /// Lower and upper corner of the camera's view `[length]`.
     view: [[f64; 3]; 2],
     /// Index of the axis that points up in the picture.
     up: usize,
-    /// Whether it points down instead.
+    /// Whether that axis points down instead.
     is_upside_down: bool,
     /// Bonded pairs of particles.
     bonds: Vec<[u32; 2]>,
@@ -82,30 +84,30 @@ struct Head {
     stages: Vec<String>,
     /// Plan of the scene for its page.
     live: LivePlan,
-    /// Simulated time of the last stage, if that limits it `[time]`.
+    /// Simulated time at the end of the last stage, if it ends by time `[time]`.
     until_time: Option<f64>,
-    /// Number of events of the last stage, if that limits it.
+    /// Number of events of the last stage, if it ends by events.
     until_events: Option<u64>,
-    /// Meaning of the bytes of the surfaces.
+    /// Layout of the surface bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     surfaces: Option<SurfaceHead>,
-    /// These bytes, in base64.
+    /// The surface bytes in base64.
     #[serde(skip_serializing_if = "String::is_empty")]
     surface_data: String,
 }
 
-/// A plane of a page.
+/// A plane for the page.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct FlowHead {
     /// Name of the flow through it.
     name: String,
-    /// Index of the axis that is normal to it.
+    /// Index of the axis normal to it.
     axis: usize,
-    /// Coordinate along that `[length]`.
+    /// Its coordinate along that axis `[length]`.
     at: f64,
 }
 
-/// A species of a page.
+/// A species for the page.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct SpeciesHead {
@@ -113,11 +115,11 @@ struct SpeciesHead {
     name: String,
     /// Its diameter at the start `[length]`.
     diameter: f64,
-    /// Its mass `[mass]`; `None` of one that never moves.
+    /// Its mass `[mass]`; `None` if it is static.
     mass: Option<f64>,
     /// Its acceleration `[length / time^2]`.
     acceleration: [f64; 3],
-    /// Whether its particles never move.
+    /// Whether its particles are static.
     is_static: bool,
 }
 
@@ -177,7 +179,7 @@ fn walls(boundary: Boundary) -> [bool; 2] {
     }
 }
 
-/// Planes of the flows that are across an axis.
+/// The flows through planes perpendicular to an axis.
 fn flows(scene: &Scene) -> Vec<FlowHead> {
     let of_axis = |name: &str| ["x", "y", "z"].iter().position(|axis| *axis == name);
     let planes = scene.measure().flows.iter().filter_map(|flow| {
@@ -187,7 +189,8 @@ fn flows(scene: &Scene) -> Vec<FlowHead> {
     planes.collect()
 }
 
-/// Whether a surface holds the particles wherever they fall: a sphere or a cylinder that lies, met from inside, or a closed mesh in which they start.
+/// Whether a surface contains the particles wherever they fall: a sphere or a horizontal cylinder met from
+/// inside, or a closed mesh in which they start.
 fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
     match &surface.shape {
         SurfaceShape::Sphere { is_inside, .. } => *is_inside,
@@ -201,7 +204,7 @@ fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
     }
 }
 
-/// Surfaces of a scene in its order, including invisible ones.
+/// Surfaces of a scene in order, including invisible ones.
 fn surfaces(scene: &Scene) -> Surfaces {
     let skins = scene.surfaces().iter().zip(shown(scene)).enumerate().map(|(number, (surface, (_, mesh)))| Skin {
         number: Some(number),
@@ -211,7 +214,7 @@ fn surfaces(scene: &Scene) -> Surfaces {
     Surfaces { skins: skins.filter(|skin| !skin.triangles.is_empty()).collect() }
 }
 
-/// The box, or what holds the particles where it has no extent, and surfaces that are not much larger.
+/// The box, or the container if the box is unbounded, and surfaces that are not much larger.
 fn view(scene: &Scene, surfaces: &Surfaces) -> [Vector; 2] {
     let space = scene.space();
     let mut view = [space.lower, space.upper()];

@@ -56,7 +56,7 @@ class Live {
       try {
         handler(value);
       } catch (error) {
-        // A fault beside the picture does not stop it.
+        // An error beside the picture does not stop it.
         console.error(error);
       }
     }
@@ -147,7 +147,7 @@ class Live {
     if (this.announcer.isOn) {
       this.announcer.note(frame, now);
     }
-    // What stands beside the picture need not change as often.
+    // Displays beside the picture need fewer updates.
     if (!this.isPlaying || !(now - this.toldAt < BESIDE)) {
       this.toldAt = now;
       this.tell("frame", frame);
@@ -284,7 +284,7 @@ class Live {
       this.drawnAt = now;
       this.draw(now);
     }
-    // For tests: whether all that was asked for is in the picture.
+    // For tests: whether the picture shows everything requested.
     const isDue = this.isDue || this.isWanted || this.isAsked || this.worker.askedAt !== undefined;
     document.getElementById("live").toggleAttribute("data-due", Boolean(isDue));
     this.watch();

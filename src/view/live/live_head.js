@@ -1,4 +1,4 @@
-// A head of the engine in the words of the renderer and of the camera.
+// A description of the engine in the terms of the renderer and of the camera.
 
 const liveElement = (id) => document.getElementById(`live-${id}`);
 

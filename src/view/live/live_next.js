@@ -94,7 +94,7 @@ class Announcer {
         taken.add(event.a).add(event.b);
       }
     }
-    // Where nothing is due, the next event of all is announced.
+    // If no shown particle has an event, the next event overall is announced.
     if (this.shown.length === 0 && announced.length > 0) {
       this.shown.push({ ...announced[0], colour: free[0] });
     }

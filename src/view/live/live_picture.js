@@ -46,7 +46,8 @@ class Picture {
   /** Makes the camera of a scene when its first positions are there. */
   aim(frame) {
     if (!this.isSameView) {
-      // The object stays, because pointers steer it; another box of the same scene is seen from the same side.
+      // The object is kept, because pointers steer it; another box of the same scene keeps the viewing
+      // direction.
       const camera = new Camera({ ...this.head, look: this.head.live?.view });
       const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(camera.up) ? this.camera : {};
       this.camera = Object.assign(this.camera ?? camera, camera);
@@ -94,7 +95,7 @@ class Picture {
       glow[k] = hits[k] ? 1 : glow[k] * factor;
       sum += glow[k];
     }
-    // Of few particles two are a large share, but not for long.
+    // With few particles two are a large fraction, but not for long.
     const settling = glow.length < FEW ? 1 - Math.exp(-spent / 1000) : 1;
     this.share += settling * (sum / Math.max(glow.length, 1) - this.share);
     const [most, least] = glow.length < FEW ? [0.5, 0.25] : [0.35, 0.1];

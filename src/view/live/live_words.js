@@ -1,4 +1,4 @@
-// Words and numbers below and over the picture.
+// Words and numbers below and on top of the picture.
 
 const COUNT_WORDS = {
   core: "contacts of cores", capture: "captures", release: "escapes", bounce: "bounces inside a well", bond: "bonds", wall: "walls", thermostat: "thermostat",

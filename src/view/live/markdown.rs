@@ -2,11 +2,11 @@
 
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html};
 
-/// Schemes of addresses that a text may lead to.
+/// Allowed schemes of links.
 const SCHEMES: [&str; 3] = ["https://", "http://", "mailto:"];
 
-/// HTML of a text in Markdown with tables. Markup in it is shown as it is, addresses of other schemes are left out, and images become their texts: the page
-/// has no network.
+/// HTML for a Markdown text with tables. Markup in it is shown as text, links with other schemes are left
+/// out, and images become their texts, because the page has no network.
 pub(super) fn html(text: &str) -> String {
     let events = Parser::new_ext(text, Options::ENABLE_TABLES).filter_map(|event| match event {
         Event::Html(markup) | Event::InlineHtml(markup) => Some(Event::Text(markup)),

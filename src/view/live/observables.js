@@ -74,7 +74,7 @@ class Observables {
         this[name] = offered.includes(name) ? this[name] : undefined;
       }
     }
-    // What is among smaller particles is no part of the average.
+    // Samples with smaller particles do not belong to the average.
     if (this.radial && Math.abs(scale / this.radial.scale - 1) > 0.01) {
       this.radial = new RadialDistribution(system, { scale });
     }
@@ -137,7 +137,8 @@ class Observables {
 
   energyResults() {
     const [t, kinetic, potential] = this.energy.read();
-    // Hard particles without weight have no other energy than that of motion. That of weight has any zero: it is at the start.
+    // Hard particles without gravity have only kinetic energy. The potential energy of weight is measured
+    // from the start.
     const hasPotential = potential.some((value) => value !== 0);
     const zero = this.system.isHeavy ? potential[0] : 0;
     const relative = potential.map((value) => value - zero);

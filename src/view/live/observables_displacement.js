@@ -24,7 +24,7 @@ class Displacement {
     const present = [...new Set(Array.from(moving, (id) => head.particles[id]))].sort((a, b) => a - b);
     this.names = present.length <= 3 ? present.map((index) => head.species[index].name) : ["all"];
     const stride = Math.ceil(count / MOST_TRACERS);
-    // Of rare species all are followed. Tracers of a group are one after the other.
+    // All particles of rare species are followed. Tracers of a group are contiguous.
     const groups = present.length <= 3 ? present.map((index) => [index]) : [present];
     const members = groups.map((group) => moving.filter((id) => group.includes(head.particles[id])));
     const followed = members.map((ids) => ids.filter((_, n) => ids.length < 200 || n % stride === 0));
@@ -32,7 +32,7 @@ class Displacement {
     this.numbers = followed.map((ids) => ids.length);
     this.axes = freeAxes;
     this.isRelative = freeAxes.map((k) => conserved[k] && count > 1);
-    // By axis, what makes up for the part of the centre of mass.
+    // By axis, the factor for the motion of the centre of mass.
     this.factors = followed.map((ids) => {
       const part = ids.reduce((sum, id) => sum + masses[id], 0) / ids.length / totalMass;
       return this.isRelative.map((is) => (is ? 1 / (1 - part) : 1));

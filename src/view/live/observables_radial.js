@@ -91,7 +91,7 @@ class RadialDistribution {
       classes.length === 2 ? pair.map((number) => head.species[present[number]].name).join("–") : "g(r)",
     );
     this.probabilities = this.pairs.map(([a, b]) => this.shells(rooms[a], rooms[b]));
-    // Pairs by bin, then centres of each class.
+    // Pairs by bin, then the numbers of centres of each class.
     this.sums = new LateSums(this.pairs.length * this.bins + 2);
     this.next = 0;
     this.periods = Float64Array.from([0, 1, 2], (k) => (system.periodic[k] ? system.size[k] : Infinity));
@@ -187,7 +187,7 @@ class RadialDistribution {
         if (row < 0 || row >= cells[1]) {
           continue;
         }
-        // Cells of a row are adjacent in memory; the row is periodic.
+        // The cells of a row are adjacent in memory; the row is periodic.
         const first = cells[0] * (row + cells[1] * layer);
         distances += this.count(place, starts[first + Math.max(low, 0)], starts[first + Math.min(high, last) + 1]);
         if (periodic[0] && low < 0) {
@@ -218,7 +218,7 @@ class RadialDistribution {
       let dx = Math.abs(sorted[3 * other] - x);
       let dy = Math.abs(sorted[3 * other + 1] - y);
       let dz = Math.abs(sorted[3 * other + 2] - z);
-      // The nearest image; without a period the other one is infinitely far.
+      // The nearest image. Without a period the other image is infinitely far away.
       dx = Math.min(dx, Math.abs(periodX - dx));
       dy = Math.min(dy, Math.abs(periodY - dy));
       dz = Math.min(dz, Math.abs(periodZ - dz));
@@ -244,7 +244,7 @@ class RadialDistribution {
         (_, k) => sums.total(pair * bins + k) / (partners * this.probabilities[pair][k]),
       );
     });
-    // One particle alone has no pair.
+    // A single particle has no pair.
     const isThere = (_, pair) => pairs[pair][0] !== pairs[pair][1] || counts[pairs[pair][0]] > 1;
     const r = Float64Array.from({ length: bins }, (_, k) => (k + 0.5) * this.width);
     return { r, g: g.filter(isThere), names: this.names.filter(isThere), since: sums.from };

@@ -100,7 +100,7 @@ class LateSums {
       return false;
     }
     if (this.middle === this.from) {
-      // The initial value is dropped with the second sample.
+      // The initial value is dropped at the second sample.
       this.middle = time;
       [this.older, this.newer] = [this.newer, this.older.fill(0)];
       return false;

@@ -18,7 +18,7 @@ class Speeds {
   constructor(system) {
     this.system = system;
     this.now = new Float64Array(SPEED_BINS);
-    // Of each particle that moves, mass, and variance by temperature.
+    // For each moving particle, the mass, and the variance divided by the temperature.
     this.sums = new LateSums(SPEED_BINS + 1);
     this.scale = 1;
     this.speeds = new Float64Array(system.count);
@@ -93,7 +93,7 @@ class Speeds {
     const width = (FASTEST / SPEED_BINS) * scale;
     const all = sums.total(SPEED_BINS);
     const even = (length, value) => Float64Array.from({ length }, (_, k) => value(k));
-    // Gravity drives and heats: there Maxwell's distribution is not expected.
+    // Gravity accelerates particles, so Maxwell's distribution is not expected.
     const finely = system.isHeavy ? 0 : 4 * SPEED_BINS + 1;
     const speed = (k) => (k / 4) * (width / scale);
     return {

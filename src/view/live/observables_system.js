@@ -46,7 +46,7 @@ class ObservedSystem {
     this.isOpen ||= isOpen;
     const isEven = !this.hasStatic && !this.hasSurfaces && !this.isHeavy && !this.isSheared;
     this.isHomogeneous = this.isPeriodic && isEven;
-    // Uniform but for the layers at walls: a density by which g(r) can be divided.
+    // Uniform apart from layers at walls: g(r) can be divided by one density.
     this.isUniform = isEven && !this.isOpen && this.axes.every((k) => this.periodic[k] || this.isWalled(k));
     // Nothing diffuses towards a wall.
     this.freeAxes = this.isSheared ? [] : this.axes.filter((k) => this.periodic[k] && this.gravity[k] === 0);

@@ -1,4 +1,4 @@
-//! Packing of what a page carries, as browsers unpack it: gzip in base64.
+//! Compression of the page's contents in a form that browsers can unpack: gzip in base64.
 
 use std::io::{self, Write};
 
@@ -7,10 +7,10 @@ use flate2::write::GzEncoder;
 
 use crate::view::report::base64;
 
-/// Letters that stand for some bytes.
+/// Bytes as base64 letters.
 pub(super) fn letters(bytes: &[u8]) -> String {
     let mut gzip = GzEncoder::new(Vec::new(), Compression::best());
-    // Memory takes all that is written to it.
+    // Writing to memory cannot fail.
     let packed: io::Result<Vec<u8>> = gzip.write_all(bytes).and_then(|()| gzip.finish());
     let mut letters = String::new();
     base64::encode(&packed.unwrap_or_default(), &mut letters);

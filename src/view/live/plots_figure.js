@@ -235,7 +235,7 @@ class Plot {
     const isIn = isThere && place >= this.edge.left - 1 && place <= this.width - PLOT_EDGE.right + 1;
     this.hair.setAttribute("d", isIn ? `M${place.toFixed(1)} ${top}V${this.height - bottom}` : "");
     const dots = [];
-    // What is nothing beside the axis is round-off.
+    // Values negligible on the axis are round-off.
     const [, up] = this.axes;
     const least = up.isLogarithmic ? 0 : 1e-9 * (up.high - up.low);
     for (const { name, value } of this.values ?? []) {

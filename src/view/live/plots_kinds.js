@@ -25,7 +25,7 @@ const PLOT_KINDS = {
     content({ speeds, time }) {
       const { centres, now, density, speed, maxwell, isReduced, temperature } = speeds;
       const highest = Math.max(...now, ...density);
-      // What begins with one speed for all has a peak that would hide the rest: it is cut.
+      // If all particles start with one speed, its peak would hide the rest: it is cut off.
       const peak =
         maxwell.length > 0 ? Math.min(Math.max(highest, 1.15 * Math.max(...maxwell)), 2 * Math.max(...maxwell)) : highest;
       const lines = [
@@ -74,7 +74,7 @@ const PLOT_KINDS = {
       if (potential) {
         lines.push(line(energy.isRelative ? "potential from the start" : "potential", t, potential), line("total", t, total));
       }
-      // What cools goes down as a power of the time.
+      // A cooling system decays as a power of the time.
       const cools = !potential && kinetic[0] > 0 && kinetic[kinetic.length - 1] < 0.03 * Math.max(...kinetic);
       return { lines, marks, logarithmic: [false, cools] };
     },

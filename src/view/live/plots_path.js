@@ -32,7 +32,7 @@ function curvePath({ x, y, isLoose }, [across, up]) {
         least = Math.min(least, last);
         most = Math.max(most, last);
       }
-      // What is less than a pixel beyond both ends of the column cannot be seen.
+      // A line less than a pixel beyond both ends of the column is invisible.
       const [low, high] = [Math.min(top, last) - 1, Math.max(top, last) + 1];
       if (least < low || most > high) {
         [least, most, last].forEach((place) => add(left, place));

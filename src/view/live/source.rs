@@ -1,4 +1,5 @@
-//! Contents of a page that runs: the text of a scene, what replaces its values, and the files that it reads.
+//! The contents of a running page: the text of a scene, values that replace those in it, and the files that
+//! it reads.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,22 +11,23 @@ use super::packed;
 use crate::model::Scene;
 use crate::scene::{ConfigPath, NamedInput, SceneError, SceneErrorKind, read_text};
 
-/// A scene as a page carries it.
+/// A scene in a page.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Source {
-    /// Its text, as it was written.
+    /// Its text, as written.
     pub(super) text: String,
-    /// Keys and values that replace those of the text.
+    /// Keys and values that replace those in the text.
     pub(super) changes: BTreeMap<String, String>,
-    /// Files that it reads, under the names that it has for them.
+    /// The files that it reads, under the names used in the scene.
     pub(super) files: BTreeMap<PathBuf, Vec<u8>>,
 }
 
 impl Source {
-    /// The scene in a file, with some of its values replaced as in [`Scene::from_file_with`]. A run that it starts from is left out.
+    /// The scene in a file, with some of its values replaced as in [`Scene::from_file_with`]. The run from
+    /// which it starts is left out.
     ///
     /// # Errors
-    /// [`SceneError`] if the text or a file that it names cannot be read.
+    /// [`SceneError`] if the text or a file named in it cannot be read.
     pub fn of_file(path: &Path, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         let text = read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -39,7 +41,7 @@ impl Source {
         Ok(Self { text, changes, files })
     }
 
-    /// Names and contents of the files, as the page reads them.
+    /// Names and contents of the files, in the form that the page reads.
     pub(super) fn files(&self) -> Value {
         let file = |(name, content): (&PathBuf, &Vec<u8>)| json!({ "name": name, "content": packed::letters(content) });
         self.files.iter().map(file).collect()

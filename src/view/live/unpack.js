@@ -1,5 +1,6 @@
-// LZMA, which packs the module a third smaller than gzip does; browsers undo gzip alone. The format is that of `lzma-specification.txt` in the LZMA SDK
-// (Igor Pavlov, public domain): a header of 13 bytes, then one range-coded stream.
+// Decompresses LZMA, which makes the module a third smaller than gzip; browsers support only gzip. The format
+// is that of `lzma-specification.txt` in the LZMA SDK (Igor Pavlov, public domain): a header of 13 bytes,
+// then one range-coded stream.
 
 /** Bits of a probability, and how fast it follows what it sees. */
 const LZMA_ONE = 11;
@@ -28,7 +29,7 @@ class RangeDecoder {
   constructor(bytes, at) {
     this.bytes = bytes;
     this.at = at + 5;
-    // Range and code have 32 bits, which an array has without a conversion.
+    // Range and code have 32 bits, which a typed array stores without conversion.
     this.registers = Uint32Array.of(0xffffffff, new DataView(bytes.buffer, bytes.byteOffset).getUint32(at + 1));
   }
 
@@ -129,7 +130,8 @@ class Unpacker {
     const context = ((at & ((1 << lp) - 1)) << lc) + (before >> (8 - lc));
     const place = LZMA_TABLES.literals + 0x300 * context;
     let symbol = 1;
-    // After a match the byte that would have continued it is a hint, until the first bit that differs.
+    // After a match, the byte that would have continued it serves as a hint, until the first bit that
+    // differs.
     if (state >= 7) {
       let hint = out[at - this.distances[0] - 1];
       while (symbol < 0x100) {

@@ -69,7 +69,7 @@ class Laboratory {
   }
 
   on_start({ text, changes = {} }) {
-    // A scene with an error leaves the one that runs as it is.
+    // A scene with an error leaves the running one unchanged.
     const checked = this.head ? this.engine.check(text, changes) : {};
     if (checked.error) {
       this.post({ ...checked, kind: "error" });

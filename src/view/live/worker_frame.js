@@ -78,7 +78,7 @@ class Frames {
       hits[k] = isChanged(3 * moving[k]) ? 1 : 0;
       count += hits[k];
     }
-    // More than events can have changed: forces are at work that the head does not describe.
+    // More than events can have changed: forces act that the description does not contain.
     if (count > 2 * (events - this.beforeEvents)) {
       hits.fill(0);
     }

@@ -1,7 +1,7 @@
-//! Animated PNG: images of all colours, each with what has changed since the one before.
+//! Animated PNG: images in all colours, each with the changes since the previous one.
 //!
-//! Each image is compressed as a PNG of its own, on any core; what it holds is put into the file behind a control chunk
-//! (<https://www.w3.org/TR/png-3/#11fcTL>).
+//! Each image is compressed as a separate PNG, on any core. Its contents are then put into the file behind a
+//! control chunk (<https://www.w3.org/TR/png-3/#11fcTL>).
 
 use std::io::{self, Write};
 
@@ -16,11 +16,11 @@ const ANIMATION: ChunkType = ChunkType(*b"acTL");
 const CONTROL: ChunkType = ChunkType(*b"fcTL");
 const DATA: ChunkType = ChunkType(*b"fdAT");
 
-/// Size of the length of a chunk, its name and its checksum, and of the signature of a file `[bytes]`.
+/// Size of the length, name and checksum of a chunk, and of the signature of a file `[bytes]`.
 const AROUND: usize = 12;
 const SIGNATURE: usize = 8;
 
-/// An image goes over the one before: what is transparent in it stays.
+/// An image is drawn over the previous one, which shows through where it is transparent.
 const OVER: u8 = 1;
 
 /// Compresses images.
@@ -29,7 +29,7 @@ pub(super) struct ApngCodec;
 /// A part of an image.
 pub(super) struct Piece {
     rectangle: Rectangle,
-    /// As it stands in the data chunks of a PNG.
+    /// In the form of a PNG's data chunks.
     data: Vec<u8>,
 }
 
@@ -68,11 +68,11 @@ pub(super) struct ApngTrack<W: Write> {
 }
 
 impl<W: Write> ApngTrack<W> {
-    /// For a number of images.
+    /// Starts a file for a number of images.
     pub fn begin(output: W, style: &Style, count: usize, per_second: u32) -> Result<Self, TrackError> {
         let mut writer = png_encoder(output, style.width, style.height).write_header().map_err(failed)?;
         let count = u32::try_from(count).map_err(io::Error::other)?;
-        // Repeated without end.
+        // Repeats for ever.
         let animation = [count.to_be_bytes(), 0_u32.to_be_bytes()];
         writer.write_chunk(ANIMATION, animation.as_flattened()).map_err(failed)?;
         Ok(Self { writer, per_second: u16::try_from(per_second).map_err(io::Error::other)?, sequence: 0 })

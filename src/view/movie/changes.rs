@@ -1,6 +1,6 @@
 //! Differences between two images.
 
-/// A part of an image, in pixels; it has one at least.
+/// A part of an image in pixels, with at least one pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Rectangle {
     pub left: usize,
@@ -10,7 +10,8 @@ pub(super) struct Rectangle {
 }
 
 impl Rectangle {
-    /// The smallest one that holds all pixels that differ; the first pixel where none does. Both images are rows of the same `width`.
+    /// The smallest one that holds all differing pixels, or the first pixel if none differs. Both images are
+    /// stored in rows of the same `width`.
     fn around_changes<T: PartialEq>(previous: &[T], image: &[T], width: usize) -> Self {
         let rows = || previous.chunks(width).zip(image.chunks(width)).enumerate();
         let (mut left, mut right, mut top, mut bottom) = (width, 0, usize::MAX, 0);
@@ -27,7 +28,8 @@ impl Rectangle {
         Self { left, top, width: right - left + 1, height: bottom - top + 1 }
     }
 
-    /// The part of an image that has changed since the one before, if there is one, and its pixels, with `unchanged` where none has.
+    /// The part of an image that differs from the previous one, if there is one, and its pixels; equal pixels
+    /// become `unchanged`.
     pub fn changes<T: PartialEq + Copy>(
         previous: Option<&[T]>,
         image: &[T],
@@ -42,7 +44,7 @@ impl Rectangle {
         (rectangle, pixels.map(|(new, old)| if new == old { unchanged } else { *new }).collect())
     }
 
-    /// Its pixels, row by row, in an image that is `width` wide.
+    /// Its pixels, row by row, in an image of this `width`.
     fn pixels<'a, T>(&self, image: &'a [T], width: usize) -> impl Iterator<Item = &'a T> {
         let Self { left, top, width: columns, height } = *self;
         image.chunks(width).skip(top).take(height).flat_map(move |row| &row[left..left + columns])

@@ -1,23 +1,23 @@
-//! How simulated time is written into the images of a movie.
+//! Format of the simulated time in the images of a movie.
 
 use super::index::Index;
 use crate::base::numbers::trunc_to_usize;
 
-/// Beyond this time, and for finer steps than this many digits, powers of ten are written.
+/// For larger times, and for steps finer than this many digits, powers of ten are written.
 const LARGEST: f64 = 1e9;
 const MOST_DIGITS: usize = 6;
 
-/// A number of digits with which successive images show different times, the same in all of them.
+/// A number format that shows different times in successive images, the same for all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Clock {
-    /// Digits behind the point.
+    /// Number of decimals.
     Plain(usize),
-    /// Digits of a number with a power of ten.
+    /// Number of digits with a power of ten.
     Powers(usize),
 }
 
 impl Clock {
-    /// For the frames of a movie.
+    /// The format for the frames of a movie.
     pub fn of(index: &Index) -> Self {
         let times = || index.places.iter().map(|place| place.time);
         let steps = times().zip(times().skip(1)).map(|(a, b)| b - a);
@@ -26,10 +26,10 @@ impl Clock {
         Self::with(mean, times().fold(0.0, |most, time| time.abs().max(most)))
     }
 
-    /// For steps of this mean length, up to this time.
+    /// The format for steps of this mean length, up to this time.
     fn with(step: f64, largest: f64) -> Self {
         if !(step > 0.0 && step.is_finite()) {
-            // One time, or times in no order.
+            // A single time, or times out of order.
             return if largest == 0.0 || (1e-2..LARGEST).contains(&largest) { Self::Plain(2) } else { Self::Powers(4) };
         }
         let is_enough = |digits: &usize| {
@@ -43,7 +43,7 @@ impl Clock {
         }
     }
 
-    /// A time as it is written.
+    /// A time as text.
     pub fn text(self, time: f64) -> String {
         match self {
             Self::Plain(digits) => format!("{time:.digits$}"),

@@ -1,4 +1,4 @@
-//! MP4, written by the program `ffmpeg`, which gets the images as they are through a pipe.
+//! MP4, written by the program `ffmpeg`, which receives uncompressed images through a pipe.
 
 use std::ffi::OsString;
 use std::io;
@@ -11,14 +11,15 @@ use super::track::Codec;
 use crate::view::ViewError;
 use crate::view::render::{Image, Style};
 
-/// An ffmpeg that has done nothing for so long is ended: what takes it longest is the end of a large movie, some seconds.
+/// Time without progress after which ffmpeg is stopped. Its longest pause, of a few seconds, is the end of a
+/// large movie.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// How images are compressed, by the name of the encoder: well enough that grains have clean edges.
+/// Compression options by the name of the encoder, good enough for clean edges of grains.
 const ENCODERS: [(&str, &[&str]); 3] =
     [("libx264", &["-preset", "medium", "-crf", "18"]), ("libopenh264", &["-b:v", "8M"]), ("mpeg4", &["-q:v", "3"])];
 
-/// An ffmpeg that can be started.
+/// An ffmpeg program that can be started.
 #[derive(Debug, Clone)]
 pub(super) struct Ffmpeg {
     program: OsString,
@@ -27,10 +28,11 @@ pub(super) struct Ffmpeg {
 }
 
 impl Ffmpeg {
-    /// Looks for ffmpeg in `PATH`, and for the best of its encoders.
+    /// Searches `PATH` for ffmpeg, and chooses its best encoder.
     ///
     /// # Errors
-    /// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Ffmpeg`] if it does not answer, or has no encoder that is known here.
+    /// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Ffmpeg`] if it does not answer or has no
+    /// known encoder.
     pub fn find() -> Result<Self, ViewError> {
         Self::at("ffmpeg".into(), PATIENCE)
     }
@@ -46,7 +48,7 @@ impl Ffmpeg {
         Ok(Self { program, encoder, patience })
     }
 
-    /// Starts it for a file that is there already.
+    /// Starts it for an existing file.
     ///
     /// # Errors
     /// [`ViewError::NoFfmpeg`] if it cannot be started.
@@ -55,7 +57,7 @@ impl Ffmpeg {
         command.args(["-hide_banner", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24"]);
         command.args(["-video_size", &format!("{}x{}", style.width, style.height)]);
         command.args(["-framerate", &per_second.to_string(), "-i", "pipe:0", "-an"]);
-        // Players take the colours of large images for those of this standard; so they are written, and named.
+        // Players expect this colour standard for large images, so it is used and declared.
         command.args(["-vf", "scale=out_color_matrix=bt709:out_range=tv", "-pix_fmt", "yuv420p"]);
         command.args([
             "-colorspace",
@@ -69,7 +71,7 @@ impl Ffmpeg {
         ]);
         command.args(["-c:v", self.encoder.0]).args(self.encoder.1);
         command.args(["-movflags", "+faststart", "-f", "mp4", "-y"]);
-        // Whatever the name is, it is neither an option nor an address.
+        // Ensures that the name is neither an option nor an address.
         let mut name = OsString::from("file:");
         name.push(file);
         command.arg(name).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -77,7 +79,7 @@ impl Ffmpeg {
     }
 }
 
-/// Images as ffmpeg reads them: red, green and blue, row by row.
+/// Images in the form that ffmpeg reads: red, green and blue, row by row.
 pub(super) struct Raw;
 
 impl Codec for Raw {
@@ -98,7 +100,7 @@ mod tests {
 
     const SHORT: Duration = Duration::from_millis(300);
 
-    /// Result of a few images for a program that is a script.
+    /// Result of a few images with a script as the program.
     fn with(script: &str, ask: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), TrackError> {
         let folder = tempfile::tempdir().unwrap();
         let (program, file) = (folder.path().join("ffmpeg"), folder.path().join("film.mp4"));
@@ -107,7 +109,7 @@ mod tests {
         fs::write(&file, "").unwrap();
         let ffmpeg = Ffmpeg { program: program.into(), encoder: ENCODERS[0], patience: SHORT };
         let style = Style { width: 256, height: 256, ..Style::default() };
-        // Another test may have the script open for a program that it starts.
+        // Another test may hold the script open for a program that it starts.
         let mut process = loop {
             match ffmpeg.begin(&file, &style, 25) {
                 Err(ViewError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}
@@ -123,7 +125,7 @@ mod tests {
     #[test]
     fn one_that_hangs_is_ended_whatever_it_hangs_at() {
         let mut go_on = || ControlFlow::Continue(());
-        // The last one is not the script itself, and so is left behind.
+        // In the last one a child of the script is left behind.
         for script in ["exec sleep 1000", "cat > /dev/null; exec sleep 1000", "sleep 20"] {
             let error = with(script, &mut go_on).unwrap_err();
             assert!(matches!(&error, TrackError::Ffmpeg(why) if why.contains("did nothing for 0.3 s")), "{error}");

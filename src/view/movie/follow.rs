@@ -1,22 +1,22 @@
-//! Particle or centre that the camera of a movie follows.
+//! The particle or centre that the camera of a movie follows.
 
 use crate::Vector;
 use crate::model::ParticleId;
 use crate::trajectory::Frame;
 use crate::view::ViewError;
 
-/// Point that stays in the middle of all images of a movie.
+/// The point that stays in the middle of all images of a movie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Follow {
-    /// Centre of mass of all particles that move; of all of one mass where masses are not known.
+    /// Centre of mass of all moving particles; with equal masses if masses are unknown.
     CentreOfMass,
     /// A particle.
     Particle(ParticleId),
 }
 
 impl Follow {
-    /// Where it is in a frame, as if nothing had been wrapped `[length]`; `None` if there is no such thing.
+    /// Its unwrapped position in a frame `[length]`; `None` if it does not exist.
     fn place(self, frame: &Frame) -> Option<Vector> {
         let particles = || frame.particles.iter().enumerate();
         match self {
@@ -34,10 +34,11 @@ impl Follow {
         }
     }
 
-    /// Brings it into the middle of the box along periodic axes, where particles are wrapped again; along the others, the place on which the camera is to look.
+    /// Moves it to the middle of the box along periodic axes, where particles are wrapped again; along the
+    /// others, returns the position at which the camera should look.
     ///
     /// # Errors
-    /// [`ViewError::NoParticle`] if the frame has no such particle.
+    /// [`ViewError::NoParticle`] if the frame does not contain the particle.
     pub fn centred(self, mut frame: Frame) -> Result<(Frame, [Option<f64>; 3]), ViewError> {
         let place = match (self.place(&frame), self) {
             (Some(place), _) => place,
@@ -70,7 +71,7 @@ mod tests {
         assert_eq!(focus, [None, None, Some(2.0)]);
         let places: Vec<Vector> = shown.particles.iter().map(|particle| particle.position).collect();
         assert_eq!(places[..2], [Vector::new(5.0, 5.0, 2.0), Vector::new(7.0, 5.0, 4.0)]);
-        // The static one does not count; of the others, one has the mass 3, and one has left through a side.
+        // The static one does not count. Of the others, one has mass 3, and one has crossed a side.
         scene.species[0].mass = Some(3.0);
         scene.images = vec![[-1, 0, 0], [0; 3], [0; 3]];
         let (shown, focus) = Follow::CentreOfMass.centred(scene.clone()).unwrap();

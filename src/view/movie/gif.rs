@@ -1,4 +1,4 @@
-//! GIF: images of 256 colours, each with what has changed since the one before.
+//! GIF: images of 256 colours, each with the changes since the previous one.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -11,10 +11,10 @@ use super::track::{Ask, Codec, Track, TrackError};
 use crate::base::numbers::trunc_to_u16;
 use crate::view::render::{Image, Style};
 
-/// The most images per second: players make the shortest of the delays, a hundredth of a second, ten of them.
+/// Largest number of images per second. Players turn the shortest delay, one hundredth of a second, into ten.
 pub(super) const MOST_PER_SECOND: u32 = 50;
 
-/// Compresses images of one palette.
+/// Compresses images that share a palette.
 pub(super) struct GifCodec<'a> {
     pub palette: &'a Palette,
     pub per_second: u32,
@@ -44,7 +44,7 @@ impl Codec for GifCodec<'_> {
     }
 }
 
-/// Duration of an image in hundredths of a second: whole numbers with the right mean.
+/// Duration of an image in hundredths of a second: integers with the right mean.
 fn delay(place: usize, per_second: u32) -> u16 {
     let end = |images: usize| (images as f64 * 100.0 / f64::from(per_second)).round();
     trunc_to_u16(end(place + 1) - end(place))

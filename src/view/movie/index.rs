@@ -1,4 +1,4 @@
-//! Where the frames of a movie are in their file, and what all of them have in common.
+//! Positions of the movie's frames in their file, and their common properties.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
@@ -12,15 +12,15 @@ use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
 use crate::view::render::{ColourBy, Extent, Framing, Shot, SpeedScale, Style, corners, fitted, reach, refuse_numbers};
 use crate::view::{Surfaces, ViewError};
 
-/// Number of frames that are examined for the extent of the particles.
+/// Number of frames examined for the extent of the particles.
 const PROBES: usize = 8;
 
-/// Which frames of a trajectory are in a movie.
+/// Which frames of a trajectory a movie shows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Selection {
     pub first: u64,
     pub last: Option<u64>,
-    /// From one to the next.
+    /// Step from one frame to the next.
     pub every: u64,
 }
 
@@ -34,14 +34,14 @@ impl Selection {
     }
 }
 
-/// Where a frame is.
+/// Position of a frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
-    /// Its number in the file, from 0.
+    /// Its index in the file, from 0.
     pub index: u64,
     /// Simulated time `[time]`.
     pub time: f64,
-    /// Bytes and lines before it.
+    /// Number of bytes and lines before it.
     offset: u64,
     lines: usize,
 }
@@ -50,16 +50,17 @@ pub(super) struct Place {
 #[derive(Debug)]
 pub(super) struct Index {
     pub places: Vec<Place>,
-    /// The number of particles in the largest frame.
+    /// Number of particles in the largest frame.
     pub most_particles: u64,
     /// Whether the file ends within a frame.
     pub is_truncated: bool,
     /// The first frame, without its particles.
     stage: Frame,
     framing: Framing,
-    /// Lower corner and edges of what is framed: what holds the boxes of all frames, or all their particles `[length]`.
+    /// Lower corner and edges of the framed region: it contains the boxes of all frames, or all particles
+    /// `[length]`.
     region: Option<(Vector, Vector)>,
-    /// By how much particles may stick out of it `[length]`.
+    /// How far particles may extend beyond it `[length]`.
     margin: f64,
     /// Extent of the particles in some of the frames: lower and upper corner `[length]`.
     reach: Option<[Vector; 2]>,
@@ -69,12 +70,13 @@ pub(super) struct Index {
 type Reader = FrameReader<BufReader<File>>;
 
 impl Index {
-    /// Goes through a file once. The numbers of the particles are read only if the style needs them for a scale of speeds or for want of a
-    /// box.
+    /// Scans a file once. Particle data are read only if the style needs them for a scale of speeds, or if
+    /// there is no box.
     ///
     /// # Errors
-    /// [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::NoSuchFrame`] or [`ViewError::Frame`] if there is nothing to
-    /// draw, [`ViewError::EmptyMovie`] if no frame has a particle, [`ViewError::Interrupted`] if `watch` breaks.
+    /// [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::NoSuchFrame`] or [`ViewError::Frame`]
+    /// if there is nothing to draw, [`ViewError::EmptyMovie`] if no frame has a particle,
+    /// [`ViewError::Interrupted`] if `watch` breaks.
     pub fn of(path: &Path, selection: Selection, style: &Style, watch: &mut Watch) -> Result<Self, ViewError> {
         let unreadable = ViewError::trajectory(path);
         let file = open(path)?;
@@ -118,7 +120,7 @@ impl Index {
         }
     }
 
-    /// Finds out how far particles reach in the box and by how much they stick out of it, from some of the frames.
+    /// Determines from a few frames how far particles extend in the box and beyond it.
     fn completed(mut self, path: &Path) -> Result<Self, ViewError> {
         if self.most_particles == 0 {
             return Err(ViewError::EmptyMovie(path.to_owned()));
@@ -167,14 +169,14 @@ impl Index {
         }
     }
 
-    /// Some of the places, from the first to the last at even distances.
+    /// Evenly spaced frames from the first to the last.
     pub fn spread(&self, count: usize) -> impl Iterator<Item = usize> {
         let last = self.places.len() - 1;
         let count = count.min(self.places.len());
         (0..count).map(move |k| k * last / (count - 1).max(1))
     }
 
-    /// Why a frame cannot be drawn.
+    /// The error of a frame that cannot be drawn.
     pub fn fault(&self, path: &Path, place: usize, source: ViewError) -> ViewError {
         ViewError::Frame { path: path.to_owned(), index: self.places[place].index, source: Box::new(source) }
     }
@@ -184,13 +186,13 @@ fn open(path: &Path) -> Result<File, ViewError> {
     File::open(path).map_err(|source| ViewError::trajectory(path)(ReadError::Open { path: path.into(), source }))
 }
 
-/// Passes over a frame that is not in the movie.
+/// Skips a frame that is not in the movie.
 fn pass(reader: &mut Reader, path: &Path) -> Result<bool, ViewError> {
     let found = reader.next_preamble();
     found.map(|found| found.is_some()).map_err(|source| ViewError::Trajectory { path: path.to_owned(), source })
 }
 
-/// An index that is being made.
+/// An index under construction.
 struct Survey<'a> {
     style: &'a Style,
     path: &'a Path,
@@ -228,7 +230,7 @@ impl Survey<'_> {
         Ok(true)
     }
 
-    /// Adds a frame that was read.
+    /// Adds a frame that has been read.
     fn add_frame(&mut self, frame: Frame, place: Place, framing: Framing) {
         let scale = SpeedScale::of(&frame, self.style);
         let region = match framing {
@@ -254,12 +256,12 @@ impl Survey<'_> {
     }
 }
 
-/// Corners of what holds two boxes, each with its lower and its upper corner.
+/// Corners of the smallest box that contains two boxes, each given by its lower and upper corner.
 fn joined_corners([a, b]: &[Vector; 2], [c, d]: &[Vector; 2]) -> [Vector; 2] {
     [a.inf(c), b.sup(d)]
 }
 
-/// The smallest box that holds two boxes, each with its lower corner and its edges.
+/// The smallest box that contains two boxes, each given by its lower corner and its edges.
 fn joined(one: Option<(Vector, Vector)>, other: Option<(Vector, Vector)>) -> Option<(Vector, Vector)> {
     let (Some((lower_1, size_1)), Some((lower_2, size_2))) = (one, other) else { return one.or(other) };
     let (lower, upper) = (lower_1.inf(&lower_2), (lower_1 + size_1).sup(&(lower_2 + size_2)));

@@ -1,36 +1,36 @@
-//! The colours of a GIF: the same in all its images, so that nothing flickers.
+//! The colours of a GIF. They are the same in all its images, so nothing flickers.
 
 use color_quant::NeuQuant;
 
 use crate::base::numbers::trunc_to_u32;
 use crate::view::render::{BACKGROUND, INK, Image, Style};
 
-/// From how many images the colours are chosen.
+/// Number of images from which the colours are chosen.
 pub(super) const PILOTS: usize = 8;
 
-/// The most pixels of these along each side.
+/// Largest size of these images along each side, in pixels.
 const PILOT_SIZE: f64 = 320.0;
 
-/// The colour that leaves a pixel as it was.
+/// The colour index that leaves a pixel unchanged.
 pub(super) const UNCHANGED: u8 = 0;
 
-/// Colours that are kept exactly, behind the first one.
+/// Colours that are kept exactly, after the first.
 const EXACT: [[u8; 3]; 2] = [BACKGROUND, INK];
 
 /// Number of neurons of the network. Each neuron is a colour.
 const NEURONS: usize = 256 - 1 - EXACT.len();
 
-/// Bits of each component by which the nearest colour is looked up.
+/// Bits of each component in the lookup of the nearest colour.
 const BITS: usize = 6;
 
-/// How an image is drawn whose colours count.
+/// The style for images from which colours are chosen.
 pub(super) fn pilot_style(style: &Style) -> Style {
     let scale = (PILOT_SIZE / f64::from(style.width.max(style.height))).min(1.0);
     let scaled = |size: u32| trunc_to_u32((f64::from(size) * scale).round()).max(16);
     Style { width: scaled(style.width), height: scaled(style.height), ..style.clone() }
 }
 
-/// 256 colours, and which of them is nearest to any other.
+/// 256 colours, and the nearest of them for any other.
 #[derive(Debug, Clone)]
 pub(super) struct Palette {
     colours: Vec<[u8; 3]>,
@@ -39,7 +39,7 @@ pub(super) struct Palette {
 }
 
 impl Palette {
-    /// Chooses the colours that reproduce some images best.
+    /// Chooses the colours that best reproduce some images.
     pub fn of(images: &[Image]) -> Self {
         let pixels = images.iter().flat_map(Image::pixels).filter(|pixel| !EXACT.contains(&rgb(pixel)));
         let mut pixels: Vec<u8> = pixels.flatten().copied().collect();
@@ -75,12 +75,12 @@ fn rgb(pixel: &[u8; 4]) -> [u8; 3] {
     [pixel[0], pixel[1], pixel[2]]
 }
 
-/// The place of a colour in the table.
+/// Index of a colour in the lookup table.
 fn cell(colour: [u8; 3]) -> usize {
     colour.into_iter().fold(0, |cell, component| cell << BITS | usize::from(component) >> (8 - BITS))
 }
 
-/// For each place in the table, the index of the colour that is nearest to its middle; the first colour is none.
+/// For each cell of the lookup table, the index of the colour nearest to its centre, except the first colour.
 fn nearest(colours: &[[u8; 3]]) -> Vec<u8> {
     let squares = |component: usize| -> Vec<Vec<i32>> {
         let middles = (0..1 << BITS).map(|step: i32| (step << (8 - BITS)) + (1 << (7 - BITS)));
@@ -92,7 +92,7 @@ fn nearest(colours: &[[u8; 3]]) -> Vec<u8> {
     let mut nearest = Vec::with_capacity(1 << (3 * BITS));
     for red in &reds {
         for green in &greens {
-            // The distance before the index: the least of them has both.
+            // The key has the distance before the index, so its minimum gives both.
             let keys: Vec<i32> = (1..).zip(red.iter().zip(green)).map(|(index, (r, g))| (r + g) << 8 | index).collect();
             let index = |blue: &Vec<i32>| keys.iter().zip(blue).map(|(key, b)| key + (b << 8)).min();
             nearest.extend(blues.iter().map(|blue| index(blue).map_or(1, |key| key.to_le_bytes()[0])));

@@ -1,8 +1,9 @@
-//! Images drawn and compressed on several cores, and handed on in the order of time.
+//! Draws and compresses images on several cores, and delivers them in order.
 //!
-//! Each worker takes the next place, draws its image, compresses it against the image before, which another worker may still be drawing,
-//! and leaves the piece for the file. No worker runs ahead of what has been handed on by more than a few places, so that memory is bounded however many
-//! images there are. What is handed on does not depend on the number of workers, nor does the place whose error is reported.
+//! Each worker takes the next place, draws its image, and compresses it against the previous image, which
+//! another worker may still be drawing. No worker is more than a few places ahead of the delivered ones, so
+//! memory is bounded for any number of images. Neither the result nor the place of a reported error depends
+//! on the number of workers.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -21,7 +22,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// Draws the image of a place.
 type Draw<'a> = &'a (dyn Fn(usize) -> Result<Image, ViewError> + Sync);
 
-/// Compresses the image of a place, given the one before it.
+/// Compresses the image of a place, given the previous image.
 type Compress<'a, P> = &'a (dyn Fn(usize, Option<&Image>, &Image) -> Result<P, ViewError> + Sync);
 
 /// Work on a number of places.
@@ -36,10 +37,10 @@ pub(super) struct Pipeline<'a, P> {
     pub is_stopped: &'a AtomicBool,
 }
 
-/// A place that is to be worked on. They are taken in order, so that whoever draws the image before is at it already.
+/// A place to be processed. Places are taken in order, so the previous image is already in progress.
 struct Task {
     place: usize,
-    /// Where the image before comes from, and where that of this place is wanted.
+    /// Where the previous image comes from, and where the image of this place goes.
     before: Option<Receiver<Arc<Image>>>,
     next: Sender<Arc<Image>>,
 }
@@ -47,11 +48,12 @@ struct Task {
 type Piece<P> = (usize, Result<P, ViewError>);
 
 impl<P: Send> Pipeline<'_, P> {
-    /// Does the work. `take` gets the pieces in the order of their places; `watch` is asked with the number of them whether to go on.
+    /// Does the work. `take` receives the pieces in order; `watch` is called with their number and decides
+    /// whether to continue.
     ///
     /// # Errors
-    /// The error of the first place that has one, [`ViewError::Interrupted`] if `watch` breaks, [`ViewError::Threads`] if no worker can
-    /// be started.
+    /// The error of the first failing place, [`ViewError::Interrupted`] if `watch` breaks,
+    /// [`ViewError::Threads`] if no worker can be started.
     pub fn run(
         &self,
         take: &mut dyn FnMut(P) -> Result<(), ViewError>,
@@ -62,13 +64,13 @@ impl<P: Send> Pipeline<'_, P> {
         thread::scope(|scope| {
             for _ in 0..self.crew {
                 let (tasks, tell) = (&tasks, tell.clone());
-                // Where one cannot be started, the others do its share.
+                // If one cannot be started, the others do its share.
                 let _ = thread::Builder::new().spawn_scoped(scope, move || self.work(tasks, &tell));
             }
             drop(tell);
             let result = self.collect(&issue, &pieces, take, watch);
             self.is_stopped.store(true, Ordering::Relaxed);
-            // Nobody waits for another task.
+            // No worker waits for another task.
             drop(issue);
             result
         })
@@ -86,7 +88,7 @@ impl<P: Send> Pipeline<'_, P> {
         while done < self.count {
             while issued < self.count.min(done + 2 * self.crew) {
                 let (next, image) = channel();
-                // Where all workers are gone, no piece comes either.
+                // If all workers are gone, no piece arrives either.
                 let _ = issue.send(Task { place: issued, before: before.replace(image), next });
                 issued += 1;
             }
@@ -119,7 +121,7 @@ impl<P: Send> Pipeline<'_, P> {
         let image = Arc::new((self.draw)(place)?);
         // After the last place there is no receiver.
         let _ = next.send(Arc::clone(&image));
-        // If the one before could not be drawn, its error ends the work.
+        // If the previous image could not be drawn, its error ends the work.
         let previous = before.map(|before| before.recv()).transpose().map_err(|_| ViewError::Interrupted)?;
         if self.is_stopped.load(Ordering::Relaxed) {
             return Err(ViewError::Interrupted);
@@ -133,21 +135,21 @@ mod tests {
     use super::*;
     use std::sync::atomic::AtomicUsize;
 
-    /// An image of one pixel, whose colour is its place.
+    /// An image of one pixel whose colour is its place.
     fn image(place: usize) -> Image {
         Image::new(1, 1, vec![[u8::try_from(place).unwrap(); 4]])
     }
 
-    /// A place, the colour of the image before, and that of its own.
+    /// A place, the colour of the previous image, and its own colour.
     type Compressed = (usize, Option<u8>, u8);
 
-    /// The pieces that a crew delivers from 40 places up to the first failure; some take longer.
+    /// The pieces that a crew delivers from 40 places up to the first failure. Some take longer.
     fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Compressed>, Result<(), ViewError>) {
         let (is_stopped, begun, taken) = (AtomicBool::new(false), AtomicUsize::new(0), AtomicUsize::new(0));
         let pipeline = Pipeline {
             draw: &|place: usize| {
                 let ahead = begun.fetch_add(1, Ordering::SeqCst) + 1 - taken.load(Ordering::SeqCst);
-                // One more may have been taken without being counted yet.
+                // One more may have been taken but not yet counted.
                 assert!(ahead <= 2 * crew + 1, "{ahead} ahead");
                 thread::sleep(Duration::from_micros(if place.is_multiple_of(3) { 2000 } else { 100 }));
                 match failing.is_some_and(|failing| place >= failing) {

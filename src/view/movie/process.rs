@@ -1,5 +1,6 @@
-//! A program that gets images through a pipe and writes a file. It is waited for as long as it does something: takes bytes, or changes its
-//! file. It may hang in any call, so that each is made by a thread of its own, and whoever waits can be asked to stop.
+//! A program that receives images through a pipe and writes a file. It is waited for as long as it makes
+//! progress: reads bytes or changes its file. Any call may hang, so each runs in its own thread, and a
+//! waiting caller can be asked to stop.
 
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -13,35 +14,35 @@ use std::time::{Duration, SystemTime};
 use super::track::{Ask, Track, TrackError};
 use crate::view::ViewError;
 
-/// The most of what it prints that is kept `[bytes]`.
+/// Largest part of its output that is kept `[bytes]`.
 const MOST_MESSAGE: usize = 4096;
 
-/// Bytes that it gets at a time, so that also a part of an image is something done.
+/// Bytes sent at a time, so that a part of an image already counts as progress.
 const PIECE: usize = 1 << 14;
 
-/// Between two looks at whether it has done something.
+/// Interval between two checks for progress.
 const TICK: Duration = Duration::from_millis(20);
 
-/// Time limit for reading its output after its end: a child process that it left behind may hold the pipe.
+/// Time limit for reading its output after its end, because a child process may keep the pipe open.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
-/// A program at work; dropped, it is ended.
+/// A running program. It is killed when dropped.
 pub(super) struct Process {
     child: Child,
-    /// To the thread that writes to it, which says of each image what became of it.
+    /// Channel to the thread that writes to it, which reports the result for each image.
     images: Option<SyncSender<Vec<u8>>>,
     written: Receiver<io::Result<()>>,
-    /// Bytes that it has taken.
+    /// Bytes that it has read.
     taken: Arc<AtomicU64>,
     message: Receiver<String>,
     file: PathBuf,
     patience: Duration,
 }
 
-/// Progress of a program: bytes that it has taken, the length of its file, and when that was changed.
+/// Progress of a program: bytes read, the length of its file, and when that changed.
 type Done = (u64, Option<(u64, SystemTime)>);
 
-/// The time in which nothing was done. It is counted in ticks, so that a machine that slept does not count.
+/// Time without progress. It is counted in ticks, so that sleep of the machine does not count.
 struct Idleness {
     before: Done,
     waited: Duration,
@@ -49,7 +50,7 @@ struct Idleness {
 }
 
 impl Idleness {
-    /// One more tick; whether it was one too many.
+    /// Counts one more tick; an error if it was one too many.
     fn tick(&mut self, now: Done) -> Result<(), TrackError> {
         let is_something = now != self.before;
         self.waited = if is_something { Duration::ZERO } else { self.waited + TICK };
@@ -63,14 +64,14 @@ fn hung(patience: Duration) -> TrackError {
 }
 
 impl Process {
-    /// Starts a program whose input and errors are pipes, and which writes a file.
+    /// Starts a program with pipes for input and errors, which writes a file.
     ///
     /// # Errors
-    /// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Threads`] if no thread can be.
+    /// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Threads`] if no thread can be started.
     pub fn start(command: &mut Command, file: &Path, patience: Duration) -> Result<Self, ViewError> {
         #[cfg(unix)]
         {
-            // Ctrl-C is for this program, which ends the other one then.
+            // Ctrl-C goes to this program, which then stops the other one.
             std::os::unix::process::CommandExt::process_group(command, 0);
         }
         let mut child = command.spawn().map_err(ViewError::NoFfmpeg)?;
@@ -88,7 +89,7 @@ impl Process {
             }
         };
         let (tell, message) = channel();
-        // It would block if what it prints were not read.
+        // The program would block if its output were not read.
         let listen = move || drop(tell.send(errors.map_or_else(String::new, message_of)));
         let process = Self { child, images: Some(images), written, taken, message, file: file.to_owned(), patience };
         for work in [Box::new(feed) as Box<dyn FnOnce() + Send>, Box::new(listen)] {
@@ -97,7 +98,7 @@ impl Process {
         Ok(process)
     }
 
-    /// Waits until there is an answer, as long as something is done.
+    /// Waits for an answer as long as there is progress.
     fn wait_for<T>(
         &mut self,
         ask: &mut Ask,
@@ -150,7 +151,7 @@ impl Track for Process {
             Err(io::ErrorKind::BrokenPipe.into())
         };
         match result {
-            // It has ended by itself: what it says is the reason.
+            // It has ended by itself; its output is the reason.
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(match self.end(ask) {
                 Err(reason) => reason,
                 Ok(()) => TrackError::Ffmpeg("it ended before the last image".to_owned()),
@@ -166,13 +167,13 @@ impl Track for Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // One that has ended is neither there to be killed nor waited for again.
+        // If it has ended already, there is nothing to kill or wait for.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// Output of a program that is asked for nothing else.
+/// Output of a program that only prints something.
 ///
 /// # Errors
 /// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Ffmpeg`] if it does not end.
@@ -195,7 +196,7 @@ pub(super) fn printed_by(command: &mut Command, patience: Duration) -> Result<St
     printed
 }
 
-/// Whether a program has ended, after a tick.
+/// Whether a program has ended, checked after a tick.
 fn ended(child: &mut Child) -> Result<Option<ExitStatus>, TrackError> {
     let ended = child.try_wait()?;
     if ended.is_none() {
@@ -212,7 +213,7 @@ fn write(input: &mut impl Write, image: &[u8], taken: &AtomicU64) -> io::Result<
     Ok(())
 }
 
-/// The last that is printed, up to the end.
+/// The last part of the output, up to the end.
 fn message_of(mut errors: impl Read) -> String {
     let (mut kept, mut buffer) = (Vec::new(), [0; MOST_MESSAGE]);
     while let Ok(count @ 1..) = errors.read(&mut buffer) {
@@ -230,7 +231,7 @@ mod tests {
     fn what_does_a_little_now_and_then_is_waited_for() {
         let mut idleness = Idleness { before: (0, None), waited: Duration::ZERO, patience: 5 * TICK };
         for k in 0..100 {
-            // Progress alternates between accepted bytes and changes of the file.
+            // Progress alternates between bytes read and changes of the file.
             let done = (k / 8, Some((k / 4, SystemTime::UNIX_EPOCH)));
             assert!(idleness.tick(done).is_ok(), "{k}");
         }

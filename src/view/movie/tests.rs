@@ -9,7 +9,7 @@ use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 use crate::view::render::{BACKGROUND, ColourBy, Framing};
 
-/// A folder with a trajectory in it.
+/// A folder that contains a trajectory.
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -34,7 +34,7 @@ impl Place {
         write(&trajectory, &self.path(name), movie, Existing::Keep, &mut |_| ControlFlow::Continue(()))
     }
 
-    /// The images of a movie, as they are seen one after the other, and how long each lasts in seconds.
+    /// The images of a movie in order, as displayed, and how long each lasts in seconds.
     fn seen(&self, name: &str, movie: &Movie) -> Vec<Seen> {
         self.write(name, movie).unwrap();
         let seen = if name.ends_with("gif") { gif_images(&self.path(name)) } else { apng_images(&self.path(name)) };
@@ -52,13 +52,13 @@ struct Seen {
 }
 
 impl Seen {
-    /// The pixels above the letters.
+    /// The pixels above the text.
     fn scene(&self) -> &[[u8; 4]] {
         let rows = self.pixels.len() / self.width * 4 / 5;
         &self.pixels[..rows * self.width]
     }
 
-    /// Whether pixels at the upper rim and on both sides show nothing.
+    /// Whether the upper edge and both sides are empty.
     fn is_within(&self) -> bool {
         let is_free = |pixel: &[u8; 4]| pixel[..3] == BACKGROUND;
         let mut rows = self.scene().chunks(self.width);
@@ -103,7 +103,7 @@ fn apng_images(path: &Path) -> Vec<Seen> {
     seen
 }
 
-/// Lays what is not transparent over an image.
+/// Draws everything that is not transparent over an image.
 fn put(canvas: &mut [[u8; 4]], width: usize, [left, top, columns]: [usize; 3], pixels: &[[u8; 4]]) {
     for (row, pixels) in pixels.chunks(columns).enumerate() {
         let line = &mut canvas[(top + row) * width + left..][..columns];
@@ -111,7 +111,7 @@ fn put(canvas: &mut [[u8; 4]], width: usize, [left, top, columns]: [usize; 3], p
     }
 }
 
-/// A cube of edge 8 with a small ball in each corner, and one that moves; all frames at even times.
+/// A cube of edge 8 with a small ball in each corner and one moving ball; frames at even times.
 fn frame(number: u32, speed: f64) -> Frame {
     let ball = |id, species, position: [f64; 3], radius, speed| FrameParticle {
         id: ParticleId(id),
@@ -146,7 +146,7 @@ fn frames(count: u32) -> Vec<Frame> {
     (0..count).map(|number| frame(number, f64::from(number))).collect()
 }
 
-/// A small movie by a camera that stands still.
+/// A small movie with a fixed camera.
 fn still() -> Movie {
     let style = Style { width: 96, height: 72, ..Style::default() };
     Movie { style, turn: 0.0, frames_per_second: 30, ..Movie::default() }
@@ -165,7 +165,7 @@ fn every_frame_is_seen_in_its_turn_as_if_it_were_drawn_alone() {
     for (first, image) in (0..).zip(&apng) {
         assert!(alone(first) == image.pixels, "image {first}");
     }
-    // Each of 256 colours is a few steps of a component from the nearest one.
+    // Each of the 256 colours is a few steps per component from the nearest one.
     let gif = place.seen("film.gif", &still());
     assert_eq!(gif.len(), 7);
     for (image, exact) in gif.iter().zip(&apng) {
@@ -214,7 +214,7 @@ fn what_rests_looks_the_same_until_the_camera_moves() {
         let seen = place.seen(name, &Movie { turn: 40.0, ..still() });
         assert!(seen.windows(2).all(|pair| pair[0].scene() != pair[1].scene()));
         let round = place.seen(name, &Movie { turn: 360.0, ..still() });
-        // But for the rounding of angles.
+        // Apart from the rounding of angles.
         let off = |k: usize| round[0].scene().iter().zip(round[k].scene()).filter(|(a, b)| a != b).count();
         assert!(off(3) < 50 && off(1) > 200, "{} {}", off(3), off(1));
     }
@@ -230,7 +230,7 @@ fn nothing_leaves_the_image_from_any_direction() {
         let seen = place.seen("film.apng", &Movie { turn, ..still() });
         assert!(seen.iter().all(Seen::is_within), "{turn}");
     }
-    // Far out of the first frame, and no box around.
+    // Far outside of the first frame, without a box.
     let flight = |x: f64| format!("2\n\nball 0 0 0\nball {x} 0 {x}\n");
     let text: String = [1.0, 5.0, 20.0, -30.0].map(flight).concat();
     let place = Place::of(text.as_bytes());

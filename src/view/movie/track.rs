@@ -1,4 +1,5 @@
-//! From images to the bytes of a movie, in two steps: one that needs nothing but two images, for any core, and one in the order of time.
+//! From images to the bytes of a movie in two steps: one that needs only two images and runs on any core, and
+//! one in order.
 
 use std::io;
 use std::ops::ControlFlow;
@@ -12,38 +13,38 @@ pub(super) trait Codec: Sync {
     /// Compressed image.
     type Piece: Send;
 
-    /// Compresses an image, given its place in the movie and the image before it.
+    /// Compresses an image, given its place in the movie and the previous image.
     ///
     /// # Errors
-    /// If the format cannot hold it.
+    /// If the format cannot store it.
     fn compress(&self, place: usize, previous: Option<&Image>, image: &Image) -> io::Result<Self::Piece>;
 }
 
-/// Callback that is asked while something is waited for: it may break the work off.
+/// Callback during a wait, which may stop the work.
 pub(super) type Ask<'a> = dyn FnMut() -> ControlFlow<()> + 'a;
 
-/// The file of a movie, to which compressed images are added one after the other.
+/// The file of a movie, to which compressed images are added in order.
 pub(super) trait Track {
-    /// Compressed image that it takes.
+    /// The compressed image that it accepts.
     type Piece;
 
     /// Adds an image.
     fn add(&mut self, piece: Self::Piece, ask: &mut Ask) -> Result<(), TrackError>;
 
-    /// Writes what stands at the end.
+    /// Writes the end of the file.
     fn finish(self, ask: &mut Ask) -> Result<(), TrackError>;
 }
 
 /// Why a movie could not be written.
 #[derive(Debug, Error)]
 pub(super) enum TrackError {
-    /// By the system.
+    /// An error of the system.
     #[error(transparent)]
     Output(#[from] io::Error),
-    /// By ffmpeg, with what it printed.
+    /// An error of ffmpeg, with its output.
     #[error("{0}")]
     Ffmpeg(String),
-    /// By what was asked.
+    /// The callback stopped it.
     #[error("interrupted")]
     Interrupted,
 }

@@ -31,7 +31,7 @@ pub(super) struct Rod {
     pub colour: Colour,
 }
 
-/// Everything with a surface.
+/// All bodies with a surface.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Bodies {
     /// Opaque spheres.
@@ -86,7 +86,7 @@ impl Bodies {
                 radius: camera.length(particle.radius),
                 colour: colour_of(particle),
             };
-            // A pivot is part of what it holds; a static surface must not hide it.
+            // A pivot belongs to the particle that it holds; a static surface must not hide it.
             let is_veil = style.static_opacity < 1.0 && frame.is_static(particle) && !holds_bond.contains(&particle.id);
             if is_veil { &mut bodies.veil } else { &mut bodies.balls }.push(ball);
         }
@@ -94,7 +94,7 @@ impl Bodies {
     }
 }
 
-/// The palette for what moves, in the order of the table; one pale colour for what does not.
+/// The palette for moving species, in the order of the table; one pale colour for static ones.
 fn species_colours(frame: &Frame, style: &Style) -> Vec<Colour> {
     let mut palette = style.palette.iter().cycle();
     let colour = |is_static: bool| match is_static {

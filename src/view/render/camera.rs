@@ -1,8 +1,8 @@
-//! From positions to places in the image.
+//! From positions to image coordinates.
 //!
-//! Everything is drawn in camera space: lengths in units of half the diagonal of what is framed, the camera at the origin, `x`
-//! to the right, `y` up, `z` into the image. The *window* coordinates of a point are `(x/z, y/z)` in perspective and
-//! `(x, y)` without.
+//! Everything is drawn in camera space: lengths in units of half the diagonal of the framed region, the
+//! camera at the origin, `x` to the right, `y` up, `z` into the image. The *window* coordinates of a point
+//! are `(x/z, y/z)` in perspective and `(x, y)` otherwise.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -11,58 +11,60 @@ use crate::Vector;
 use crate::base::numbers::{single, trunc_to_u32};
 use crate::trajectory::Frame;
 
-/// A point, direction or colour while drawing.
+/// A point, direction or colour used in drawing.
 pub(super) type Point = Vector3<f32>;
 
 /// Half the field of view: 30 degrees along the shorter side of the largest image.
 const HALF_VIEW: f32 = 0.267_949_2;
 
-/// Free rim around what is framed, relative to the shorter side of the largest image.
+/// Free margin around the framed region, relative to the shorter side of the largest image.
 const RIM: f32 = 0.035;
 
-/// Between two directions for which what is framed is fitted into the image: what sticks out between them is a thousandth of its
-/// distance from the axis, far less than the rim [degrees].
+/// Angle between two directions at which the framed region is fitted into the image. In between it extends by
+/// at most a thousandth of its distance from the axis, far less than the margin [degrees].
 const LARGEST_STEP: f64 = 4.0;
 
-/// Nothing nearer than this is drawn, in half diagonals; what is framed begins well behind it.
+/// Nothing closer than this is drawn, in half diagonals; the framed region begins well behind it.
 pub(super) const NEAREST: f32 = 0.05;
 
-/// Towards the sun, as the camera of the first image stands, in parts of right, up and level into the image: from above, on the left, behind the viewer.
+/// Direction to the sun, relative to the camera of the first image, in components right, up and horizontally
+/// into the image: from above left, behind the viewer.
 const SUN: [f64; 3] = [-0.5, 0.78, -0.52];
 
-/// A sphere that the image has to hold; radius 0 for a corner of the box.
+/// A sphere that the image must contain; a corner of the box has radius 0.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::view) struct Extent {
     pub position: Vector,
     pub radius: f64,
 }
 
-/// Where the camera stands, and which part of its view the image is.
+/// Position of the camera, and the part of its view that forms the image.
 #[derive(Debug, Clone)]
 pub(super) struct Camera {
     /// Rows: right, up, into the image.
     rotation: Matrix3<f64>,
-    /// Direction up in the scene, and towards the sun.
+    /// Upward direction in the scene, and direction to the sun.
     up: Vector,
     sun: Vector,
     centre: Vector,
-    /// Half diagonal of what is framed `[length]`.
+    /// Half diagonal of the framed region `[length]`.
     unit: f64,
-    /// Camera space of the centre.
+    /// The centre in camera space.
     pub offset: Point,
     pub is_perspective: bool,
-    /// Window coordinates of the upper left corner of the image.
+    /// Window coordinates of the image's upper left corner.
     corner: [f32; 2],
     /// Pixels per unit of window coordinates.
     scale: f32,
-    /// Size of the image, no larger than the style's.
+    /// Size of the image, at most that of the style.
     pub width: u32,
     pub height: u32,
 }
 
 impl Camera {
-    /// Places the camera so that what is framed fills the image, and cuts the image down to it if the style says so. Keeps
-    /// `footer` rows free at the bottom. `None` if that has no extent or is too large for floating point.
+    /// Positions the camera so that the framed region fills the image, and crops the image to it if the style
+    /// says so. Keeps `footer` rows free at the bottom. `None` if the region has no extent or is too large
+    /// for floating-point numbers.
     pub fn facing(frame: &Frame, style: &Style, framed: &[Extent], footer: f32) -> Option<Self> {
         let mut camera = Self::around(frame, style, framed)?;
         let spheres = camera.spheres(framed);
@@ -74,11 +76,11 @@ impl Camera {
         Some(camera.zoomed(style.zoom, footer))
     }
 
-    /// Places the camera so that what is framed stays in the image while the camera walks around it by `turn` degrees. The image has
-    /// exactly the size of the style.
+    /// Positions the camera so that the framed region stays in the image while the camera moves around it by
+    /// `turn` degrees. The image has exactly the size of the style.
     pub fn walking(frame: &Frame, style: &Style, framed: &[Extent], footer: f32, turn: f64) -> Option<Self> {
         let mut camera = Self::around(frame, style, framed)?;
-        // A full round shows all that more of them do.
+        // More than a full turn shows nothing new.
         let round = turn.abs().min(360.0);
         let steps = if camera.is_perspective { trunc_to_u32((round / LARGEST_STEP).ceil()) } else { 0 };
         let mut spheres = Vec::new();
@@ -92,7 +94,7 @@ impl Camera {
         Some(camera.zoomed(style.zoom, footer))
     }
 
-    /// Same view, larger around the middle of the image above the footer.
+    /// The same view, enlarged around the middle of the image above the footer.
     fn zoomed(mut self, zoom: f64, footer: f32) -> Self {
         let half = [0.5 * self.width as f32, 0.5 * (self.height as f32 - footer)];
         let middle = self.window(half);
@@ -101,7 +103,7 @@ impl Camera {
         self
     }
 
-    /// Same view with other coordinates in the middle.
+    /// The same view with other coordinates in the middle.
     pub fn looking_at(mut self, focus: [Option<f64>; 3]) -> Self {
         for (own, focus) in self.centre.iter_mut().zip(focus) {
             *own = focus.filter(|focus| focus.is_finite()).unwrap_or(*own);
@@ -109,12 +111,13 @@ impl Camera {
         self
     }
 
-    /// Camera seen from the direction of another style.
+    /// The camera in the direction of another style.
     pub fn turned(&self, frame: &Frame, style: &Style) -> Self {
         Self { rotation: orientation(frame, style).0, ..self.clone() }
     }
 
-    /// A camera that looks at the middle of what is framed. `None` if that has no extent or is too large for floating point.
+    /// A camera that looks at the middle of the framed region. `None` if the region has no extent or is too
+    /// large for floating-point numbers.
     fn around(frame: &Frame, style: &Style, framed: &[Extent]) -> Option<Self> {
         let reach = |extent: &Extent| Vector::repeat(extent.radius);
         let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b))?;
@@ -142,21 +145,22 @@ impl Camera {
         })
     }
 
-    /// Framed spheres, in camera space.
+    /// The framed spheres, in camera space.
     fn spheres(&self, framed: &[Extent]) -> Vec<(Point, f32)> {
         framed.iter().map(|e| (self.place(&e.position), self.length(e.radius))).collect()
     }
 
-    /// Free rim around what is framed, in pixels.
+    /// Free margin around the framed region, in pixels.
     fn rim(&self) -> f32 {
         RIM * (self.width as f32).min(self.height as f32)
     }
 
-    /// Chooses offset and scale for spheres in camera space around the centre; the window that they fill then.
+    /// Chooses offset and scale for spheres in camera space around the centre; returns the window that they
+    /// fill.
     fn fit(&mut self, spheres: &[(Point, f32)], footer: f32) -> [f32; 4] {
         let (width, height) = (self.width as f32, self.height as f32);
         let rim = self.rim();
-        // The usable area in pixels, and the window coordinates at its border.
+        // The usable area in pixels, and the window coordinates of its border.
         let room = [(width - 2.0 * rim).max(1.0), (height - footer - 2.0 * rim).max(1.0)];
         let border = room.map(|pixels| HALF_VIEW * pixels / width.min(height));
         let mut distance = 0.0_f32;
@@ -184,7 +188,7 @@ impl Camera {
         window
     }
 
-    /// Cuts the image down to a window, with a rim around it.
+    /// Crops the image to a window, with a margin around it.
     fn crop(&mut self, window: &[f32; 4], footer: f32) {
         let [left, right, low, high] = window;
         let rim = self.rim();
@@ -193,34 +197,34 @@ impl Camera {
         self.height = pixels(high - low + footer / self.scale, self.height);
     }
 
-    /// Brings a window into the middle of the image above the footer.
+    /// Moves a window to the middle of the image above the footer.
     fn centre_on(&mut self, window: &[f32; 4], footer: f32) {
         let [left, right, low, high] = window;
         let half = [self.width as f32, self.height as f32 - footer].map(|pixels| 0.5 * pixels / self.scale);
         self.corner = [0.5 * (left + right) - half[0], 0.5 * (low + high) + half[1]];
     }
 
-    /// Rotated and scaled, relative to the camera.
+    /// A position, rotated and scaled, relative to the camera.
     pub fn place(&self, position: &Vector) -> Point {
         (self.rotation * ((position - self.centre) / self.unit)).cast::<f32>() + self.offset
     }
 
-    /// A direction, seen from the camera.
+    /// A direction in camera space.
     pub fn turn(&self, direction: &Vector) -> Point {
         (self.rotation * direction).cast::<f32>()
     }
 
-    /// Up in the scene, seen from the camera.
+    /// The upward direction in camera space.
     pub fn up(&self) -> Point {
         self.turn(&self.up)
     }
 
-    /// Towards the sun, seen from the camera.
+    /// The direction to the sun in camera space.
     pub fn sun(&self) -> Point {
         self.turn(&self.sun)
     }
 
-    /// Whether the camera is in front of a plane through a point, seen along a normal of it.
+    /// Whether the camera is in front of a plane through a point with a given normal.
     pub fn is_before(&self, point: &Vector, normal: &Vector) -> bool {
         let normal = self.turn(normal);
         let line = if self.is_perspective { self.place(point) } else { Point::z() };
@@ -232,30 +236,30 @@ impl Camera {
         single(length / self.unit)
     }
 
-    /// Pixels of a length, at the depth of what the camera looks at `[1 / length]`.
+    /// Pixels per length, at the distance of the camera's focus `[1 / length]`.
     pub fn pixels_per_length(&self) -> f64 {
         self.pixels_per_unit() / self.unit
     }
 
-    /// Pixels of the half diagonal, at the depth of what the camera looks at.
+    /// Pixels per half diagonal, at the distance of the camera's focus.
     pub fn pixels_per_unit(&self) -> f64 {
         let depth = if self.is_perspective { self.offset.z } else { 1.0 };
         f64::from(self.scale / depth)
     }
 
-    /// Window coordinates of a place in the image, in pixels from the upper left corner.
+    /// Window coordinates of an image position, in pixels from the upper left corner.
     pub fn window(&self, [column, row]: [f32; 2]) -> [f32; 2] {
         [self.corner[0] + column / self.scale, self.corner[1] - row / self.scale]
     }
 
-    /// Pixels from the upper left corner, of a point in front of the camera.
+    /// Image position of a point in front of the camera, in pixels from the upper left corner.
     pub fn pixel(&self, point: &Point) -> [f32; 2] {
         let depth = if self.is_perspective { point.z } else { 1.0 };
         [(point.x / depth - self.corner[0]) * self.scale, (self.corner[1] - point.y / depth) * self.scale]
     }
 
-    /// The rectangle of pixels around a sphere: first and last column, first and last row. `None` if the sphere
-    /// reaches the camera or is not finite.
+    /// The rectangle of pixels around a sphere: first and last column, first and last row. `None` if the
+    /// sphere reaches the camera or is not finite.
     pub fn rectangle(&self, centre: &Point, radius: f32) -> Option<[f32; 4]> {
         let [left, right, low, high] = self.outline(centre, radius)?;
         let columns = [left, right].map(|x| (x - self.corner[0]) * self.scale);
@@ -282,26 +286,28 @@ impl Camera {
     }
 }
 
-/// Direction up in the image: as the style says, or else against gravity, or else z, or y where z is flat.
+/// The upward direction in the image: as set in the style, or else against gravity, or else z, or y if z is
+/// flat.
 fn upwards(frame: &Frame, style: &Style) -> Vector {
     let is_y = frame.is_flat(2) && !frame.is_flat(0) && !frame.is_flat(1);
     let against = style.gravity.and_then(|gravity| (-gravity).try_normalize(0.0));
     style.up.map(|up| up.normalize()).or(against).unwrap_or_else(|| if is_y { Vector::y() } else { Vector::z() })
 }
 
-/// Azimuth and elevation of the camera [radians], given what is to the right where both are 0.
+/// Azimuth and elevation of the camera [radians], given the direction that points right if both are 0.
 fn angles(style: &Style, right: &Vector, up: &Vector) -> [f64; 2] {
     let azimuth = style.azimuth.to_radians();
     let Some(from) = style.from.and_then(|from| from.try_normalize(0.0)) else {
         return [azimuth, style.elevation.to_radians()];
     };
     let [aside, behind, above] = [right.dot(&from), -up.cross(right).dot(&from), up.dot(&from)];
-    // Straight from above or below, what is to the right is as at azimuth 0.
+    // Straight from above or below, the right direction is that at azimuth 0.
     let around = if aside.abs() + behind.abs() > 1e-9 { libm::atan2(aside, behind) } else { 0.0 };
     [azimuth + around, libm::asin(above.clamp(-1.0, 1.0))]
 }
 
-/// Right, up and into the image as rows; and whether the view is in perspective. Flat scenes are seen straight on.
+/// Right, up and into the image as rows, and whether the view is in perspective. Flat scenes are seen from
+/// the front.
 fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
     let axis = |k: usize| Vector::from_fn(|i, _| f64::from(u8::from(i == k)));
     let flat: Vec<usize> = (0..3).filter(|&k| frame.is_flat(k)).collect();

@@ -1,4 +1,4 @@
-//! Caption below each image of a movie: the simulated time, and a bar that shows a length.
+//! Caption below each image of a movie: the simulated time and a scale bar.
 
 use super::camera::Camera;
 use super::colour::{self, Colour};
@@ -8,13 +8,13 @@ use super::stroke::Stroke;
 use super::{ColourBy, Style};
 use crate::base::numbers::{single, trunc_to_i32};
 
-/// The least height of a row, in which letters can be read [pixels].
+/// Smallest height of a row with readable text [pixels].
 const LEAST_ROW: f32 = 32.0;
 
-/// The most height of a row, relative to that of the image.
+/// Largest height of a row, relative to the image.
 const LARGEST_ROW: f32 = 0.2;
 
-/// The most width of the bar, relative to that of the image.
+/// Largest width of the bar, relative to the image.
 const LONGEST_BAR: f64 = 0.16;
 
 /// The rows below an image.
@@ -22,32 +22,32 @@ const LONGEST_BAR: f64 = 0.16;
 pub(super) struct Caption {
     /// Height of all rows [pixels].
     pub height: f32,
-    /// Height of one of them [pixels]. The lowest is left to the scale of speeds, if there is one.
+    /// Height of one row [pixels]. The lowest row is for the scale of speeds, if there is one.
     pub row: f32,
-    /// A round length and its pixels.
+    /// A round length and its size in pixels.
     bar: Option<(f64, f32)>,
 }
 
 impl Caption {
-    /// The rows for a style, without a bar yet.
+    /// The rows for a style, without a bar so far.
     pub fn of(style: &Style) -> Self {
         let row = (STRIP * style.width.min(style.height) as f32).max(LEAST_ROW).min(LARGEST_ROW * style.height as f32);
         let rows = if style.colour_by == ColourBy::Speed { 2.0 } else { 1.0 };
         Self { height: rows * row, row, bar: None }
     }
 
-    /// Chooses the length of the bar. In perspective it holds for what is as far as the middle of the scene.
+    /// Chooses the length of the bar. In perspective it holds at the distance of the middle of the scene.
     pub fn measure(&mut self, camera: &Camera) {
         let scale = camera.pixels_per_length();
         let length = round_length(LONGEST_BAR * f64::from(camera.width) / scale);
         self.bar = length.map(|length| (length, single(length * scale)));
     }
 
-    /// Writes a time on the left, and draws the bar on the right.
+    /// Writes the time on the left and draws the bar on the right.
     pub fn draw(&self, pixels: &mut [Colour], width: usize, time: &str) {
         let ink = colour::linear(colour::INK);
         let bottom = pixels.len() as f32 / width as f32;
-        // With a scale of speeds below, in the middle between it and what is framed.
+        // With a scale of speeds below, it is in the middle between the scale and the framed region.
         let middle = bottom - self.height + (if self.height > self.row { 0.5 } else { 0.4 }) * self.row;
         let (size, rim) = (0.25 * self.row, 0.5 * self.row);
         write(pixels, width, &format!("time {time}"), [rim, middle], size, ink);
@@ -64,13 +64,13 @@ impl Caption {
     }
 }
 
-/// The largest of 1, 2 and 5 times a power of ten that is not above a length.
+/// The largest length of 1, 2 or 5 times a power of ten that is at most a given length.
 fn round_length(most: f64) -> Option<f64> {
     if !(most.is_normal() && (1e-300..1e300).contains(&most)) {
         return None;
     }
     let power = trunc_to_i32(most.log10().floor());
-    // The decimal text, read back, is the round number that is meant. The logarithm may be off by its rounding.
+    // The decimal text, read back, is the intended round number. The logarithm may be off by rounding.
     let candidates = (power - 1..=power + 1).flat_map(|power| [1, 2, 5].map(|digit| format!("{digit}e{power}")));
     candidates.filter_map(|text| text.parse().ok()).rfind(|length| *length <= most)
 }

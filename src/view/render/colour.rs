@@ -1,4 +1,4 @@
-//! Colours, in linear light while they are mixed and in sRGB where they are named or stored.
+//! Colours: in linear light while they are mixed, in sRGB when they are named or stored.
 
 use std::sync::LazyLock;
 
@@ -23,7 +23,7 @@ pub(super) const PALETTE: [[u8; 3]; 8] = [
 /// Static particles.
 pub(super) const STATIC: [u8; 3] = [144, 153, 168];
 
-/// Surfaces that particles meet.
+/// Surfaces that particles can meet.
 pub(super) const SURFACE: [u8; 3] = [156, 174, 198];
 
 /// Colour of the background.
@@ -32,7 +32,7 @@ pub(in crate::view) const BACKGROUND: [u8; 3] = [247, 248, 250];
 /// Box edges and letters.
 pub(in crate::view) const INK: [u8; 3] = [70, 76, 86];
 
-/// Viridis (Smith and van der Walt, matplotlib) at even steps: equal steps look equally far apart.
+/// Viridis (Smith and van der Walt, matplotlib) at even steps, which look equally far apart.
 const VIRIDIS: [[u8; 3]; 11] = [
     [68, 1, 84],
     [72, 36, 117],
@@ -47,7 +47,7 @@ const VIRIDIS: [[u8; 3]; 11] = [
     [253, 231, 37],
 ];
 
-/// The colour of a value from 0 to 1; values beyond keep the colour of the end.
+/// The colour for a value from 0 to 1; values beyond get the colour of the nearest end.
 pub(super) fn viridis(value: f32) -> Colour {
     let place = value.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f32;
     let index = trunc_to_usize(place).min(VIRIDIS.len() - 2);
@@ -68,7 +68,8 @@ pub(super) fn encode(colour: &Colour) -> [u8; 4] {
     [byte(colour.x), byte(colour.y), byte(colour.z), 255]
 }
 
-/// The least light of each byte, and for even steps of light the byte where they begin: a power for each pixel would take as long as its shadows.
+/// The smallest intensity of each byte value, and for even steps of intensity the byte at which each starts.
+/// Computing a power for each pixel would take as long as its shadows.
 struct Steps {
     least: [f32; 256],
     begins: Vec<u8>,
@@ -83,7 +84,7 @@ static STEPS: LazyLock<Steps> = LazyLock::new(|| {
     Steps { least, begins: (0..=STEP_COUNT).map(begin).collect() }
 });
 
-/// Fine enough that few bytes begin within one.
+/// So fine that at most a few byte values start within a step.
 const STEP_COUNT: usize = 2048;
 
 impl Steps {

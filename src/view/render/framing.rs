@@ -1,4 +1,4 @@
-//! Extent that an image has to hold, and the edges of the box.
+//! The region that an image must contain, and the edges of the box.
 
 use super::camera::Extent;
 use super::style::{Framing, Style};
@@ -6,10 +6,10 @@ use crate::Vector;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// Part of the box along an axis that must be filled before the image leaves out the rest.
+/// If particles fill less than this fraction of the box along an axis, the image leaves out the rest.
 const FILLED: f64 = 0.34;
 
-/// Spheres and corners that have to be in the image.
+/// Spheres and corners that must be in the image.
 pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<Extent> {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
@@ -27,7 +27,7 @@ pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<E
     with_surfaces(framed, surfaces)
 }
 
-/// Adds those of the surfaces that are framed with what there is.
+/// Adds the framed surfaces to what there is.
 pub(in crate::view) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surfaces) -> Vec<Extent> {
     let reach = |extent: &Extent| Vector::repeat(extent.radius);
     let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b));
@@ -38,12 +38,14 @@ pub(in crate::view) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surface
     framed
 }
 
-/// The corners of a box, given its lower corner and its edges; bit `k` of the index is the side along axis `k`.
+/// The corners of a box, given its lower corner and its edges; bit `k` of the index selects the side along
+/// axis `k`.
 pub(in crate::view) fn corners(lower: &Vector, size: &Vector) -> [Vector; 8] {
     std::array::from_fn(|index| Vector::from_fn(|k, _| lower[k] + if index >> k & 1 == 1 { size[k] } else { 0.0 }))
 }
 
-/// Lower and upper corner of what holds the particles of a frame that are in the box, and the surfaces that are not much larger than it.
+/// Lower and upper corner of a box that contains the particles inside the frame's box, and the surfaces that
+/// are not much larger.
 pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
@@ -58,7 +60,7 @@ pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] 
         .fold([Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)], |[a, b], [c, d]| [a.inf(&c), b.sup(&d)])
 }
 
-/// A box, with its lower corner and its edges, less what is empty of it.
+/// A box, given by its lower corner and its edges, without its empty part.
 pub(in crate::view) fn fitted(
     (lower, size): (Vector, Vector),
     periodic: [bool; 3],
@@ -67,7 +69,7 @@ pub(in crate::view) fn fitted(
 ) -> (Vector, Vector) {
     let (mut first, mut last) = (lower, lower + size);
     if style.has_box && size.iter().any(|edge| *edge == 0.0) {
-        // A rectangle is seen as a whole.
+        // A rectangle is shown as a whole.
         return (lower, size);
     }
     for axis in (0..3).filter(|&axis| !periodic[axis] && size[axis] > 0.0) {
@@ -76,7 +78,7 @@ pub(in crate::view) fn fitted(
         if high - low < FILLED * size[axis] {
             continue;
         }
-        // A heap is shown with its floor, and a drawn box with its sides; above, it may be open.
+        // A heap is shown with its floor, and a drawn box with its sides; the top may be left out.
         if down > 0.0 || down == 0.0 && !style.has_box {
             first[axis] = low;
         }
@@ -87,7 +89,8 @@ pub(in crate::view) fn fitted(
     (first, last - first)
 }
 
-/// The edges of the box that have a length, each once, with the outward normals of the two sides that meet there; of a flat box, without.
+/// The edges of the box that have a length, each once, with the outward normals of the two adjacent sides;
+/// for a flat box, without normals.
 pub(super) fn box_edges(frame: &Frame) -> Vec<([Vector; 2], Vec<Vector>)> {
     let corners = corners(&frame.lower, &frame.size);
     let is_solid = (0..3).all(|axis| !frame.is_flat(axis));

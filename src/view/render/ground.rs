@@ -1,4 +1,4 @@
-//! A ground below the scene that shows nothing but the shadows on it.
+//! A ground below the scene that shows only shadows.
 
 use super::Style;
 use super::bodies::Bodies;
@@ -9,29 +9,31 @@ use crate::base::numbers::single;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// Shares of the light of the sun and of the sky on the ground: what is left of the background in a full shadow is what they leave of 1.
+/// Fractions of the ground's light that come from the sun and from the sky. A full shadow keeps the rest of
+/// the background.
 const SUN: f32 = 0.4;
 const SKY: f32 = 0.3;
 
-/// Opacity of translucent spheres to the light on the ground, relative to that to the eye.
+/// Opacity of translucent spheres in shadows, relative to their visible opacity.
 const VEIL: f32 = 1.2;
 
-/// Height above the ground where spheres throw half of a shadow, and where they throw none: those far above would darken all of it.
+/// Height above the ground at which spheres cast half a shadow, and at which they cast none. Without this
+/// limit, high spheres would darken the whole ground.
 const HALF_HEIGHT: f32 = 0.28;
 const MOST_HEIGHT: f32 = 0.7;
 
 /// A plane with shadows.
 #[derive(Debug)]
 pub(super) struct Ground {
-    /// Up, in camera space.
+    /// Upward normal, in camera space.
     normal: Point,
-    /// Of points of the plane along the normal.
+    /// Offset of the plane along the normal.
     offset: f32,
     lights: GroundLights,
 }
 
 impl Ground {
-    /// The ground below a frame with gravity; `None` where there is none, or where the scene goes on below.
+    /// The ground below a frame with gravity; `None` without gravity, or if the scene continues below.
     pub fn of(frame: &Frame, surfaces: &Surfaces, style: &Style, camera: &Camera, bodies: &Bodies) -> Option<Self> {
         let level = level(frame, surfaces, style)?;
         let normal = camera.up();
@@ -47,21 +49,21 @@ impl Ground {
         Some(Self { normal, offset, lights })
     }
 
-    /// Depth of the ground on a ray, seen from above.
+    /// Depth of the ground along a ray, seen from above.
     pub fn depth(&self, (origin, direction): (Point, Point)) -> Option<f32> {
         let slope = self.normal.dot(&direction);
         let depth = (self.offset - self.normal.dot(&origin)) / slope;
         (slope < 0.0 && depth > NEAREST && depth.is_finite()).then_some(depth)
     }
 
-    /// How bright the ground is at a point, relative to one in the open.
+    /// Brightness of the ground at a point, relative to a point without shadow.
     pub fn brightness(&self, point: &Point) -> f32 {
         let [sun, sky] = self.lights.at(point);
         1.0 - SUN * (1.0 - sun) - SKY * (1.0 - sky)
     }
 }
 
-/// A point of the ground: of the lowest corner of the box, or without a box of the lowest thing.
+/// A point of the ground: the lowest corner of the box, or the lowest body if there is no box.
 fn level(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Option<Vector> {
     let up = -style.gravity.filter(|_| style.has_ground)?.try_normalize(0.0)?;
     let axis = up.iamax();

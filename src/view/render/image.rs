@@ -1,4 +1,4 @@
-//! Pixels, and the file that holds them.
+//! The pixels of an image, and its file.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -7,7 +7,7 @@ use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
 use crate::view::ViewError;
 
-/// A finished image: rows from top to bottom, each pixel red, green, blue and opacity in sRGB.
+/// A finished image: rows from top to bottom, with red, green, blue and opacity of each pixel in sRGB.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -16,25 +16,25 @@ pub struct Image {
 }
 
 impl Image {
-    /// Row by row; there must be `width * height` pixels.
+    /// An image from its rows; there must be `width * height` pixels.
     pub(in crate::view) fn new(width: u32, height: u32, pixels: Vec<[u8; 4]>) -> Self {
         debug_assert_eq!(pixels.len(), width as usize * height as usize);
         Self { width, height, pixels }
     }
 
-    /// Columns of pixels.
+    /// Number of columns.
     #[must_use]
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Rows of pixels.
+    /// Number of rows.
     #[must_use]
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// Columns and rows of pixels.
+    /// Number of columns and of rows.
     pub(in crate::view) fn size(&self) -> [usize; 2] {
         [self.width as usize, self.height as usize]
     }
@@ -45,10 +45,11 @@ impl Image {
         &self.pixels
     }
 
-    /// Writes a PNG file, which appears when it is complete. The same bytes again are no replacement.
+    /// Writes a PNG file, which appears when it is complete. A file with the same bytes is left alone.
     ///
     /// # Errors
-    /// [`ViewError::Exists`] if there is another file that is to be kept, [`ViewError::Write`] if the file cannot be written.
+    /// [`ViewError::Exists`] if another file exists and must be kept, [`ViewError::Write`] if the file cannot
+    /// be written.
     pub fn write_png(&self, path: &Path, existing: Existing) -> Result<(), ViewError> {
         let written = write_atomically(path, existing, |file| self.encode_png(file));
         written.map_err(ViewError::write(path))?;
@@ -59,7 +60,7 @@ impl Image {
     /// Writes the bytes of a PNG file.
     ///
     /// # Errors
-    /// Those of the output.
+    /// Errors of the output.
     pub fn encode_png<W: Write>(&self, output: W) -> io::Result<()> {
         let mut writer = png_encoder(output, self.width, self.height).write_header()?;
         writer.write_image_data(self.pixels.as_flattened())?;
@@ -68,7 +69,7 @@ impl Image {
     }
 }
 
-/// Encoder of a PNG of [`Image::pixels`].
+/// The encoder for a PNG of [`Image::pixels`].
 pub(in crate::view) fn png_encoder<W: Write>(output: W, width: u32, height: u32) -> png::Encoder<'static, W> {
     let mut encoder = png::Encoder::new(output, width, height);
     encoder.set_color(png::ColorType::Rgba);

@@ -1,17 +1,17 @@
-//! The scale of an image that is coloured by speed.
+//! The colour scale of an image that is coloured by speed.
 
 use super::colour::{self, Colour};
 use super::letters::{label, text_width, write};
 use crate::base::numbers::{trunc_to_i32, trunc_to_usize};
 
-/// Height of the strip that the scale takes, relative to the shorter side of the largest image.
+/// Height of the strip for the scale, relative to the shorter side of the largest image.
 pub(super) const STRIP: f32 = 0.085;
 
-/// Share of the sum of squared speeds that may lie beyond the upper end of the scale.
+/// Fraction of the sum of squared speeds that may lie above the upper end of the scale.
 const FASTER: f64 = 0.05;
 
-/// The speed at the upper end of the scale `[length / time]`, in two digits: high enough for the few that fall while all
-/// others rest, and low enough that a thermal fluid shows all colours.
+/// The speed at the upper end of the scale `[length / time]`, with two digits. It is high enough for a few
+/// falling particles while all others rest, and low enough that a thermal fluid shows all colours.
 pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
     speeds.sort_by(f64::total_cmp);
     let highest = speeds.last().copied().unwrap_or(0.0);
@@ -26,11 +26,12 @@ pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
     };
     let speed = speeds.iter().rev().copied().find(is_slower).unwrap_or(highest);
     let step = 10_f64.powi(trunc_to_i32(speed.log10().floor()) - 1);
-    // The decimal text, read back, is the round number that is meant.
+    // The decimal text, read back, is the intended round number.
     format!("{:.1e}", (speed / step).ceil() * step).parse().unwrap_or(speed)
 }
 
-/// Draws the scale into the lowest `height` rows: from 0 to `fastest`, with an arrow if there is more beyond.
+/// Draws the scale into the lowest `height` rows: from 0 to `fastest`, with an arrow if there are higher
+/// speeds.
 pub(super) fn draw(pixels: &mut [Colour], width: usize, height: f32, fastest: f64, is_exceeded: bool) {
     let ink = colour::linear(colour::INK);
     let size = 0.25 * height;
@@ -65,7 +66,7 @@ mod tests {
             [vec![], vec![0.0; 3], vec![f64::MAX], vec![0.314_15], vec![1e-9]].map(fastest),
             [1.0, 1.0, 1.0, 0.32, 1e-9]
         );
-        // 3 + 3 + ... + 4 squared: the one at 4 is 16 of 916.
+        // 3 + 3 + ... + 4 squared: the particle at 4 has 16 of 916.
         assert_eq!(fastest([vec![3.0; 100], vec![4.0]].concat()), 3.0);
         assert_eq!(fastest([vec![0.01; 100], vec![4.0, 4.5]].concat()), 4.5);
     }

@@ -1,6 +1,7 @@
-//! Letters in an image: the outlines of a font, filled.
+//! Text in an image: filled outlines of a font.
 //!
-//! The font is a part of Inter, under the SIL Open Font License: `letters/OFL.txt`. Its figures have one width, so that numbers do not move while they count.
+//! The font is a part of Inter, under the SIL Open Font License: `letters/OFL.txt`. All its digits have the
+//! same width, so numbers do not move while they count.
 
 use std::sync::LazyLock;
 
@@ -11,37 +12,37 @@ use crate::base::numbers::trunc_to_usize;
 
 static FONT: &[u8] = include_bytes!("letters/letters.ttf");
 
-/// All glyphs, read once; none if the font is damaged, which a test excludes.
+/// All glyphs, read once; empty if the font is damaged, which a test excludes.
 static LETTERS: LazyLock<Vec<Letter>> = LazyLock::new(|| letters(FONT));
 
-/// Straight pieces of a curve, and rows of samples in a row of pixels.
+/// Straight pieces per curve, and sample rows per row of pixels.
 const PIECES: u32 = 6;
 const SAMPLES: usize = 5;
 
-/// The first letter of the font, and how many follow each other from there.
+/// The first letter of the font, and the number of consecutive letters from there.
 const FIRST: char = ' ';
 const COUNT: u32 = 95;
 
 /// A letter, in units of the height of capitals.
 #[derive(Debug, Default)]
 struct Letter {
-    /// To the next letter.
+    /// Distance to the next letter.
     advance: f32,
-    /// Straight lines around its areas, from point to point; y grows upwards from the base line.
+    /// Straight lines around its areas, from point to point; y points up from the base line.
     lines: Vec<[[f32; 2]; 2]>,
 }
 
-/// A number beside a scale: plain where that is short.
+/// The label of a number beside a scale: without exponent if that is short.
 pub(super) fn label(number: f64) -> String {
     if number == 0.0 || (1e-3..1e5).contains(&number) { format!("{number}") } else { format!("{number:e}") }
 }
 
-/// Width of a word in letters with capitals of a height.
+/// Width of a word whose capitals have a given height.
 pub(super) fn text_width(text: &str, size: f32) -> f32 {
     text.chars().map(|letter| of(letter).map_or(0.0, |letter| letter.advance * size)).sum()
 }
 
-/// Writes letters with capitals of a height; the place is the middle of the left edge.
+/// Writes text whose capitals have a given height; the position is the middle of its left edge.
 pub(super) fn write(pixels: &mut [Colour], width: usize, text: &str, place: [f32; 2], size: f32, ink: Colour) {
     let (mut x, base) = (place[0], place[1] + 0.5 * size);
     for letter in text.chars().filter_map(of) {
@@ -57,7 +58,7 @@ fn of(letter: char) -> Option<&'static Letter> {
     LETTERS.get(u32::from(letter).checked_sub(u32::from(FIRST))? as usize)
 }
 
-/// Fills the areas that lines go around: those to whose left an uneven sum of directions crosses.
+/// Fills the areas enclosed by lines, by the odd-even rule.
 fn fill(pixels: &mut [Colour], width: usize, lines: &[[[f32; 2]; 2]], ink: Colour) {
     let range = |axis: usize| {
         let ends = || lines.iter().flatten().map(|end| end[axis]);
@@ -86,7 +87,7 @@ fn fill(pixels: &mut [Colour], width: usize, lines: &[[[f32; 2]; 2]], ink: Colou
     }
 }
 
-/// Parts of a row that are inside of lines.
+/// Parts of a row inside of the lines.
 fn spans(lines: &[[[f32; 2]; 2]], y: f32) -> Vec<[f32; 2]> {
     let mut crossings: Vec<(f32, i32)> = Vec::new();
     for [a, b] in lines {
@@ -109,7 +110,7 @@ fn spans(lines: &[[[f32; 2]; 2]], y: f32) -> Vec<[f32; 2]> {
 fn letters(font: &[u8]) -> Vec<Letter> {
     let Ok(face) = Face::parse(font, 0) else { return Vec::new() };
     let glyph = |letter: char| face.glyph_index(letter);
-    // The font has no table that says it.
+    // The font has no table with this value.
     let capital =
         glyph('H').and_then(|glyph| face.glyph_bounding_box(glyph)).map_or(1.0, |bounds| f32::from(bounds.y_max));
     let letter = |code: u32| {
@@ -137,7 +138,7 @@ impl Outline {
         self.last = to;
     }
 
-    /// Follows a curve given by a position for each part from 0 to 1.
+    /// Follows a curve given as a function from 0 to 1.
     fn follow(&mut self, curve: impl Fn(f32) -> [f32; 2]) {
         (1..=PIECES).for_each(|piece| self.add(curve(piece as f32 / PIECES as f32)));
     }
@@ -199,12 +200,12 @@ mod tests {
         let ink = |pixels: &[Colour]| pixels.iter().map(|pixel| pixel.x).sum::<f32>();
         let bar = ink(&written("I", 30.0));
         assert!((60.0..300.0).contains(&bar), "{bar}");
-        // Rotated about itself an O is the same, and its middle is empty.
+        // An O rotated about its centre is the same, and its centre is empty.
         let ring = written("O", 30.0);
         let place = trunc_to_usize(10.0 + 0.5 * text_width("O", 30.0));
         assert_eq!(ring[30 * 60 + place].x, 0.0);
         assert!(ring[16 * 60 + place].x > 0.9 && ring[44 * 60 + place].x > 0.9);
-        // Where there is no place, nothing is written.
+        // Without space, nothing is written.
         assert_eq!(ink(&written("mmmm", 1e9)), 0.0);
     }
 

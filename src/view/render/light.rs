@@ -1,8 +1,10 @@
-//! Light that reaches a point: from a sky all around, brighter above, and from a sun.
+//! The light that reaches a point: from the sky, brighter above, and from the sun.
 //!
-//! The sun is a disc, so that shadows have soft edges, softer far from what throws them: a sphere that stands before a part of the disc takes that part of
-//! its light. The sky is dimmed by each sphere nearby as far as that covers the hemisphere above the surface (the form factor of a sphere), and by what
-//! stands above. All of it follows from the spheres themselves: there are no maps of pixels, and nothing is drawn by chance.
+//! The sun is a disc, so shadows have soft edges, which get softer with the distance from the object. A
+//! sphere in front of a part of the disc takes that part of its light. The sky is dimmed by each nearby
+//! sphere in proportion to its form factor, the part of the hemisphere above the surface that it covers, and
+//! by anything above. Everything is computed from the spheres themselves, without shadow maps and without
+//! random numbers.
 
 use super::bodies::Ball;
 use super::camera::{Camera, Point};
@@ -10,50 +12,51 @@ use super::lists::{Lists, numbered};
 use super::raster::NOTHING;
 use crate::base::numbers::single;
 
-/// Tangent of half the angle that the sun is wide, and of the part of the sky above that shades as one.
+/// Tangent of half the angular width of the sun, and of the part of the sky above that shades as a unit.
 const SUN_WIDTH: f32 = 0.16;
 const ZENITH_WIDTH: f32 = 0.75;
 
-/// Half the width of the soft edge of a shadow at most, relative to the radius of what throws it.
+/// Largest half-width of the soft edge of a shadow, relative to the radius of the sphere.
 const WIDEST_EDGE: f32 = 1.3;
 
-/// Largest distance from its centre at which a sphere dims the sky, relative to its radius; and the distance at which this begins to fade.
+/// Largest distance of a sphere's centre at which it dims the sky, relative to its radius, and the distance
+/// at which this starts to fade.
 const REACH: f32 = 3.2;
 const FADE: f32 = 2.0;
 
-/// Brightness of the sky on a surface that faces sideways, and by how much it grows and falls above and below.
+/// Brightness of the sky on a vertical surface, and its increase and decrease above and below.
 const LEVEL: f32 = 0.68;
 const SLOPE: f32 = 0.32;
 
-/// Part of the sky's light that objects above a point take.
+/// Fraction of the sky's light that is blocked by objects above a point.
 const ZENITH_SHARE: f32 = 0.5;
 
 /// Below this, no light is left.
 const DARK: f32 = 0.004;
 
-/// Widths of cells, relative to the mean radius of the spheres.
+/// Cell widths relative to the mean radius of the spheres.
 const SHADOW_CELL: f32 = 0.7;
 const NEAR_CELL: f32 = 1.6;
 
-/// A point of the surface of a body.
+/// A point on the surface of a body.
 pub(super) struct SurfacePoint {
     pub position: Point,
-    /// Outward.
+    /// Outward normal.
     pub normal: Point,
-    /// The ball that it belongs to, which casts no shadow on itself.
+    /// The ball of the point, which casts no shadow on itself.
     pub body: u32,
 }
 
-/// Light that reaches a point: 1 for a surface that faces up, or the sun, with nothing between.
+/// Light that reaches a point. It is 1 for an unobstructed surface that faces up, or faces the sun.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Received {
     pub sky: f32,
-    /// Visible part of the sky: 1 in the open.
+    /// Visible fraction of the sky: 1 if nothing obstructs it.
     pub openness: f32,
     pub sun: f32,
 }
 
-/// All lights on some spheres.
+/// All lights on a set of spheres.
 #[derive(Debug)]
 pub(super) struct Lights {
     up: Point,
@@ -64,7 +67,7 @@ pub(super) struct Lights {
 }
 
 impl Lights {
-    /// Lights on spheres; those farther than 1 from the middle of the scene throw no shadow.
+    /// Lights on spheres. Spheres further than 1 from the middle of the scene cast no shadow.
     pub fn on(balls: &[Ball], camera: &Camera) -> Self {
         let (up, sun_direction) = (camera.up(), camera.sun());
         let occluders: Vec<(Ball, f32)> = balls.iter().map(|ball| (*ball, 1.0)).collect();
@@ -77,13 +80,13 @@ impl Lights {
         }
     }
 
-    /// Light that reaches a surface with an outward normal if nothing stands between.
+    /// Light on a surface with an outward normal if nothing obstructs it.
     pub fn in_the_open(&self, normal: &Point) -> Received {
         let sky = LEVEL + SLOPE * normal.dot(&self.up);
         Received { sky, openness: 1.0, sun: normal.dot(&self.sun_direction).max(0.0) }
     }
 
-    /// Light that reaches a point of a surface with an outward normal.
+    /// Light on a point of a surface with an outward normal.
     pub fn at(&self, surface: &SurfacePoint) -> Received {
         let SurfacePoint { position, normal, body } = surface;
         let above = normal.dot(&self.up);
@@ -96,7 +99,7 @@ impl Lights {
     }
 }
 
-/// Light on a ground. Translucent spheres absorb a part of it.
+/// Light on the ground. Translucent spheres absorb part of it.
 #[derive(Debug)]
 pub(super) struct GroundLights {
     sun: Shadows,
@@ -112,34 +115,34 @@ impl GroundLights {
         }
     }
 
-    /// Parts of the sun's and of the sky's light that reach a point.
+    /// Fractions of the sun's and of the sky's light that reach a point.
     pub fn at(&self, point: &Point) -> [f32; 2] {
         [self.sun.passing(point, NOTHING), self.zenith.passing(point, NOTHING)]
     }
 }
 
-/// A sphere as a light sees it.
+/// A sphere as seen from a light.
 #[derive(Debug, Clone, Copy)]
 struct Disc {
     place: [f32; 2],
-    /// How near to the light its centre is.
+    /// Distance of its centre towards the light.
     height: f32,
     radius: f32,
     opacity: f32,
 }
 
-/// Shadows that spheres throw away from a round light.
+/// Shadows that spheres cast away from a round light.
 #[derive(Debug)]
 struct Shadows {
-    /// Right and up as the light sees it, and towards the light.
+    /// Right and up as seen from the light, and the direction towards the light.
     axes: [Point; 3],
     centre: Point,
-    /// Tangent of half the angle of the light.
+    /// Tangent of half the angular width of the light.
     width: f32,
-    /// Half the width of the narrowest edge: a pixel.
+    /// Half the width of the sharpest edge: one pixel.
     narrowest: f32,
     discs: Vec<Disc>,
-    /// By place in the plane of the light, from the nearest to the light to the farthest.
+    /// By position in the plane of the light, from nearest to furthest.
     lists: Lists<2>,
 }
 
@@ -166,7 +169,7 @@ impl Shadows {
         Self { axes, centre, width, narrowest, discs, lists }
     }
 
-    /// Part of the light that reaches a point of a body, 0 to 1.
+    /// Fraction of the light that reaches a point of a body, 0 to 1.
     fn passing(&self, point: &Point, own: u32) -> f32 {
         let arm = point - self.centre;
         let [x, y, height] = self.axes.map(|axis| arm.dot(&axis));
@@ -198,7 +201,7 @@ impl Shadows {
     }
 }
 
-/// Spheres that cover a part of the sky of a point nearby.
+/// Spheres that cover part of the sky for nearby points.
 #[derive(Debug)]
 struct Near {
     centre: Point,
@@ -217,7 +220,7 @@ impl Near {
         Self { centre, balls: balls.iter().map(|ball| (ball.centre, ball.radius)).collect(), lists }
     }
 
-    /// Visible part of the sky above a surface.
+    /// Visible fraction of the sky above a surface.
     fn openness(&self, point: &Point, normal: &Point, own: u32, up: &Point) -> f32 {
         let arm = point - self.centre;
         let mut left = 1.0_f32;
@@ -225,7 +228,7 @@ impl Near {
             let Some((centre, radius)) = self.balls.get(*number as usize).filter(|_| *number != own) else { continue };
             let arm = centre - point;
             let along = normal.dot(&arm);
-            // Those below the horizon of the surface hide nothing, and those far away too little.
+            // Spheres below the horizon of the surface hide nothing, and distant ones hide too little.
             if along <= -radius {
                 continue;
             }
@@ -236,7 +239,7 @@ impl Near {
             let inverse = 1.0 / square.max(0.25 * area).sqrt();
             let (cosine, form) = (along * inverse, area * inverse * inverse);
             let hidden = if along < *radius {
-                // In part below the horizon.
+                // Partly below the horizon.
                 let above = (0.5 * (along / radius + 1.0)).clamp(0.0, 1.0);
                 form * above * above.sqrt()
             } else {

@@ -1,29 +1,30 @@
-//! Which bodies are near a place: for each cell of a grid, the ones that reach into it.
+//! Which bodies are near a position: for each cell of a grid, the bodies that extend into it.
 
 use crate::base::numbers::{id, index, trunc_to_usize};
 
-/// The most bodies that a cell lists: the first of them, in the order in which they are given.
+/// Largest number of bodies in a cell. The first ones in the given order are kept.
 const MOST_PER_CELL: u32 = 128;
 
-/// Entries of all cells together for each body, and besides.
+/// Entries of all cells together: per body, and in addition.
 const MOST_PER_BODY: usize = 160;
 const MOST_BESIDES: usize = 1 << 14;
 
-/// Range that a body covers along the axes of a grid: from, to.
+/// Range of a body along the axes of a grid: from, to.
 pub(super) type Reach<const D: usize> = [[f32; 2]; D];
 
 /// A grid with the same number of cells along each axis of `[-1, 1]`.
 #[derive(Debug, Default)]
 pub(super) struct Lists<const D: usize> {
-    /// Cells along each axis.
+    /// Number of cells along each axis.
     size: usize,
-    /// Where the list of each cell begins; at the end, how long all are.
+    /// Start of the list of each cell; the last entry is the total length.
     starts: Vec<u32>,
     items: Vec<u32>,
 }
 
 impl<const D: usize> Lists<D> {
-    /// Lists bodies, each with what it covers, in cells of about some width; they are wider where entries would be too many.
+    /// Sorts bodies with their ranges into cells of about the given width. Cells are wider if there would be
+    /// too many entries.
     pub fn of(bodies: &[(u32, Reach<D>)], width: f32) -> Self {
         let most = if D == 3 { 64 } else { 512 };
         let mut size = trunc_to_usize(2.0 / width.max(1e-6)).clamp(1, most);
@@ -55,7 +56,7 @@ impl<const D: usize> Lists<D> {
         Self { size, starts, items }
     }
 
-    /// The bodies that reach into the cell around a place; none outside of the grid.
+    /// The bodies that extend into the cell at a position; empty outside of the grid.
     pub fn at(&self, place: [f32; D]) -> &[u32] {
         let mut cell = 0;
         for x in place {
@@ -99,9 +100,9 @@ impl<const D: usize> Lists<D> {
     }
 }
 
-/// The cells that a range along an axis meets: the first, and the one behind the last.
+/// The cells that a range along an axis meets: the first, and one past the last.
 fn cells([from, to]: &[f32; 2], size: usize) -> [usize; 2] {
-    // Numbers saturate, and NaN becomes 0: what is outside of the grid meets no cell.
+    // Conversions saturate and turn NaN into 0, so ranges outside of the grid meet no cell.
     let place = |x: f32| (x + 1.0) * (0.5 * size as f32);
     if !(place(*to) >= 0.0 && place(*from) < size as f32) {
         return [0, 0];
@@ -109,7 +110,7 @@ fn cells([from, to]: &[f32; 2], size: usize) -> [usize; 2] {
     [trunc_to_usize(place(*from)), trunc_to_usize(place(*to)).saturating_add(1).min(size)]
 }
 
-/// Numbers of bodies, in an order.
+/// Bodies with their indices, in order.
 pub(super) fn numbered<T>(bodies: &[T]) -> impl Iterator<Item = (u32, &T)> {
     bodies.iter().enumerate().map(|(place, body)| (id(place), body))
 }

@@ -1,4 +1,4 @@
-//! Work on independent parts of an image, on all cores. The result does not depend on their number.
+//! Parallel work on independent parts of an image. The result does not depend on the number of cores.
 
 use std::num::NonZero;
 use std::sync::Mutex;
@@ -10,33 +10,34 @@ use std::thread;
 pub(in crate::view) struct Team<'a> {
     /// Number of threads.
     pub threads: usize,
-    /// Set to have an image left unfinished.
+    /// Set to abandon an image.
     pub is_stopped: Option<&'a AtomicBool>,
 }
 
 impl Team<'_> {
-    /// All cores.
+    /// A team of all cores.
     pub fn whole() -> Self {
         Self { threads: cores(), is_stopped: None }
     }
 
-    /// Whether the image will not be finished.
+    /// Whether the image is abandoned.
     pub fn is_stopped(&self) -> bool {
         self.is_stopped.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }
 
-/// Number of cores that this process may use.
+/// Number of cores available to this process.
 pub(in crate::view) fn cores() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
 }
 
-/// Rows of pixels of a band: few enough that its samples stay in the cache, and that all cores have work until the end.
+/// Rows of pixels per band: few enough that the samples fit into the cache and that all cores have work until
+/// the end.
 pub(super) fn rows_per_band(rows: usize) -> usize {
     rows.div_ceil(64).clamp(1, 8)
 }
 
-/// Runs `work` once for each part, unless the team is stopped.
+/// Calls `work` once for each part, unless the team is stopped.
 pub(super) fn for_each<P: Send>(team: &Team, parts: impl Iterator<Item = P> + Send, work: impl Fn(P) + Sync) {
     let parts = Mutex::new(parts);
     let worker = || {
@@ -50,7 +51,7 @@ pub(super) fn for_each<P: Send>(team: &Team, parts: impl Iterator<Item = P> + Se
     };
     thread::scope(|scope| {
         for _ in 1..team.threads {
-            // Without a further thread, the others do its share.
+            // If no more threads can be started, the others do the work.
             let _ = thread::Builder::new().spawn_scoped(scope, worker);
         }
         worker();

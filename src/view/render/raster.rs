@@ -4,19 +4,19 @@ use super::bodies::{Ball, Rod};
 use super::camera::{Camera, Point};
 use crate::base::numbers::trunc_to_usize;
 
-/// Samples per pixel along each axis: each pixel is the mean of the square of this.
+/// Samples per pixel along each axis; each pixel is the mean of the square of this number.
 pub(super) const SAMPLES: usize = 3;
 
-/// Stands for no surface.
+/// No surface.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// The rays through the middles of the samples.
+/// The rays through the centres of the samples.
 #[derive(Debug)]
 pub(super) struct Rays {
-    /// Window coordinates of the columns and the rows of samples.
+    /// Window coordinates of the columns and rows of samples.
     columns: Vec<f32>,
     rows: Vec<f32>,
-    /// Factors of the window coordinates in the origin of a ray and in its direction.
+    /// Factors of the window coordinates in the origin and in the direction of a ray.
     shift: f32,
     slope: f32,
 }
@@ -24,7 +24,7 @@ pub(super) struct Rays {
 /// Depth and body of the surface that each sample of some rows sees, row by row.
 #[derive(Debug, Clone)]
 pub(super) struct Layer {
-    /// The first of these rows, in the whole image.
+    /// Index of the first of these rows in the whole image.
     pub first: usize,
     pub width: usize,
     pub depth: Vec<f32>,
@@ -32,15 +32,15 @@ pub(super) struct Layer {
     pub body: Vec<u32>,
 }
 
-/// Which of the surfaces along a ray a layer keeps.
+/// Which surface along a ray a layer keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Keep {
     Nearest,
-    /// The farthest, and of each body its near side.
+    /// The furthest body, by its near side.
     Farthest,
 }
 
-/// The balls' shape along a ray, or the rods'.
+/// The ball or rod hit by a ray.
 #[derive(Debug, Clone, Copy)]
 enum Shape<'a> {
     Ball(&'a Ball),
@@ -55,11 +55,11 @@ struct Stamp<'a> {
     rows: [usize; 2],
 }
 
-/// Shapes to draw, with where they are in the image.
+/// Shapes to draw, with their positions in the image.
 pub(super) struct Stamps<'a>(Vec<Stamp<'a>>);
 
 impl<'a> Stamps<'a> {
-    /// Shapes that are in view.
+    /// The visible shapes.
     pub fn of(balls: &'a [Ball], rods: &'a [Rod], camera: &Camera, rays: &Rays) -> Self {
         let size = [rays.columns.len(), rays.rows.len()];
         let shapes = balls.iter().map(Shape::Ball).chain(rods.iter().map(Shape::Rod));
@@ -68,7 +68,7 @@ impl<'a> Stamps<'a> {
 }
 
 impl Layer {
-    /// Draws some rows of samples; where `before` is given, only what lies in front of it.
+    /// Draws some rows of samples; with `before`, only what is in front of that layer.
     pub fn of(stamps: &Stamps, rays: &Rays, rows: [usize; 2], keep: Keep, before: Option<&Layer>) -> Self {
         let (width, first) = (rays.columns.len(), rows[0]);
         let count = width * (rows[1] - rows[0]);
@@ -80,14 +80,14 @@ impl Layer {
         layer
     }
 
-    /// Where a sample is in the layer, given its row and column in the image.
+    /// Index of a sample in the layer, from its row and column in the image.
     pub fn place(&self, row: usize, column: usize) -> usize {
         (row - self.first) * self.width + column
     }
 }
 
 impl<'a> Stamp<'a> {
-    /// `None` if nothing of the shape can be seen.
+    /// `None` if nothing of the shape is visible.
     fn of(shape: Shape<'a>, body: u32, camera: &Camera, size: [usize; 2]) -> Option<Self> {
         let bounds = match shape {
             Shape::Ball(ball) => camera.rectangle(&ball.centre, ball.radius)?,
@@ -96,7 +96,7 @@ impl<'a> Stamp<'a> {
                 [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
             }
         };
-        // Numbers saturate, so what is far outside ends in an empty range.
+        // Conversions saturate, so a shape far outside has an empty range.
         let range = |low: f32, high: f32, size: usize| {
             let (low, high) = (low * SAMPLES as f32 - 1.0, high * SAMPLES as f32 + 2.0);
             [trunc_to_usize(low).min(size), trunc_to_usize(high).min(size)]
@@ -168,25 +168,27 @@ impl Rays {
         [self.columns[column], self.rows[row]]
     }
 
-    /// Columns whose window coordinate may be in a range: the first, and the one behind the last.
+    /// Columns whose window coordinate may be in a range: the first, and one past the last.
     pub fn columns_between(&self, [low, high]: [f64; 2]) -> [usize; 2] {
         let (Some(first), Some(last)) = (self.columns.first(), self.columns.last()) else { return [0, 0] };
         let (first, last) = (f64::from(*first), f64::from(*last));
         let step = (last - first) / (self.columns.len() - 1).max(1) as f64;
         let place = |x: f64| (x - first) / step;
-        // Numbers saturate, so what is far outside ends in an empty range.
+        // Conversions saturate, so a range far outside is empty.
         [trunc_to_usize(place(low) - 1.0), trunc_to_usize(place(high) + 2.0).min(self.columns.len())]
     }
 
-    /// Origin and direction of the ray through a sample. The direction has `z = 1`, so that distance along the ray is depth.
+    /// Origin and direction of the ray through a sample. The direction has `z = 1`, so the distance along the
+    /// ray is the depth.
     pub fn through(&self, row: usize, column: usize) -> (Point, Point) {
         let (x, y) = (self.columns[column], self.rows[row]);
         (Point::new(self.shift * x, self.shift * y, 0.0), Point::new(self.slope * x, self.slope * y, 1.0))
     }
 }
 
-/// Distances along the rays of a row, from the column `left` on, at which they enter a sphere, or NaN. Measured from the point nearest to the centre, where
-/// nothing cancels; without a branch, for several rays at once.
+/// Distances along the rays of a row, starting at column `left`, at which they enter a sphere, or NaN. They
+/// are measured from the point nearest to the centre, which avoids cancellation, and without branches, for
+/// several rays at once.
 fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [f32]) {
     let Rays { columns, rows, shift, slope } = rays;
     let (centre, radius_square) = (ball.centre, ball.radius * ball.radius);
@@ -200,7 +202,8 @@ fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [
     }
 }
 
-/// Distance along a ray at which it enters the round side of a cylinder, or NaN; the flat ends are inside of spheres.
+/// Distance along a ray at which it enters the curved side of a cylinder, or NaN. The flat ends are inside
+/// spheres.
 fn rod_depth(rod: &Rod, (origin, direction): (Point, Point)) -> f32 {
     let axis = rod.end - rod.start;
     let length = axis.norm();

@@ -1,7 +1,7 @@
 //! From surfaces and lights to colours.
 //!
-//! An image is made in bands of a few rows. Each pixel is the mean of its samples; samples that see the same body share one colour, so that light is asked
-//! for once for each body in a pixel.
+//! An image is drawn in bands of a few rows. Each pixel is the mean of its samples. Samples of the same body
+//! share one colour, so the light is computed once for each body in a pixel.
 
 mod memory;
 
@@ -18,27 +18,27 @@ use super::sheets::{Fragment, Fragments};
 use super::stroke::{Edge, draw_edges, draw_outline};
 use memory::{Memory, Seen};
 
-/// Share of the light that comes from the sky and from the sun.
+/// Fractions of the light from the sky and from the sun.
 const SKY: f32 = 0.62;
 const SUN: f32 = 0.62;
 
-/// Brightness and narrowness of the sun's reflection.
+/// Brightness and sharpness of the sun's reflection.
 const SHINE: f32 = 0.13;
 const SHININESS: i32 = 32;
 
-/// Opacity of a static surface that hides nothing but the background, relative to the one before other bodies.
+/// Opacity of a static surface with only the background behind it, relative to one in front of other bodies.
 const LAST_SIDE: f32 = 2.2;
 
-/// Gain of opacity at the rim of a translucent sphere.
+/// Increase of opacity at the rim of a translucent sphere.
 const RIM: f32 = 0.35;
 
-/// Part of the light from the far end of the scene that fades into the background.
+/// Fraction of the light from the far end of the scene that fades into the background.
 const HAZE: f32 = 0.2;
 
-/// Samples of a pixel from its middle outwards: the first that sees a body stands for it.
+/// Samples of a pixel from its centre outwards. The first one that sees a body represents it.
 const ORDER: [usize; SAMPLES * SAMPLES] = [4, 1, 3, 5, 7, 0, 2, 6, 8];
 
-/// Everything that is needed to colour a sample.
+/// Everything needed to colour a sample.
 pub(super) struct Scenery<'a> {
     pub bodies: &'a Bodies,
     pub camera: &'a Camera,
@@ -46,24 +46,24 @@ pub(super) struct Scenery<'a> {
     pub lights: Lights,
     pub ground: Option<Ground>,
     pub background: Colour,
-    /// Opacity of the veil where it is seen straight on.
+    /// Opacity of the veil seen straight on.
     pub opacity: f32,
-    /// Edges of surfaces, and of the box.
+    /// Edges of surfaces and of the box.
     pub outline: Vec<Edge>,
     pub edges: Vec<Edge>,
 }
 
-/// Bodies that the samples of some rows see.
+/// Bodies seen by the samples of some rows.
 struct Band<'a> {
     /// Opaque surfaces.
     solid: Layer,
-    /// The nearest and the farthest of the translucent surfaces in front of them.
+    /// The nearest and the furthest translucent surface in front of them.
     veil: Option<[Layer; 2]>,
     sheets: Option<Fragments>,
     scenery: &'a Scenery<'a>,
 }
 
-/// A side of a static surface on the ray of a sample.
+/// One side of a static surface on the ray of a sample.
 #[derive(Debug, Clone, Copy)]
 struct Film<'a> {
     depth: f32,
@@ -78,7 +78,7 @@ fn density(normal: &Point, view: &Point) -> f32 {
     RIM * rim * rim * rim
 }
 
-/// Coverage of a translucent surface.
+/// Coverage by a translucent surface.
 fn covered(opacity: f32, density: f32) -> f32 {
     (opacity + (1.0 - opacity) * density).min(1.0)
 }
@@ -132,7 +132,7 @@ impl Scenery<'_> {
 
     fn shade(&self, surface: &SurfacePoint, view: &Point, own: &Colour, received: Received) -> Colour {
         let Received { sky, openness, sun } = received;
-        // Light that a crevice keeps to itself takes the colour of its walls.
+        // Light that stays in a crevice takes the colour of its walls.
         let bounced = own.map(|albedo| 1.0 / (1.0 - 0.35 * albedo.min(1.0) * (1.0 - openness)));
         let mut colour = own.component_mul(&(bounced * (SKY * sky)).add_scalar(SUN * sun));
         if sun > 0.0 {
@@ -148,7 +148,7 @@ impl Scenery<'_> {
         colour
     }
 
-    /// The ground, or what is behind everything.
+    /// The ground, or the background.
     fn behind(&self, ray: (Point, Point)) -> Colour {
         let Some(ground) = &self.ground else { return self.background };
         match ground.depth(ray) {
@@ -172,7 +172,7 @@ impl Band<'_> {
         sum / (SAMPLES * SAMPLES) as f32
     }
 
-    /// Whether all samples of a pixel see the same.
+    /// Whether all samples of a pixel see the same body.
     fn is_uniform(&self, row: usize, column: usize) -> bool {
         let first = self.solid.place(row, column);
         let starts = [first, first + self.solid.width, first + 2 * self.solid.width];
@@ -201,7 +201,8 @@ impl Band<'_> {
         } else {
             memory.recall(Seen::Solid(body), || (self.solid(body, ray, place), 1.0)).0
         };
-        // From the farthest to the nearest: the two sides of a static surface, and between them and around them the sheets.
+        // From furthest to nearest: the two sides of a static surface, with the sheets between and around
+        // them.
         let mut left = sheets;
         for side in veil.map(|veil| self.sides(veil, place)).into_iter().flatten().flatten() {
             let farther = left.partition_point(|sheet| sheet.depth > side.depth);
@@ -227,7 +228,7 @@ impl Band<'_> {
         let scenery = self.scenery;
         let ball_of = |layer: &Layer| scenery.bodies.veil.get(layer.body[place] as usize);
         let (Some(nearest), Some(farthest)) = (ball_of(near), ball_of(far)) else { return [None; 2] };
-        // Neighbours in one wall overlap: they are one side.
+        // Neighbours in one wall overlap and count as one side.
         let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
         let last = scenery.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
         let film =
@@ -238,7 +239,7 @@ impl Band<'_> {
         }
     }
 
-    /// Colour of a side of a static surface, and how dense it is.
+    /// Colour of one side of a static surface, and its density.
     fn film(&self, film: &Film, ray: (Point, Point)) -> (Colour, f32) {
         let view = -ray.1.normalize();
         let position = ray.0 + ray.1 * film.depth;
@@ -248,7 +249,7 @@ impl Band<'_> {
         (self.scenery.shade(&surface, &view, &film.ball.colour, received), density(&normal, &view))
     }
 
-    /// Sheets over what is behind them.
+    /// Draws sheets over what is behind them.
     fn draw_sheets(&self, behind: Colour, sheets: &[Fragment], ray: (Point, Point), memory: &mut Memory) -> Colour {
         let all = &self.scenery.bodies.sheets;
         let mut colour = behind;

@@ -10,10 +10,12 @@ use super::raster::{Layer, Rays, SAMPLES};
 use crate::base::numbers::{single, trunc_to_usize};
 use crate::view::Surfaces;
 
-/// Most sheets that a sample sees, the nearest ones: at the default opacity they let less than a thousandth of the light through.
+/// Largest number of sheets per sample, nearest first. At the default opacity they transmit less than a
+/// thousandth of the light.
 const MOST_SHEETS: usize = 16;
 
-/// A triangle, by its corners, with the rows and the columns of samples around it: the first, and the one behind the last.
+/// A triangle by its corners, with the rows and columns of samples around it: the first, and one past the
+/// last.
 #[derive(Debug, Clone)]
 struct Triangle {
     corners: [u32; 3],
@@ -21,13 +23,13 @@ struct Triangle {
     columns: [usize; 2],
 }
 
-/// All triangles of surfaces that may be in sight.
+/// All triangles of surfaces that may be visible.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sheets {
     points: Vec<Point>,
     normals: Vec<Point>,
     triangles: Vec<Triangle>,
-    /// Where a surface is seen straight on.
+    /// Opacity of a surface seen straight on.
     pub opacity: f32,
     pub colour: Colour,
     is_perspective: bool,
@@ -40,11 +42,13 @@ pub(super) struct Fragment {
     pub triangle: u32,
 }
 
-/// A triangle as a linear function of the window coordinates `w = (x, y, 1)` of a ray: `edges[k] . w` is not negative for all `k` where it is hit, and weighs
-/// corner `k`; the depth is `depth . w / total . w`.
+/// A triangle as linear functions of the window coordinates `w = (x, y, 1)` of a ray. It is hit if `edges[k]
+/// . w` is not negative for all `k`; these are the weights of the corners. The depth is `depth . w / total .
+/// w`.
 ///
-/// In perspective, corners `a, b, c` are hit by the ray `t w` where `t w = (e_a a + e_b b + e_c c) / (a . (b x c))` with `e_a = w . (b x c)` and so on (Olano and
-/// Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997): no corner needs to be in front of the camera.
+/// In perspective, the ray `t w` hits the corners `a, b, c` where `t w = (e_a a + e_b b + e_c c) / (a . (b x
+/// c))` with `e_a = w . (b x c)` and so on (Olano and Greer, Triangle scan conversion using 2D homogeneous
+/// coordinates, 1997). No corner needs to be in front of the camera.
 struct Plane {
     edges: [[f64; 3]; 3],
     depth: [f64; 3],
@@ -87,7 +91,7 @@ impl Sheets {
         Some([a?, b?, c?])
     }
 
-    /// Normal at a place of a triangle, towards the camera.
+    /// Normal at a point of a triangle, towards the camera.
     pub fn normal(&self, fragment: &Fragment, [x, y]: [f32; 2], view: &Point) -> Point {
         let found = self.triangles.get(fragment.triangle as usize).and_then(|triangle| {
             let plane = Plane::of(&self.points_of(&triangle.corners)?, self.is_perspective)?;
@@ -103,7 +107,7 @@ impl Sheets {
     }
 }
 
-/// Rows and columns of samples around a triangle; `None` if none of it can be seen.
+/// Rows and columns of samples around a triangle; `None` if it is not visible.
 fn surroundings(points: &[Point; 3], camera: &Camera, size: [usize; 2]) -> Option<[[usize; 2]; 2]> {
     if points.iter().all(|point| point.z <= NEAREST) || !points.iter().all(|point| point.iter().all(|x| x.is_finite()))
     {
@@ -126,13 +130,14 @@ fn value(form: &[f64; 3], x: f64, y: f64) -> f64 {
 }
 
 impl Plane {
-    /// `None` where it is seen edge-on.
+    /// `None` if it is seen edge-on.
     fn of(points: &[Point; 3], is_perspective: bool) -> Option<Self> {
         let points = points.map(|point| point.cast::<f64>());
         let flat =
             points.map(|point| if is_perspective { point } else { nalgebra::Vector3::new(point.x, point.y, 1.0) });
         let [a, b, c] = flat;
-        // Sides of neighbours are the same numbers with the other sign, so that no ray passes between them.
+        // Neighbours have the same numbers with opposite sign for a shared edge, so no ray passes between
+        // them.
         let edges = [b.cross(&c), c.cross(&a), a.cross(&b)];
         let volume = a.dot(&edges[0]);
         let edges = edges.map(|edge| edge * volume.signum());
@@ -146,11 +151,11 @@ impl Plane {
         is_seen.then(|| Self { edges: edges.map(Into::into), depth: depth.into(), total: total.into() })
     }
 
-    /// Depth on the ray at a place in the window, if it is hit in front of the camera.
+    /// Depth along the ray at a window position, if the triangle is hit in front of the camera.
     fn depth(&self, x: f64, y: f64) -> Option<f32> {
         let is_within = |edge: &[f64; 3]| {
             let side = value(edge, x, y);
-            // Rays through an edge belong to one of its two triangles only.
+            // A ray through an edge belongs to exactly one of its two triangles.
             side > 0.0 || side == 0.0 && (edge[0] > 0.0 || edge[0] == 0.0 && edge[1] > 0.0)
         };
         if !self.edges.iter().all(is_within) {
@@ -161,7 +166,7 @@ impl Plane {
         (total > 0.0 && depth > NEAREST && depth.is_finite()).then_some(depth)
     }
 
-    /// Where it may be hit along a row: a range of the window coordinate x.
+    /// Range of the window coordinate x along a row in which it may be hit.
     fn range(&self, y: f64) -> [f64; 2] {
         let mut range = [f64::NEG_INFINITY, f64::INFINITY];
         for [a, b, c] in self.edges {
@@ -178,7 +183,7 @@ impl Plane {
     }
 }
 
-/// The sheets that the samples of some rows see, for each sample from the farthest to the nearest.
+/// The sheets seen by the samples of some rows; for each sample from furthest to nearest.
 pub(super) struct Fragments {
     /// Offset of the fragments of each sample; the last entry is their number.
     starts: Vec<usize>,
@@ -186,7 +191,7 @@ pub(super) struct Fragments {
 }
 
 impl Fragments {
-    /// Sheets in front of what is opaque, in rows of samples.
+    /// Sheets in front of opaque bodies, in some rows of samples.
     pub fn of(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2]) -> Self {
         let count = (rows[1] - rows[0]) * solid.width;
         let mut starts = vec![0; count + 1];
@@ -204,7 +209,7 @@ impl Fragments {
         for_each_hit(sheets, rays, solid, rows, |place, fragment| {
             let ends = (starts.get(place), starts.get(place + 1));
             let (Some(start), Some(end)) = ends else { return };
-            // Kept sorted; where there are too many, the farthest is lost.
+            // Kept sorted. If there are too many, the furthest is dropped.
             let Some(own) = all.get_mut(*start..*end) else { return };
             let nearer = own.partition_point(|other| other.depth > fragment.depth);
             if nearer > 0 {
@@ -215,7 +220,7 @@ impl Fragments {
         Self { starts, all }
     }
 
-    /// Sheets on the ray of a sample.
+    /// The sheets on the ray of a sample.
     pub fn at(&self, place: usize) -> &[Fragment] {
         let ends = (self.starts.get(place), self.starts.get(place + 1));
         let (Some(start), Some(end)) = ends else { return &[] };
@@ -223,7 +228,7 @@ impl Fragments {
     }
 }
 
-/// Calls `visit` with the place of each sample of some rows that sees a triangle, and with what it sees.
+/// Calls `visit` for each sample of some rows that sees a triangle, with its index and what it sees.
 fn for_each_hit(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2], mut visit: impl FnMut(usize, Fragment)) {
     for (number, triangle) in (0..u32::MAX).zip(&sheets.triangles) {
         if triangle.rows[0] >= rows[1] || triangle.rows[1] <= rows[0] {

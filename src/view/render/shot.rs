@@ -1,4 +1,4 @@
-//! A view that stays the same for many frames.
+//! A view that is the same for many frames.
 
 use super::camera::{Camera, Extent};
 use super::caption::Caption;
@@ -8,17 +8,17 @@ use super::{ColourBy, Image, Style, image, paint, refuse_numbers, refuse_style, 
 use crate::trajectory::Frame;
 use crate::view::{Surfaces, ViewError};
 
-/// The scale of speeds of one or more frames.
+/// The scale of speeds for one or more frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::view) struct SpeedScale {
     /// The speed at its upper end `[length / time]`.
     pub fastest: f64,
-    /// The highest speed of all `[length / time]`.
+    /// The highest speed `[length / time]`.
     pub highest: f64,
 }
 
 impl SpeedScale {
-    /// The scale of a frame; the style may give its upper end.
+    /// The scale for a frame. The style may set its upper end.
     pub fn of(frame: &Frame, style: &Style) -> Self {
         let moving = frame.particles.iter().filter(|particle| !frame.is_static(particle));
         let speeds: Vec<f64> = moving.map(|particle| particle.velocity.norm()).collect();
@@ -26,18 +26,18 @@ impl SpeedScale {
         Self { fastest: style.top_speed.unwrap_or_else(|| legend::fastest(speeds)), highest }
     }
 
-    /// The scale of these frames and of others.
+    /// The scale for these frames and others.
     pub fn joined(&self, other: &Self) -> Self {
         Self { fastest: self.fastest.max(other.fastest), highest: self.highest.max(other.highest) }
     }
 
-    /// Whether some speeds lie beyond the scale.
+    /// Whether some speeds are above the scale.
     pub fn is_exceeded(&self) -> bool {
         self.highest > self.fastest
     }
 }
 
-/// Camera, scale of colours and lettering of the frames of a movie.
+/// Camera, colour scale and captions for the frames of a movie.
 #[derive(Debug, Clone)]
 pub(in crate::view) struct Shot {
     style: Style,
@@ -50,11 +50,11 @@ pub(in crate::view) struct Shot {
 }
 
 impl Shot {
-    /// Frames what has to be in all images while the camera walks around it by `turn` degrees.
+    /// Frames everything that must be in all images while the camera moves around it by `turn` degrees.
     ///
     /// # Errors
-    /// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style makes no sense, [`ViewError::Box`] if what
-    /// is framed has no extent.
+    /// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style is invalid,
+    /// [`ViewError::Box`] if the framed region has no extent.
     pub fn new(
         (stage, surfaces): (Frame, Surfaces),
         style: &Style,
@@ -70,8 +70,8 @@ impl Shot {
         Ok(Self { style: style.clone(), stage, surfaces, camera, scale, caption })
     }
 
-    /// Draws a frame as the camera sees it from an azimuth `[degrees]`, with the coordinates that are to be in the middle and a time as it is written below. A team that is stopped leaves an
-    /// unfinished image.
+    /// Draws a frame with the camera at an azimuth `[degrees]`, with the coordinates of the middle and the
+    /// text of the time below. A stopped team leaves an unfinished image.
     ///
     /// # Errors
     /// [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn.

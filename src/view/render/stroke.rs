@@ -1,4 +1,4 @@
-//! Thin lines over an image: the edges of the box and of surfaces, and bars that show lengths.
+//! Thin lines over an image: the edges of the box and of surfaces, and scale bars.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ pub(super) struct Stroke {
 }
 
 impl Stroke {
-    /// Draws over the pixels of an image `width` wide.
+    /// Draws over the pixels of an image of this `width`.
     pub fn draw(&self, pixels: &mut [Colour], width: usize) {
         let rows = 0..pixels.len() / width.max(1);
         self.cover(width, rows, |column, row, _, opacity| {
@@ -26,7 +26,8 @@ impl Stroke {
         });
     }
 
-    /// Calls `visit` with column and row of each pixel that the stroke covers, with how far along it that is, 0 to 1, and with its opacity there.
+    /// Calls `visit` for each pixel that the stroke covers, with its column and row, its position along the
+    /// stroke from 0 to 1, and the opacity there.
     fn cover(&self, width: usize, rows: Range<usize>, mut visit: impl FnMut(usize, usize, f32, f32)) {
         let [a, b] = self.ends;
         if width == 0 || !a.iter().chain(&b).all(|x| x.is_finite()) {
@@ -50,7 +51,7 @@ impl Stroke {
         }
     }
 
-    /// Columns, or rows, around the stroke: the first, and the one behind the last.
+    /// Columns or rows around the stroke: the first, and one past the last.
     fn reach(&self, axis: usize) -> [usize; 2] {
         let ([a, b], reach) = (self.ends, 0.5 * self.width + 1.0);
         let (low, high) = (a[axis].min(b[axis]) - reach, a[axis].max(b[axis]) + reach);
@@ -69,7 +70,7 @@ pub(super) struct Pen {
     pub is_behind: bool,
 }
 
-/// An edge in space, and the stroke that it is in the image.
+/// An edge in space, with its stroke in the image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Edge {
     stroke: Stroke,
@@ -78,7 +79,7 @@ pub(super) struct Edge {
 }
 
 impl Edge {
-    /// `None` if it lies behind the camera.
+    /// `None` if it is behind the camera.
     pub fn of(camera: &Camera, ends: [Point; 2], pen: Pen) -> Option<Self> {
         let [a, b] = in_front(ends)?;
         let Pen { width, colour, opacity, is_behind } = pen;
@@ -86,7 +87,8 @@ impl Edge {
         Some(Self { stroke, depths: [a.z, b.z], is_behind })
     }
 
-    /// Calls `visit` with each pixel of some rows that the edge covers, counted from the first of these, and with its opacity there.
+    /// Calls `visit` for each pixel of some rows that the edge covers, counted from the first of these rows,
+    /// with the opacity there.
     fn cover(&self, solid: &Layer, rows: &Range<usize>, is_perspective: bool, mut visit: impl FnMut(usize, f32)) {
         let width = solid.width / SAMPLES;
         let [near, far] = self.depths;
@@ -107,7 +109,7 @@ impl Edge {
     }
 }
 
-/// Draws edges over some rows of an image, each hidden by what is nearer.
+/// Draws edges over some rows of an image. Nearer bodies hide them.
 pub(super) fn draw_edges(
     pixels: &mut [Colour],
     solid: &Layer,
@@ -123,7 +125,7 @@ pub(super) fn draw_edges(
     }
 }
 
-/// Draws edges of one colour over some rows of an image as one line: it is not darker where they meet.
+/// Draws edges of one colour over some rows of an image as one line, which is not darker where they meet.
 pub(super) fn draw_outline(
     pixels: &mut [Colour],
     solid: &Layer,
@@ -141,7 +143,7 @@ pub(super) fn draw_outline(
     }
 }
 
-/// The part of a line that lies in front of the camera.
+/// The part of a line in front of the camera.
 fn in_front(ends: [Point; 2]) -> Option<[Point; 2]> {
     let [a, b] = ends;
     let cut = |from: Point, to: Point| from + (to - from) * ((NEAREST - from.z) / (to.z - from.z));

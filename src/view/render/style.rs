@@ -7,29 +7,30 @@ use crate::Vector;
 use crate::view::ViewError;
 use crate::view::gravity::gravity_beside;
 
-/// The most pixels of an image, enough for 3840 x 2160.
+/// Largest number of pixels in an image, enough for 3840 x 2160.
 const MOST_PIXELS: u32 = 1 << 23;
 
-/// Colouring of the particles.
+/// What the colours of particles show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum ColourBy {
-    /// Its species, in the colours of [`Style::palette`]; static species are pale grey.
+    /// The species, in the colours of [`Style::palette`]; static species are pale grey.
     #[default]
     Species,
-    /// Its speed, from dark blue at rest to yellow, with a scale below the image; static particles are pale grey.
+    /// The speed, from dark blue at rest to yellow, with a scale below the image; static particles are pale
+    /// grey.
     Speed,
 }
 
-/// Framing of the image. Particles outside of it are drawn as far as they are in view.
+/// Framing of the image. Particles outside of it are drawn as far as they are visible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Framing {
-    /// The box, less what is empty of it along axes that are not periodic, if particles and surfaces fill a third of it: what is above them where there is
-    /// gravity, and where the box is not drawn, what is beside them.
+    /// The box. If particles and surfaces fill a third of it along an axis that is not periodic, empty parts
+    /// are left out: above them with gravity, and beside them if the box is not drawn.
     #[default]
     Fitted,
-    /// The box, and the spheres whose centres are in it.
+    /// The box, and the spheres with centres in it.
     Box,
     /// All particles, wherever they are.
     Particles,
@@ -42,36 +43,38 @@ pub struct Style {
     pub width: u32,
     /// Rows of pixels.
     pub height: u32,
-    /// Whether the image is cut down to what it frames, so that it has no more columns or rows than needed.
+    /// Whether the image is cropped to the framed region, so that it has no more columns or rows than needed.
     pub is_cut: bool,
-    /// Quantity that colours show.
+    /// Quantity shown by colours.
     pub colour_by: ColourBy,
-    /// Colours of the species that move, in the order of the table and over again, in sRGB.
+    /// Colours of moving species in sRGB, in the order of the table; they repeat if there are more species.
     pub palette: Vec<[u8; 3]>,
-    /// The speed at the upper end of the scale `[length / time]`; `None` takes it from the particles.
+    /// The speed at the upper end of the scale `[length / time]`; `None` derives it from the particles.
     pub top_speed: Option<f64>,
-    /// Opacity of static particles, 0 to 1; those that hold a bond are always opaque.
+    /// Opacity of static particles, 0 to 1. Those with a bond are always opaque.
     pub static_opacity: f64,
-    /// Opacity of surfaces where they are seen straight on, 0 to 1; at 0 they are not drawn.
+    /// Opacity of surfaces seen straight on, 0 to 1. At 0 they are not drawn.
     pub surface_opacity: f64,
     /// Framing of the image.
     pub framing: Framing,
-    /// Whether the edges of the box are drawn.
+    /// Whether to draw the edges of the box.
     pub has_box: bool,
-    /// The direction that points up in the image; `None` takes the one against gravity, and without it z, or y where z is flat.
+    /// The direction that points up in the image. `None` means against gravity, or without gravity z, or y if
+    /// z is flat.
     pub up: Option<Vector>,
-    /// Degrees by which the camera has walked around the scene to the right.
+    /// Degrees by which the camera has moved around the scene to the right.
     pub azimuth: f64,
-    /// Degrees by which the camera is raised above the horizon.
+    /// Degrees of the camera above the horizon.
     pub elevation: f64,
-    /// The direction of the camera from the middle of the scene, in place of an elevation; the azimuth counts from there. Flat and straight scenes are seen from
-    /// the front.
+    /// The direction of the camera from the middle of the scene, instead of an elevation; the azimuth counts
+    /// from there. Flat and one-dimensional scenes are seen from the front.
     pub from: Option<Vector>,
     /// Magnification about the middle of the image, 0.01 to 100.
     pub zoom: f64,
-    /// The direction in which things fall; `None` without gravity. [`of_trajectory`](super::of_trajectory) takes it from the scene beside the trajectory.
+    /// The direction of gravity; `None` without gravity. [`of_trajectory`](super::of_trajectory) takes it
+    /// from the scene beside the trajectory.
     pub gravity: Option<Vector>,
-    /// Whether shadows fall on the ground, where there is gravity and the box has a floor.
+    /// Whether shadows fall on the ground, if there is gravity and the box has a floor.
     pub has_ground: bool,
 }
 
@@ -100,13 +103,13 @@ impl Default for Style {
 }
 
 impl Style {
-    /// With the gravity of the scene beside a trajectory, unless it has one.
+    /// The style with the gravity of the scene beside a trajectory, unless it has its own.
     pub(in crate::view) fn beside(&self, trajectory: &Path) -> Self {
         Self { gravity: self.gravity.or_else(|| gravity_beside(trajectory)), ..self.clone() }
     }
 }
 
-/// Refuses a style that makes no sense.
+/// Rejects an invalid style.
 pub(in crate::view) fn refuse_style(style: &Style) -> Result<(), ViewError> {
     let (width, height) = (style.width, style.height);
     if !((16..=8192).contains(&width) && (16..=8192).contains(&height) && width * height <= MOST_PIXELS) {

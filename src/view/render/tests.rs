@@ -7,7 +7,8 @@ use crate::model::{ParticleId, SpeciesId};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
-/// A box of edge 10 (0 where flat) with balls: species, position, radius. Species 0 and 1 move, 2 is static.
+/// A box of edge 10 (0 along flat axes) with balls: species, position, radius. Species 0 and 1 move, 2 is
+/// static.
 pub(in crate::view) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
     let species = [("a", false), ("b", false), ("static", true)];
     Frame {
@@ -36,7 +37,7 @@ pub(in crate::view) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> 
     }
 }
 
-/// Red and green balls, seen level from the front: x to the right, y into the image, z up.
+/// Red and green balls, seen horizontally from the front: x to the right, y into the image, z up.
 pub(super) fn level() -> Style {
     Style {
         width: 240,
@@ -49,7 +50,7 @@ pub(super) fn level() -> Style {
     }
 }
 
-/// Pixel at a fraction of width and height.
+/// The pixel at a fraction of width and height.
 pub(super) fn pixel(image: &Image, x: f64, y: f64) -> [u8; 4] {
     let (column, row) = (trunc_to_usize(x * f64::from(image.width())), trunc_to_usize(y * f64::from(image.height())));
     image.pixels()[row * image.width() as usize + column]
@@ -72,7 +73,7 @@ fn area(image: &Image) -> f64 {
     image.pixels().iter().filter(|&&pixel| !is_background(pixel)).count() as f64
 }
 
-/// Checks that an area is the one of a disc, up to half of the pixels around it.
+/// Checks that an area is that of a disc, within half of the pixels around it.
 fn assert_disc(area: f64, radius: f64) {
     let (disc, ring) = (std::f64::consts::PI * radius * radius, std::f64::consts::TAU * radius);
     assert!((area - disc).abs() < ring, "{area} pixels, expected {disc} up to {ring}");
@@ -266,11 +267,11 @@ fn shadows_fall_on_the_ground_where_there_is_gravity() {
     let without = drawn(&Style { has_ground: false, ..raised.clone() }, &scene);
     assert!(area(&with) > 1.4 * area(&without), "{} {}", area(&with), area(&without));
     assert_eq!(without, drawn(&Style { gravity: None, ..raised.clone() }, &scene));
-    // Soft: there are many shades between the background and the darkest.
+    // Soft: there are many shades between the background and the darkest one.
     let shades: std::collections::BTreeSet<u8> =
         with.pixels().iter().zip(without.pixels()).filter(|(a, b)| a != b).map(|(a, _)| a[1]).collect();
     assert!(shades.len() > 20, "{shades:?}");
-    // Far above it there is none, nor where the scene goes on below.
+    // There is none far above the ground, nor if the scene continues below.
     scene.particles[0].position.z = 9.0;
     let above = [&raised, &Style { has_ground: false, ..raised.clone() }].map(|style| area(&drawn(style, &scene)));
     assert!(above[0] < 1.2 * above[1], "{above:?}");
@@ -294,7 +295,7 @@ fn a_sphere_shades_what_is_below_it_and_beside_it() {
     let alone = brightness(&[lower]);
     let shaded = brightness(&[lower, (0, [3.6, 4.0, 5.2], 1.0)]);
     assert!(shaded < alone * 95 / 100, "{shaded} {alone}");
-    // Straight above, too far for its neighbourhood and out of the way of the sun, one takes light of the sky.
+    // A ball straight above, too far to be a neighbour and not in front of the sun, takes light of the sky.
     let below = brightness(&[lower, (0, [5.0, 5.0, 8.5], 1.0)]);
     assert!(below < alone * 98 / 100, "{below} {alone}");
     let beside = brightness(&[lower, (0, [9.5, 5.0, 3.0], 0.5)]);
@@ -303,12 +304,12 @@ fn a_sphere_shades_what_is_below_it_and_beside_it() {
 
 #[test]
 fn the_box_is_behind_what_it_contains() {
-    // Edges run before the ball, as seen from a corner.
+    // Seen from a corner, edges run in front of the ball.
     let scene = frame([10.0; 3], &[(0, [5.0; 3], 4.9)]);
     let style = Style { azimuth: 45.0, elevation: 35.0, ..level() };
     let [without, with] = [false, true].map(|has_box| draw(&scene, &Style { has_box, ..style.clone() }).unwrap());
     assert!(area(&with) > area(&without));
-    // A pixel at the rim of the ball is a little background.
+    // A pixel at the rim of the ball is slightly mixed with the background.
     let is_like = |before: &[u8; 4], after: &[u8; 4]| (0..3).all(|k| before[k].abs_diff(after[k]) < 24);
     let is_kept = |(before, after): (&[u8; 4], &[u8; 4])| !is_red(*before) || is_like(before, after);
     assert!(without.pixels().iter().zip(with.pixels()).all(is_kept));
@@ -331,7 +332,7 @@ fn the_image_is_fitted_to_what_fills_the_box() {
     assert_eq!(size(&scene, &falls), size(&scene, &boxed));
 }
 
-/// Coordinates with exact zeros, coincidences and absurd sizes.
+/// Coordinates with exact zeros, coincidences and extreme values.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![4 => -2.0..12.0, 2 => Just(0.0), 1 => Just(5.0), 1 => Just(1e300), 1 => Just(-1e-300), 1 => Just(1e9)]
 }

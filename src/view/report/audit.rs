@@ -1,4 +1,4 @@
-//! Audit of a run on its page.
+//! The audit of a run on its page.
 
 use super::html::{escape, number, numbers, table};
 use crate::analysis::observables::{Answer, Equilibrium};

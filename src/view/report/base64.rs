@@ -1,8 +1,8 @@
-//! Bytes as text, for data within a page (RFC 4648).
+//! Bytes as text, for data in a page (RFC 4648).
 
 const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
-/// Appends the text of some bytes, with padding.
+/// Appends bytes as text, with padding.
 pub(in crate::view) fn encode(bytes: &[u8], text: &mut String) {
     text.reserve(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {

@@ -1,4 +1,5 @@
-//! The page of a replica exchange: temperatures or windows with their averages and acceptance, energies, populations, the potential of mean force, and the replica paths.
+//! The page of a replica exchange: temperatures or windows with their averages and acceptance, energies,
+//! populations, the potential of mean force, and the replica paths.
 
 mod mean_force;
 mod paths;
@@ -21,22 +22,22 @@ use crate::exchange::{
 use crate::model::ExchangeEnsemble;
 use paths::{drawn, paths};
 
-/// Curves in a plot of a family.
+/// Largest number of curves in the plot of a family.
 const MOST_CURVES: usize = 24;
 
-/// Temperatures that span a larger ratio have a logarithmic axis.
+/// Temperatures with a larger ratio get a logarithmic axis.
 const LONG: f64 = 10.0;
 
-/// Heat capacity, which follows from fluctuations and has its place beside the observables.
+/// Heat capacity, which follows from fluctuations and is listed with the observables.
 const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
 /// Caption of curves between the temperatures.
 const TOGETHER: &str = "Curve: from the energies of all replicas together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
 
-/// Quantities that an exchange is mostly about; all else follows.
+/// The main quantities of an exchange; all others follow.
 const FIRST: [&str; 4] = [DISTANCE.0, "temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
 
-/// Makes the page of an exchange that is complete, from its files.
+/// Makes the page of a complete exchange from its files.
 ///
 /// # Errors
 /// [`ExchangeFolderError::Read`] if one of them is missing or damaged.
@@ -84,12 +85,12 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     Ok(Page { html: shell(&summary.scene, &heading, &above, &sections), notes })
 }
 
-/// Whether replicas are swapped between temperatures or windows, instead of all of them visiting all energies.
+/// Whether replicas are swapped between temperatures or windows, rather than each visiting all energies.
 fn is_swapped(summary: &ExchangeSummary) -> bool {
     summary.results.ensemble != ExchangeEnsemble::Multicanonical
 }
 
-/// Word for a place that a replica can be at.
+/// Word for the place of a replica.
 fn place_of(summary: &ExchangeSummary) -> &'static str {
     if summary.umbrella.is_some() { "window" } else { "temperature" }
 }
@@ -105,7 +106,7 @@ fn warnings(warnings: &[String]) -> String {
     )
 }
 
-/// Where the page of an exchange is, in its folder.
+/// Path of the page in the folder of an exchange.
 #[must_use]
 pub fn exchange_page_in(folder: &Path) -> PathBuf {
     folder.join("exchange.html")
@@ -143,7 +144,7 @@ fn words(name: &str) -> String {
     name.replace('_', " ")
 }
 
-/// A table whose first cells are heads of their rows. On a narrow page, each of the others names its column.
+/// A table whose first cells are row heads. On a narrow page, each of the other cells names its column.
 fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
     let classes = std::iter::once("").chain(std::iter::repeat("n"));
     let row = |cells: &Vec<String>| {
@@ -156,17 +157,17 @@ fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
     html::table("exchange", caption, classes.zip(heads.iter().map(|head| escape(head))), &rows)
 }
 
-/// A cell of a mean with its error; empty where there is none.
+/// A cell with a mean and its error; empty without a mean.
 fn mean(measured: Option<Estimate>) -> String {
     measured.map_or_else(String::new, |it| value(Some(it.mean), it.standard_error))
 }
 
-/// The temperature of a place, or its window.
+/// The temperature or window of a place.
 fn named(at: &TemperatureResult) -> String {
     at.window.map_or_else(|| given(at.temperature), |[lower, upper]| format!("{} to {}", given(lower), given(upper)))
 }
 
-/// A number that was given.
+/// A given number.
 fn given(number: f64) -> String {
     escape(&html::number(&digits(number)))
 }
@@ -200,11 +201,11 @@ fn temperatures(summary: &ExchangeSummary) -> String {
         )
 }
 
-/// Whose averages those at a temperature are.
+/// Which replicas the averages at a temperature include.
 const OVER_REPLICAS: &str = "Averages of a temperature or a window are over whichever replica was there.";
 const REWEIGHTED: &str = "Averages at the temperatures follow from the energies of all replicas by reweighting.";
 
-/// The sentence on the maximum of the heat capacity; empty without one.
+/// The sentence on the maximum of the heat capacity; empty if there is none.
 fn peak(summary: &ExchangeSummary) -> String {
     summary.heat_capacity_peak.map_or_else(String::new, |peak| {
         let [height, at] = [peak.heat_capacity_per_particle, peak.temperature].map(|it| mean(Some(it)));
@@ -261,7 +262,7 @@ fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     format!("<div class=\"plots\">\n{figures}</div>\n")
 }
 
-/// Figures of what instruments have measured as functions, coloured by temperature.
+/// Figures of the functions measured by instruments, coloured by temperature.
 fn functions(summary: &ExchangeSummary, is_logarithmic: bool) -> Vec<String> {
     let parameter = Parameter { title: quantity("temperature", "energy"), is_logarithmic };
     let member = |at: &TemperatureResult| Member {
@@ -299,7 +300,7 @@ fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_log
     curves_figure(&curves.label, &curves, TOGETHER)
 }
 
-/// The points of a curve between the temperatures, of those quantities that have one.
+/// The points of a curve between the temperatures, for quantities that have one.
 fn between(summary: &ExchangeSummary, name: &str) -> Vec<Option<Dot>> {
     let point = |point: &ThermalPoint| {
         let (_, it) = point.quantities().into_iter().find(|(own, _)| *own == name)?;

@@ -1,4 +1,5 @@
-//! Families of curves: what runs or stages have measured as functions, one curve for each value of what varies between them.
+//! Families of curves: functions measured by several runs or stages, with one curve for each value of a
+//! parameter.
 
 use super::figures::curves_figure;
 use super::html::{escape, quantity, symbols};
@@ -6,10 +7,10 @@ use super::plot::{Curves, Key, Line, Point, extent};
 use crate::analysis::instruments::{Curve, Series};
 use crate::base::text::digits;
 
-/// Curves that can be told apart by their colours; of more, some are left out evenly.
+/// Largest number of curves with distinguishable colours. If there are more, some are left out evenly.
 const MOST_CURVES: usize = 24;
 
-/// Parameter of a family: the quantity that varies from curve to curve.
+/// The parameter of a family: the quantity that varies from curve to curve.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Parameter {
     /// Its name with its unit.
@@ -17,16 +18,17 @@ pub(super) struct Parameter {
     pub is_logarithmic: bool,
 }
 
-/// The curves of one value of the parameter.
+/// The curves for one value of the parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Member {
     pub value: f64,
-    /// Name in the legend that the pointer shows, such as that of a stage; empty if the value says it.
+    /// Name in the legend at the pointer, such as that of a stage; empty if the value says it.
     pub name: String,
     pub curves: Vec<Curve>,
 }
 
-/// The figures of all functions of one variable that two members at least have measured; `files` says where the numbers are, after the name of the curve.
+/// The figures of all functions of one variable measured by at least two members. `files` says where the
+/// numbers are, after the name of the curve.
 pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) -> Vec<String> {
     let mut members: Vec<&Member> = members.iter().filter(|member| member.value.is_finite()).collect();
     members.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -36,7 +38,7 @@ pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) ->
             names.push(&curve.name);
         }
     }
-    // What also is measured at logarithmic times spans too much for even steps of them.
+    // A function that is also measured at logarithmic times spans too much for a linear axis.
     let all = names.clone();
     names.retain(|name| !all.contains(&format!("{name}_logarithmic").as_str()));
     names.iter().flat_map(|name| of_name(parameter, &members, name, files)).collect()
@@ -106,7 +108,8 @@ fn line(key: &Key, member: &Member, curve: &Curve, series: &Series) -> Line {
     }
 }
 
-/// Means of the curves of several runs, all of the same weight; curves that not all of them have at the same places are those of the first run.
+/// Means of the curves of several runs, with equal weights. Curves that do not have the same points in all
+/// runs are taken from the first run.
 pub(super) fn mean(runs: &[Vec<Curve>]) -> Vec<Curve> {
     let Some((first, others)) = runs.split_first() else { return Vec::new() };
     let mean = |curve: &Curve| {
@@ -131,7 +134,7 @@ fn is_like(one: &Curve, other: &Curve) -> bool {
         && one.series.iter().zip(&other.series).all(|(a, b)| a.name == b.name && a.values.len() == b.values.len())
 }
 
-/// Makes a series the mean of itself and others; what one of them does not know is not known.
+/// Replaces a series by the mean of itself and others. A value that is unknown in one of them is unknown.
 fn pool(series: &mut Series, others: &[&Series]) {
     let count = (others.len() + 1) as f64;
     for row in 0..series.values.len() {
@@ -166,7 +169,7 @@ mod tests {
         let pooled = &mean(&runs)[0].series[0];
         assert_eq!(pooled.values, [Some(2.0), Some(3.0)]);
         assert!(pooled.standard_errors.iter().all(|error| (error.unwrap() - 0.25).abs() < 1e-15));
-        // Another grid is no seed of the same curve.
+        // A different grid is not another seed of the same curve.
         let other = Curve::new("g", "", "").variable("r", "length", vec![1.0, 3.0]).series("g(r)", "1", &[None, None]);
         assert_eq!(mean(&[vec![curve([1.0, 2.0], 0.3)], vec![other]])[0].series[0].values, [Some(1.0), Some(2.0)]);
     }

@@ -97,7 +97,7 @@ class Figure {
     if (typeof deviation === 'number') rows.push(`Δ / σ: ${Figure.digits(deviation, 3)}`);
     this.note.textContent = rows.filter((row) => row).join('\n');
     this.note.hidden = false;
-    // Beside the point, on the side that has more room, and within the figure.
+    // Beside the point, on the side with more room, and inside the figure.
     const scale = this.plot.clientWidth / this.plot.viewBox.baseVal.width;
     const [left, top] = place.map((coordinate) => coordinate * scale);
     const [room, width] = [this.plot.clientWidth, this.note.offsetWidth];

@@ -9,7 +9,7 @@ use crate::analysis::instruments::{Curve, Series};
 /// Columns of `thermo.csv` that share a plot.
 const ENERGIES: [&str; 4] = ["kinetic", "potential", "supplied", "energy_and_dissipated"];
 
-/// Prefix of columns with numbers of particles in regions.
+/// Prefix of columns for the numbers of particles in regions.
 const IN: &str = "in_";
 
 /// Largest relative change of a conserved quantity.
@@ -31,7 +31,7 @@ pub(super) fn section(results: &Results<'_>) -> String {
     section
 }
 
-/// A figure of a plot with what there is to say of it.
+/// A figure with a plot and its text.
 pub(super) fn figure(title: &str, svg: &str, text: &str) -> String {
     format!("<figure>\n<h4>{}</h4>\n{svg}\n<figcaption>{text}</figcaption>\n</figure>\n", escape(title))
 }
@@ -41,7 +41,7 @@ fn with_values(svg: &str, values: &str) -> String {
     format!("{svg}\n<script type=\"application/json\" class=\"values\">{}</script>", escape_json(values))
 }
 
-/// A figure of curves with their legend; `None` if there is no point to draw.
+/// A figure of curves with their legend; `None` if there are no points to draw.
 pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<String> {
     let entry = |(number, class, line): &(usize, String, &Line)| {
         let mark = if line.style == LineStyle::Published { String::new() } else { mark(*number, [13.0, 5.0]) };
@@ -58,7 +58,7 @@ pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<
     Some(figure(title, &plot, &format!("{}{text}", strip(curves))))
 }
 
-/// Text about the strip below a comparison; empty without one.
+/// Text about the strip below a comparison; empty if there is none.
 fn strip(curves: &Curves) -> String {
     let compared = curves.lines.iter().filter(|line| line.deviations.iter().any(Option::is_some)).count();
     let published: Vec<&Line> = curves.lines.iter().filter(|line| line.style == LineStyle::Published).collect();
@@ -71,7 +71,7 @@ fn strip(curves: &Curves) -> String {
     format!("Below: Δ / σ, the measured less the published value{which} over its standard error; shaded: ±2. ")
 }
 
-/// The figures of a measured curve: one for all series of a unit, or a map for each.
+/// The figures of a measured curve: one for all series with the same unit, or a map for each.
 fn of_curve(curve: &Curve, stage: Option<&str>) -> Vec<String> {
     let folder = stage.map_or_else(String::new, |stage| format!("{stage}/"));
     let table = format!("The numbers are in <code>measurements/{}.csv</code>.", escape(&(folder + &curve.name)));
@@ -97,7 +97,7 @@ fn of_curve(curve: &Curve, stage: Option<&str>) -> Vec<String> {
     }
 }
 
-/// A curve for the series of each unit, so that density and temperature do not share an axis.
+/// Splits a curve by the units of its series, so that density and temperature do not share an axis.
 fn by_unit(curve: &Curve) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
     for series in &curve.series {
@@ -201,7 +201,7 @@ fn courses(results: &Results<'_>) -> Vec<String> {
     figures
 }
 
-/// Whether a time series is one number within round-off, which is nothing to look at.
+/// Whether a time series is constant within round-off and need not be drawn.
 fn is_constant(trace: &Trace) -> bool {
     let extent = extent(trace.points().into_iter().flatten().map(|[_, y]| y));
     extent.is_none_or(|[least, most]| most - least <= SAME * least.abs().max(most.abs()))
@@ -243,7 +243,7 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
     curves_figure(&unit(&capitalised(title)), &curves, &text)
 }
 
-/// A text that begins with a capital letter.
+/// A text with a capital first letter.
 pub(super) fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

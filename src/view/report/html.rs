@@ -1,9 +1,9 @@
-//! Text that is safe within a page.
+//! Text that is safe in a page.
 
 use std::fmt::Display;
 
-/// Text from a file, as content or as the value of an attribute in quotes: what would be markup is shown as it is.
-/// Control characters, which no page may contain, become replacement characters.
+/// Text from a file, as content or as an attribute value in quotes. Markup is shown as text. Control
+/// characters, which are not allowed in a page, become replacement characters.
 pub(in crate::view) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -22,7 +22,8 @@ pub(in crate::view) fn escape(text: &str) -> String {
     safe
 }
 
-/// A cell with content that is safe, and with the head of its column, which stands before it on narrow screens; nothing does before an empty one.
+/// A cell with safe content and the head of its column, which is shown before the content on narrow screens,
+/// unless the cell is empty.
 pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> String {
     let scope = if element == "th" { " scope=\"row\"" } else { "" };
     let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
@@ -30,10 +31,10 @@ pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> Str
     format!("<{element}{scope}{class}{head}>{content}</{element}>")
 }
 
-/// Columns that have room beside each other on paper; rows of more are printed as lists.
+/// Number of columns that fit side by side on paper; longer rows are printed as lists.
 const MOST_PRINTED: usize = 6;
 
-/// A table that can be wider than the page, of the classes and names of its columns, and rows that are safe.
+/// A table that may be wider than the page, from the classes and names of its columns and from safe rows.
 pub(super) fn table<'c, N: Display>(
     class: &str,
     caption: &str,
@@ -54,7 +55,7 @@ pub(super) fn table<'c, N: Display>(
     )
 }
 
-/// A document: its title, the policy of what it may do (CSP), its style, and a body that is safe.
+/// A document: its title, its content security policy (CSP), its style, and a safe body.
 pub(in crate::view) fn document(title: &str, policy: &str, style: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -66,12 +67,12 @@ pub(in crate::view) fn document(title: &str, policy: &str, style: &str, body: &s
     )
 }
 
-/// JSON that can stand in a script element: nothing in it ends the element.
+/// JSON that is safe in a script element: nothing in it ends the element.
 pub(in crate::view) fn escape_json(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026").replace('\'', "\\u0027")
 }
 
-/// A unit with raised exponents: `energy / length^3` becomes `energy / length³`. Not yet escaped.
+/// A unit with raised exponents: `energy / length^3` becomes `energy / length³`. Not escaped.
 pub(super) fn unit(unit: &str) -> String {
     let mut text = String::with_capacity(unit.len());
     let mut is_raised = false;
@@ -86,7 +87,7 @@ pub(super) fn unit(unit: &str) -> String {
     text
 }
 
-/// Greek letters by name, as words of their own.
+/// Names of Greek letters that stand as separate words.
 const GREEK: [(&str, char); 14] = [
     ("alpha", 'α'),
     ("beta", 'β'),
@@ -104,7 +105,8 @@ const GREEK: [(&str, char); 14] = [
     ("sigma", 'σ'),
 ];
 
-/// Symbols as they are printed, of what the program writes in letters: `<v^2> / (rho T)` becomes `⟨v²⟩ / (ρ T)`. Not yet escaped.
+/// Printed symbols for what the program writes in plain letters: `<v^2> / (rho T)` becomes `⟨v²⟩ / (ρ T)`.
+/// Not escaped.
 pub(super) fn symbols(text: &str) -> String {
     let mut symbols = String::with_capacity(text.len());
     let mut rest = text;
@@ -127,12 +129,12 @@ pub(super) fn symbols(text: &str) -> String {
     unit(&symbols)
 }
 
-/// The unit in brackets, with a space before; nothing for a pure number. Not yet escaped.
+/// The unit in brackets after a space; empty for a pure number. Not escaped.
 pub(super) fn brackets(of: &str) -> String {
     if of.is_empty() || of == "1" { String::new() } else { format!(" [{}]", unit(of)) }
 }
 
-/// A quantity with its unit in brackets, which is told once: not where the name of the quantity is that of the unit, as in `time`. Not yet escaped.
+/// A quantity with its unit in brackets. The unit is left out if the name says it, as in `time`. Not escaped.
 pub(super) fn quantity(name: &str, unit: &str) -> String {
     let is_told = name.split(|c: char| !c.is_alphanumeric()).any(|word| word.eq_ignore_ascii_case(unit));
     if is_told { symbols(name) } else { format!("{}{}", symbols(name), brackets(unit)) }
@@ -161,7 +163,7 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     unit(&format!("10^{exponent}"))
 }
 
-/// A number with its exponent raised, and with a true minus sign: `1.2e-5` becomes `1.2×10⁻⁵`. Words stay as they are.
+/// A number with a raised exponent and a true minus sign: `1.2e-5` becomes `1.2×10⁻⁵`. Words are unchanged.
 pub(super) fn number(text: &str) -> String {
     let parts = text.split_once('e').and_then(|(digits, exponent)| Some((digits, exponent.parse::<i32>().ok()?)));
     match parts {
@@ -171,7 +173,7 @@ pub(super) fn number(text: &str) -> String {
     }
 }
 
-/// A text whose words that are numbers are printed as [`number`] does.
+/// A text in which all numbers are formatted by [`number`].
 pub(super) fn numbers(text: &str) -> String {
     let shown = |word: &str| {
         let (start, end) =

@@ -1,4 +1,4 @@
-//! The files of a run, as far as they are there and sound.
+//! The files of a run, as far as they exist and are valid.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -34,14 +34,14 @@ pub(super) struct Inputs {
     pub notes: Vec<String>,
 }
 
-/// Results of a measured stage besides its summary.
+/// Results of a measured stage in addition to its summary.
 #[derive(Debug)]
 pub(super) struct StageInputs {
     pub thermo: Vec<Trace>,
     pub measured: Measured,
 }
 
-/// Results of a measurement, the last one of a run or that of a stage.
+/// Results of a measurement: the last one of a run, or that of a stage.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Results<'a> {
     /// Name of the stage; `None` for the last measurement.
@@ -53,7 +53,7 @@ pub(super) struct Results<'a> {
     pub rates: &'a [Rate],
     pub measured: &'a Measured,
     pub thermo: &'a [Trace],
-    /// Where the scene is known.
+    /// Known if the scene is known.
     pub dimensions: Option<usize>,
 }
 
@@ -90,7 +90,7 @@ impl Inputs {
     }
 }
 
-/// Reads the folder of a run; a trajectory of more bytes stays out of the page.
+/// Reads the folder of a run. A trajectory of more than `most_bytes` is left out of the page.
 pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     if !run.is_dir() {
         return Err(ViewError::NotFolder(run.to_owned()));
@@ -166,7 +166,7 @@ fn scene(run: &Path, notes: &mut Vec<String>) -> (Option<String>, Option<Scene>)
     (text, scene)
 }
 
-/// The surfaces of the scene, as far as the page has room for them.
+/// The surfaces of the scene, as far as they fit into the page.
 fn surfaces(run: &Path, notes: &mut Vec<String>) -> Surfaces {
     let mut room = MOST_TRIANGLES;
     let mut meshes = Vec::new();
@@ -197,7 +197,7 @@ fn thermo(run: &Path, stage: &str, units: &[Column], notes: &mut Vec<String>) ->
     })
 }
 
-/// Results beyond the rows. Runs that measure no more than those have no such file.
+/// Results in addition to the rows. Runs without further measurements have no such file.
 fn measurements(run: &Path, notes: &mut Vec<String>) -> Measurements {
     let read = noted("measurements.json", notes, || Measurements::read(run).map_err(|error| error.to_string()));
     let mut measurements = read.flatten().unwrap_or_default();

@@ -1,10 +1,10 @@
-//! The player of the trajectory: its controls, its program and the data in text.
+//! The player of the trajectory: its controls, its scripts and its data as text.
 
 use super::base64;
 use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
-/// Scripts that draw, in the order in which they are read: for the player, and for pages on which a scene runs.
+/// Scripts for drawing, in their order: for the player, and for pages that run a scene.
 pub(in crate::view) const RENDERER: [&str; 9] = [
     include_str!("player/matrix.js"),
     include_str!("player/colours.js"),
@@ -17,7 +17,7 @@ pub(in crate::view) const RENDERER: [&str; 9] = [
     include_str!("player/pointer.js"),
 ];
 
-/// The program of the player, after that.
+/// The scripts of the player that follow.
 const PROGRAM: [&str; 4] = [
     include_str!("player/recording.js"),
     include_str!("player/poses.js"),
@@ -25,7 +25,7 @@ const PROGRAM: [&str; 4] = [
     include_str!("player/player.js"),
 ];
 
-/// The shaders, by their names in the program.
+/// The shaders, by their names in the scripts.
 pub(in crate::view) const SHADERS: [(&str, &str); 11] = [
     ("light", include_str!("player/light.glsl")),
     ("sphere.vert", include_str!("player/sphere.vert")),
@@ -40,10 +40,11 @@ pub(in crate::view) const SHADERS: [(&str, &str); 11] = [
     ("edge.frag", include_str!("player/edge.frag")),
 ];
 
-/// The controls; the program fills in what depends on the data.
+/// The controls. The script fills in what depends on the data.
 const CONTROLS: &str = include_str!("player/controls.html");
 
-/// Frames share an element of text up to this size `[bytes]`: few large elements open faster than many small ones.
+/// Frames share a text element up to this size `[bytes]`: a few large elements open faster than many small
+/// ones.
 const CHUNK: usize = 1 << 18;
 
 /// The section of the page.

@@ -1,6 +1,6 @@
 //! Plots as SVG: curves with error bars or bands, and maps.
 //!
-//! Colours and letters come from the style sheet of the page, so that a plot follows its light or dark scheme.
+//! Colours and fonts come from the style sheet of the page, so a plot follows its light or dark scheme.
 
 mod axis;
 mod curve;
@@ -21,25 +21,24 @@ pub(super) use mark::mark;
 
 use super::html::escape;
 
-/// Width of a plot `[pixels]`, as letters are meant to be seen.
+/// Width of a plot `[pixels]`, at which text has its normal size.
 const WIDTH: f64 = 480.0;
-/// Where the axes are `[pixels]`.
-/// Labels of nine letters have room between the axis and its title.
+/// Positions of the axes `[pixels]`. Labels of nine letters fit between the axis and its title.
 const LEFT: f64 = 90.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 268.0;
-/// Where the strip of deviations is, below the plot `[pixels]`.
+/// Position of the strip of deviations below the plot `[pixels]`.
 const STRIP: [f64; 2] = [284.0, 348.0];
-/// Room below for the labels and the title of the horizontal axis `[pixels]`.
+/// Space below for the labels and the title of the horizontal axis `[pixels]`.
 const FOOT: f64 = 52.0;
 
-/// A coordinate: a tenth of a pixel is enough, and keeps pages small.
+/// A coordinate to a tenth of a pixel, which keeps pages small.
 fn px(x: f64) -> String {
     let text = format!("{:.1}", x.clamp(-1e5, 1e5));
     text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
 }
 
-/// Begins a plot whose lowest frame ends at `foot`; `label` is for readers that cannot see it.
+/// Starts a plot whose lowest frame ends at `foot`; `label` is for screen readers.
 fn open(label: &str, foot: f64) -> String {
     format!(
         "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"{}\" xmlns=\"http://www.w3.org/2000/svg\">",
@@ -48,7 +47,8 @@ fn open(label: &str, foot: f64) -> String {
     )
 }
 
-/// The axes with their grid, ticks and titles, around a field that ends at `right`; the labels of the horizontal one are below `foot`.
+/// The axes with grid, ticks and titles, around a plot area that ends at `right`. The labels of the
+/// horizontal axis are below `foot`.
 fn frame(svg: &mut String, [x, y]: [&Axis; 2], titles: [&str; 2], right: f64, foot: f64) {
     for (place, is_labelled) in x.marks() {
         let at = px(x.place(place));
@@ -103,11 +103,12 @@ fn frame_of_strip(svg: &mut String, x: &Axis, y: &Axis, right: f64, labelled: f6
     name(svg, [14.0, 0.5 * (top + bottom)], "Δ / σ", bottom - top, true);
 }
 
-/// The title of an axis in the middle of it, squeezed if it is longer than there is room for `[pixels]`; that of an upright axis is turned.
+/// The title in the middle of an axis, compressed if it is longer than the space `[pixels]`; the title of a
+/// vertical axis is rotated.
 fn name(svg: &mut String, middle: [f64; 2], title: &str, room: f64, is_upright: bool) {
     let [x, y] = middle.map(px);
     let turn = if is_upright { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
-    // Letters are some 7 pixels wide.
+    // Letters are about 7 pixels wide.
     let is_long = 7.0 * title.chars().count() as f64 > room;
     let squeeze =
         if is_long { format!(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", px(room)) } else { String::new() };

@@ -1,13 +1,14 @@
 //! A trajectory in the form that the player of the page reads.
 //!
-//! Constants (radii, species, static particles, bonds) are stored once. Of each frame there are, of every moving
-//! particle, three coordinates of 16 bits and a byte per scalar. Coordinates are wrapped into the box along periodic axes and
-//! rounded to the nearest of 65,534 steps of the *field* of the frame: the box, with what is outside of it along open axes, but
-//! no farther than three edges to each side. Particles beyond are left out. A coordinate is off by at most 1/131,068 of the field.
-//! Scalars are rounded to the nearest of 255 steps between the least and the largest of their frame; counts up to 255 are exact.
+//! Constants (radii, species, static particles, bonds) are stored once. Each frame stores three coordinates
+//! of 16 bits and one byte per scalar for every moving particle. Coordinates are wrapped into the box along
+//! periodic axes and rounded to the nearest of 65,534 steps of the frame's *field*: the box plus anything
+//! outside of it along open axes, up to three edges on each side. Particles beyond the field are left out. A
+//! coordinate has an error of at most 1/131,068 of the field. Scalars are rounded to the nearest of 255 steps
+//! between the smallest and the largest value of their frame; counts up to 255 are exact.
 //!
-//! Last there is a bit of each, whether it flies freely until the next frame. Frames are read one at a time. When they outgrow the page, every second one is
-//! dropped.
+//! Finally there is one bit per particle: whether it flies freely until the next frame. Frames are read one
+//! at a time. When they become too large for the page, every second one is dropped.
 
 mod channel;
 mod flight;
@@ -33,10 +34,10 @@ use flight::{FlightFinder, Flights};
 use frame::Encoded;
 pub(in crate::view) use surface::{MOST_TRIANGLES, SurfaceData, SurfaceHead};
 
-/// The most bytes of all frames: base64 makes 40 MB of them.
+/// Largest size of all frames `[bytes]`; in base64 this is 40 MB.
 const MOST_BYTES: usize = 29_000_000;
 
-/// The most frames; a page with more elements opens slowly.
+/// Largest number of frames; a page with more elements opens slowly.
 const MOST_FRAMES: usize = 2_000;
 
 /// Radius of a bond, relative to the smaller of its two ends.
@@ -45,20 +46,21 @@ const BOND_RADIUS: f64 = 0.36;
 /// A trajectory for the player.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Recording {
-    /// Meaning of the numbers.
+    /// Description of the numbers.
     pub head: Head,
-    /// Radii (f32, moving particles first), positions of static particles (f32), ends of bonds (u32), radii of bonds (f32)
-    /// and species (u8), in little-endian order.
+    /// Radii (f32, moving particles first), positions of static particles (f32), ends of bonds (u32), radii
+    /// of bonds (f32) and species (u8), in little-endian order.
     pub constants: Vec<u8>,
-    /// Per frame coordinates (u16), padded to four bytes, then each scalar (u8), then bits of free flights, the lowest first.
+    /// For each frame: coordinates (u16), padded to four bytes, then each scalar (u8), then bits of free
+    /// flights, lowest first.
     pub frames: Vec<Vec<u8>>,
-    /// Bytes of the surfaces, as [`SurfaceData`] has them.
+    /// Bytes of the surfaces in the layout of [`SurfaceData`].
     pub surfaces: Option<Vec<u8>>,
-    /// Notes on everything in the file that is not in the player.
+    /// Notes on everything in the file that the player does not show.
     pub notes: Vec<String>,
 }
 
-/// Meaning of the numbers of a recording; the player reads it as JSON.
+/// Description of the numbers in a recording; the player reads it as JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Head {
@@ -67,22 +69,23 @@ pub(super) struct Head {
     pub bonds: usize,
     pub species: Vec<SpeciesHead>,
     pub channels: Vec<ChannelHead>,
-    /// Lower and upper corner of what the camera shows.
+    /// Lower and upper corner of the camera's view.
     pub view: [[f64; 3]; 2],
     /// Index of the axis that points up in the picture, and whether it points down instead.
     pub up: usize,
     pub is_upside_down: bool,
-    /// Azimuth and elevation of the first view, where one is asked for `[degrees]`.
+    /// Azimuth and elevation of the first view, if requested `[degrees]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub look: Option<[f64; 2]>,
-    /// The first colour, where one is asked for: the index of a channel, or -1 for species.
+    /// The first colouring, if requested: the index of a channel, or -1 for species.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colour: Option<i64>,
     pub flat: [bool; 3],
     pub periodic: [bool; 3],
-    /// By species, accelerations that act between frames `[length / time^2]`.
+    /// Accelerations between frames, by species `[length / time^2]`.
     pub falls: Vec<Vec<[f64; 3]>>,
-    /// Difference of the velocity along x between a particle and its image one period up along y `[length / time]`.
+    /// Difference of the velocity along x between a particle and its image one period up along y `[length /
+    /// time]`.
     pub slide: f64,
     /// Number of frames in the file.
     pub frames_in_file: usize,
@@ -104,16 +107,16 @@ pub(super) struct SpeciesHead {
 pub(super) struct ChannelHead {
     pub name: String,
     pub unit: String,
-    /// The ends of the scale of colours.
+    /// The ends of the colour scale.
     pub low: f64,
     pub high: f64,
     /// Whether some values are above `high`.
     pub is_exceeded: bool,
-    /// Whether it counts.
+    /// Whether it is a count.
     pub is_count: bool,
 }
 
-/// Where the numbers of a frame lie.
+/// Positions of the numbers of a frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct FrameHead {
@@ -121,21 +124,21 @@ pub(super) struct FrameHead {
     /// Lower corner and edges of the box.
     pub lower: [f64; 3],
     pub size: [f64; 3],
-    /// Displacement of its next image up along y, along x.
+    /// Displacement along x of its next image up along y.
     pub displacement: f64,
     /// Lower corner and edges of the field.
     pub field: [[f64; 3]; 2],
-    /// The least and the largest value of each channel.
+    /// The smallest and the largest value of each channel.
     pub ranges: Vec<[f64; 2]>,
     /// Number of particles beyond the field.
     pub beyond: usize,
-    /// Which of the accelerations acts until the next frame.
+    /// Index of the acceleration until the next frame.
     pub fall: usize,
-    /// Where each surface is: the columns of `R` and `d` in `R x + d` for its places `x`, nothing for one that is not there; empty where all are where their
-    /// vertices have them.
+    /// Position of each surface: the columns of `R` and `d` in `R x + d` for its points `x`, or `None` if it
+    /// is absent. Empty if all surfaces are where their vertices say.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub poses: Vec<Option<[f64; 12]>>,
-    /// Whether each surface of the scene is there.
+    /// Whether each surface of the scene is present.
     #[serde(skip)]
     pub surfaces: Vec<bool>,
 }
@@ -157,7 +160,7 @@ impl Recording {
     }
 }
 
-/// Reads a trajectory; `scene` has gravity and wells. `Err` says why there is nothing to play.
+/// Reads a trajectory; `scene` provides gravity and wells. `Err` says why there is nothing to play.
 pub(super) fn read(input: impl BufRead, scene: Option<&Scene>) -> Result<Recording, String> {
     let mut notes = Vec::new();
     let mut recorder: Option<Recorder> = None;
@@ -191,7 +194,7 @@ struct Recorder {
     up: (usize, bool),
     /// Frames with the flights until the next one.
     kept: Vec<(Encoded, Option<Flights>)>,
-    /// The frame read last, if it is not kept.
+    /// The last frame read, if it is not kept.
     last: Option<Encoded>,
     stride: usize,
     seen: usize,
@@ -239,7 +242,7 @@ impl Recorder {
             self.last = Some(encoded);
         }
         self.seen += 1;
-        // One place is for the last frame.
+        // One slot is reserved for the last frame.
         if self.kept.len() >= self.most_frames && self.most_frames > 2 {
             self.thin();
         }
@@ -299,7 +302,7 @@ impl Recorder {
     }
 }
 
-/// Flights over two intervals, one after the other; nothing is known of an interval of no length.
+/// Flights over two successive intervals. Nothing is known about an interval of zero length.
 fn joined(first: Option<Flights>, second: Option<Flights>) -> Option<Flights> {
     match (first, second) {
         (Some(first), Some(second)) => Some(first.then(&second)),
@@ -307,7 +310,7 @@ fn joined(first: Option<Flights>, second: Option<Flights>) -> Option<Flights> {
     }
 }
 
-/// The axis against gravity and whether it is negative; without gravity z, or y where z is flat.
+/// The axis against gravity, and whether it is negative; without gravity z, or y if z is flat.
 pub(in crate::view) fn upwards(flat: [bool; 3], scene: Option<&Scene>) -> (usize, bool) {
     let falls = |scene: &Scene| scene.species.iter().map(|species| species.acceleration).find(|a| a.norm() > 0.0);
     match scene.and_then(falls) {
@@ -317,7 +320,7 @@ pub(in crate::view) fn upwards(flat: [bool; 3], scene: Option<&Scene>) -> (usize
     }
 }
 
-/// The box of the first frame, or the particles where it has no extent.
+/// The box of the first frame, or the particles if it is unbounded.
 fn view(first: &Frame, heads: &[FrameHead]) -> [[f64; 3]; 2] {
     if first.size.iter().any(|edge| *edge > 0.0) {
         return [first.lower.into(), (first.lower + first.size).into()];
@@ -329,7 +332,7 @@ fn view(first: &Frame, heads: &[FrameHead]) -> [[f64; 3]; 2] {
     joined.map_or([[0.0; 3]; 2], |[lower, size]| [lower, [0, 1, 2].map(|k| lower[k] + size[k])])
 }
 
-/// Constants of all frames, and the number of bonds in them.
+/// Constants of all frames, and the number of bonds.
 fn constants(first: &Frame) -> (Vec<u8>, usize) {
     let (fixed, moving): (Vec<&FrameParticle>, Vec<&FrameParticle>) =
         first.particles.iter().partition(|particle| first.is_static(particle));
@@ -348,7 +351,7 @@ fn constants(first: &Frame) -> (Vec<u8>, usize) {
     for [(_, a), (_, b)] in &bonds {
         bytes.extend(single(BOND_RADIUS * a.radius.min(b.radius)).to_le_bytes());
     }
-    // The recorder takes no frame with more species.
+    // The recorder accepts no frame with more species.
     bytes.extend(all().map(|particle| u8::try_from(particle.species.0).unwrap_or(u8::MAX)));
     (bytes, bonds.len())
 }

@@ -11,7 +11,7 @@ use crate::io::rates::{Rate, told_apart};
 use crate::io::summary::Observable;
 use crate::view::describe;
 
-/// How an observable of every run is measured; empty for one that a later version may have added.
+/// How an observable that every run has is measured; empty for one that a later version may have added.
 fn method_of(observable: &str) -> &'static str {
     match observable {
         "temperature" => "2 (K - P^2 / 2 M) / (D N - c), with the momentum P along the c axes on which it is conserved",
@@ -38,7 +38,7 @@ const PRESSURE: &str = "(N T + W / (D t)) / V, where W sums r_ij . J over the ev
 const ON_WALL: &str = "momentum that the wall gives by time and by the area that centres can reach";
 const THROUGH_WALL: &str = "energy that the wall supplies, less what it takes, by time and by its area";
 
-/// Rates that have a line.
+/// Largest number of lines for rates.
 const MOST_RATES: usize = 50;
 
 /// A line of the table.
@@ -49,7 +49,7 @@ struct Row<'a> {
     standard_error: Option<f64>,
     /// Published values of the quantity.
     published: Vec<&'a PublishedValue>,
-    /// Observables in words, with the verdict on whether they drift.
+    /// Text for an observable, with the verdict on its drift.
     words: Option<String>,
     method: &'a str,
 }
@@ -75,7 +75,7 @@ pub(super) fn section(results: &Results<'_>) -> String {
     )
 }
 
-/// Where the published values are from.
+/// The sources of the published values.
 fn sources(results: &Results<'_>) -> String {
     let mut known: Vec<(&str, &str)> = Vec::new();
     for value in results.published {
@@ -92,7 +92,7 @@ fn sources(results: &Results<'_>) -> String {
     }
 }
 
-/// Rates of events by kind and species; nothing where there is one only.
+/// Rates of events by kind and species; empty if there is only one.
 fn rates(results: &Results<'_>) -> String {
     let rates = told_apart(results.rates);
     if rates.is_empty() {
@@ -117,14 +117,14 @@ fn rates(results: &Results<'_>) -> String {
 
 fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
     let numbers = &results.measured.numbers;
-    // The pressure tensor has the same rate by another name.
+    // The pressure tensor reports the same rate under another name.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_new = |name: &&String| {
         numbers.iter().all(|number| (number.name != **name && number.name != told_as(name)) || number.mean.is_none())
     };
     let dimensions = results.dimensions;
     let of_scene = |unit: &str| dimensions.map_or_else(|| unit.to_owned(), |d| text::unit(unit, d));
-    // The order of the program first, then what a later version may have added.
+    // In the order of the program first, then anything that a later version may have added.
     let known = OBSERVABLES.iter().map(|(name, _)| *name);
     let others = results
         .observables
@@ -160,7 +160,7 @@ fn lines<'a>(rows: &'a [Row<'a>], has_published: bool) -> impl Iterator<Item = S
     rows.iter().enumerate().map(move |(index, row)| line(row, if index == 0 { rows.len() } else { 0 }, has_published))
 }
 
-/// A line of the table. Its cell of the method spans a number of lines; zero continues the cell above.
+/// A line of the table. The cell of its method spans several lines; zero continues the cell above.
 fn line(row: &Row, span: usize, has_published: bool) -> String {
     let brackets = brackets(&row.unit);
     let method = escape(&symbols(row.method));
@@ -186,7 +186,7 @@ fn line(row: &Row, span: usize, has_published: bool) -> String {
     )
 }
 
-/// A mean with its error, in as many digits as the error leaves.
+/// A mean with its error, with the number of digits that the error allows.
 pub(super) fn value(mean: Option<f64>, standard_error: Option<f64>) -> String {
     const NONE: &str = "<em>insufficient data</em>";
     let finite = |number: Option<f64>| number.filter(|number| number.is_finite());
@@ -208,7 +208,7 @@ pub(super) fn shown(name: &str, observable: &Observable, events: u64) -> String 
     words(name, observable, events).map_or_else(plain, |words| with_signs(&words))
 }
 
-/// An observable that is conserved, or that there was no event for; `None` for one like any other number.
+/// The text for an observable that is conserved or had no event; `None` for ordinary numbers.
 fn words(name: &str, observable: &Observable, events: u64) -> Option<String> {
     let Observable { mean, standard_error, stationarity } = *observable;
     let plain = Estimate { mean, standard_error };

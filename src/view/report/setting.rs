@@ -1,4 +1,4 @@
-//! Simulated system, in words.
+//! The simulated system in words.
 
 use super::html::{brackets, escape, numbers};
 use super::inputs::Inputs;
@@ -9,7 +9,7 @@ use crate::model::{Scene, Species};
 use crate::view::describe;
 use crate::view::final_table::kinds;
 
-/// Subtitle of the page, in one line: `1 372 hard spheres, φ = 0.3`.
+/// Subtitle of the page in one line: `1 372 hard spheres, φ = 0.3`.
 pub(super) fn subtitle(inputs: &Inputs) -> String {
     let Some(scene) = &inputs.scene else { return plural(inputs.summary.particles, "particle") };
     let counts = describe::counts(scene);
@@ -74,7 +74,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     list.html()
 }
 
-/// Volume and densities, where the box has a volume, with a word for when it had those.
+/// Volume and densities, if the box has a volume, and the time at which they held.
 fn of_system(list: &mut Pairs, system: &System, when: &str) {
     let dimensions = system.dimensions;
     let word = ["length", "area", "volume"][dimensions.clamp(1, 3) - 1];
@@ -122,7 +122,7 @@ fn grouped(count: u64) -> String {
     text
 }
 
-/// A list of names and what they are.
+/// A list of names with their values.
 #[derive(Default)]
 struct Pairs(String);
 

@@ -10,7 +10,7 @@ use super::{figures, results};
 use crate::analysis::observables::{Answer, OBSERVABLES};
 use crate::base::text;
 
-/// The section of the page; `None` where only the last measurement was measured.
+/// The section of the page; `None` if only the last measurement exists.
 pub(super) fn section(inputs: &Inputs) -> Option<String> {
     let stages: Vec<Results<'_>> = inputs.of_stages().collect();
     if stages.is_empty() {
@@ -21,7 +21,7 @@ pub(super) fn section(inputs: &Inputs) -> Option<String> {
     Some(comparison(&all) + &plots::plots(&all) + &parts)
 }
 
-/// The means of all measurements, a line for each.
+/// The means of all measurements, one line each.
 fn comparison(all: &[Results<'_>]) -> String {
     let is_there = |name: &str| all.iter().any(|results| results.observables.contains_key(name));
     let columns: Vec<(&str, &str)> = OBSERVABLES.iter().copied().filter(|(name, _)| is_there(name)).collect();
@@ -73,7 +73,7 @@ fn part(stage: &Results<'_>) -> String {
     )
 }
 
-/// Where the part about a stage is.
+/// Anchor of the part about a stage.
 fn anchor(stage: &str) -> String {
     format!("stage-{stage}")
 }

@@ -1,4 +1,5 @@
-//! The page of a sweep: every quantity against the value that varies, with what is published beside, and the state of all runs.
+//! The page of a sweep: every quantity against the value that varies, beside published values, and the state
+//! of all runs.
 
 mod curves;
 mod pages;
@@ -15,7 +16,7 @@ use crate::sweep::{Group, MeasuredQuantity, Point, Results, StageMeans, Standing
 
 pub use pages::{run_page_in, write_run_pages};
 
-/// Rows that a table shows; the others are in the files.
+/// Largest number of rows in a table; the files have all rows.
 const MOST_ROWS: usize = 500;
 
 /// Makes the page of a sweep from its results.
@@ -51,14 +52,14 @@ pub fn sweep_page(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> Pag
     Page { html: shell(&name, &heading, "", &sections), notes: Vec::new() }
 }
 
-/// The settings of a state point with the short names of their keys.
+/// The settings of a state point, with short names of their keys.
 fn settings<'s>(sweep: &'s Sweep, group: &Group) -> Vec<(String, &'s str)> {
     let point = group.places.first().and_then(|place| sweep.points().get(*place));
     let values = point.into_iter().flat_map(Point::state_point).map(|(_, value)| value.as_str());
     sweep.state_point_names().into_iter().zip(values).collect()
 }
 
-/// Head of a column: its class and its words.
+/// Head of a column: its class and its text.
 type Head = (&'static str, String);
 
 fn table(caption: &str, heads: &[Head], rows: &[String]) -> String {
@@ -148,7 +149,7 @@ fn axes(sweep: &Sweep) -> String {
     format!("<pre><code>{}</code></pre>\n{set}", escape(&axes))
 }
 
-/// Where the page of a sweep is, in its folder.
+/// Path of the page in the folder of a sweep.
 #[must_use]
 pub fn sweep_page_in(folder: &Path) -> std::path::PathBuf {
     folder.join("sweep.html")

@@ -1,10 +1,10 @@
-//! The rows of `thermo.csv` in one stage, thinned while they are read so that any number of them fits in a plot.
+//! The rows of `thermo.csv` in one stage, thinned during reading so that any number of them fits into a plot.
 
 use std::io::{self, BufRead};
 
 use crate::io::summary::Column;
 
-/// Neighbouring points of a trace are merged pairwise when there are this many: some two for each pixel of a plot.
+/// Number of points in a trace at which neighbours are merged: about two per pixel of a plot.
 const MOST_SPANS: usize = 1024;
 
 /// A column against the first one.
@@ -58,7 +58,7 @@ impl Trace {
         }
     }
 
-    /// The points of a plot; `None` where there is a gap.
+    /// The points of a plot; `None` for a gap.
     pub fn points(&self) -> Vec<Option<[f64; 2]>> {
         let mut points = Vec::new();
         for span in self.spans.iter().chain((self.open.rows > 0).then_some(&self.open)) {
@@ -78,7 +78,8 @@ impl Trace {
     }
 }
 
-/// Reads the rows of a stage from a table with named columns, whose units are given or in brackets; the traces are all columns but the first.
+/// Reads the rows of a stage from a table with named columns, whose units are given separately or in
+/// brackets. The traces are all columns but the first.
 pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Result<Vec<Trace>, String> {
     let unreadable = |error: io::Error| format!("cannot read it: {error}");
     let mut line = String::new();

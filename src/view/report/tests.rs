@@ -77,7 +77,7 @@ fn folder_of(text: &str) -> tempfile::TempDir {
 
 const HOSTILE: &str = "</script><script>alert('\"&')</script>";
 
-/// Numbers and curves with everything that can be in them.
+/// Numbers and curves with all possible contents.
 fn measured() -> Measured {
     let number = |mean, standard_error| Number {
         name: format!("number {mean:?}"),
@@ -131,7 +131,8 @@ fn keep_measured(run: &Path) {
     fs::write(run.join("measurements.json"), serde_json::to_string(&measured()).unwrap()).unwrap();
 }
 
-/// Whether all elements of an XML text are closed in order, its attributes are in quotes and its entities are known.
+/// Whether all elements of an XML text are closed in order, its attributes are in quotes and its entities are
+/// known.
 fn well_formed(xml: &str) -> Result<(), String> {
     let mut open: Vec<&str> = Vec::new();
     let mut rest = xml;
@@ -306,7 +307,8 @@ fn plots_are_well_formed_and_finite() {
     keep_measured(run.path());
     let html = page(run.path()).unwrap().html;
     let plots = plots(&html);
-    // One of six curves has no data, and one has three variables; an empty map is not drawn. Energies, four columns, the region.
+    // One of six curves has no data, and one has three variables; an empty map is not drawn. In addition:
+    // energies, four columns, the region.
     assert_eq!(plots.len(), 4 + 5);
     for plot in plots {
         let svg = format!("<svg{plot}");
@@ -329,7 +331,7 @@ fn what_cannot_be_known_is_told() {
     assert!(html.contains("<em>insufficient data</em>"), "a number without a mean");
     assert!(html.contains("2 <small>error: insufficient data</small>"), "a mean without an error");
     assert!(html.contains("1.00 ± 0.25"));
-    // A curve without data, and a map without.
+    // A curve without data, and a map without data.
     assert_eq!(html.matches("<em>Insufficient data.</em>").count(), 2);
 }
 
@@ -363,7 +365,7 @@ fn other_files_may_be_missing_or_damaged() {
         }
         fs::remove_file(&path).unwrap();
         let page_without = page(run.path()).unwrap();
-        // Runs that measure no more than rows have no such file, and nothing is missing.
+        // Runs without further measurements have no such file, and nothing is missing.
         assert_eq!(page_without.notes.len(), usize::from(file != "measurements.json"), "{file}");
         assert_ne!(page_without, sound);
         fs::write(&path, whole).unwrap();

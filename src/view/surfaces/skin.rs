@@ -7,16 +7,17 @@ use crate::model::surface_motion::Timeline;
 use crate::model::triangle_mesh::{EdgeUse, twice_area};
 use crate::view::render::corners;
 
-/// Cosine of the angle up to which two triangles are taken for parts of one smooth surface: 35 degrees.
+/// Cosine of the largest angle between triangles of a smooth surface: 35 degrees.
 const SMOOTH: f64 = 0.819;
 
-/// More edges would cover the surface instead of outlining it.
+/// Largest number of edges; more would cover the surface instead of outlining it.
 const MOST_EDGES: usize = 20_000;
 
-/// A mesh with a normal at each corner: smooth where its triangles meet at small angles, broken where they do not.
+/// A mesh with a normal at each corner: smooth where its triangles meet at small angles, and with an edge
+/// elsewhere.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view) struct Skin {
-    /// Positions `[length]`; one for each normal.
+    /// Positions `[length]`, one for each normal.
     pub vertices: Vec<Vector>,
     /// Of length 1.
     pub normals: Vec<Vector>,
@@ -25,14 +26,14 @@ pub(in crate::view) struct Skin {
     pub edges: Vec<[Vector; 2]>,
     /// Lower and upper corner of the box around it.
     pub bounds: [Vector; 2],
-    /// Number among the surfaces of the scene, if that is known.
+    /// Index among the surfaces of the scene, if known.
     pub number: Option<usize>,
-    /// How it moves, if it does; all else is as before it moves.
+    /// Its motion, if it has one; all other fields describe it before it moves.
     pub timeline: Option<Timeline>,
 }
 
 impl Skin {
-    /// Triangles without an area are left out.
+    /// Triangles without area are left out.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let normal =
             |corners: &[Vector; 3]| twice_area(corners).try_normalize(0.0).filter(|n| n.iter().all(|x| x.is_finite()));
@@ -71,12 +72,12 @@ impl Skin {
         skin
     }
 
-    /// Whether it is there, given that of each surface of the scene.
+    /// Whether it is present, given the presence of each surface of the scene.
     pub fn is_among(&self, surfaces: &[bool]) -> bool {
         self.number.and_then(|number| surfaces.get(number)).copied().unwrap_or(true)
     }
 
-    /// A box around where the box around it is at a time.
+    /// A box around its bounding box at a time.
     pub fn bounds_at(&self, time: f64) -> [Vector; 2] {
         let Some(timeline) = &self.timeline else { return self.bounds };
         let (pose, [lower, upper]) = (timeline.at(time).pose, self.bounds);
@@ -84,7 +85,7 @@ impl Skin {
         places.iter().fold([places[0]; 2], |[lower, upper], place| [lower.inf(place), upper.sup(place)])
     }
 
-    /// The skin where it is at a time.
+    /// The skin at its position at a time.
     pub fn at(&self, time: f64) -> Self {
         let Some(timeline) = &self.timeline else { return self.clone() };
         let pose = timeline.at(time).pose;
@@ -196,7 +197,7 @@ mod tests {
         skin.timeline = Some(Timeline::of(&[SurfaceMotion { from: 1.0, until: 2.0, kind }]));
         let bounds = |time: f64| skin.at(time).bounds;
         assert_eq!(bounds(1.0), [Vector::zeros(), Vector::new(1.0, 2.0, 3.0)]);
-        // A quarter about (1, 0): `(x, y)` goes to `(1 - y, x - 1)`.
+        // A quarter turn about (1, 0): `(x, y)` goes to `(1 - y, x - 1)`.
         assert_eq!(bounds(9.0), [Vector::new(-1.0, -1.0, 0.0), Vector::new(1.0, 0.0, 3.0)]);
         let turned = skin.at(9.0);
         let outwards = |normal: &Vector, place: &Vector| normal.dot(&(place - Vector::new(0.0, -0.5, 1.5))) > 0.0;

@@ -1,11 +1,11 @@
-//! Colours of what the samples of a pixel have seen.
+//! Colours already computed for the samples of a pixel.
 
 use super::super::colour::Colour;
 
-/// Number of objects that a pixel remembers; others are coloured again for each sample.
+/// Number of bodies remembered per pixel. Colours of others are computed again for each sample.
 const MOST: usize = 12;
 
-/// Body that a sample sees.
+/// A body seen by a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Seen {
     Nothing,
@@ -29,7 +29,7 @@ impl Default for Memory {
 }
 
 impl Memory {
-    /// Colour and opacity of what is seen, found out where it is seen for the first time.
+    /// Colour and opacity of a body, computed when it is first seen.
     pub fn recall(&mut self, seen: Seen, find: impl FnOnce() -> (Colour, f32)) -> (Colour, f32) {
         if let Some(place) = self.seen[..self.count].iter().position(|known| *known == seen) {
             return self.known[place];

@@ -9,7 +9,7 @@ use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::write_frame;
 use crate::view::ViewError;
 
-/// A square of an even number of triangles across y, `columns` of them wide.
+/// A square across y, made of triangles in `columns` columns.
 fn square(y: f64, columns: u32) -> TriangleMesh {
     let at = |x: u32, z: f64| Vector::new(10.0 * f64::from(x) / f64::from(columns), y, z);
     let quads = (0..columns).map(|k| [at(k, 0.0), at(k + 1, 0.0), at(k + 1, 10.0), at(k, 10.0)]);
@@ -38,7 +38,7 @@ fn a_surface_lets_through_what_is_behind_it_as_its_opacity_says() {
     assert!(is_reddish(middle(&front)) && middle(&front) != middle(&none));
     assert!(!is_reddish(middle(&image(&square(0.0, 1), 1.0))));
     assert_eq!(image(&square(0.0, 1), 0.0), none);
-    // Behind the ball it is hidden, and around it in sight.
+    // Hidden behind the ball, visible around it.
     let behind = image(&square(10.0, 1), 1.0);
     assert!(is_red(middle(&behind)) && !is_background(pixel(&behind, 0.5, 0.2)));
     // Both sides are drawn.
@@ -53,7 +53,7 @@ fn neighbours_join_without_gaps_and_without_overlap() {
     for columns in [2, 3, 7, 64] {
         let parts = image(&square(0.0, columns), 0.5);
         let is_same = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).all(|k| a[k].abs_diff(b[k]) <= 1);
-        // Lines at the rims lie on each other where two edges meet.
+        // Lines at the rims overlap where two edges meet.
         let inner = 12 * 240..228 * 240;
         assert!(inner.clone().all(|k| is_same((&whole.pixels()[k], &parts.pixels()[k]))), "{columns}");
     }
@@ -67,7 +67,7 @@ fn a_surface_before_the_camera_and_behind_it_is_drawn_in_front() {
         TriangleMesh::welded([[a, b, c], [a, c, d]].into_iter())
     };
     let near = image(&floor(4e3), 1.0);
-    // Level with the camera are its rows above the horizon, below it is the floor.
+    // At the height of the camera its rows are above the horizon; below it is the floor.
     assert!(is_background(pixel(&near, 0.1, 0.2)) && !is_background(pixel(&near, 0.1, 0.95)));
     let far = image(&floor(1e30), 1.0);
     assert_eq!((far.width(), far.height()), (near.width(), near.height()));
@@ -81,7 +81,7 @@ fn the_picture_has_room_for_a_funnel_and_none_for_a_plain() {
     let drawn = |mesh: TriangleMesh| draw_with(&scene, &Surfaces::of([&mesh]), &style).unwrap();
     let reds = |image: &Image| image.pixels().iter().filter(|pixel| is_red(**pixel)).count();
     let none = reds(&draw(&scene, &style).unwrap());
-    // Nothing of either hides the balls.
+    // Neither hides the balls.
     let funnel = reds(&drawn(TriangleMesh::cuboid(&Vector::new(2.0, 9.5, 2.0), &Vector::repeat(10.0))));
     let plain = reds(&drawn(square(1e3, 1).transformed(100.0, &nalgebra::Rotation3::identity(), &Vector::zeros())));
     assert!(funnel < none * 9 / 10 && funnel > none / 3, "{funnel} {none}");
@@ -114,7 +114,7 @@ fn a_surface_is_drawn_where_it_is_if_it_is_there() {
     let write = |name: &str, mesh: &TriangleMesh| {
         crate::mesh::write_stl(mesh, &mut std::fs::File::create(surfaces.join(name)).unwrap()).unwrap();
     };
-    // The list has a surface without a file before them, and its order is not that of names.
+    // The list begins with a surface without a file, and is not in alphabetical order.
     write("gate.stl", &square(7.0, 1));
     write("a.stl", &square(1.0, 1));
     let motion = r#"{"from": 0.0, "until": null, "kind": {"Translation": {"velocity": [0.0, -1.0, 0.0], "acceleration": [0.0, 0.0, 0.0]}}}"#;
@@ -144,7 +144,7 @@ fn a_movie_has_room_for_all_places_of_a_surface() {
     let [lower, upper] = surfaces.skins[0].bounds;
     surfaces.skins[0].timeline =
         Some(crate::model::surface_motion::Timeline::of(&[SurfaceMotion { from: 0.0, until: 9.0, kind }]));
-    // A quarter takes `(x, y)` to `(-y, x)`.
+    // A quarter turn takes `(x, y)` to `(-y, x)`.
     let [low, high] = surfaces.around([0.0, 1.0].into_iter()).skins[0].bounds;
     assert_eq!((low.x, high.x), (-upper.y, upper.x));
     assert_eq!((low.y, high.y), (lower.x.min(lower.y), upper.x.max(upper.y)));
@@ -159,13 +159,13 @@ fn static_spheres_and_surfaces_are_drawn_in_the_order_of_their_depth() {
         let image = draw_with(&frame([10.0; 3], &balls), &Surfaces::of([&square(y, 1)]), &style).unwrap();
         pixel(&image, 0.5, 0.5)
     };
-    // One in front of the nearly opaque sphere changes its colour, one behind it does not.
+    // A sheet in front of the nearly opaque sphere changes its colour, one behind it does not.
     let alone = veiled(1e4);
     assert_eq!(veiled(7.0), alone);
     assert_ne!(veiled(2.0), alone);
 }
 
-/// Coordinates with exact zeros and absurd sizes.
+/// Coordinates with exact zeros and extreme values.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![6 => -5.0..15.0, 2 => Just(0.0), 1 => Just(5.0), 1 => Just(1e300), 1 => Just(-1e30), 1 => Just(1e-300)]
 }

@@ -9,7 +9,7 @@ use crate::view::report::figures::curves_figure;
 use crate::view::report::html::escape;
 use crate::view::report::plot::{Curves, Line, Point as Dot};
 
-/// Sentence on the distance, and where the potential of mean force is lowest; empty without windows.
+/// Sentence on the distance and on the minimum of the potential of mean force; empty without windows.
 pub(super) fn sentence(summary: &ExchangeSummary) -> String {
     let Some(umbrella) = &summary.umbrella else { return String::new() };
     let temperature = summary.results.temperatures.first().map_or_else(String::new, |at| given(at.temperature));
@@ -54,7 +54,7 @@ fn along(
     curve(label, ["distance [length]", title], points, &text)
 }
 
-/// Acceptance of swaps, each in the middle of the part that two windows share.
+/// Acceptance of swaps, each in the middle of the overlap of two windows.
 fn acceptance(summary: &ExchangeSummary) -> Option<String> {
     let windows = &summary.results.temperatures;
     let middle = |place: usize| {

@@ -5,14 +5,15 @@ use crate::exchange::ExchangeSummary;
 use crate::view::report::figures::curves_figure;
 use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot};
 
-/// Most rows of replica paths that are drawn, and the number of rows that they are chosen from: enough for some round trips.
+/// Largest number of drawn rows of replica paths, and number of rows from which they are chosen: enough for a
+/// few round trips.
 const MOST_ROWS: u64 = 120;
 const ROUND_TRIPS: u64 = 4;
 
-/// Replicas whose paths can still be told apart.
+/// Largest number of paths that can be told apart.
 const MOST_PATHS: usize = 3;
 
-/// Rows that are drawn: every N-th, up to a last one.
+/// The drawn rows: every N-th, up to a last one.
 pub(super) fn drawn(summary: &ExchangeSummary) -> [u64; 2] {
     let attempts = summary.results.attempts;
     let trips = summary.results.round_trips.iter().copied().max().unwrap_or(0);
@@ -29,7 +30,7 @@ pub(super) fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_
     paths_at(summary, places, ("temperature [energy]", is_logarithmic), height)
 }
 
-/// Paths of some replicas, each place at its height.
+/// Paths of some replicas, with each place at its height.
 pub(super) fn paths_at(
     summary: &ExchangeSummary,
     places: &[(f64, Vec<usize>)],

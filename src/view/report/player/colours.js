@@ -1,4 +1,4 @@
-// Colours and words that the player and other pages share.
+// Colours and words shared by the player and other pages.
 
 /** Okabe and Ito's colours of the species that move, distinct for colour-blind eyes. */
 const PALETTE = [

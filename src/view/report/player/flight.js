@@ -30,7 +30,7 @@ class Between {
       const ways = this.ways(from, recording.positions(next), next.head);
       found = { from, ways, flights: frame.flights, fall: recording.head.falls[frame.head.fall], time: next.head.time - frame.head.time };
       intervals.set(index, found);
-      // The one before, this one and the one after are needed at a time.
+      // The previous, the current and the next frame are needed at a time.
       if (intervals.size > 4) {
         intervals.delete(intervals.keys().next().value);
       }
@@ -99,7 +99,7 @@ class Between {
     const displacement = frame.displacement + recording.head.slide * s * time;
     const positions = new Float32Array(from.length);
     for (let k = 0; k < from.length; k += 1) {
-      // What flies away until the next frame is beyond the picture there, and waits for it here.
+      // A particle that flies out of the picture before the next frame waits at the edge.
       const way = cubic(ways[k], first[k], last[k], s);
       positions[k] = from[k] + (way === way ? way : 0);
     }

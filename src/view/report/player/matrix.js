@@ -1,4 +1,4 @@
-// Vectors as arrays of three numbers, matrices as arrays of sixteen in columns.
+// Vectors as arrays of three numbers, matrices as arrays of sixteen in column order.
 
 const add = (a, b) => a.map((x, k) => x + b[k]);
 const subtract = (a, b) => a.map((x, k) => x - b[k]);

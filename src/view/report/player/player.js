@@ -238,7 +238,7 @@ class Player {
     const button = element("play");
     button.textContent = this.isPlaying ? "❚❚" : "▶";
     button.setAttribute("aria-label", this.isPlaying ? "Pause" : "Play");
-    // While it plays, the time would be spoken without an end.
+    // During playback, a screen reader would speak the time without end.
     element("time").setAttribute("aria-live", this.isPlaying ? "off" : "polite");
     if (this.isPlaying) {
       if (this.place === this.recording.length - 1) {
@@ -252,7 +252,7 @@ class Player {
   advance(now) {
     const rate = Number(element("speed").value);
     const last = this.recording.length - 1;
-    // A picture that takes long delays the next ones: up to 30 frames a second none is left out.
+    // A slow picture delays the next ones: up to 30 frames per second none is skipped.
     const due = Math.min(((now - this.shownAt) * rate) / 1000, Math.max(1, rate / 30));
     const isSmooth = element("between").checked;
     const number = isSmooth ? due : Math.floor(due + 1e-6);

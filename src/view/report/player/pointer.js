@@ -37,7 +37,7 @@ function steer(canvas, camera, changed) {
     }
     changed();
   });
-  // More fingers than one are not for the page.
+  // Touches with several fingers are not for the page.
   for (const kind of ["touchstart", "touchmove"]) {
     canvas.addEventListener(kind, (event) => {
       if (event.touches.length > 1 && event.cancelable) {

@@ -1,4 +1,4 @@
-// Shapes that a picture is made of.
+// Shapes that make up a picture.
 
 /** Sides of a bond. */
 const SIDES = 14;

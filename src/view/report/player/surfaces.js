@@ -104,7 +104,7 @@ class Surfaces {
       least = Math.min(least, depth);
       most = Math.max(most, depth);
     }
-    // Depth in the upper 16 bits, number in the lower ones: there are fewer triangles than these count.
+    // Depth in the upper 16 bits, index in the lower ones: there are fewer triangles than that.
     const scale = most > least ? 65535 / (most - least) : 0;
     for (let k = 0; k < keys.length; k += 1) {
       keys[k] = Math.round((depths[k] - least) * scale) * 65536 + k;

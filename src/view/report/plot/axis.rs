@@ -1,19 +1,19 @@
-//! Axes: which values they span, and where their ticks are.
+//! Axes: their ranges, and the positions of their ticks.
 
 use crate::base::numbers::trunc_to_i32;
 use crate::view::report::html;
 
-/// An axis smaller than this part of its values could not be labelled.
+/// Smallest range relative to the values; a smaller one could not be labelled.
 const SMALLEST_SPAN: f64 = 1e-5;
 
-/// Labels that a linear axis should have, and those that every axis has.
+/// Desired number of labels on a linear axis, and smallest number on any axis.
 const ENOUGH: usize = 4;
 const FEWEST: usize = 3;
 
-/// Width of a letter of a label `[pixels]`.
+/// Width of a letter in a label `[pixels]`.
 const LETTER: f64 = 7.0;
 
-/// A linear or logarithmic axis between two places `[pixels]`.
+/// A linear or logarithmic axis between two positions `[pixels]`.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Axis {
     low: f64,
@@ -24,8 +24,8 @@ pub(in crate::view::report) struct Axis {
 }
 
 impl Axis {
-    /// An axis that spans two finite values, which on a logarithmic axis are positive. Where they (nearly) coincide, it
-    /// spans their neighbourhood.
+    /// An axis between two finite values, which are positive on a logarithmic axis. If they (nearly)
+    /// coincide, it covers their neighbourhood.
     pub fn new([low, high]: [f64; 2], is_logarithmic: bool) -> Self {
         let (low, high) = (low.clamp(-1e300, 1e300), high.clamp(-1e300, 1e300));
         let (low, high) = match is_logarithmic {
@@ -42,41 +42,41 @@ impl Axis {
         Self { low, high, is_logarithmic, from: 0.0, to: 1.0 }
     }
 
-    /// Axis with room beyond both ends, relative to its length. Zero stays an end.
+    /// The axis with space beyond both ends, relative to its length. An end at zero stays there.
     pub fn widened(self, room: f64) -> Self {
         let margin = room * (self.high - self.low);
         let low = if self.low == 0.0 && !self.is_logarithmic { 0.0 } else { self.low - margin };
         Self { low, high: self.high + margin, ..self }
     }
 
-    /// Axis between other places.
+    /// The axis between other positions.
     pub fn between(self, from: f64, to: f64) -> Self {
         Self { from, to, ..self }
     }
 
-    /// Whether a value has a place: logarithmic axes have none for values that are not positive.
+    /// Whether a value has a position: on logarithmic axes it must be positive.
     pub fn has_place(&self, value: f64) -> bool {
         value.is_finite() && (!self.is_logarithmic || value > 0.0)
     }
 
-    /// From 0 at the lower end to 1 at the upper one, and beyond.
+    /// Position from 0 at the lower end to 1 at the upper end, and beyond.
     pub fn fraction(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic { value.max(1e-300).log10() } else { value };
         (value - self.low) / (self.high - self.low)
     }
 
-    /// Where a value is `[pixels]`.
+    /// Position of a value `[pixels]`.
     pub fn place(&self, value: f64) -> f64 {
         self.from + self.fraction(value) * (self.to - self.from)
     }
 
-    /// The values with ticks, and whether each has a label: at least three have one.
+    /// The values with ticks, and whether each has a label; at least three have one.
     pub fn marks(&self) -> Vec<(f64, bool)> {
         let decades = if self.is_logarithmic { self.decades() } else { None };
         decades.unwrap_or_else(|| self.evenly().steps().into_iter().map(|value| (value, true)).collect())
     }
 
-    /// Linear axis of the same ends, for the ticks of one that spans less than a factor of two or so.
+    /// A linear axis with the same ends, for the ticks of one that covers less than about a factor of two.
     fn evenly(&self) -> Self {
         match self.is_logarithmic {
             true => Self::new([self.low, self.high].map(|end| 10_f64.powf(end)), false).between(self.from, self.to),
@@ -84,7 +84,7 @@ impl Axis {
         }
     }
 
-    /// Ends, as logarithms on a logarithmic axis, and where they are `[pixels]`.
+    /// The ends, as logarithms on a logarithmic axis, and their positions `[pixels]`.
     pub fn scale(&self) -> [f64; 4] {
         [self.low, self.high, self.from, self.to]
     }
@@ -98,7 +98,8 @@ impl Axis {
         multiples(self.step(), [self.low, self.high])
     }
 
-    /// 1, 2 or 5 times a power of ten: the largest step with enough ticks, or with few where the labels of a horizontal axis would touch.
+    /// 1, 2 or 5 times a power of ten: the largest step with enough ticks, or with fewer if the labels of a
+    /// horizontal axis would touch.
     fn step(&self) -> f64 {
         let power = 10_f64.powf((self.high - self.low).log10().floor());
         let ticks = |step: f64| multiples(step, [self.low, self.high]);
@@ -111,8 +112,8 @@ impl Axis {
         if room > 1.0 && LETTER * letters as f64 > room { with(FEWEST).unwrap_or(step) } else { step }
     }
 
-    /// Powers of ten with two to nine times them between. Labelled are powers; where those are fewer than three also twice and five
-    /// times them, then all; `None` where even those are too few.
+    /// Powers of ten, with two to nine times them in between. Powers have labels; if there are fewer than
+    /// three, also two and five times them, then all. `None` if there are still too few.
     fn decades(&self) -> Option<Vec<(f64, bool)>> {
         let (low, high) = (trunc_to_i32(self.low.floor()), trunc_to_i32(self.high.ceil()));
         let number = self.high - self.low;
@@ -135,7 +136,7 @@ impl Axis {
         marks.into_iter().find(|marks| marks.iter().filter(|mark| mark.1).count() >= FEWEST)
     }
 
-    /// Label beside the tick of a value.
+    /// The label at the tick of a value.
     pub fn label(&self, value: f64) -> String {
         if self.is_logarithmic && self.decades().is_some() {
             let text = format!("{value:e}");
@@ -168,7 +169,7 @@ impl Axis {
 /// The multiples of a step between two ends.
 fn multiples(step: f64, [low, high]: [f64; 2]) -> Vec<f64> {
     let first = (low / step - 1e-9).ceil();
-    // A span is at most a hundred steps.
+    // A range has at most a hundred steps.
     let values = (0..=100).map(|k| (first + f64::from(k)) * step);
     values.take_while(|value| *value <= high + 1e-9 * step).collect()
 }
@@ -195,7 +196,7 @@ mod tests {
 
     #[test]
     fn every_axis_has_three_labels_at_least() {
-        // Places and lengths that do not repeat the same digits.
+        // Positions and lengths that do not repeat the same digits.
         for k in 0..500 {
             let (start, length) = (
                 (f64::from(k) * 0.618_034).fract() * 20.0 - 10.0,

@@ -4,19 +4,20 @@ use std::fmt::Write;
 
 use super::{Axis, BOTTOM, Key, LEFT, STRIP, TOP, WIDTH, deviations, frame, key, mark, open, px, values};
 
-/// Where the field ends `[pixels]`.
+/// Right end of the plot area `[pixels]`.
 const RIGHT: f64 = WIDTH - 14.0;
 
 /// Curves with more points show their errors as a band.
 const MOST_BARS: usize = 60;
 
-/// Marks along a curve that has none at its points, where there are other curves.
+/// Number of marks along a curve without marks at its points, if there are other curves.
 const SPARSE: usize = 9;
 
-/// Values that span a larger ratio have a logarithmic axis: two and a half decades.
+/// Values with a larger ratio get a logarithmic axis: two and a half decades.
 pub(super) const LARGEST_RATIO: f64 = 316.3;
 
-/// Errors that a band of them shows, relative to the extent of the values; bars are shown whole.
+/// Largest part of an error band that is shown, relative to the range of the values; bars are always shown
+/// whole.
 const WIDEST_BAND: f64 = 2.0;
 
 /// A measured value.
@@ -24,7 +25,7 @@ const WIDEST_BAND: f64 = 2.0;
 pub(in crate::view::report) struct Point {
     pub x: f64,
     pub y: f64,
-    /// Standard error; 0 if there is none to show.
+    /// Standard error; 0 if it is not shown.
     pub error: f64,
 }
 
@@ -40,17 +41,17 @@ pub(in crate::view::report) enum LineStyle {
     Published,
 }
 
-/// A line of a plot. Its index in the plot decides its colour and its mark, except that published lines count for themselves.
+/// A line of a plot. Its index determines its colour and its mark; published lines are counted separately.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view::report) struct Line {
     pub style: LineStyle,
-    /// Words in the legend.
+    /// Text in the legend.
     pub label: String,
-    /// `None` where there is a gap.
+    /// `None` for a gap.
     pub points: Vec<Option<Point>>,
-    /// Deviations from what is published, for each of the first points.
+    /// Deviations from published values, for each of the first points.
     pub deviations: Vec<Option<Point>>,
-    /// Colour of a line of a family, see [`Key::tone`].
+    /// Colour of a line in a family, see [`Key::tone`].
     pub tone: Option<usize>,
 }
 
@@ -64,19 +65,19 @@ pub(in crate::view::report) struct Level {
 /// A plot of curves.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view::report) struct Curves {
-    /// Label for readers that cannot see the plot.
+    /// Label for screen readers.
     pub label: String,
     /// Titles of the axes with units.
     pub titles: [String; 2],
     pub is_logarithmic: [bool; 2],
     pub lines: Vec<Line>,
     pub level: Option<Level>,
-    /// Key of the colours of a family.
+    /// Colour key of a family.
     pub key: Option<Key>,
 }
 
 impl Curves {
-    /// The plot and its numbers as JSON; `None` if there is no point to draw.
+    /// The plot and its numbers as JSON; `None` if there are no points to draw.
     pub fn drawing(&self) -> Option<[String; 2]> {
         let mut scaled = self.clone();
         scaled.is_logarithmic = [0, 1].map(|k| self.is_logarithmic[k] || self.asks_for_logarithms(k));
@@ -91,7 +92,7 @@ impl Curves {
         let foot = if has_strip { STRIP[1] } else { BOTTOM };
         let mut svg = open(&self.label, foot);
         frame(&mut svg, [x, y], [&self.titles[0], &self.titles[1]], right, foot);
-        // An inner image clips everything outside of the field.
+        // A nested image clips everything outside of the plot area.
         let (width, height) = (right - LEFT, BOTTOM - TOP);
         let view = format!("{LEFT} {TOP} {width} {height}");
         let _ = write!(svg, "<svg x=\"{LEFT}\" y=\"{TOP}\" width=\"{width}\" height=\"{height}\" viewBox=\"{view}\">");
@@ -122,13 +123,13 @@ impl Curves {
         svg
     }
 
-    /// The legend: number, class in the style sheet and words of each line.
+    /// The legend: index, style class and text of each line.
     pub fn legend(&self) -> Vec<(usize, String, &Line)> {
         let lines = self.classes().into_iter().zip(&self.lines).enumerate();
         lines.map(|(number, (class, line))| (number, class, line)).collect()
     }
 
-    /// Class of each line in the style sheet, which has its colour.
+    /// Style class of each line, which defines its colour.
     pub(super) fn classes(&self) -> Vec<String> {
         let (mut measured, mut published) = (0, 0);
         let class = |line: &Line| {
@@ -143,8 +144,9 @@ impl Curves {
         self.lines.iter().map(class).collect()
     }
 
-    /// Whether measured values on an axis, all positive, span so much that even ratios show more than even steps do: those of the horizontal axis must be
-    /// many for each decade, too, and the others larger than their errors.
+    /// Whether a logarithmic axis shows more than a linear one. The values must be positive and cover a large
+    /// range. On the horizontal axis there must be many of them in each decade, on the vertical axis they
+    /// must be larger than their errors.
     fn asks_for_logarithms(&self, k: usize) -> bool {
         let lines = || self.lines.iter().filter(|line| line.style != LineStyle::Published);
         let points = || lines().flat_map(|line| line.points.iter().flatten());
@@ -176,7 +178,8 @@ impl Curves {
         extent(self.drawn(|style| style != LineStyle::Published).map(|point| point.x))
     }
 
-    /// Extent of the measured values with their errors and, as far as these do not dwarf them, of the published ones. Bars are within as a whole.
+    /// Range of the measured values with their errors and of the published ones, unless these are much
+    /// larger. Bars are included as a whole.
     fn vertical(&self) -> Option<[f64; 2]> {
         let measured = || self.drawn(|style| style != LineStyle::Published);
         let level =
@@ -197,7 +200,7 @@ impl Curves {
             points.flat_map(|point| [point.y - point.error, point.y + point.error]).map(move |y| y.clamp(least, most))
         });
         let [least, most] = within(1.0);
-        // On a logarithmic axis a bar that goes down to nothing has no lower end.
+        // On a logarithmic axis a bar that reaches zero has no lower end.
         let lowest = if self.is_logarithmic[1] { low / 100.0 } else { f64::NEG_INFINITY };
         let ends = ends.filter(can).map(|y| y.max(lowest));
         extent(ends.chain(published.map(|point| point.y.clamp(least, most))).chain([low, high]))
@@ -209,10 +212,10 @@ fn has_bars(line: &Line) -> bool {
     line.style == LineStyle::Measured && line.points.iter().flatten().count() <= MOST_BARS
 }
 
-/// Colours of the style sheet.
+/// Number of colours in the style sheet.
 pub(super) const COLOURS: usize = 8;
 
-/// The least and the largest of the values that are finite.
+/// The smallest and the largest finite value.
 pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     values.filter(|value| value.is_finite()).fold(None, |range, value| {
         let [low, high] = range.unwrap_or([value, value]);
@@ -220,7 +223,7 @@ pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Opti
     })
 }
 
-/// Draws a line, with a mark of this number where it has company.
+/// Draws a line, with a mark of this index if there are several lines.
 fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis) {
     let runs = runs(line, x, y);
     let has_bars = has_bars(line);
@@ -249,7 +252,7 @@ fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis
     if let Some(number) = number.filter(|_| !has_bars && line.style != LineStyle::Published) {
         let points: Vec<&Point> = runs.iter().flatten().collect();
         let stride = points.len().div_ceil(SPARSE).max(1);
-        // Marks of curves that nearly coincide are beside each other.
+        // Marks of nearly coinciding curves are placed beside each other.
         for point in points.iter().skip((number * stride / 4) % stride).step_by(stride) {
             svg.push_str(&mark(number, place(point)));
         }
@@ -268,7 +271,7 @@ fn bar(svg: &mut String, point: &Point, x: &Axis, y: &Axis) {
     }
 }
 
-/// The points without a gap between them.
+/// Sequences of points without a gap.
 fn runs(line: &Line, x: &Axis, y: &Axis) -> Vec<Vec<Point>> {
     let mut runs: Vec<Vec<Point>> = vec![Vec::new()];
     for point in &line.points {
@@ -304,7 +307,7 @@ mod tests {
         let axes = ends(&curves(&[(0.0, 1.0, 0.1), (1.0, 2.0, 30.0), (2.0, 1.5, 0.1)]));
         let ends: Vec<f64> = axes[1]["ends"].as_array().unwrap().iter().map(|it| it.as_f64().unwrap()).collect();
         assert!(ends[0] < -28.0 && ends[1] > 32.0, "{ends:?}");
-        // A band may be cut, so that the curve is seen.
+        // A band may be cut off to keep the curve visible.
         let many: Vec<(f64, f64, f64)> = (0..100).map(|k| (f64::from(k), f64::from(k), 1e4)).collect();
         let axes = self::ends(&curves(&many));
         assert!(axes[1]["ends"][1].as_f64().unwrap() < 400.0, "{axes}");
@@ -316,7 +319,7 @@ mod tests {
             |points: &[(f64, f64, f64)]| [0, 1].map(|k| ends(&curves(points))[k]["isLogarithmic"] == true);
         let decades: Vec<(f64, f64, f64)> = (-4..3).map(|k| (10_f64.powi(k), 10_f64.powi(2 * k), 0.0)).collect();
         assert_eq!(is_logarithmic(&decades), [true, true]);
-        // Even steps ask for none, however many there are, nor does zero.
+        // Evenly spaced values need no logarithmic axis, however many there are, and neither does zero.
         let even: Vec<(f64, f64, f64)> = (1..2000).map(|k| (f64::from(k), 1.0 + f64::from(k) / 100.0, 0.0)).collect();
         assert_eq!(is_logarithmic(&even), [false, false]);
         assert_eq!(is_logarithmic(&[(1.0, 0.0, 0.0), (2.0, 1.0, 0.0), (3.0, 1e4, 0.0)]), [false, false]);

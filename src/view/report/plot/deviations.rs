@@ -6,11 +6,11 @@ use super::curve::{Curves, Line, LineStyle, Point};
 use super::mark::{arrow, mark};
 use super::{Axis, LEFT, STRIP, frame_of_strip, px};
 
-/// Least and largest half-height of the strip in standard errors. Points beyond it are arrows at its edge.
+/// Smallest and largest half-height of the strip in standard errors. Points beyond it are arrows at its edge.
 const ENDS: [f64; 2] = [3.0, 8.0];
 
-/// `(measured - published) / sigma` at each measured point with a standard error `sigma`, where the published curve has a value: at the place itself, or
-/// between two of its points by a straight line.
+/// `(measured - published) / sigma` at each measured point with a standard error `sigma`, if the published
+/// curve has a value there, at the point itself or interpolated between two points.
 pub(in crate::view::report) fn deviations(
     measured: &[Option<Point>],
     published: &[Option<Point>],

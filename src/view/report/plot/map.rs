@@ -1,4 +1,4 @@
-//! Maps: a quantity by colour against two variables.
+//! Maps: a quantity as colour against two variables.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,35 +9,35 @@ use super::curve::{LARGEST_RATIO, extent};
 use super::{Axis, BOTTOM, LEFT, TOP, WIDTH, frame, open, px, values};
 use crate::base::numbers::trunc_to_usize;
 
-/// Where the field ends, and where the scale of colours is `[pixels]`.
+/// Right end of the plot area, and position of the colour scale `[pixels]`.
 const RIGHT: f64 = WIDTH - 108.0;
 const SCALE: [f64; 2] = [WIDTH - 92.0, WIDTH - 76.0];
 
-/// Colours of the scale in the style sheet.
+/// Number of colours of the scale in the style sheet.
 pub(in crate::view::report) const LEVELS: usize = 32;
 
-/// More cells than this are better read as a table.
+/// With more cells than this, a table is easier to read.
 pub(in crate::view::report) const MOST_CELLS: usize = 40_000;
 
-/// Cells whose values the pointer shows: those of more would make the page large.
+/// Largest number of cells whose values the pointer shows; more would make the page large.
 const MOST_SHOWN: usize = 5_000;
 
 /// A quantity on a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Map {
-    /// Label for readers that cannot see the plot.
+    /// Label for screen readers.
     pub label: String,
-    /// Titles of both axes and of the scale of colours, with units.
+    /// Titles of both axes and of the colour scale, with units.
     pub titles: [String; 3],
     pub is_logarithmic: bool,
-    /// `x`, `y` and the value; `None` where there is none.
+    /// `x`, `y` and the value; `None` without a value.
     pub cells: Vec<(f64, f64, Option<f64>)>,
-    /// Standard error of each cell, as far as they are known.
+    /// Standard error of each cell, if known.
     pub errors: Vec<Option<f64>>,
 }
 
 impl Map {
-    /// The plot and its numbers as JSON, as long as they are few; `None` if there is nothing to draw.
+    /// The plot and its numbers as JSON, if they are few; `None` if there is nothing to draw.
     pub fn drawing(&self) -> Option<[String; 2]> {
         let columns = edges(self.cells.iter().map(|cell| cell.0))?;
         let rows = edges(self.cells.iter().map(|cell| cell.1))?;
@@ -106,7 +106,7 @@ impl Map {
     }
 }
 
-/// The coordinates of a grid in ascending order, each with the edges of its cells: half-way to its neighbours.
+/// The coordinates of a grid in ascending order, each with the edges of its cell, half-way to the neighbours.
 fn edges(coordinates: impl Iterator<Item = f64>) -> Option<BTreeMap<OrderedFloat<f64>, [f64; 2]>> {
     let mut all: Vec<f64> = coordinates.filter(|x| x.is_finite()).collect();
     all.sort_by(f64::total_cmp);

@@ -1,8 +1,8 @@
-//! Marks of points: each line has a shape of its own, so that colour is not all that tells it from another one.
+//! Marks of points. Each line has its own shape, so that it can be distinguished without its colour.
 
 use super::px;
 
-/// Shapes, in the order of the lines; each is drawn around the origin and has about the same area.
+/// Shapes in the order of the lines. Each is drawn around the origin and has about the same area.
 const SHAPES: [&str; 7] = [
     "m-2.6 -2.6h5.2v5.2h-5.2z",
     "m0 -3.7l3.7 3.7l-3.7 3.7l-3.7 -3.7z",
@@ -13,10 +13,10 @@ const SHAPES: [&str; 7] = [
     "m-3.4 0h6.8",
 ];
 
-/// Shapes that are lines and have no area.
+/// Index of the first shape that consists of lines, without area.
 const FIRST_OPEN: usize = 5;
 
-/// The mark of a line by its number, at a place `[pixels]`.
+/// The mark of a line, by its index, at a position `[pixels]`.
 pub(in crate::view::report) fn mark(line: usize, [x, y]: [f64; 2]) -> String {
     let (x, y) = (px(x), px(y));
     match (line % (SHAPES.len() + 1)).checked_sub(1) {
@@ -26,7 +26,7 @@ pub(in crate::view::report) fn mark(line: usize, [x, y]: [f64; 2]) -> String {
     }
 }
 
-/// An arrow at the edge of a strip, for a point that is beyond it.
+/// An arrow at the edge of a strip, for a point beyond it.
 pub(super) fn arrow([x, y]: [f64; 2], is_upward: bool) -> String {
     let shape = if is_upward { "l4 6h-8z" } else { "l4 -6h-8z" };
     format!("<path class=\"mark\" d=\"M{} {}{shape}\"/>", px(x), px(y))

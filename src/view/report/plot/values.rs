@@ -1,4 +1,4 @@
-//! The numbers of a plot, for the script of the page that shows the one under the pointer.
+//! The numbers of a plot, for the script that shows the value under the pointer.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use super::curve::{Curves, LineStyle, Point};
 /// Numbers of a plot.
 #[derive(Debug, Serialize)]
 struct Values<'c> {
-    /// For a map, the third one is that of the colours.
+    /// For a map, the third axis is the colour scale.
     axes: Vec<Scale>,
     lines: Vec<Column<'c>>,
 }
@@ -19,7 +19,7 @@ struct Values<'c> {
 struct Scale {
     title: String,
     is_logarithmic: bool,
-    /// Lower and upper end, or their logarithms, and where they are `[pixels]`.
+    /// Lower and upper end, or their logarithms, and their positions `[pixels]`.
     ends: [f64; 4],
 }
 
@@ -36,12 +36,12 @@ struct Column<'c> {
     /// Standard errors; empty if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     errors: Vec<f64>,
-    /// Deviations from what is published; empty if there are none.
+    /// Deviations from published values; empty if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     deviations: Vec<Option<f64>>,
 }
 
-/// The numbers as JSON, to five digits: a plot with many points stays small.
+/// The numbers as JSON, with five digits, so that a plot with many points stays small.
 pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
     let lines = curves.lines.iter().zip(curves.classes()).map(|(line, class)| {
         let none = [];
@@ -68,7 +68,7 @@ pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
     text(&curves.titles, &[x, y], lines.collect())
 }
 
-/// The values of a map with their standard errors, 0 for none.
+/// The values of a map with their standard errors, 0 if unknown.
 pub(super) fn json_of_map(titles: &[String; 3], axes: &[&Axis; 3], cells: &[[f64; 4]]) -> String {
     let of = |k: usize| cells.iter().map(|cell| short(cell[k])).collect::<Vec<_>>();
     let has_errors = cells.iter().any(|cell| cell[3] > 0.0);
@@ -84,11 +84,11 @@ fn text(titles: &[String], axes: &[&Axis], lines: Vec<Column<'_>>) -> String {
         Scale { title, is_logarithmic, ends: axis.scale().map(short) }
     };
     let values = Values { axes: axes.iter().zip(titles).map(axis).collect(), lines };
-    // Numbers and text have a form in JSON always.
+    // Numbers and text can always be represented as JSON.
     serde_json::to_string(&values).unwrap_or_default()
 }
 
-/// A number of five digits.
+/// A number with five digits.
 fn short(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }
@@ -114,7 +114,7 @@ mod tests {
         let values: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert_eq!(values["axes"][0]["ends"], serde_json::json!([0.0, 2.0, 90.0, 466.0]));
         let line = &values["lines"][0];
-        // A logarithmic axis has no place for zero.
+        // A logarithmic axis has no position for zero.
         assert_eq!((&line["x"], &line["y"]), (&serde_json::json!([1.0]), &serde_json::json!([2.0])));
         assert_eq!((&line["errors"], &line["deviations"]), (&serde_json::json!([0.25]), &serde_json::json!([-1.5])));
     }

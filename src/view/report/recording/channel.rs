@@ -9,7 +9,7 @@ use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 use crate::view::render::legend;
 
-/// The most scalars of a trajectory that there are colours for: each makes the page larger.
+/// Largest number of scalars of a trajectory with colours; each makes the page larger.
 const MOST_GIVEN: usize = 4;
 
 /// Kind of a scalar.
@@ -21,17 +21,17 @@ enum Quantity {
     Height(usize, f64),
     /// Number of neighbours within the range of a finite step.
     Captured(WellNeighbours),
-    /// A scalar of the trajectory, by its name.
+    /// A scalar of the trajectory, by name.
     Given(String),
 }
 
-/// The scalars of a trajectory, and the ends of their scales as far as frames have been seen.
+/// The scalars of a trajectory, and the ends of their scales for the frames so far.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Channels(Vec<(Quantity, ChannelHead, f64)>);
 
 impl Channels {
-    /// Meaningful scalars: a height where something falls, captured neighbours where there are finite steps, and those of each particle in the
-    /// trajectory.
+    /// The useful scalars: a height if something falls, captured neighbours if there are finite steps, and
+    /// the scalars in the trajectory.
     pub fn of(frame: &Frame, scene: Option<&Scene>, (up, is_down): (usize, bool)) -> Self {
         let head = |name: &str, unit: &str, is_count: bool| ChannelHead {
             name: name.to_owned(),
@@ -62,7 +62,7 @@ impl Channels {
 
     /// The size of a frame `[bytes]`.
     pub fn bytes(&self, moving: usize) -> usize {
-        // A bit per free flight, and what stands about each frame in the head of the recording, count too.
+        // Includes one bit per free flight, and the entry of each frame in the description.
         (6 * moving).next_multiple_of(4) + self.0.len() * moving + moving.div_ceil(8) + 300
     }
 
@@ -97,7 +97,7 @@ impl Channels {
         self.0.iter_mut().map(encode).collect()
     }
 
-    /// Names of the scalars, and the scales of their colours.
+    /// Names of the scalars, and their colour scales.
     pub fn heads(self) -> Vec<ChannelHead> {
         let finished = |(_, head, highest): (Quantity, ChannelHead, f64)| {
             // Without particles, nothing is known.
@@ -109,7 +109,7 @@ impl Channels {
     }
 }
 
-/// The values of a scalar of the frame for what moves; zeros if it is not there.
+/// The values of a scalar of the frame for moving particles; zeros if the frame lacks it.
 fn given(frame: &Frame, name: &str) -> Vec<f64> {
     let scalar = frame.scalars.iter().find(|scalar| scalar.name == name);
     let value = |place: usize| scalar.and_then(|scalar| scalar.values.get(place)).copied().unwrap_or(0.0);
@@ -117,7 +117,7 @@ fn given(frame: &Frame, name: &str) -> Vec<f64> {
     moving.map(|(place, _)| value(place)).collect()
 }
 
-/// Appends values as bytes, and returns what 0 and 255 stand for. Counts up to 255 are exact.
+/// Appends values as bytes, and returns the values of 0 and 255. Counts up to 255 are exact.
 fn quantise(values: &[f64], is_count: bool, bytes: &mut Vec<u8>) -> [f64; 2] {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let (low, high) = (finite().reduce(f64::min).unwrap_or(0.0), finite().reduce(f64::max).unwrap_or(0.0));

@@ -1,19 +1,20 @@
-//! Free flight between two frames: which particles met nothing on the way.
+//! Free flight between two frames: which particles had no event in between.
 //!
-//! A particle that flew freely from one frame to the next is where its velocity, and the acceleration that acted, take it, and has
-//! the velocity that goes with that. Then its path between is known: the player finds it from the two positions alone, of which the
-//! nearest images are meant along periodic axes. Of all other particles only the ends of the path are known.
+//! A particle that flew freely from one frame to the next has the position and velocity given by its velocity
+//! and the acceleration. Then its path in between is known, and the player computes it from the two positions
+//! alone, by nearest images along periodic axes. For all other particles only the ends of the path are known.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_u8;
 use crate::model::Scene;
 use crate::trajectory::Frame;
 
-/// Relative deviation of a free flight: each time a particle is streamed, its state is rounded by `2^-53`, which leaves room for millions of times; and a
-/// contact that changes less cannot be seen.
+/// Relative deviation allowed in a free flight. Each move of a particle is rounded by `2^-53`, so this allows
+/// millions of moves. A contact with a smaller effect cannot be seen.
 const ROUNDING: f64 = 1e-9;
 
-/// The longest flight whose ends determine its direction: nearly half a period, in these parts of one.
+/// The longest flight whose direction follows from its ends: nearly half a period, in these parts of a
+/// period.
 const FARTHEST: f64 = 240.0;
 const PERIOD: f64 = 500.0;
 
@@ -36,9 +37,10 @@ impl Moment {
 /// Flights of all moving particles between two frames.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Flights {
-    /// Index into the accelerations that acted.
+    /// Index of the acceleration.
     pub fall: usize,
-    /// Per particle 0 if it met something or went too far, else more than its way along any periodic axis, in parts of a period.
+    /// Per particle 0 if it had an event or went too far, otherwise an upper bound of its displacement along
+    /// any periodic axis, in parts of a period.
     ways: Vec<u8>,
 }
 
@@ -59,7 +61,7 @@ impl Flights {
         self.ways.iter().filter(|way| **way > 0).count()
     }
 
-    /// A bit per particle, the lowest first.
+    /// One bit per particle, lowest first.
     pub fn bits(&self) -> impl Iterator<Item = u8> + '_ {
         self.ways
             .chunks(8)
@@ -67,7 +69,7 @@ impl Flights {
     }
 }
 
-/// Finds the flights between frames that are read one after the other.
+/// Finds the flights between successive frames.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FlightFinder {
     /// Accelerations by species: those of the scene, then those of its stages.
@@ -92,13 +94,13 @@ impl FlightFinder {
         Self { falls, slide: rate * frame.size.y, last: None }
     }
 
-    /// Flights from the frame before to this one; `None` for the first frame.
+    /// Flights from the previous frame to this one; `None` for the first frame.
     pub fn next(&mut self, frame: &Frame) -> Option<Flights> {
         let now = Moment::of(frame);
         let last = self.last.replace(now)?;
         let now = self.last.as_ref()?;
         let all = (0..self.falls.len()).map(|fall| self.flights(frame, [&last, now], fall));
-        // If there are several accelerations, the one that most particles fly with.
+        // If there are several accelerations, the one that fits most particles.
         all.reduce(|best, other| if other.count() > best.count() { other } else { best })
     }
 
@@ -120,7 +122,8 @@ impl FlightFinder {
     }
 }
 
-/// The shortest of the ways between images of two points of the box, at the displacement of the later one; and how many periods along y it leads up.
+/// The shortest displacement between images of two points of the box, at the later displacement of the box;
+/// and the number of periods up along y.
 fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     let mut way = way;
     let up = if frame.periodic[1] { -(way.y / frame.size.y).round() } else { 0.0 };
@@ -133,7 +136,7 @@ fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     (way, up)
 }
 
-/// Upper bound of a way along any periodic axis, in parts of a period; 0 if it is too far.
+/// Upper bound of a displacement along any periodic axis, in parts of a period; 0 if it is too far.
 fn parts_of_period(frame: &Frame, way: &Vector) -> u8 {
     let parts = (0..3).filter(|axis| frame.periodic[*axis]).map(|axis| way[axis].abs() / frame.size[axis] * PERIOD);
     let most = parts.fold(0.0, f64::max).ceil() + 1.0;

@@ -1,4 +1,4 @@
-//! One frame in few bytes.
+//! A frame in compact form.
 
 use super::FrameHead;
 use super::channel::Channels;
@@ -7,14 +7,14 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::trajectory::Frame;
 
-/// The number of steps between the sides of the field; one more number marks what is beyond.
+/// Number of steps between the sides of the field; one more value marks particles beyond.
 const STEPS: f64 = 65_534.0;
 const BEYOND: u16 = u16::MAX;
 
 /// Margin of the field around the box, in edges of the box.
 const REACH: f64 = 3.0;
 
-/// The bytes of a frame and what they mean.
+/// The bytes of a frame and their description.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Encoded {
     pub head: FrameHead,
@@ -62,7 +62,7 @@ impl Encoded {
     }
 }
 
-/// The box, with the particles that are outside of it but not beyond reach: lower corner and edges.
+/// The box, extended to particles outside of it within reach: lower corner and edges.
 fn field(frame: &Frame, positions: &[Vector]) -> (Vector, Vector) {
     let mut lower = frame.lower;
     let mut upper = frame.lower + frame.size;

@@ -1,13 +1,13 @@
-//! First picture of the player: its colour and its view.
+//! First picture of the player: its colouring and its view.
 
 use super::Recording;
 use crate::model::{Colouring, LivePlan};
 
-/// Colour by species, as the player counts channels.
+/// Colouring by species, in the numbering of channels.
 const SPECIES: i64 = -1;
 
 impl Recording {
-    /// Chooses the colour and the view that a scene asks for, as far as the trajectory has what that takes.
+    /// Chooses the colouring and the view that a scene asks for, if the trajectory has the data.
     pub fn begin_with(&mut self, plan: &LivePlan) {
         let channel = |name: &str| {
             let place = self.head.channels.iter().position(|channel| channel.name.starts_with(name));

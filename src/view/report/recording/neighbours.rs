@@ -1,4 +1,4 @@
-//! How many neighbours of a particle are within the range of a finite step, by distance.
+//! Numbers of neighbours within the range of a finite step.
 
 use std::collections::HashSet;
 
@@ -10,16 +10,17 @@ use crate::trajectory::Frame;
 /// The ranges within which particles are neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WellNeighbours {
-    /// Species by species, negative for those that have no finite step.
+    /// By pair of species; negative for pairs without a finite step.
     ranges: Vec<f64>,
     species: usize,
     longest: f64,
-    /// Pairs with an interaction of their own.
+    /// Pairs with a bond interaction.
     bonded: HashSet<[u32; 2]>,
 }
 
 impl WellNeighbours {
-    /// The ranges of a scene; `None` if it has no finite steps, or if the species of the frame are not those of the scene.
+    /// The ranges of a scene; `None` if it has no finite steps, or if the species of the frame differ from
+    /// those of the scene.
     pub fn of(scene: &Scene, frame: &Frame) -> Option<Self> {
         let names = || frame.species.iter().map(|species| &species.name);
         if !names().eq(scene.species.iter().map(|species| &species.name)) {
@@ -40,7 +41,7 @@ impl WellNeighbours {
         (longest > 0.0).then_some(Self { ranges, species, longest, bonded })
     }
 
-    /// The number of each moving particle, in the order of the frame. Bonded partners do not count.
+    /// The number for each moving particle, in the order of the frame. Bonded partners do not count.
     pub fn count(&self, frame: &Frame) -> Vec<f64> {
         let positions = frame.particles.iter().map(|particle| frame.wrapped(&particle.position));
         let cells = CellList::new(&frame.space(), frame.displacement, self.longest, (0..).zip(positions));

@@ -1,4 +1,4 @@
-//! Surfaces in few bytes.
+//! Surfaces in compact form.
 
 use serde::Serialize;
 
@@ -6,20 +6,20 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::view::surfaces::{Skin, Surfaces};
 
-/// The most triangles of all surfaces of a page together: with their vertices they take a megabyte or two.
+/// Largest number of triangles of all surfaces on a page: with their vertices they take one or two megabytes.
 pub(in crate::view) const MOST_TRIANGLES: usize = 50_000;
 
-/// The number of steps between the sides of the box around all surfaces.
+/// Number of steps between the sides of the box around all surfaces.
 const STEPS: f64 = 65_535.0;
 
-/// Meaning of the bytes of the surfaces.
+/// Layout of the surface bytes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::view) struct SurfaceHead {
     pub triangles: usize,
     pub edges: usize,
     pub vertices: usize,
-    /// Numbers of triangles, edges and vertices of each, in their order.
+    /// Numbers of triangles, edges and vertices of each surface, in order.
     pub parts: Vec<[usize; 3]>,
     /// Lower corner and edges of the box around all surfaces.
     pub lower: [f64; 3],
@@ -30,13 +30,13 @@ pub(in crate::view) struct SurfaceHead {
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view) struct SurfaceData {
     pub head: SurfaceHead,
-    /// Of each triangle three vertices (u32); of each edge two positions, and of each vertex one, in steps of the box (u16); of each vertex a normal (i8); in
-    /// little-endian order.
+    /// Three vertices (u32) per triangle; two positions per edge and one per vertex, in steps of the box
+    /// (u16); a normal (i8) per vertex; in little-endian order.
     pub bytes: Vec<u8>,
 }
 
 impl SurfaceData {
-    /// `None` where there are none.
+    /// `None` if there are no surfaces.
     pub fn of(surfaces: &Surfaces) -> Option<Self> {
         let skins = &surfaces.skins;
         let lower = skins.iter().map(|skin| skin.bounds[0]).reduce(|a, b| a.inf(&b))?;
@@ -65,7 +65,7 @@ impl SurfaceData {
         let places = edges.chain(skins.iter().flat_map(|skin| &skin.vertices));
         bytes.extend(places.flat_map(steps).flatten());
         let normals = skins.iter().flat_map(|skin| skin.normals.iter().flatten());
-        // A byte of either sign, by its bits.
+        // A signed byte, by its bits.
         bytes.extend(normals.map(|x| (trunc_to_u16((127.0 * x).round() + 256.0) & 255).to_le_bytes()[0]));
         Some(Self { head, bytes })
     }

@@ -8,13 +8,13 @@ use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::FrameSpecies;
 
-/// Grains that fly through a box that is periodic along x, with a pivot and a bond; `count` of them.
+/// `count` grains that fly through a box with a periodic x axis, with a pivot and a bond.
 fn frame(time: f64, count: u32) -> Frame {
     let place = |k: u32, factor: f64| (f64::from(k) * factor + time).rem_euclid(1.0);
     let grain = |k: u32| FrameParticle {
         id: ParticleId(k),
         species: SpeciesId(0),
-        // Some are an edge of the box to the right of it, which is the same place.
+        // Some are one edge to the right of the box, which is the same position.
         position: Vector::new(
             10.0 * place(k, 0.618) + 10.0 * f64::from(k % 2),
             4.0 * place(k, 0.414),
@@ -54,7 +54,7 @@ fn text(frames: &[Frame]) -> Vec<u8> {
     text
 }
 
-/// A position as the player computes it.
+/// A position as computed by the player.
 fn decoded(recording: &Recording, frame: usize, particle: usize) -> [f64; 3] {
     let bytes = &recording.frames[frame];
     let [lower, size] = recording.head.frames[frame].field;
@@ -77,7 +77,7 @@ fn positions_and_speeds_come_back_within_their_steps() {
             let found = decoded(&recording, index, particle);
             for (k, found) in found.into_iter().enumerate() {
                 let expected = if k == 0 { expected.position.x % 10.0 } else { expected.position[k] };
-                // Half a step, and the rounding of some operations.
+                // Half a step, plus the rounding of a few operations.
                 let bound = head.frames[index].field[1][k] / 131_068.0 * (1.0 + 1e-9);
                 assert!((found - expected).abs() <= bound, "{k}: {found} but {expected}");
                 assert!((frame.lower[k]..=frame.lower[k] + frame.size[k]).contains(&found));
@@ -168,7 +168,7 @@ fn scalars_are_those_that_the_scene_has() {
 fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
     let mut frames = [frame(0.0, 3), frame(1.0, 3)];
     for (frame, shift) in frames.iter_mut().zip([0.0, 0.25]) {
-        // The last one is that of the pivot, which keeps its own colour.
+        // The last one belongs to the pivot, which keeps its own colour.
         let values = vec![0.125 + shift, 0.25 + shift, 0.375 + shift, 9.0];
         frame.scalars = vec![Scalar { name: "q6".into(), values }];
     }
@@ -211,7 +211,7 @@ fn neighbours_are_those_of_a_search_over_all_pairs() {
             let range = [[1.5, 1.2], [1.2, 0.0]][a.species.0 as usize][b.species.0 as usize];
             let apart = a.position - b.position;
             let nearest = |x: f64| x.rem_euclid(edge).min(edge - x.rem_euclid(edge));
-            // Of all images along y, each displaced along x.
+            // Over all images along y, each displaced along x.
             let is_near = (-2..=2).map(f64::from).any(|up| {
                 let (x, y) = (nearest(apart.x + up * displacement), apart.y + up * edge);
                 x * x + y * y + nearest(apart.z).powi(2) < range * range

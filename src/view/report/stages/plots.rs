@@ -11,17 +11,17 @@ use crate::view::report::plot::{Curves, Line, Point, extent};
 /// Name of the observable along the horizontal axis.
 pub(in crate::view::report) const TEMPERATURE: &str = "temperature";
 
-/// Temperatures of a smaller ratio are those of a run at one temperature.
+/// Smallest ratio of temperatures; with less, the run is at one temperature.
 const LEAST_RATIO: f64 = 1.02;
 
-/// Temperatures that span a larger ratio have a logarithmic axis.
+/// Temperatures with a larger ratio get a logarithmic axis.
 const LONG: f64 = 10.0;
 
-/// Largest relative difference of a quantity that is the same in all stages.
+/// Largest relative difference of a quantity that is equal in all stages.
 const SAME: f64 = 1e-9;
 
-/// Figures of all observables and measured numbers against the temperature of the stage, and of measured functions, coloured along it; empty where all
-/// stages have one temperature.
+/// Figures of all observables and measured numbers against the temperature of the stage, and of measured
+/// functions, coloured by it; empty if all stages have the same temperature.
 pub(super) fn plots(all: &[Results<'_>]) -> String {
     let temperature =
         |results: &Results<'_>| results.observables.get(TEMPERATURE).map(|it| it.mean).filter(|it| it.is_finite());
@@ -44,17 +44,17 @@ pub(super) fn plots(all: &[Results<'_>]) -> String {
     format!("<div class=\"plots\">\n{}</div>\n", figures.concat())
 }
 
-/// Whether temperatures are those of an anneal, not of a run at one temperature.
+/// Whether temperatures are those of an anneal rather than of a run at one temperature.
 pub(in crate::view::report) fn is_spread(temperatures: impl Iterator<Item = f64>) -> bool {
     extent(temperatures).is_some_and(|[least, most]| least > 0.0 && most >= LEAST_RATIO * least)
 }
 
-/// Whether temperatures belong on a logarithmic axis.
+/// Whether temperatures need a logarithmic axis.
 pub(in crate::view::report) fn is_long(temperatures: impl Iterator<Item = f64>) -> bool {
     extent(temperatures).is_some_and(|[least, most]| most > LONG * least)
 }
 
-/// Quantity of the stages: its name, title and unit.
+/// A quantity of the stages: its name, title and unit.
 struct Known {
     name: String,
     title: String,

@@ -1,4 +1,4 @@
-//! Functions that the runs of a sweep have measured, as families along what varies.
+//! Functions measured by the runs of a sweep, as families along the value that varies.
 
 use super::plots::Horizontal;
 use super::settings;
@@ -9,10 +9,11 @@ use crate::sweep::{Group, Results, Standing, Sweep, SweepFolder};
 use crate::view::report::families::{self, Member, Parameter, mean};
 use crate::view::report::html::escape;
 
-/// Figures of a page: a sweep along many axes has a family for each combination of the other values.
+/// Largest number of figures on a page: a sweep along many axes has one family for each combination of the
+/// other values.
 const MOST_FIGURES: usize = 48;
 
-/// A family of all state points that have all but one value in common.
+/// A family of all state points that share all values but one.
 struct Family {
     label: String,
     members: Vec<Member>,
@@ -60,7 +61,8 @@ fn of_sweep(folder: &SweepFolder, sweep: &Sweep, results: &Results, along: &Hori
     families
 }
 
-/// Curves of a state point, by stage if there are several: means over its runs. Of a file that cannot be read the table of the runs tells.
+/// Curves of a state point, by stage if there are several: means over its runs. The table of the runs reports
+/// unreadable files.
 fn curves_of(
     folder: &SweepFolder,
     sweep: &Sweep,

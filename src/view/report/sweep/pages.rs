@@ -1,4 +1,4 @@
-//! The pages of the runs of a sweep, which its own page links to.
+//! The pages of the runs of a sweep, to which its own page links.
 
 use std::fs;
 use std::io;
@@ -9,14 +9,14 @@ use crate::sweep::{Results, Sweep, SweepFolder};
 use crate::view::ViewError;
 use crate::view::report::{small_page, write};
 
-/// Where the page of a run is that the page of its sweep links to, in the folder of the run.
+/// Path of the page of a run in its folder, to which the page of the sweep links.
 #[must_use]
 pub fn run_page_in(run: &Path) -> PathBuf {
     run.join(SMALL_PAGE)
 }
 
-/// Makes a small page of each run of a sweep that has results, unless it is there and newer than they are: without the player where there are many frames.
-/// The result has what hindered it, for each page that could not be made.
+/// Makes a small page of each run of a sweep that has results, unless a page exists that is newer than the
+/// results. Large trajectories have no player. Returns the errors of all pages that could not be made.
 pub fn write_run_pages(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> Vec<ViewError> {
     let with = sweep.points().iter().zip(&results.points).filter(|(_, result)| !result.measurements.is_empty());
     with.filter_map(|(point, _)| write_page(&folder.of(point)).err()).collect()

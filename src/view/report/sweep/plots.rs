@@ -1,4 +1,5 @@
-//! Every quantity of a sweep against the value that varies, and of measured stages against their temperature, with what is published beside.
+//! Every quantity of a sweep against the value that varies, and of measured stages against their temperature,
+//! beside published values.
 
 use std::fmt::Write;
 
@@ -10,22 +11,22 @@ use crate::view::report::html::{self, escape, symbols};
 use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot, deviations, extent};
 use crate::view::report::stages::{TEMPERATURE, is_long, is_spread};
 
-/// Values that span a larger ratio have a logarithmic axis.
+/// Values with a larger ratio get a logarithmic axis.
 const LONG: f64 = 50.0;
 
 /// Largest relative difference of a conserved quantity between points.
 const SAME: f64 = 1e-9;
 
-/// Number along the horizontal axis.
+/// The number along the horizontal axis.
 pub(super) struct Horizontal {
     entry: Entry,
-    /// The place of its axis.
+    /// Index of its axis.
     axis: Option<usize>,
     pub is_logarithmic: bool,
 }
 
 impl Horizontal {
-    /// Its name for people.
+    /// Its display name.
     pub fn title(&self) -> String {
         symbols(&self.entry.name().replace('_', " "))
     }
@@ -35,14 +36,16 @@ impl Horizontal {
         self.entry.of(sweep.points().get(*group.places.first()?)?)
     }
 
-    /// The other values of a state point, in words. What changes together with the value along the axis tells no series from another.
+    /// The other values of a state point, in words. Values that change together with the one along the axis
+    /// are left out.
     pub fn others(&self, sweep: &Sweep, settings: &[(String, &str)]) -> Vec<String> {
         let others = settings.iter().zip(sweep.state_point_axes()).filter(|(_, axis)| self.axis != Some(*axis));
         others.map(|((name, value), _)| format!("{name} = {value}")).collect()
     }
 }
 
-/// State points along the horizontal axis that have all other values and the measured stage in common, or stages of one state point.
+/// State points along the horizontal axis that share all other values and the measured stage, or stages of
+/// one state point.
 #[derive(Clone)]
 struct Series<'r> {
     /// The stage, if there are several, and the other values, in words.
@@ -55,11 +58,12 @@ struct Series<'r> {
 struct Along {
     title: String,
     is_logarithmic: bool,
-    /// Description of the points, in words; empty for means of runs.
+    /// Description of the points; empty for means of runs.
     words: &'static str,
 }
 
-/// The first key with numbers that are not all the same, or the first entry of a list or a table that has such: one that tells its values apart, if there is one.
+/// The first key with numbers that differ, or the first entry with such numbers in a list or table;
+/// preferably one with a different number for each value.
 pub(super) fn horizontal(sweep: &Sweep) -> Option<Horizontal> {
     let all = sweep.numbers();
     let values = |entry: &Entry| sweep.points().iter().filter_map(|point| entry.of(point)).collect::<Vec<f64>>();
@@ -99,7 +103,7 @@ fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Se
     ascending(all)
 }
 
-/// The measured stages of each state point along their mean temperatures; none where all have the same one.
+/// The measured stages of each state point along their mean temperatures; empty if all have the same one.
 fn stages<'r>(sweep: &Sweep, results: &'r Results) -> Vec<Series<'r>> {
     let Some(at) = results.quantities.iter().position(|it| it.name == TEMPERATURE) else { return Vec::new() };
     let of_group = |group: &'r Group| {
@@ -153,7 +157,7 @@ pub(super) fn section(sweep: &Sweep, results: &Results) -> String {
     format!("<div class=\"plots\">\n{figures}</div>\n{of_stages}{constants}")
 }
 
-/// The figures of all quantities but one, and those that are the same everywhere, in words.
+/// The figures of all quantities but one, and a sentence on quantities that are the same everywhere.
 fn figures(results: &Results, along: &Along, series: &[Series<'_>], but: Option<&str>) -> (String, Vec<String>) {
     let (mut constants, mut figures) = (Vec::new(), String::new());
     for (at, quantity) in results.quantities.iter().enumerate().filter(|(_, it)| but != Some(it.name.as_str())) {
@@ -165,7 +169,7 @@ fn figures(results: &Results, along: &Along, series: &[Series<'_>], but: Option<
     (figures, constants)
 }
 
-/// The mean that a quantity has at all points, within round-off.
+/// The mean of a quantity if it is the same at all points, within round-off.
 fn constant(results: &Results, at: usize) -> Option<f64> {
     let means = || results.means().filter_map(|(_, means)| means.values[at].map(|value| value.mean));
     let [least, most] = extent(means())?;
@@ -199,7 +203,8 @@ fn quantity_figure(results: &Results, at: usize, along: &Along, series: &[Series
     curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, ..Curves::default() }, &text)
 }
 
-/// Published values of a quantity at the sizes of the runs along the axis, by label: with their source and points, once where several series have the same.
+/// Published values of a quantity for the system sizes along the axis, by label, with their source and
+/// points. Series with the same values share them.
 fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
     let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
     for one in series {
@@ -228,7 +233,7 @@ fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String,
     all
 }
 
-/// Whether two curves are the same within round-off, as that of the edge of the box in a density.
+/// Whether two curves are the same within round-off, like those against the edge of the box at one density.
 fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
     let is_near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
     one.len() == other.len()
@@ -238,7 +243,8 @@ fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
         })
 }
 
-/// Deviation of all runs from the published values, in words: at their own size and, if that matters, at the size of the source.
+/// Deviation of all runs from the published values, in words: at their own size and, if it matters, at the
+/// size of the source.
 fn agreement(results: &Results, at: usize, label: &str) -> Option<String> {
     let agreement: Agreement = results.agreements(at).into_iter().find(|it| it.label == label)?;
     let Agreement { chi_square, without_size, freedom, .. } = agreement;

@@ -100,7 +100,7 @@ fn parabolas_are_free_flights_until_the_floor() {
         .particle("ball", Vector::new(6.0, 5.0, 8.5), Vector::zeros())
         .build()
         .unwrap();
-    // The first one is on the floor at t = 2.
+    // The first one reaches the floor at t = 2.
     let frames = frames(&scene, &[0.0, 0.9, 1.9, 2.9]);
     let recording = recorded(&frames, &scene);
     assert_eq!(recording.head.falls, [[[0.0, 0.0, -1.0]]]);
