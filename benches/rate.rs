@@ -1,12 +1,13 @@
-//! Events per second of one system, for a look beside another program:
+//! Events per second of one system, for comparison with another program:
 //!
 //!     cargo bench --bench rate -- hard_spheres 10976 0.49
 //!     cargo bench --bench rate -- square_well 10976 0.8 2.0
 //!     cargo bench --bench rate -- configs/hopper.toml
 //!     cargo bench --bench rate -- hard_spheres 1000000 0.49 threads=2
 //!
-//! One line: the system, events per second of the loop alone, time from the scene to the first event, peak memory per particle.
-//! Particles are in random order in the scene, as in a fluid that has been simulated for long.
+//! Prints one line: the system, events per second of the loop alone, time from the scene to the first event,
+//! and peak memory per particle. Particles are in random order in the scene, as in a fluid after a long
+//! simulation.
 
 use carom::engine::{Simulation, Until};
 use carom::model::Scene;
@@ -16,7 +17,7 @@ use std::error::Error;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// Events per particle before those that are timed: what melts a lattice.
+/// Events per particle before the timing, enough to melt a lattice.
 const BEFORE: f64 = 30.0;
 
 /// Duration of a timing.
@@ -87,7 +88,7 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     #[expect(clippy::cast_possible_truncation, reason = "some thousands of events per particle")]
     let before = (before * particles) as u64;
     simulation.advance(Until::events(before))?;
-    // A second or more: at its end several threads give the one engine all that it needs to go on alone.
+    // At least a second, because at its end several threads return the complete state to a single engine.
     let chunk = simulation.time() / before as f64 * (8.0 * particles).max(1e6);
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     while begin.elapsed() < TIMED {
@@ -107,7 +108,7 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Where the system tells, the most memory that this process has had `[byte]`.
+/// Peak memory of this process, if the system reports it `[byte]`.
 fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

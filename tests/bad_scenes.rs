@@ -1,6 +1,7 @@
-//! Every wrong scene ends with one error that says what is wrong, on which line, and nothing ever panics.
+//! Every wrong scene gives exactly one error that says what is wrong and on which line. Nothing ever panics.
 //!
-//! The first line of each `tests/bad_scenes/*.toml` says what its error has to be: `# line 7: part of the message`.
+//! The first line of each `tests/bad_scenes/*.toml` gives the expected error: `# line 7: part of the
+//! message`.
 
 use std::path::PathBuf;
 
@@ -16,7 +17,7 @@ fn bad_scenes() -> Vec<PathBuf> {
     paths
 }
 
-/// The message as a terminal shows it, without colours.
+/// The message as on a terminal, without colours.
 fn rendered(error: &SceneError) -> String {
     let mut text = String::new();
     let handler = miette::GraphicalReportHandler::new_themed(miette::GraphicalTheme::unicode_nocolor()).with_width(200);

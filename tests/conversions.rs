@@ -1,4 +1,4 @@
-//! `carom convert`, as its users meet it. What other programs make of its files is checked in `tests/readers`.
+//! `carom convert` as its users see it. `tests/readers` checks what other programs make of its files.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +12,7 @@ fn carom(folder: &Path, arguments: &[&str]) -> Output {
     command.args(arguments).current_dir(folder).env("NO_COLOR", "1").output().unwrap()
 }
 
-/// The exit code and all that was said.
+/// The exit code and all output.
 fn said(output: &Output) -> (i32, String) {
     let text = [&output.stdout[..], &output.stderr[..]].concat();
     (output.status.code().unwrap(), String::from_utf8_lossy(&text).into_owned())
@@ -75,7 +75,7 @@ fn what_is_wrong_is_told_with_its_place() {
     ] {
         let (code, text) = said(&carom(folder.path(), &arguments));
         assert_eq!(code, 2, "{arguments:?}: {text}");
-        // Messages are broken into lines.
+        // Messages are wrapped.
         let text: String = text.replace("│ ", "").split_whitespace().collect();
         let expected: String = expected.split_whitespace().collect();
         assert!(text.contains(&expected), "{arguments:?}: {text}");

@@ -1,4 +1,4 @@
-//! The programs of `examples/`: each runs, and what it finds is right.
+//! The programs in `examples/`: each runs and gives the right result.
 
 #![allow(dead_code, reason = "the tests call what the `main` of an example calls")]
 
@@ -26,14 +26,14 @@ fn a_fluid_has_the_pressure_of_its_equation_of_state() {
     let (mean, error) = (measured.mean.unwrap(), measured.standard_error.unwrap());
     let expected = carnahan_starling(0.3);
     assert!(error < 0.01 * expected, "{error}");
-    // Five standard errors, and what the equation and 500 particles leave: a few parts in a thousand.
+    // Five standard errors, plus the error of the equation and of 500 particles: a few parts in a thousand.
     assert!((mean - expected).abs() < 5.0 * error + 0.003 * expected, "{mean} +- {error}, expected {expected}");
 }
 
 #[test]
 fn a_gas_stops_at_the_event_that_takes_the_last_of_nine_tenths() {
     let (simulation, [start, end]) = stop_on_condition::cooled().unwrap();
-    // A contact takes some thousandths of the energy of 500 grains at the most.
+    // A contact removes at most a few thousandths of the energy of 500 grains.
     assert!(end < 0.1 * start && end > 0.09 * start, "{start} {end}");
     assert!((simulation.event_counts().dissipated.total() + end - start).abs() < 1e-12 * start);
 }
@@ -44,13 +44,13 @@ fn replicas_agree_with_kinetic_theory() {
     assert_eq!(rates, replicas_in_threads::contact_rates(4).unwrap(), "a function of the seed, in any thread");
     let (mean, error) = replicas_in_threads::mean_and_error(&rates);
     let expected = HardSphereFluid::reduced(0.2).collision_rate();
-    // 30,000 contacts in each replica: half of a percent in each rate, and as much in 256 particles.
+    // 30,000 contacts in each replica: half a per cent in each rate, and the same for 256 particles.
     assert!(error < 0.01 * expected && (mean / expected - 1.0).abs() < 0.015, "{mean} +- {error}, expected {expected}");
 }
 
 #[test]
 fn a_bond_turns_its_beads_back_at_both_of_its_ends() {
-    // First after 0.1, then each time that 0.4 are passed with a speed of 2.
+    // First after 0.1, then each time a distance of 0.4 is crossed at a speed of 2.
     assert_eq!(dimer::contacts(10.0).unwrap(), 50);
 }
 
@@ -59,8 +59,8 @@ fn events_of_wells_are_all_of_their_kinds() {
     let statistics = event_statistics::statistics(20_000).unwrap();
     assert_eq!(statistics.keys().copied().collect::<Vec<_>>(), ["bounce", "capture", "core", "release"]);
     assert_eq!(statistics.values().map(|(count, _)| count).sum::<u64>(), 20_000);
-    // A core and a barrier that is too high turn a pair back; a release slows it down, and a capture makes it faster: `r_ij` of a core
-    // grows, and that of the others falls.
+    // A core and a barrier that is too high turn a pair back, a release slows it down, and a capture speeds
+    // it up. `r_ij` of a core grows, and that of the others falls.
     let is_outwards = |name: &str| statistics[name].1 > 0.0;
     assert!(is_outwards("core") && !is_outwards("capture") && !is_outwards("release") && !is_outwards("bounce"));
 }
@@ -70,7 +70,7 @@ fn a_potential_of_ones_own_conserves_energy() {
     let (simulation, start) = own_potential::simulated(20_000).unwrap();
     let energy = simulation.energy();
     assert!(energy.potential > 0.0 && simulation.event_counts().capture > 1_000);
-    // Some 20,000 roundings.
+    // About 20,000 roundings.
     assert!(((energy.kinetic + energy.potential) / start - 1.0).abs() < 1e-12);
 }
 
@@ -81,8 +81,8 @@ fn an_instrument_of_ones_own_is_in_the_files_of_the_run() {
     let finished = own_instrument::measured_in(&run).unwrap();
     assert_eq!(finished.ending, Ending::Time);
     let curve = &finished.measured.curves[0];
-    // Maxwell's distribution at the temperature of 255 particles. Five standard errors, and what the curvature makes of the mean over a bin:
-    // `w^2 / 24` of a second derivative of at most 2.
+    // Maxwell's distribution at the temperature of 255 particles. Five standard errors, plus the effect of
+    // curvature on the mean over a bin: `w^2 / 24` of a second derivative of at most 2.
     let temperature = 255.0_f64 / 256.0;
     let (middles, series) = (&curve.variables[0].values, &curve.series[0]);
     for ((v, p), error) in middles.iter().zip(&series.values).zip(&series.standard_errors) {
@@ -94,7 +94,7 @@ fn an_instrument_of_ones_own_is_in_the_files_of_the_run() {
     let table = std::fs::read_to_string(run.join("measurements/speeds.csv")).unwrap();
     assert!(table.starts_with("v,p_v,p_v_error\n"), "{table}");
     assert_eq!(table.lines().count(), 21);
-    // Where it has its maximum: sqrt(2), within its bin of a quarter or the next one.
+    // The maximum is at sqrt(2), in its bin of a quarter or the next one.
     let most_probable = own_instrument::most_probable(&finished).unwrap();
     assert!((most_probable - 2.0_f64.sqrt()).abs() < 0.375, "{most_probable}");
 }

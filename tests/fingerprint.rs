@@ -1,4 +1,4 @@
-//! Checkpoints of a program that was built from other sources are refused.
+//! Checkpoints of a program built from other sources are rejected.
 
 use std::fs;
 use std::path::Path;
@@ -25,7 +25,7 @@ fn every_source_that_a_run_depends_on_changes_the_fingerprint() {
     write("src/cli/run.rs", "words\n");
     let first = fingerprint(root).unwrap();
     for name in sources {
-        // A field that moves is a layout of the same names.
+        // A moved field is another layout with the same names.
         write(name, "struct Body { velocity: f64, position: f64 }\n");
         assert_ne!(fingerprint(root).unwrap(), first, "{name}");
         write(name, "struct Body { position: f64, velocity: f64 }\r\n");
@@ -51,7 +51,7 @@ fn a_checkpoint_of_other_sources_is_refused_and_left_as_it_is() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let path = folder.join("checkpoint");
     let good = fs::read(&path).unwrap();
-    // Behind the magic bytes and the version stand the eight of the fingerprint; the checksum is right.
+    // The eight bytes of the fingerprint follow the magic bytes and the version; the checksum is valid.
     for at in 28..36 {
         let mut other = good.clone();
         other[at] ^= 1;

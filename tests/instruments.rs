@@ -1,4 +1,4 @@
-//! Instruments that are written outside of the crate: results, checkpoints, pages, and runs that they end.
+//! Instruments written outside of the crate: results, checkpoints, pages, and runs that they end.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -13,7 +13,7 @@ use carom::run::{Ending, Finished, Progress, Run, Stage};
 use carom::scene::{Amount, Lattice, SceneBuilder};
 use serde::{Deserialize, Serialize};
 
-/// The mean speed at even times, and the impulses of all events, up to a number of them.
+/// The mean speed at even times, and the impulses of a number of events.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Probe {
     times: SamplingTimes,
@@ -86,7 +86,7 @@ fn probed(run: Run, most: u64) -> Run {
     run.instrument("probe", move |setup| Probe::new(setup.sample.time, most))
 }
 
-/// Runs into a folder up to a stage and a number of its events, where it is asked whether to go on.
+/// Runs into a folder up to a stage and a number of its events, where the callback stops it.
 fn interrupted(folder: &Path, most: u64, (stage, events): (Stage, u64)) -> Finished {
     let scene = scene();
     let mut files = Folder::create(folder, &scene, Existing::Keep).unwrap();
@@ -158,7 +158,7 @@ fn what_an_instrument_is_made_of_where_a_run_goes_on_is_its_state() {
     let path = folder.path().join("run");
     interrupted(&path, 900, (Stage::Measurement, 300));
     let (_, checkpoint) = Folder::resume(&path, None).unwrap();
-    // Not 0, which it would begin with.
+    // Not 0, the initial value.
     let finished = probed(Run::resume(checkpoint), 0).finish().unwrap();
     assert_eq!((finished.ending.clone(), finished.measurement.event_counts.physical()), (Ending::Condition, 900));
 }
@@ -184,7 +184,7 @@ fn a_run_does_not_go_on_with_other_instruments() {
     assert!(matches!(twice, InstrumentError::Duplicate { name } if name == "probe"));
 }
 
-/// Instrument of another state under the same name.
+/// An instrument with another state under the same name.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Other(String);
 

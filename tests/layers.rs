@@ -1,11 +1,10 @@
-//! The layers of the sources: no import runs up.
-//! `docs/architecture.md` shows the picture.
+//! The layers of the sources: no import goes up. `docs/architecture.md` shows the picture.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// From the bottom up: each uses only those before it.
+/// From the bottom up: each layer uses only those before it.
 const LAYERS: [&str; 16] = [
     "base",
     "physics",
@@ -25,7 +24,7 @@ const LAYERS: [&str; 16] = [
     "cli",
 ];
 
-/// Files with code, by their paths below `src`; unit tests may use everything.
+/// Files with code, by their paths below `src`. Unit tests may use everything.
 fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -38,7 +37,7 @@ fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The code of a file: without comments, and without what stands behind `#[cfg(test)]` and a module in braces.
+/// The code of a file without comments, and without modules in braces after `#[cfg(test)]`.
 fn code(text: &str) -> String {
     let end = text.match_indices("#[cfg(test)]").find(|(at, _)| {
         text[*at..].lines().nth(1).is_some_and(|line| line.contains("mod ") && line.trim_end().ends_with('{'))
@@ -47,7 +46,7 @@ fn code(text: &str) -> String {
     text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
 }
 
-/// Modules that are compiled for tests only: `#[cfg(test)]` and `mod name;`.
+/// Modules compiled only for tests: `#[cfg(test)]` and `mod name;`.
 fn test_modules(text: &str) -> BTreeSet<String> {
     let lines: Vec<&str> = text.lines().collect();
     let pairs = lines.windows(2).filter(|pair| pair[0].trim() == "#[cfg(test)]");
@@ -55,7 +54,7 @@ fn test_modules(text: &str) -> BTreeSet<String> {
     names.map(str::to_owned).collect()
 }
 
-/// Everything that stands behind `crate::` (in the program `carom::`): two names at most.
+/// Everything after `crate::` (in the program `carom::`): at most two names.
 fn imports(code: &str) -> Vec<(String, Option<String>)> {
     let mut found = Vec::new();
     for root in ["crate::", "carom::"] {
@@ -74,7 +73,7 @@ fn imports(code: &str) -> Vec<(String, Option<String>)> {
     found
 }
 
-/// For each module of the first level and the modules within it: what it imports.
+/// The imports of each first-level module and of the modules in it.
 fn relations() -> BTreeMap<String, BTreeSet<(String, String)>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files = Vec::new();

@@ -1,6 +1,7 @@
-//! Every dependency has a licence that goes with those of Carom, and `THIRD-PARTY.md` names all that the program and the Python package are built from.
+//! Every dependency has a licence compatible with those of Carom, and `THIRD-PARTY.md` names everything from
+//! which the program and the Python package are built.
 //!
-//! After a change of `Cargo.lock`: `cargo test --test licences -- --ignored` writes that file again.
+//! After a change of `Cargo.lock`: `cargo test --test licences -- --ignored` rewrites that file.
 
 #![cfg(target_os = "linux")]
 
@@ -11,7 +12,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Licences that ask for no more than a notice.
+/// Licences that require no more than a notice.
 const PERMISSIVE: [&str; 14] = [
     "0BSD",
     "Apache-2.0",
@@ -29,7 +30,7 @@ const PERMISSIVE: [&str; 14] = [
     "bzip2-1.0.6",
 ];
 
-/// Licences that also ask for changes of their own files to be published, by crate.
+/// Licences that also require changes of their own files to be published, by crate.
 const BY_FILE: [(&str, &str); 1] = [("priority-queue", "MPL-2.0")];
 
 const NOTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/THIRD-PARTY.md");
@@ -55,7 +56,7 @@ fn dependencies() -> Vec<Crate> {
         let words = arguments.split(' ').chain(more.iter().copied());
         Command::new(&cargo).args(words).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
     };
-    // Crates that only the Python package needs may not have been downloaded yet.
+    // Crates that only the Python package needs may not have been downloaded so far.
     let offline = ask(&["--offline"]);
     let output = if offline.status.success() { offline } else { ask(&[]) };
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -94,7 +95,7 @@ fn dependencies() -> Vec<Crate> {
     crates
 }
 
-/// Whether an expression such as `(MIT OR Apache-2.0) AND Unicode-3.0` can be met with the given licences.
+/// Whether the given licences satisfy an expression such as `(MIT OR Apache-2.0) AND Unicode-3.0`.
 fn is_met(expression: &str, licences: &[&str]) -> bool {
     let spaced = expression.replace('(', " ( ").replace(')', " ) ").replace('/', " OR ");
     let words: Vec<&str> = spaced.split_whitespace().collect();
@@ -141,7 +142,8 @@ fn line(it: &Crate) -> String {
     format!("| {} | {} | {} | {} |", it.name, it.version, it.licence, it.source)
 }
 
-/// The texts of licences in the folder of a crate; of several that it can be had under, the shortest way to meet it.
+/// The licence texts in the folder of a crate; if there is a choice of licences, the shortest sufficient
+/// ones.
 fn texts(it: &Crate) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(&it.folder)
         .unwrap()

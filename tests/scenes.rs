@@ -1,4 +1,4 @@
-//! Every scene of `configs/` is valid, and is what its comments say.
+//! Every scene in `configs/` is valid and agrees with its comments.
 
 use carom::model::Scene;
 
@@ -27,7 +27,8 @@ fn the_hopper_is_the_one_of_the_paper_and_holds() {
     println!("{surface} surface spheres, {} grains", scene.particles().len() - surface);
     assert!((1600..1800).contains(&surface), "{surface} surface spheres");
     assert_eq!(scene.gaps(), []);
-    // Every grain starts inside of the bin: its centre keeps the contact distance 2 to the wall of radius 17.
+    // Every grain starts inside of the bin: its centre keeps the contact distance 2 from the wall of radius
+    // 17.
     for particle in scene.particles().iter().filter(|particle| particle.species.0 == 0) {
         assert!(particle.position.xy().norm() < 15.0);
     }
@@ -55,7 +56,7 @@ fn the_disks_of_maxwell_start_with_one_speed_and_no_momentum() {
     let scene = Scene::from_file("configs/maxwell.toml").unwrap();
     let velocities = || scene.particles().iter().map(|particle| particle.velocity);
     assert!(velocities().all(|velocity| (velocity.norm() - 1.0).abs() < 4.0 * f64::EPSILON && velocity.z == 0.0));
-    // Sums of two thousand terms of size one.
+    // Sums of two thousand terms of order one.
     assert!(velocities().sum::<carom::Vector>().norm() < 1e-12);
 }
 
@@ -148,7 +149,7 @@ fn a_scene_is_a_function_of_its_text() {
     let scene = |seed| Scene::from_toml_with(FLUID, "fluid.toml", &[("seed", seed)]).unwrap();
     assert_eq!(scene("1"), scene("1"));
     assert_ne!(scene("1").particles(), scene("2").particles());
-    // Velocities and positions have streams of their own.
+    // Velocities and positions have separate random streams.
     let cold = Scene::from_toml_with(FLUID, "fluid.toml", &[("chain.0.temperature", "0.0")]).unwrap();
     assert!(scene("1").particles().iter().zip(cold.particles()).all(|(a, b)| a.position == b.position));
 }
@@ -192,7 +193,7 @@ fn code_and_text_pass_the_same_checks() {
     assert_eq!(error.to_string(), "interaction[0].restitution is 1.1, expected a number from 0 to 1");
 }
 
-/// A fluid of a lognormal distribution of diameters beside equal spheres.
+/// A fluid with a lognormal distribution of diameters beside equal spheres.
 const POLYDISPERSE: &str = r#"
 [[species]]
 name = "A"
@@ -235,7 +236,8 @@ fn a_distribution_of_diameters_becomes_classes() {
     // 307.5 in classes of 15.375, and 102.5.
     assert!(counts[..20].iter().all(|count| (15..=16).contains(count)), "{counts:?}");
     assert!((102..=103).contains(&counts[20]) && counts.iter().sum::<i32>() == 410);
-    // Those with one more are spread over the sizes: the mean is off by at most a few of 307 particles with a deviation of a tenth.
+    // Classes with one more are spread over the sizes: the mean is off by at most a few of 307 particles with
+    // a deviation of a tenth.
     let diameters = (0..20).map(|class| scene.species()[class].diameter * f64::from(counts[class]));
     let mean = diameters.sum::<f64>() / f64::from(410 - counts[20]);
     assert!((mean / 1.2 - 1.0).abs() < 1e-3, "{mean}");
@@ -284,7 +286,7 @@ fn lists_of_diameters_keep_their_shares_and_disks_the_mass_of_their_area() {
 fn species_that_have_no_particles_take_no_memory() {
     use std::fmt::Write;
 
-    // Square tables of so many take some 50 GB.
+    // Square tables for this many would take about 50 GB.
     const SPECIES: usize = 30_000;
     let mut text = "[space]\nsize = [10.0, 10.0, 10.0]\n".to_owned();
     for id in 0..SPECIES {
@@ -312,7 +314,7 @@ fn species_that_have_no_particles_take_no_memory() {
     assert_eq!(pairs, [[0, 1], [1, 2], [0, 2]]);
 }
 
-/// A fill of a region in a periodic box, 20 long, whose axis z may be flat.
+/// A fill of a region in a periodic box of edge 20, with z flat or not.
 fn filled(region: &str, arrangement: &str, amount: &str, is_flat: bool) -> Result<Scene, carom::scene::SceneError> {
     let space = if is_flat { "size = [20.0, 20.0, 0.0]\nz = \"flat\"" } else { "size = [20.0, 20.0, 20.0]" };
     let text = format!(

@@ -17,8 +17,8 @@ fn everything_is_as_published() {
         for comparison in compared {
             println!("{}: {comparison:?}", point.name);
             assert!(comparison.verdict().is_pass(), "{}: {comparison:?}", point.name);
-            // An allowance that hid everything would make the comparison worthless. The largest is that of diffusion: half of the term
-            // of the periodic images, which is at most 4 % (`diffusion_in_box`).
+            // An allowance that hid everything would make the comparison worthless. The largest is for
+            // diffusion: half of the term of the periodic images, which is at most 4 % (`diffusion_in_box`).
             assert!(comparison.allowance.amount < 0.04 * comparison.published.abs(), "{}: {comparison:?}", point.name);
         }
     }

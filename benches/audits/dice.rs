@@ -1,6 +1,6 @@
-//! Random numbers of scenes that are made of a seed.
+//! Random numbers for scenes generated from a seed.
 
-/// Random numbers that depend on a seed alone (SplitMix64).
+/// Random numbers that depend only on a seed (SplitMix64).
 #[derive(Debug, Clone)]
 pub struct Dice(u64);
 
@@ -16,7 +16,7 @@ impl Dice {
         z ^ (z >> 31)
     }
 
-    /// Evenly from 0 to 1.
+    /// Uniform from 0 to 1.
     pub fn uniform(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -37,12 +37,12 @@ impl Dice {
         choices[self.below(choices.len())]
     }
 
-    /// Spread over powers of ten.
+    /// Log-uniform.
     pub fn power(&mut self, low: f64, high: f64) -> f64 {
         10_f64.powf(self.between(low, high))
     }
 
-    /// About normal: the sum of four even ones.
+    /// Approximately normal: the sum of four uniform numbers.
     pub fn normal(&mut self) -> f64 {
         (0..4).map(|_| self.uniform() - 0.5).sum::<f64>() * 3_f64.sqrt()
     }

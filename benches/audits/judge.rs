@@ -5,21 +5,21 @@ use std::ops::ControlFlow;
 use carom::model::Scene;
 use carom::run::{Ending, run};
 
-/// Checks after which a run is given up, some ten thousand steps apart.
+/// Number of checks after which a run is abandoned, about ten thousand steps apart.
 const PATIENCE: u32 = 2_000;
 
 /// Outcome of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
-    /// The scene is not valid, for this reason.
+    /// The scene is invalid, for this reason.
     Refused(String),
-    /// Its audit passed, after so many events.
+    /// Its audit passed, after this many events.
     Sound(u64),
     /// Its audit failed.
     Condemned(String),
 }
 
-/// Runs a scene and looks at its audit.
+/// Runs a scene and evaluates its audit.
 pub fn judge(text: &str) -> Verdict {
     let scene = match Scene::from_toml(text, "random.toml") {
         Ok(scene) => scene,

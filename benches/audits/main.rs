@@ -1,11 +1,12 @@
-//! Failure rate of the audit of valid runs, over random scenes whose coordinates have few digits left.
+//! Failure rate of the audit for valid runs, over random scenes whose coordinates have few digits left.
 //!
 //! ```text
 //! cargo bench --bench audits -- 1000        judges 1000 scenes, from seed 1 on
 //! cargo bench --bench audits -- 1 4711      judges one scene from seed 4711 on, and prints it
 //! ```
 //!
-//! The other half, faults that the audit must find, needs an engine that makes them: `CAROM_DROPS=1000 cargo test --release --lib drops`.
+//! The opposite case, faults that the audit must find, needs an engine that makes them: `CAROM_DROPS=1000
+//! cargo test --release --lib drops`.
 
 mod judge;
 mod scenes;

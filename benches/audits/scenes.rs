@@ -1,5 +1,6 @@
-//! Valid scenes at random, as text, whose coordinates have few digits left: long and far boxes, clusters across their corners, narrow channels,
-//! rings, walls, shear, wells, chains, mixtures of masses, diameters that grow.
+//! Random valid scenes as text, whose coordinates have few digits left: long and distant boxes, clusters
+//! across their corners, narrow channels, rings, walls, shear, wells, chains, mixtures of masses, growing
+//! diameters.
 
 #[path = "dice.rs"]
 mod dice;
@@ -14,13 +15,13 @@ pub enum Kind {
     /// Hard spheres, disks or rods in a cluster.
     Cluster,
     Wells,
-    /// Chains that hold together, across a corner of the box.
+    /// Bonded chains across a corner of the box.
     Chains,
     Walls,
     Shear,
     /// Restitutions down to 0.
     Inelastic,
-    /// Balls that fall onto a floor.
+    /// Balls that fall on a floor.
     Falling,
     Growth,
     /// Particles all along a narrow channel or a ring.
@@ -39,7 +40,7 @@ const KINDS: [Kind; 9] = [
     Kind::Channel,
 ];
 
-/// A scene, what it is there for, and the longest edge of its box.
+/// A scene, its purpose, and the longest edge of its box.
 pub struct RandomScene {
     pub kind: Kind,
     pub longest: f64,
@@ -53,7 +54,7 @@ struct Box {
     is_periodic: [bool; 3],
 }
 
-/// The longest distance at which two interact, and the largest diameter.
+/// The longest interaction distance, and the largest diameter.
 const RANGE: f64 = 1.3;
 const LARGEST: f64 = 1.0;
 
@@ -150,7 +151,8 @@ fn sides(text: &mut String, dice: &mut Dice, kind: Kind, space: &Box) {
     }
 }
 
-/// Puts particles into a cluster, across a corner of the box or elsewhere, or along the box; says how many of each species.
+/// Places particles in a cluster, across a corner of the box or elsewhere, or along the box. Returns the
+/// number of each species.
 fn particles(
     text: &mut String,
     dice: &mut Dice,
@@ -214,7 +216,7 @@ fn particles(
     [0, 1].map(|species| placed.iter().filter(|(_, of)| *of == species).count())
 }
 
-/// Whether a particle at a place reaches through no wall and overlaps with none that is there.
+/// Whether a particle at a position touches no wall and overlaps no placed particle.
 fn fits(space: &Box, diameters: [f64; 2], (place, species): (&[f64; 3], usize), placed: &[([f64; 3], usize)]) -> bool {
     let margin = 0.5 * diameters[species];
     let is_inside = (0..space.dimensions)
@@ -230,7 +232,8 @@ fn fits(space: &Box, diameters: [f64; 2], (place, species): (&[f64; 3], usize), 
         })
 }
 
-/// Velocities of temperature 1, whose centre of mass has the drift: without one, a cluster stays where it is.
+/// Velocities of temperature 1, with the given drift of the centre of mass. Without a drift, a cluster stays
+/// where it is.
 fn velocities(dice: &mut Dice, placed: &[([f64; 3], usize)], masses: [f64; 2], drift: [f64; 3]) -> Vec<[f64; 3]> {
     let thermal: Vec<[f64; 3]> =
         placed.iter().map(|(_, species)| [(); 3].map(|()| dice.normal() * masses[*species].powf(-0.5))).collect();
@@ -240,7 +243,7 @@ fn velocities(dice: &mut Dice, placed: &[([f64; 3], usize)], masses: [f64; 2], d
     thermal.iter().map(|v| std::array::from_fn(|k| v[k] - centre[k] + drift[k])).collect()
 }
 
-/// Diameters that grow by some percent, slowly or much faster than the particles move.
+/// Diameters that grow by a few per cent, slowly or much faster than the particles move.
 fn growth(text: &mut String, dice: &mut Dice, space: &Box, count: [usize; 2], diameters: [f64; 2]) {
     let volume = |diameter: f64| match space.dimensions {
         1 => diameter,

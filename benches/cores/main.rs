@@ -1,10 +1,11 @@
-//! One system on several cores: two threads beside one, in turns, and what more cores would do.
+//! One system on several cores: one thread and two threads in turns, and an estimate for more cores.
 //!
-//!     cargo bench --bench cores                          all systems, some forty minutes; writes benches/results/cores.md and cores.svg
-//!     cargo bench --bench cores -- 100000 0.49           spheres in a number and at a packing fraction, to look at
+//!     cargo bench --bench cores                          all systems, about forty minutes; writes benches/results/cores.md and cores.svg
+//!     cargo bench --bench cores -- 100000 0.49           a number of spheres at a packing fraction, for a quick look
 //!
-//! Domains of more cores than there are run one after the other on one thread: a window takes as long as its slowest domain, and comparison and exchange are
-//! shared by as many cores as there are domains. What memory that is shared by many cores takes is not in it.
+//! Domains for more cores than available run one after the other on one thread. A window takes as long as its
+//! slowest domain; comparison and exchange are shared by as many cores as there are domains. The estimate
+//! does not include contention for memory.
 
 mod plot;
 
@@ -18,14 +19,15 @@ use std::time::{Duration, Instant};
 
 type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 
-/// Events per particle before those that are timed: what melts a lattice.
+/// Events per particle before the timing, enough to melt a lattice.
 const BEFORE: f64 = 25.0;
 
-/// Events per particle that are timed at once, and how many there are at least: with the ends of epochs, and the one engine given the state at the end.
+/// Events per particle in one timing, and the least number of events. Both include the ends of epochs, and
+/// the return of the state to a single engine.
 const TIMED: f64 = 6.0;
 const LEAST: f64 = 4e6;
 
-/// Turns of one thread and two.
+/// Number of turns of one thread and two.
 const TURNS: usize = 3;
 
 /// Crystals start from their own lattice, fluids from one that they do not form.
@@ -46,7 +48,7 @@ machine, which is named where they are told of.
 
 ";
 
-/// A system, and for how many cores it is estimated.
+/// A system, and the numbers of cores for its estimate.
 struct System {
     name: String,
     scene: Scene,
@@ -56,21 +58,21 @@ struct System {
 /// Measurements of a system.
 struct Row {
     name: String,
-    /// Events per second of one thread, of two, and their ratio, turn by turn.
+    /// Events per second with one thread and with two, and their ratio, for each turn.
     turns: Vec<[f64; 3]>,
     work: DomainWork,
     cores: Vec<Estimate>,
 }
 
-/// Speed on a number of cores, in that of one thread.
+/// Speed on a number of cores, relative to one thread.
 pub struct Estimate {
     cores: usize,
     speedup: f64,
-    /// Steps for each one needed.
+    /// Number of steps per necessary step.
     steps: f64,
-    /// The mean time of domains in that of the slowest.
+    /// Mean time of the domains relative to the slowest.
     balance: f64,
-    /// Comparison and exchange, in the time of the slowest.
+    /// Time for comparison and exchange relative to the slowest domain.
     others: f64,
 }
 
@@ -127,7 +129,7 @@ fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
 /// Events per second over a number of events per particle, and the time that they take.
 fn rate(simulation: &mut Simulation, per_particle: f64, before: f64) -> Outcome<f64> {
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
-    // By the time, not by their number, whose last ones one engine does.
+    // By time, not by number of events, whose last ones a single engine executes.
     simulation.advance(Until::time(simulation.time() + per_particle / before))?;
     Ok((simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64())
 }
@@ -141,14 +143,14 @@ fn measure(system: &System) -> Outcome<Row> {
     simulation.advance(Until::events(half))?;
     let start = simulation.time();
     simulation.advance(Until::events(before))?;
-    // Events per particle in a unit of time.
+    // Events per particle and unit time.
     let density = 0.5 * BEFORE / (simulation.time() - start);
     let timed = TIMED.max(LEAST / particles);
     let mut row = Row { name: system.name.clone(), turns: Vec::new(), work: DomainWork::default(), cores: Vec::new() };
     let of = |domains: usize, threads: usize| -> Outcome<(f64, Simulation)> {
         let mut simulation = simulation.clone();
         simulation.set_domains(domains, threads);
-        // The domains are cut.
+        // The domains are set up here.
         simulation.advance(Until::time(simulation.time() + 0.1 / density))?;
         let rate = rate(&mut simulation, timed, density)?;
         Ok((rate, simulation))
@@ -173,7 +175,7 @@ fn measure(system: &System) -> Outcome<Row> {
     Ok(row)
 }
 
-/// Speed on several cores, from domains that ran one after the other, relative to one thread.
+/// Speed on several cores relative to one thread, estimated from domains that ran one after the other.
 fn estimate(cores: usize, one: f64, events: f64, before: DomainWork, after: DomainWork) -> Estimate {
     let since = |of: fn(&DomainWork) -> Duration| (of(&after) - of(&before)).as_secs_f64();
     let slowest = since(|work| work.slowest);

@@ -1,4 +1,4 @@
-//! Each detection function on a thousand random states of order one.
+//! Times each detection function on a thousand random states of order one.
 
 use carom::Vector;
 use carom::physics::detection::{accelerated, inertial, plane};
@@ -19,7 +19,7 @@ struct State {
     acceleration: Vector,
 }
 
-/// Separations from `lower` to `upper`, with any directions of motion.
+/// Separations from `lower` to `upper`, with random directions of motion.
 fn states(lower: f64, upper: f64) -> Vec<State> {
     let mut generator = ChaCha8Rng::seed_from_u64(1);
     let mut uniform = || (generator.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;

@@ -1,5 +1,5 @@
-//! Time per call of the detection functions, and events per second of whole systems: `cargo bench --bench engine`. Absolute numbers
-//! depend on the machine and its mood; compare ratios.
+//! Time per call of the detection functions, and events per second of whole systems: `cargo bench --bench
+//! engine`. Absolute numbers depend on the machine and its load; compare ratios.
 
 mod kernels;
 mod systems;

@@ -1,4 +1,4 @@
-//! Systems in a state in which their events are counted.
+//! Systems in the state in which their events are timed.
 
 use carom::engine::{Simulation, Until};
 use carom::model::Scene;
@@ -8,7 +8,8 @@ use carom::scene::{Amount, Lattice, SceneBuilder};
 pub struct System {
     pub name: &'static str,
     pub start: fn() -> Simulation,
-    /// Whether it stays as it is: a heap, a pendulum or a gas that cools is started again for each measurement.
+    /// Whether it is in a steady state. A heap, a pendulum or a cooling gas is restarted for each
+    /// measurement.
     pub is_steady: bool,
 }
 
@@ -43,7 +44,7 @@ fn square_well(density: f64) -> Simulation {
     fluid(well, Amount::NumberDensity(density), 2.0)
 }
 
-/// A fluid in equilibrium, as far as ten events per particle make one.
+/// A fluid close to equilibrium, after ten events per particle.
 fn fluid(potential: Potential, amount: Amount, temperature: f64) -> Simulation {
     let scene = SceneBuilder::new("fluid")
         .species("A", 1.0, 1.0)

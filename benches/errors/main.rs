@@ -1,4 +1,5 @@
-//! Claimed standard errors beside the scatter of other seeds, for everything that a run prints with an error.
+//! Claimed standard errors compared with the scatter of seeds, for everything that a run prints with an
+//! error.
 //!
 //! ```text
 //! cargo bench --bench errors -- 48              that many seeds of thirteen systems, in short runs and in five times longer ones
@@ -19,7 +20,7 @@ use carom::run::run;
 use systems::{SYSTEMS, System};
 use tally::Tally;
 
-/// Lengths of runs, in those of a short one.
+/// Lengths of runs relative to a short one.
 const LENGTHS: [f64; 2] = [1.0, 5.0];
 
 fn main() -> ExitCode {
@@ -80,7 +81,7 @@ fn campaign(system: &System, factor: f64, seeds: u64) -> Result<Tally, String> {
     }
 }
 
-/// Runs a scene, or its exchange, and adds what it has measured.
+/// Runs a scene, or its exchange, and adds its results.
 fn simulate(text: &str, add: impl Fn(&dyn Fn(&mut Tally))) -> Result<(), String> {
     let scene = Scene::from_toml(text, "errors.toml").map_err(|refused| refused.to_string())?;
     if scene.exchange().is_none() {

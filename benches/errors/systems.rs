@@ -1,6 +1,6 @@
-//! Systems whose means have errors of different kinds.
+//! Systems whose means have errors of different origins.
 
-/// A system, with how long a short run of it is.
+/// A system, and the length of a short run of it.
 #[derive(Debug)]
 pub struct System {
     pub name: &'static str,
@@ -15,7 +15,7 @@ pub struct System {
 }
 
 impl System {
-    /// The scene of a run that is `factor` times as long as a short one.
+    /// The scene of a run `factor` times as long as a short one.
     pub fn scene(&self, factor: f64, seed: u64) -> String {
         let Self { matter, scene, ensemble, equilibration, short, .. } = self;
         let until = equilibration + factor * short;
@@ -282,7 +282,7 @@ pressure_tensor = true
 diffusion = true
 "#;
 
-/// Disks in a channel between two walls at different temperatures, along which nothing flows on average.
+/// Disks in a channel between two walls at different temperatures, without mean flow along it.
 const CHANNEL: &str = r#"
 [space]
 size = [20.0, 15.0, 0.0]
@@ -307,7 +307,7 @@ axis = "y"
 at = 7.0
 "#;
 
-/// Point particles between two walls at different temperatures, which never meet each other.
+/// Point particles between two walls at different temperatures, which never meet.
 const IDEAL: &str = r#"
 [space]
 size = [7.0, 5.0, 5.0]
@@ -326,7 +326,7 @@ count = 60
 temperature = 1.2
 "#;
 
-/// Four rods of two masses on a line. Equal ones only exchange velocities, and have no errors.
+/// Four rods of two masses on a line. Equal rods only exchange velocities and have no errors.
 const RODS: &str = r#"
 [space]
 size = [7.0, 0.0, 0.0]

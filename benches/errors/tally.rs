@@ -8,7 +8,7 @@ use carom::analysis::statistics::Estimate;
 use carom::exchange::{ExchangeResults, ThermalCurves};
 use carom::run::Finished;
 
-/// Honest ratios of scatter to claimed error.
+/// Range of the ratio of scatter to claimed error that counts as honest.
 const HONEST: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
 /// Runs by observable.
@@ -22,20 +22,21 @@ struct Claim {
     error: Option<f64>,
 }
 
-/// Verdict on one observable.
+/// Verdict on an observable.
 #[derive(Debug, Clone, Copy)]
 struct Verdict {
     runs: usize,
-    /// Runs that gave an error.
+    /// Number of runs that gave an error.
     claimed: usize,
-    /// Standard deviation of the means over the root mean square of the claimed errors; `None` where fewer than half of the runs give one.
+    /// Standard deviation of the means divided by the root mean square of the claimed errors; `None` if fewer
+    /// than half of the runs give an error.
     ratio: Option<f64>,
-    /// Largest distance of a mean to that of all, in its own error.
+    /// Largest deviation of a mean from the mean of all, in units of its own error.
     deviation: f64,
 }
 
 impl Tally {
-    /// Adds what a run has measured.
+    /// Adds the results of a run.
     pub fn add(&mut self, finished: &Finished) {
         for (name, estimate) in &finished.observables {
             self.add_estimate(name.to_string(), estimate);
@@ -43,7 +44,7 @@ impl Tally {
         self.add_numbers(&finished.measured, "measured");
     }
 
-    /// Adds what an exchange has measured, by temperature, and the maximum of its heat capacity.
+    /// Adds the results of an exchange by temperature, and the maximum of its heat capacity.
     pub fn add_exchange(&mut self, results: &ExchangeResults, curves: &ThermalCurves) {
         for at in &results.temperatures {
             let place = format!("T = {}", at.place());
@@ -78,7 +79,7 @@ impl Tally {
         self.0.iter().filter_map(|(name, runs)| Some((name.as_str(), verdict(runs)?)))
     }
 
-    /// Numbers of observables within, below, above, and withheld, and the largest deviation.
+    /// Numbers of observables within, below, above, and without errors, and the largest deviation.
     pub fn line(&self) -> String {
         let (mut within, mut below, mut above, mut withheld) = (0, 0, 0, 0);
         let mut largest: f64 = 0.0;
@@ -95,7 +96,7 @@ impl Tally {
     }
 }
 
-/// `None` of what does not change, and of what no run has.
+/// `None` for constants, and for observables that no run has.
 fn verdict(runs: &[Claim]) -> Option<Verdict> {
     let means: Vec<f64> = runs.iter().filter_map(|run| run.mean).collect();
     // Conserved quantities have the error of round-off.
@@ -117,7 +118,7 @@ fn verdict(runs: &[Claim]) -> Option<Verdict> {
     Some(Verdict { runs: runs.len(), claimed: claimed.len(), ratio, deviation })
 }
 
-/// All observables of a system, a line each, with columns for each length.
+/// All observables of a system, one line each, with columns for each length.
 pub fn table(system: &str, tallies: &[Tally]) -> String {
     let mut text = format!("### {system}\n\n| observable |");
     for which in ["short", "five times longer"].iter().take(tallies.len()) {

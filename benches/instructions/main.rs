@@ -1,7 +1,8 @@
-//! Instructions per event, which do not depend on the machine's mood: `cargo bench --bench instructions`.
+//! Instructions per event, which do not depend on the load of the machine: `cargo bench --bench
+//! instructions`.
 //!
-//! Each system runs in a process of its own under `valgrind --tool=callgrind`, which counts the instructions executed in the loop of
-//! events and not those of the start. Names of systems as arguments choose some of them.
+//! Each system runs in its own process under `valgrind --tool=callgrind`, which counts the instructions of
+//! the event loop without those of the start. Arguments select systems by name.
 
 #[allow(dead_code, reason = "the bench of the engine uses all of it")]
 #[path = "../engine/systems.rs"]
@@ -15,7 +16,7 @@ use systems::{SYSTEMS, System};
 /// The argument with which this program calls itself.
 const CHILD: &str = "instructions-of-one";
 
-/// Physical events that are counted.
+/// Number of counted physical events.
 const EVENTS: u64 = 50_000;
 
 fn main() -> ExitCode {
@@ -76,7 +77,7 @@ fn run_one(name: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Counted part of a run: found by its name.
+/// The counted part of a run, found by its name.
 #[inline(never)]
 fn counted_events(simulation: &mut Simulation) {
     let events = simulation.event_counts().physical() + EVENTS;

@@ -1,12 +1,13 @@
-//! How energy, momentum and overlaps grow over very long runs.
+//! Growth of energy, momentum and overlaps over very long runs.
 //!
 //! ```text
 //! cargo bench --bench long_runs -- hard_spheres 1e9     measures one scene into benches/results/long_runs/
 //! cargo bench --bench long_runs -- report               draws what was measured
 //! ```
 //!
-//! A run can be stopped at any time: its rows are on disk. Rounding errors that point anywhere add up to a random walk, which grows with
-//! the square root of the number of events; ones that share a direction would grow in proportion.
+//! A run can be stopped at any time: its rows are on disk. Independent rounding errors add up to a random
+//! walk, which grows with the square root of the number of events. Errors with a common direction would grow
+//! in proportion.
 
 mod measure;
 mod report;

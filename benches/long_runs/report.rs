@@ -1,4 +1,4 @@
-//! The table and the plot of what was measured.
+//! The table and the plot of the measurements.
 
 use super::row::{self, Row};
 use super::{FOLDER, RUNS};
@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-/// A title, what is drawn, and whether a random walk is drawn beside it.
+/// A title, the plotted value, and whether a random walk is drawn beside it.
 type Quantity = (&'static str, fn(&Row) -> f64, bool);
 
 const QUANTITIES: [Quantity; 3] = [
@@ -56,10 +56,10 @@ fn table(series: &[(&str, Vec<Row>)]) -> Result<String, std::fmt::Error> {
     Ok(text)
 }
 
-/// Value at which zero is drawn on a logarithmic axis.
+/// Position of zero on a logarithmic axis.
 const FLOOR: f64 = 1e-18;
 
-/// Told apart also by people who see red and green alike.
+/// Distinct for colour-blind eyes.
 const COLOURS: [RGBColor; 4] =
     [RGBColor(0, 90, 160), RGBColor(220, 110, 0), RGBColor(0, 140, 110), RGBColor(160, 60, 140)];
 
@@ -75,7 +75,8 @@ fn plot(path: &Path, series: &[(&str, Vec<Row>)]) -> Result<(), Box<dyn Error>> 
             .y_label_area_size(70)
             .build_cartesian_2d((1e3..most).log_scale(), (1.0..1e-10 / FLOOR).log_scale())?;
         let power = |x: &f64| format!("1e{:.0}", x.log10());
-        // The library labels no axis below its own precision: the axis counts floors.
+        // The library does not label an axis below its own precision, so the axis counts multiples of the
+        // floor.
         let of_floors = |x: &f64| power(&(x * FLOOR));
         let mut mesh = chart.configure_mesh();
         mesh.x_desc("events").y_labels(9).light_line_style(WHITE).bold_line_style(BLACK.mix(0.15));

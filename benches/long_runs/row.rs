@@ -1,4 +1,4 @@
-//! Measurements at one number of events.
+//! Measurements after one number of events.
 
 use std::error::Error;
 use std::fmt;
@@ -12,11 +12,11 @@ pub struct Row {
     pub time: f64,
     /// `(E + dissipated - E_initial) / max(|E_initial|, kinetic, dissipated)`, with its sign.
     pub energy: f64,
-    /// `|P - P_initial| / sum m |v|`; NaN where momentum is not conserved.
+    /// `|P - P_initial| / sum m |v|`; NaN if momentum is not conserved.
     pub momentum: f64,
-    /// Deepest overlap at any event so far, relative to the discontinuity's distance.
+    /// Deepest overlap at any event so far, relative to the distance of the discontinuity.
     pub overlap: f64,
-    /// Events deeper than round-off so far.
+    /// Number of events so far that were deeper than round-off.
     pub invalid: f64,
     pub seconds: f64,
 }
@@ -44,7 +44,7 @@ pub fn file(name: &str) -> PathBuf {
     PathBuf::from(super::FOLDER).join(format!("{name}.csv"))
 }
 
-/// The rows of a run, or none if it was not measured.
+/// The rows of a run; empty if it was not measured.
 pub fn read(name: &str) -> Result<Vec<Row>, Box<dyn Error>> {
     match fs::read_to_string(file(name)) {
         Ok(text) => text.lines().skip(1).map(Row::parse).collect(),

@@ -1,8 +1,8 @@
-//! Processor time: what others do on the machine counts less than in the time on the wall.
+//! Processor time, which depends less on other work of the machine than wall time.
 
 use std::time::Instant;
 
-/// Measures the processor time of this thread `[s]`, or the time on the wall where the system does not tell.
+/// Measures the processor time of this thread `[s]`, or wall time if the system does not report it.
 pub struct Stopwatch {
     wall: Instant,
     processor: Option<f64>,
@@ -13,7 +13,7 @@ impl Stopwatch {
         Self { wall: Instant::now(), processor: processor_seconds() }
     }
 
-    /// The system counts in intervals of some milliseconds: a time that short is taken from the wall.
+    /// The system counts in intervals of a few milliseconds, so shorter times are wall times.
     pub fn seconds(&self) -> f64 {
         const SHORT: f64 = 0.05;
         let wall = self.wall.elapsed().as_secs_f64();
@@ -24,7 +24,7 @@ impl Stopwatch {
     }
 }
 
-/// Linux: nanoseconds on the processor are the first number of this file.
+/// Linux: the first number in this file is the time on the processor in nanoseconds.
 fn processor_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     let nanoseconds: f64 = text.split_whitespace().next()?.parse().ok()?;

@@ -1,4 +1,4 @@
-//! Contacts that dissipate: Carom against springs and dashpots, where the right answer is known.
+//! Dissipative contacts: Carom compared with springs and dashpots, for problems with a known solution.
 
 mod column;
 mod cooling;
@@ -22,7 +22,8 @@ pub fn measure() -> Outcome {
 const CAROM: &str = "Carom";
 const BASELINE: &str = "spring-dashpot";
 
-/// A row's own parameters: the method, a contact's stiffness and the time step in units of its duration, or the contact time.
+/// Parameters of a row: the method with the stiffness of contacts and the time step in units of their
+/// duration, or with the contact time.
 #[derive(Debug, Clone, Copy)]
 enum Method {
     Carom { contact_time: f64 },
@@ -51,7 +52,8 @@ fn sheet(name: &str, columns: &[&str]) -> Sheet {
     Sheet::new(name, &METHOD_COLUMNS.into_iter().chain(last).collect::<Vec<_>>())
 }
 
-/// Repeats a run until its processor time can be told `[us]`; returns it for one run and what the last one gave.
+/// Repeats a run until its processor time is measurable `[us]`; returns the time of one run and the result of
+/// the last one.
 fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
     const SECONDS: f64 = 0.2;
     let stopwatch = Stopwatch::start();
@@ -128,10 +130,10 @@ pub fn describe(text: &mut String) -> Outcome {
     )
 }
 
-/// Name of the column of what is left of the motion.
+/// Name of the column for the remaining motion.
 const UNREST: &str = "kinetic energy per particle";
 
-/// Name of the column of the processor time.
+/// Name of the column for the processor time.
 const COST: &str = "us per particle and time";
 
 /// One series for Carom, one for each stiffness.

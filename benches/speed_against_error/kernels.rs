@@ -1,4 +1,4 @@
-//! Detection functions: time per call against the error of the time they return, judged by the exact oracle.
+//! Detection functions: time per call against the error of the returned time, judged by the exact oracle.
 
 mod judge;
 mod methods;
@@ -17,13 +17,14 @@ use states::Class;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// States of each class and problem.
+/// Number of states of each class and problem.
 const STATES: usize = 1_000;
 
-/// Whole passes over the states. The fastest one is reported, because other work of the machine can only add time.
+/// Number of passes over the states. The fastest one is reported, because other work of the machine can only
+/// add time.
 const PASSES: usize = 9;
 
-/// Calls of one pass, at least, so that the clock's resolution does not matter.
+/// Fewest calls in a pass, so that the resolution of the clock does not matter.
 const CALLS: usize = 20_000;
 
 const SHEET: &str = "kernels";
@@ -81,7 +82,7 @@ fn row(problem: Problem, class: Class, method: &Method, pairs: &[Pair], truths: 
     ]
 }
 
-/// Time per call `[ns]`, of the fastest pass.
+/// Time per call `[ns]` in the fastest pass.
 fn nanoseconds(method: &Method, pairs: &[Pair]) -> f64 {
     let repeats = if method.is_slow { 1 } else { CALLS.div_ceil(pairs.len()) };
     let pass = || {
@@ -141,7 +142,7 @@ fn errors(problem: &str, rows: &Sheet) -> Panel {
     }
 }
 
-/// Where none is wrong, half of the smallest share is drawn.
+/// If none is wrong, half of the smallest fraction is drawn.
 const NO_FAILURE: f64 = 0.5 / STATES as f64;
 
 fn failures(problem: &str, rows: &Sheet) -> Panel {

@@ -1,4 +1,5 @@
-//! A smooth potential in steps against velocity Verlet: processor time against error in mean energy and pressure.
+//! A smooth potential in steps compared with velocity Verlet: processor time against error of the mean energy
+//! and pressure.
 
 mod fluid;
 mod stepped;
@@ -13,13 +14,13 @@ use fluid::{Fluid, State, Thermodynamics};
 
 const SHEET: &str = "lennard_jones";
 
-/// `4 [(1/r)^12 - (1/r)^6]`, cut here and shifted to zero, in units of sigma and epsilon.
+/// `4 [(1/r)^12 - (1/r)^6]`, cut off here and shifted to zero, in units of sigma and epsilon.
 const CUTOFF: f64 = 2.5;
 
 /// Steps of the potential.
 const STEPS: [usize; 6] = [5, 10, 20, 50, 100, 200];
 
-/// Time steps; the first is the reference.
+/// Time steps; the first one is the reference.
 const TIME_STEPS: [f64; 6] = [0.001, 0.002, 0.005, 0.01, 0.015, 0.02];
 
 /// Simulated time between samples.
@@ -28,13 +29,13 @@ const INTERVAL: f64 = 0.05;
 /// Processor time after which the reference, and another run of velocity Verlet, ends early `[s]`.
 const MOST_SECONDS: [f64; 2] = [40.0, 8.0];
 
-/// A fluid of 864 particles and how long it is simulated.
+/// A fluid of 864 particles, and the length of its simulation.
 struct Plan {
     name: &'static str,
     density: f64,
     temperature: f64,
     duration: f64,
-    /// Simulated first, not measured.
+    /// Simulated first, without a measurement.
     relaxation: f64,
     /// Skin of a neighbour list beyond the cut-off.
     skin: f64,
@@ -199,12 +200,12 @@ pub fn describe(text: &mut String) -> Outcome {
     draw(SHEET, &PLANS.map(|plan| row(plan.name)))
 }
 
-/// The errors of both methods, and below which size each could not have been seen.
+/// The errors of both methods, and the size below which they are not significant.
 fn series(rows: &Sheet, error: &str, spread: &str) -> Vec<Series> {
     let mut all = Vec::new();
     for method in rows.values("method") {
         let of_method = rows.with("method", &method);
-        // The reference has no error against itself.
+        // The reference has no error relative to itself.
         let points = of_method.points("us per particle and time", error);
         let points = points.into_iter().filter(|point| point.1 != 0.0).collect();
         all.push(Series { name: method.clone(), points, has_line: true });

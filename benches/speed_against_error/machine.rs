@@ -1,4 +1,4 @@
-//! With what a number was measured.
+//! The provenance of a measurement.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -22,7 +22,7 @@ fn processor() -> String {
     }
 }
 
-/// The compiler that cargo names, which is the one that built this program.
+/// The compiler that cargo names, which built this program.
 fn compiler() -> String {
     let program = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
     let output = Command::new(program).arg("--version").output();

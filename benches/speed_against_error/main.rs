@@ -1,4 +1,4 @@
-//! Speed against error: what accuracy a speed comes with, for Carom and for what one would use instead.
+//! Speed against error: the accuracy of Carom and of its alternatives at their speeds.
 //!
 //! ```text
 //! cargo bench --bench speed_against_error                    measures all sections and writes the report
@@ -6,8 +6,9 @@
 //! cargo bench --bench speed_against_error -- report          writes the report from what was measured before
 //! ```
 //!
-//! Each section writes its measurements to `benches/results/speed_against_error/*.csv`, with the machine, the compiler and the date
-//! on the first line; the tables and plots of `benches/results/speed_against_error.md` are made from all such files.
+//! Each section writes its measurements to `benches/results/speed_against_error/*.csv`, with the machine, the
+//! compiler and the date on the first line. The tables and plots of `benches/results/speed_against_error.md`
+//! are made from all of these files.
 
 mod clock;
 mod granular;
@@ -49,7 +50,7 @@ struct Section {
     name: &'static str,
     /// Measures and writes csv files.
     measure: fn() -> Outcome,
-    /// Appends tables and a few sentences to the report and draws plots.
+    /// Appends tables and a few sentences to the report, and draws plots.
     describe: fn(&mut String) -> Outcome,
 }
 

@@ -1,4 +1,4 @@
-//! Lists of neighbours for the baselines: each pair once, from cells where a periodic cube has enough of them.
+//! Neighbour lists for the baselines: each pair once, from cells if a periodic cube has enough of them.
 
 use carom::Vector;
 
@@ -12,21 +12,21 @@ pub struct List {
     around: Vec<[u32; 27]>,
 }
 
-/// A box that is periodic along some axes.
+/// A box with some periodic axes.
 #[derive(Debug, Clone)]
 pub struct Periods {
-    /// Zero where the space is open, as are the inverses.
+    /// Zero for open axes, and so are the inverses.
     lengths: Vector,
     inverses: Vector,
 }
 
 impl Periods {
-    /// From periods, infinite where the space is open.
+    /// From periods, which are infinite for open axes.
     pub fn new(periods: &Vector) -> Self {
         Self { lengths: periods.map(|x| if x.is_finite() { x } else { 0.0 }), inverses: periods.map(f64::recip) }
     }
 
-    /// From `b` to the nearest image of `a`.
+    /// Vector from `b` to the nearest image of `a`.
     #[inline]
     pub fn separation(&self, a: &Vector, b: &Vector) -> Vector {
         let mut d = a - b;
@@ -48,7 +48,8 @@ impl Periods {
     }
 }
 
-/// Rounds by adding and taking away a number whose last place is 1: no call and no branch, for magnitudes below 2^51.
+/// Rounds by adding and subtracting a number whose last place is 1: without a call or a branch, for
+/// magnitudes below 2^51.
 #[inline]
 fn nearest_integer(x: f64) -> f64 {
     const LAST_PLACE_IS_ONE: f64 = 6_755_399_441_055_744.0;
@@ -56,7 +57,7 @@ fn nearest_integer(x: f64) -> f64 {
 }
 
 impl List {
-    /// All pairs within `range` of wrapped positions.
+    /// Builds the list of all pairs within `range`, from wrapped positions.
     pub fn build(&mut self, positions: &[Vector], periods: &Periods, range: f64) {
         self.starts.clear();
         self.partners.clear();

@@ -13,11 +13,11 @@ type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64
 pub struct Series {
     pub name: String,
     pub points: Vec<(f64, f64)>,
-    /// Whether neighbours are joined.
+    /// Whether neighbouring points are joined.
     pub has_line: bool,
 }
 
-/// One plot of a figure: titles of the axes with units, and what is drawn.
+/// One plot of a figure: titles of the axes with units, and the data.
 pub struct Panel {
     pub title: String,
     pub x: String,
@@ -25,10 +25,10 @@ pub struct Panel {
     pub series: Vec<Series>,
 }
 
-/// Value at which numbers are drawn that are zero or smaller.
+/// Position of numbers that are zero or negative.
 const FLOOR: f64 = 1e-17;
 
-/// Okabe and Ito's colours, told apart also by people who see red and green alike.
+/// Okabe and Ito's colours, distinct for colour-blind eyes.
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -43,7 +43,7 @@ const COLOURS: [RGBColor; 8] = [
 const LEGEND_WIDTH: u32 = 230;
 const PANEL: (i32, i32) = (470, 350);
 
-/// Draws rows of panels, each row with the legend of its first panel at the right.
+/// Draws rows of panels, each row with the legend of its first panel on the right.
 pub fn draw(name: &str, rows: &[Vec<Panel>]) -> Outcome {
     let path = Path::new(FOLDER).join(format!("{name}.svg"));
     let columns = u32::try_from(rows.iter().map(Vec::len).max().unwrap_or(1))?;
@@ -116,7 +116,7 @@ fn draw_legend(area: &Area, panel: &Panel) -> Outcome {
     Ok(())
 }
 
-/// NaN stays NaN, and is not drawn.
+/// NaN stays NaN and is not drawn.
 fn logarithm(x: f64) -> f64 {
     if x.is_nan() { x } else { x.abs().max(FLOOR).log10() }
 }
@@ -131,7 +131,7 @@ fn decades(logarithms: &[f64]) -> (f64, f64) {
     (lower.floor(), upper.ceil().max(lower.floor() + 1.0))
 }
 
-/// One for each power of ten, or more between few of them.
+/// One label for each power of ten, or more if there are few.
 fn labels(lower: f64, upper: f64) -> usize {
     #[expect(clippy::cast_possible_truncation, reason = "floats have some 600 decades")]
     let decades = (upper - lower) as usize;

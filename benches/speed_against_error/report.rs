@@ -1,4 +1,4 @@
-//! The report, from all that was measured.
+//! The report on all measurements.
 
 use super::{FOLDER, Outcome, SECTIONS};
 
@@ -12,7 +12,7 @@ and redrawn by `cargo bench --bench speed_against_error -- report`. Reduced unit
 machine, compiler and date stand at each table. The numbers behind the plots are the csv files in `speed_against_error/`.
 ";
 
-/// Writes the Markdown file and the plots of all sections that were measured.
+/// Writes the Markdown file and the plots of all measured sections.
 pub fn write() -> Outcome {
     let mut text = OPENING.to_owned();
     for section in &SECTIONS {

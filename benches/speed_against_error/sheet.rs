@@ -1,11 +1,11 @@
-//! Tables of measurements: csv files that the report is made from.
+//! Tables of measurements: the csv files behind the report.
 
 use super::{FOLDER, Outcome, machine};
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
 
-/// A table with names of columns. Cells are text; most are numbers.
+/// A table with named columns. Cells are text; most are numbers.
 #[derive(Debug, Clone)]
 pub struct Sheet {
     name: String,
@@ -21,7 +21,7 @@ impl Sheet {
         Self { name: name.to_owned(), provenance: machine::provenance(), columns, rows: Vec::new() }
     }
 
-    /// Appends a row, shows it, and writes the file again, so that a run can be stopped at any time.
+    /// Appends a row, prints it, and rewrites the file, so that a run can be stopped at any time.
     pub fn push(&mut self, row: Vec<String>) -> Outcome {
         println!("{}: {}", self.name, row.join(", "));
         self.rows.push(row);
@@ -32,7 +32,7 @@ impl Sheet {
         Ok(fs::write(file(&self.name), text)?)
     }
 
-    /// The file of that name, if it was measured.
+    /// The file of this name, if it was measured.
     pub fn read(name: &str) -> Option<Self> {
         let text = fs::read_to_string(file(name)).ok()?;
         let mut lines = text.lines();
@@ -43,7 +43,7 @@ impl Sheet {
         Some(Self { name: name.to_owned(), provenance, columns, rows })
     }
 
-    /// The rows whose cell in a column reads so.
+    /// The rows with this text in a column.
     pub fn with(&self, column: &str, value: &str) -> Self {
         let index = self.index(column);
         let rows = self.rows.iter().filter(|row| row[index] == value).cloned().collect();
@@ -62,7 +62,7 @@ impl Sheet {
         values
     }
 
-    /// A column as numbers; what is no number is NaN.
+    /// A column as numbers; other text becomes NaN.
     pub fn numbers(&self, column: &str) -> Vec<f64> {
         let index = self.index(column);
         self.rows.iter().map(|row| row[index].parse().unwrap_or(f64::NAN)).collect()
@@ -94,7 +94,7 @@ fn file(name: &str) -> PathBuf {
     PathBuf::from(FOLDER).join(format!("{name}.csv"))
 }
 
-/// A number in as few digits as it is worth reading; text as it is.
+/// A number with as many digits as are worth reading; text unchanged.
 fn short(cell: &str) -> String {
     match cell.parse::<f64>() {
         Ok(x) if !x.is_finite() => "-".to_owned(),
@@ -110,7 +110,7 @@ fn short(cell: &str) -> String {
     }
 }
 
-/// A cell with all of a number's digits that are worth keeping.
+/// A cell with all digits of a number that are worth keeping.
 pub fn number(x: f64) -> String {
     if x.is_nan() { "NaN".to_owned() } else { format!("{:e}", format!("{x:.6e}").parse::<f64>().unwrap_or(x)) }
 }

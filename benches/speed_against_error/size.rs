@@ -1,4 +1,4 @@
-//! Time per event and memory against the number of particles. Each size runs in a process of its own.
+//! Time per event and memory against the number of particles. Each size runs in its own process.
 
 use super::Outcome;
 use super::clock::Stopwatch;
@@ -17,17 +17,17 @@ const SHEET: &str = "size";
 /// The argument with which this program calls itself.
 pub const CHILD: &str = "size-of-one";
 
-/// Numbers that fill a cube of the face-centred cubic lattice.
+/// Numbers of particles that fill a cube of the face-centred cubic lattice.
 const SIZES: [u64; 5] = [1_372, 10_976, 108_000, 1_000_188, 10_061_824];
 
 const PACKING_FRACTIONS: [f64; 2] = [0.49, 0.10];
 
-/// Events before those that are timed: 20 for each particle, while there is time for it.
+/// Largest number of events before the timing, which is 20 per particle otherwise.
 const MOST_EVENTS_BEFORE: u64 = 1_500_000;
 
 const TIMED_EVENTS: u64 = 300_000;
 
-/// Free memory that a system must have before a size is tried `[byte / particle]`.
+/// Free memory required before a size is tried `[byte / particle]`.
 const ROOM: u64 = 700;
 
 pub fn measure() -> Outcome {
@@ -63,7 +63,7 @@ pub fn measure() -> Outcome {
     Ok(())
 }
 
-/// In the process of one size: prints its row.
+/// Runs in the process of one size and prints its row.
 pub fn measure_one(arguments: &[String]) -> Outcome {
     let [size, packing_fraction] = arguments else { return Err("a size and a packing fraction".into()) };
     let (size, packing_fraction): (u64, f64) = (size.parse()?, packing_fraction.parse()?);
@@ -75,7 +75,7 @@ pub fn measure_one(arguments: &[String]) -> Outcome {
         .temperature(1.0)
         .build()?;
     let placed = stopwatch.seconds();
-    // Neighbours in space are not neighbours in memory, as in a fluid that has been simulated for long.
+    // Neighbours in space are not neighbours in memory, as in a fluid after a long simulation.
     let mut random = Random::new(size);
     let mut parts = scene.into_parts();
     for last in (1..parts.particles.len()).rev() {
@@ -98,7 +98,7 @@ pub fn measure_one(arguments: &[String]) -> Outcome {
     Ok(())
 }
 
-/// The most memory that this process has had `[byte]`.
+/// Peak memory of this process `[byte]`.
 fn peak_memory() -> Option<f64> {
     Some(kibibytes("/proc/self/status", "VmHWM:")? as f64 * 1024.0)
 }

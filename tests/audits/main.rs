@@ -1,5 +1,6 @@
-//! Audits of random valid scenes whose coordinates have few digits left: none may fail. `cargo bench --bench audits` judges as many as are
-//! wanted; contacts that an audit has to find are passed over in `src/engine/audit/drops.rs`.
+//! Audits of random valid scenes whose coordinates have few digits left: none may fail. `cargo bench --bench
+//! audits` judges any number of them. The contacts that an audit must find are dropped in
+//! `src/engine/audit/drops.rs`.
 
 #[path = "../../benches/audits/judge.rs"]
 mod judge;

@@ -1,8 +1,10 @@
-// Bad scenes against the module of the engine: no trap, an answer in time, an instance that lives on, and the words of the program.
+// Feeds bad scenes to the engine module. It must not trap, must answer in time, must stay usable, and must
+// give the program's messages.
 //
 //   node tests/browser/bad_scenes.mjs [COUNT] [--seed N] [--program PATH] [--compare N] [--module PATH] [--patience SECONDS]
 //
-// The files of tests/bad_scenes/, then scenes of it and of configs/ with mutations: cut, flipped, swapped, other numbers, nested, random.
+// Uses the files of tests/bad_scenes/, then mutations of these and of configs/: cut, flipped, swapped, with
+// other numbers, nested, random.
 
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
@@ -54,7 +56,7 @@ async function serve() {
       answer.lives = lives();
     }
     answer.memory = engine.calls.memory.buffer.byteLength;
-    // An instance keeps the memory that it once had.
+    // An instance never gives memory back.
     if (answer.memory > 1 << 29) {
       engine = await Engine.of(module);
     }

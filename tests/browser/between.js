@@ -1,4 +1,4 @@
-// What the player draws between frames and beyond periodic sides, in Node: between.js
+// Tests in Node what the player draws between frames and beyond periodic sides: between.js
 "use strict";
 
 const assert = require("node:assert");

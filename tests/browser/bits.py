@@ -12,7 +12,7 @@ from devtools import Browser, find
 
 ROOT = Path(__file__).parents[2]
 
-# A scene of the page's worker, without a page around it.
+# A scene in the page's worker, without a page around it.
 REPEAT = """(async ({ text, changes, files }) => {
   const engine = await Engine.of(window.compiled);
   for (const { name, content } of files) {

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from devtools import Browser, Failure, expect, find
 
-# What the canvas shows: how many colours, a number that changes with any pixel, and how many hues of 24 there are.
+# The contents of the canvas: the number of colours, a number that changes with any pixel, and the number of
+# hues out of 24.
 PIXELS = """(() => {
   const canvas = document.getElementById('player-view');
   const gl = canvas.getContext('webgl2');
@@ -31,7 +32,8 @@ PIXELS = """(() => {
   return [colours.size, hash, hues.filter((count) => count > 30).length];
 })()"""
 
-# Keeps the pixels of the canvas, or says in which row, from below, those are in the mean that differ from the kept ones.
+# Stores the pixels of the canvas, or returns the mean row, from below, of those that differ from the stored
+# ones.
 ROW = """(() => {
   const canvas = document.getElementById('player-view');
   const gl = canvas.getContext('webgl2');
@@ -48,7 +50,7 @@ ROW = """(() => {
   return count ? sum / count : -1;
 })()"""
 
-# Whether everything that was asked for has been drawn; a resized canvas asks once more.
+# Whether everything requested has been drawn; a resized canvas needs one more request.
 DRAWN = """new Promise((done) => {
   let still = 0;
   const look = () => {
@@ -72,7 +74,7 @@ class Page:
         self.browser.open(self.path.as_uri())
         self.browser.until("document.getElementById('player').dataset.frame === '0'")
         self.browser.evaluate("document.getElementById('player').scrollIntoView()")
-        # Slow graphics would drop them at some time.
+        # Slow graphics would switch them off at some point.
         self.browser.evaluate("(() => { const box = document.getElementById('player-shadows'); box.checked = false;"
                               " box.dispatchEvent(new Event('change')); })()")
         self.browser.evaluate(DRAWN)
@@ -352,11 +354,11 @@ def check_piston(browser, path, pictures):
     expect(abs(row(0) - start) < 1, "and back")
 
 
-# What does not fit on A4 with its margins, as it is printed: 182 mm are 688 pixels.
+# Elements that do not fit on A4 with its margins in print: 182 mm are 688 pixels.
 CUT = """[...document.querySelectorAll('table, pre, svg.plot, .wide')].filter((element) =>
   element.getBoundingClientRect().right > 689 || element.scrollWidth > element.clientWidth + 1).map((element) => element.className)"""
 
-# Where the point of a plot is on the screen: that of the line with this number, half-way along it.
+# Screen position of a point in a plot: half-way along the line with this number.
 POINT = """((figure, number) => {
   const plot = figure.querySelector('svg.plot');
   plot.scrollIntoView({ block: 'center', behavior: 'instant' });

@@ -1,4 +1,5 @@
-// The editor's reading of TOML, its completion, its links and its sliders, without a browser: node tests/browser/editor_test.mjs
+// Tests the editor's TOML reader, completion, links and sliders without a browser: node
+// tests/browser/editor_test.mjs
 
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
@@ -50,7 +51,7 @@ const tests = {
     assert.equal(toml.numbered("surface.gate.restitution"), "surface.1.restitution");
     const changed = new Toml(toml.with("surface.gate.restitution", "0.25"));
     assert.deepEqual([0, 1].map((index) => changed.get(`surface.${index}.restitution`)), [0.6, 0.25]);
-    // A key that is not there yet gets a line in the table of that name.
+    // A new key gets a line in the table of its name.
     const added = new Toml(toml.with("species.grain.charge", "2"));
     assert.equal(added.get("species.0.charge"), 2);
     assert.equal(new Toml("species = [{ name = \"a\" }, { name = \"b\", mass = 3 }]").get("species.b.mass"), 3);

@@ -11,7 +11,8 @@ from pathlib import Path
 
 from devtools import Browser, Failure, expect, find
 
-# Counts animation frames and their longest gap, from the first one on; remembers when the picture moved for the first time.
+# Counts animation frames from the first one on, with the longest gap between them, and records when the
+# picture first moved.
 WATCH = """
 window.watched = { frames: 0, longest: 0, moved: undefined, shown: undefined };
 (() => {
@@ -52,7 +53,7 @@ PIXELS = """(() => {
   return [hash, colours.size];
 })()"""
 
-# All that was asked for is in the picture, for some frames on end; or it runs.
+# Whether the picture has shown everything requested for a few frames in a row, or runs.
 SETTLED = """new Promise((done) => {
   let still = 0;
   const look = () => {

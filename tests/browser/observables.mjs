@@ -1,4 +1,4 @@
-// The observables of the live page for tests, and what they are shown.
+// The observables of the live page for tests, and their input.
 
 import { readdirSync } from "node:fs";
 import { classesOf, root } from "./scripts.mjs";

@@ -1,4 +1,4 @@
-// How long the observables of the live page take.
+// Times the observables of the live page.
 
 import { Observables, evenly, head, normal } from "./observables.mjs";
 

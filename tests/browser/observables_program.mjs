@@ -1,4 +1,4 @@
-// The observables of the live page beside those of a run of the program.
+// Compares the observables of the live page with those of a run of the program.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";

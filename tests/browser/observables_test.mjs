@@ -1,5 +1,6 @@
-// Observables of the live page against what is exact, and against the program: node tests/browser/observables_test.mjs [PROGRAM]
-// PROGRAM is carom, of whose run the page's module repeats every bit; without it, or without web/carom.module, only what is exact is tested.
+// Compares observables of the live page with exact values and with the program: node
+// tests/browser/observables_test.mjs [PROGRAM] PROGRAM is carom, whose run the module of the page repeats bit
+// for bit. Without it, or without web/carom.module, only exact values are tested.
 
 import assert from "node:assert/strict";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
@@ -58,7 +59,7 @@ const tests = {
       const box = head(count, size, more);
       const radial = new RadialDistribution(new ObservedSystem(box));
       every(radial.sums);
-      // Eight bins of all, with errors by the scatter of samples.
+      // Eight bins of all samples, with errors from their scatter.
       const parts = [];
       for (let k = 0; k < samples; k += 1) {
         const before = radial.sums.newer.slice();
@@ -169,7 +170,7 @@ const tests = {
       let chi = 0;
       let used = 0;
       centres.forEach((_, k) => {
-        // Simpson's rule over the five points in a bin.
+        // Simpson's rule over five points in a bin.
         const expected =
           ((maxwell[4 * k] + 4 * maxwell[4 * k + 1] + 2 * maxwell[4 * k + 2] + 4 * maxwell[4 * k + 3] + maxwell[4 * k + 4]) /
             12) *
@@ -208,7 +209,8 @@ const tests = {
     const { t, msd, vacf, diffusion } = displacement.results();
     assert.ok(t.length > 30 && t[0] < 0.051 && t[t.length - 1] > 8, `${t.length} ${t[t.length - 1]}`);
     t.forEach((time, k) => {
-      // The mean of squares in a bin of times is larger than the square of the mean by the variance of a bin, a part in 1700 at most.
+      // The mean square in a bin of times exceeds the square of the mean by the variance within the bin, at
+      // most one part in 1700.
       const off = msd[0][k] / (square * time ** 2) - 1;
       assert.ok(off > -1e-9 && off < 6e-4, `${time}: ${off}`);
       assert.ok(Math.abs(vacf[0][k] / square - 1) < 1e-9);
@@ -304,7 +306,7 @@ const tests = {
   },
 
   "hard rods, disks and spheres have the compressibility of their theories"() {
-    // 2 / (1 - 0.5), Henderson and Carnahan and Starling by hand, and nothing where they crystallise.
+    // 2 / (1 - 0.5), Henderson and Carnahan and Starling by hand, and no value for crystals.
     const close = (found, expected) => assert.ok(Math.abs(found - expected) < 1e-12, `${found} but ${expected}`);
     close(Pressure.compressibility(0.5, 1), 2);
     close(Pressure.compressibility(0.4, 2), 1.02 / 0.36);
@@ -312,7 +314,8 @@ const tests = {
     assert.deepEqual([0.71, 0.5].map((fraction, k) => Pressure.compressibility(fraction, 2 + k)), [NaN, NaN]);
   },
   "the error of a mean is that of its blocks"() {
-    // Blocks of two with the means 1, 3, 1, 3, ...: their variance is 8 / 7, their error the root of an eighth of it.
+    // Blocks of two with the means 1, 3, 1, 3, ...: their variance is 8 / 7, and their error is the square
+    // root of an eighth of it.
     const values = Float64Array.from({ length: 16 }, (_, k) => (Math.floor(k / 2) % 2 ? 3 : 1) + (k % 2 ? 0.5 : -0.5));
     assert.ok(Math.abs(Pressure.scatter(values) - Math.sqrt(1 / 7)) < 1e-12);
     assert.ok(Number.isNaN(Pressure.scatter(new Float64Array(3))));

@@ -1,4 +1,4 @@
-// Scripts of pages for tests in Node.
+// The scripts of pages for tests in Node.
 
 import { readFileSync } from "node:fs";
 

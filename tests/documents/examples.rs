@@ -1,4 +1,4 @@
-//! The Rust in the documents is taken from `examples/`, which the compiler and the tests see.
+//! Rust code in the documents is taken from `examples/`, which are compiled and tested.
 
 use std::fs;
 
@@ -9,7 +9,7 @@ fn lines(text: &str) -> Vec<&str> {
     text.lines().map(str::trim).filter(|line| !line.is_empty()).collect()
 }
 
-/// Whether a program has these pieces, in their order, each without a gap.
+/// Whether a program contains these pieces in order, each without a gap.
 fn has_pieces(program: &[&str], pieces: &[Vec<&str>]) -> bool {
     let mut rest = program;
     pieces.iter().all(|piece| {

@@ -1,4 +1,4 @@
-//! The tables of `docs/scene.md` against the JSON Schema of scene files.
+//! Compares the tables of `docs/scene.md` with the JSON Schema of scene files.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use crate::markdown::{Page, cells, heading};
 
-/// Row of a table of keys.
+/// A row of a table of keys.
 #[derive(Debug, PartialEq)]
 struct Key {
     kind: String,
@@ -15,17 +15,17 @@ struct Key {
     default: String,
 }
 
-/// The head of the tables of keys.
+/// The head of tables of keys.
 const HEAD: [&str; 5] = ["key", "type", "unit", "default", "meaning"];
 
-/// The tables that a heading names, all of the code in it; without any, the top level.
+/// The tables named in a heading as code; without any, the top level.
 fn tables(heading: &str) -> Vec<String> {
     let names: Vec<String> =
         heading.split('`').skip(1).step_by(2).map(|name| name.trim_matches(['[', ']']).to_owned()).collect();
     if names.is_empty() { vec![String::new()] } else { names }
 }
 
-/// Every documented key by its path, with what the row says and its line.
+/// Every documented key by its path, with the contents of its row and its line.
 fn documented() -> BTreeMap<String, (Key, String, usize)> {
     let page = Page::of("docs/scene.md");
     let mut keys = BTreeMap::new();
@@ -59,7 +59,7 @@ fn documented() -> BTreeMap<String, (Key, String, usize)> {
     keys
 }
 
-/// Every key of the schema by its path, with its own schema and whether it must be given.
+/// Every key of the schema by its path, with its own schema and whether it is required.
 fn expected(schema: &Value, path: &str, keys: &mut BTreeMap<String, (Value, bool)>) {
     for (key, property) in schema["properties"].as_object().into_iter().flatten().filter(|(_, rules)| rules.is_object())
     {
@@ -74,7 +74,7 @@ fn expected(schema: &Value, path: &str, keys: &mut BTreeMap<String, (Value, bool
     }
 }
 
-/// The limits of a number, in the order in which they are read.
+/// The limits of a number, in reading order.
 fn range(rules: &Map<String, Value>) -> String {
     let limits = [("exclusiveMinimum", ">"), ("minimum", ">="), ("exclusiveMaximum", "<"), ("maximum", "<=")];
     let limits = limits.iter().filter_map(|(key, sign)| {
@@ -84,7 +84,7 @@ fn range(rules: &Map<String, Value>) -> String {
     limits.collect::<Vec<_>>().join(", ")
 }
 
-/// The type of a value, as the documents name it.
+/// The type of a value as the documents name it.
 fn kind(schema: &Value) -> String {
     let rules = schema.as_object().unwrap();
     if let Some(choices) = rules.get("anyOf").and_then(Value::as_array) {
@@ -116,13 +116,13 @@ fn kind(schema: &Value) -> String {
     }
 }
 
-/// The unit that stands in the description of a key.
+/// The unit in the description of a key.
 fn unit(schema: &Value) -> String {
     let description = schema["description"].as_str().unwrap_or_default();
     description.split("`[").nth(1).and_then(|rest| rest.split("]`").next()).unwrap_or_default().to_owned()
 }
 
-/// The words that a value, or each value of a list, can have.
+/// The words allowed for a value, or for each value of a list.
 fn words(schema: &Value) -> Vec<&str> {
     let branches = schema["anyOf"].as_array().into_iter().flatten().flat_map(words);
     let own = schema["enum"].as_array().into_iter().flatten().filter_map(Value::as_str);
@@ -130,14 +130,14 @@ fn words(schema: &Value) -> Vec<&str> {
     branches.chain(own).chain(items).collect()
 }
 
-/// Whether a cell shows the value that a key has if it is not given.
+/// Whether a cell shows the default value of a key.
 fn is_default(cell: &str, value: &Value) -> bool {
     let Some(text) = cell.strip_prefix('`').and_then(|cell| cell.strip_suffix('`')) else { return false };
     let Ok(table) = format!("value = {text}").parse::<toml::Table>() else { return false };
     same(&serde_json::to_value(&table["value"]).unwrap(), value)
 }
 
-/// Whether two values are equal, however numbers are written.
+/// Whether two values are equal, however their numbers are written.
 fn same(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => a.as_f64() == b.as_f64(),
@@ -189,7 +189,7 @@ fn every_word_of_the_schema_is_documented() {
     expected(&schema(), "", &mut keys);
     let mut count = 0;
     for (path, (_, meaning, line)) in documented() {
-        // One axis stands for all.
+        // One axis represents all.
         let Some((rules, _)) = keys.get(&path).filter(|_| !["space.y", "space.z"].contains(&path.as_str())) else {
             continue;
         };

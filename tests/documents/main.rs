@@ -1,4 +1,4 @@
-//! The documents agree with the program: keys, links, commands, scenes and names of files.
+//! Checks that the documents agree with the program: keys, links, commands, scenes and names of files.
 
 mod examples;
 mod keys;
@@ -64,7 +64,7 @@ fn plain(path: &Path) -> String {
     parts.join("/")
 }
 
-/// Lines of shell, from blocks without a language and from code within the text, with their places.
+/// Lines of shell with their positions, from blocks without a language and from code within the text.
 fn lines() -> Vec<(String, String)> {
     let mut lines = Vec::new();
     for page in pages() {
@@ -77,7 +77,7 @@ fn lines() -> Vec<(String, String)> {
     lines
 }
 
-/// The arguments behind a command, up to a comment or a redirection.
+/// The arguments after a command, up to a comment or a redirection.
 fn arguments<'a>(line: &'a str, command: &str) -> Option<Vec<&'a str>> {
     let words = line.strip_prefix(command)?.split_whitespace();
     Some(words.take_while(|word| !word.starts_with(['#', '>'])).collect())
@@ -90,7 +90,8 @@ fn every_command_of_carom_is_understood() {
         let Some(words) = arguments(&line, "carom ").or_else(|| arguments(&line, "cargo run --release -- ")) else {
             continue;
         };
-        // A placeholder for one of several words; `--help` after all others keeps the program from doing what it is told.
+        // KIND is a placeholder for one of several words. `--help` at the end keeps the program from
+        // executing the command.
         let words: Vec<&str> = words.into_iter().filter(|word| *word != "KIND").collect();
         let output = Command::new(env!("CARGO_BIN_EXE_carom")).args(&words).arg("--help").output().unwrap();
         assert!(output.status.success(), "{place}: {line}\n{}", String::from_utf8_lossy(&output.stderr));
@@ -139,7 +140,7 @@ fn every_test_and_benchmark_of_cargo_is_there() {
     assert!(count > 5, "{count} commands");
 }
 
-/// Folders whose files the documents name.
+/// Folders whose files are named in the documents.
 const FOLDERS: [&str; 8] = ["tests/", "benches/", "configs/", "docs/", "examples/", "fuzz/", "src/", ".ci/"];
 
 /// Folders of `src`.
@@ -151,7 +152,7 @@ fn every_file_of_the_repository_that_is_named_is_there() {
     for page in pages() {
         for (line, code) in page.spans() {
             let path = code.split_whitespace().next().unwrap_or_default();
-            // A module, or a folder of modules, within `src`.
+            // A module, or a folder of modules, in `src`.
             let is_module =
                 (path.ends_with(".rs") || LAYERS.iter().any(|layer| path.starts_with(layer))) && !path.contains("::");
             if is_module || FOLDERS.iter().any(|folder| path.starts_with(folder)) {
@@ -164,7 +165,7 @@ fn every_file_of_the_repository_that_is_named_is_there() {
     assert!(count > 20, "{count} paths");
 }
 
-/// Names with their files in a text, which stand there as "`name` in `file`".
+/// Names with their files in a text, written as "`name` in `file`".
 fn names_in_files(text: &str) -> Vec<(&str, &str)> {
     let pairs = text.match_indices("` in `").filter_map(|(at, mark)| {
         let name = text[..at].rsplit('`').next()?;

@@ -10,12 +10,12 @@ pub struct Page {
     pub text: String,
 }
 
-/// A fenced block, or lines that are indented by four spaces.
+/// A fenced block, or lines indented by four spaces.
 pub struct Block {
-    /// Info string behind the fence; empty for indented lines.
+    /// Info string of the fence; empty for indented lines.
     pub info: String,
     pub text: String,
-    /// The line of its first line, from 1.
+    /// Number of its first line, from 1.
     pub line: usize,
 }
 
@@ -23,7 +23,7 @@ pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The README and all pages of `docs`.
+/// The README and all pages in `docs`.
 pub fn pages() -> Vec<Page> {
     let mut paths = vec![PathBuf::from("README.md")];
     let mut folder: Vec<PathBuf> = fs::read_dir(root().join("docs"))
@@ -92,7 +92,7 @@ impl Page {
         spans
     }
 
-    /// Headings as they are written, without the marks before them.
+    /// Headings without the marks before them.
     pub fn headings(&self) -> Vec<&str> {
         self.prose().into_iter().filter_map(|(_, line)| heading(line)).collect()
     }
@@ -118,7 +118,7 @@ pub fn anchor(heading: &str) -> String {
     kept.flat_map(char::to_lowercase).map(|c| if c == ' ' { '-' } else { c }).collect()
 }
 
-/// The cells of a row of a table.
+/// The cells of a table row.
 pub fn cells(line: &str) -> Option<Vec<&str>> {
     let row = line.strip_prefix("| ")?.strip_suffix(" |")?;
     Some(row.split(" | ").map(str::trim).collect())

@@ -1,4 +1,4 @@
-//! The scenes in the documents are read as scenes.
+//! Reads the scenes in the documents as scenes.
 
 use carom::model::Scene;
 use carom::scene::schema;
@@ -8,7 +8,7 @@ use toml::Table;
 use crate::markdown::pages;
 use crate::validator::mistakes;
 
-/// Scene that a fragment is a part of.
+/// The scene that fragments belong to.
 const BASE: &str = r#"
 [[species]]
 name = "sphere"
@@ -30,7 +30,7 @@ temperature = 1.0
 until_events = 100
 "#;
 
-/// A fragment in a scene: its tables take the place of those of the base.
+/// A fragment in a scene: its tables replace those of the base.
 fn completed(fragment: &str) -> Table {
     let mut scene: Table = BASE.parse().unwrap();
     let fragment: Table = fragment.parse().unwrap();
@@ -56,7 +56,7 @@ fn every_scene_and_every_part_of_one_is_valid() {
             let table = match block.info.as_str() {
                 "toml" => block.text.parse().unwrap_or_else(|error| panic!("{place}: {error}")),
                 "toml fragment" => completed(&block.text),
-                // A piece of a Cargo.toml.
+                // A part of a Cargo.toml.
                 "toml manifest" => {
                     assert!(block.text.parse::<Table>().is_ok(), "{place}");
                     continue;
@@ -68,7 +68,7 @@ fn every_scene_and_every_part_of_one_is_valid() {
             };
             let value: Value = serde_json::to_value(&table).unwrap();
             assert_eq!(mistakes(&schema, &value), [""; 0], "{place}");
-            // A coordinate file, or a run, would have to be there.
+            // A coordinate file, or a run, would have to exist.
             if !table.contains_key("file") && !table.contains_key("start") {
                 Scene::from_toml(toml::to_string(&table).unwrap(), "scene.toml")
                     .unwrap_or_else(|error| panic!("{place}: {error}"));

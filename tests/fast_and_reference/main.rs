@@ -1,4 +1,4 @@
-//! The fast engine against the reference engine, event by event, on random scenes.
+//! Compares the fast engine with the reference engine, event by event, on random scenes.
 
 use carom::Vector;
 use carom::check::reference::{self, Reference};
@@ -16,11 +16,12 @@ mod surfaces;
 
 use surfaces::{motions, surfaces};
 
-/// Events compared in each scene. Differences of rounding grow by a factor of ten or so with each collision of a particle
-/// (a mean free path against a radius); with at least eight particles and forty events, a particle has about ten.
+/// Number of events compared in each scene. Differences from rounding grow by a factor of about ten with each
+/// collision of a particle (mean free path divided by radius). With at least eight particles and forty
+/// events, a particle has about ten collisions.
 const EVENTS: usize = 40;
 
-/// Difference to which 1e-15 grows by then, `1e-15 * 10^8`, and far less than the time between two events.
+/// Tolerance: 1e-15 grows to `1e-15 * 10^8` by then, which is far less than the time between two events.
 const TOLERANCE: f64 = 1e-7;
 
 /// Simulated time after which a scene counts as dispersed: nothing may ever happen again.
@@ -31,7 +32,7 @@ struct Recipe {
     seed: u64,
     count: u64,
     potential: usize,
-    /// Depths of wells and heights of shoulders, in units of those of [`potential`].
+    /// Depths of wells and heights of shoulders, in units of those in [`potential`].
     depth: f64,
     masses: [f64; 2],
     boundary: [usize; 3],
@@ -41,7 +42,7 @@ struct Recipe {
     bonds: usize,
     contact_time: Option<f64>,
     box_length: f64,
-    /// Which surfaces there are, in boxes that are not periodic.
+    /// Which surfaces there are, in boxes without periodic axes.
     surfaces: usize,
     /// How they move.
     motion: usize,
@@ -68,7 +69,7 @@ const PLAIN: Recipe = Recipe {
 fn recipe() -> impl Strategy<Value = Recipe> {
     (
         (0..1_000_000_u64, 8..24_u64, 0..6_usize, prop::array::uniform3(0..3_usize), any::<bool>()),
-        // Numbers that are no powers of two: products and quotients with these are rounded.
+        // Numbers that are not powers of two, so products and quotients are rounded.
         (0.3..1.6_f64, prop::array::uniform2((-1.5..1.5_f64).prop_map(f64::exp))),
         (
             prop::sample::select(vec![1.0, 0.9, 0.5]),
@@ -146,7 +147,8 @@ impl Recipe {
         if let Some(time) = self.contact_time {
             builder = builder.contact_time(time);
         }
-        // Statics and bonded pairs first, in planes of their own, so that their ids and distances are known.
+        // Static particles and bonded pairs come first, in their own planes, so their ids and distances are
+        // known.
         let at = |x: f64, y: f64, z: f64| Vector::new(x, y, z) * (self.box_length / 8.0);
         for k in 0..self.statics {
             builder = builder.particle("S", at(1.0 + 2.0 * k as f64, 1.0, 1.0), Vector::zeros());
@@ -185,7 +187,7 @@ fn pair(event: &Event) -> (u32, Option<u32>) {
     }
 }
 
-/// Kind of the event in the terms of the reference: the two share no types.
+/// Kind of an event in the terms of the reference; the two share no types.
 fn kind(event: &Event) -> Option<reference::EventKind> {
     match event.kind {
         EventKind::Pair(Outcome::Core) => Some(reference::EventKind::Pair(reference::Outcome::Core)),
@@ -206,24 +208,25 @@ fn kind(event: &Event) -> Option<reference::EventKind> {
 fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
     let mut events = Vec::new();
     let mut simulation = Simulation::without_plan(scene.clone());
-    // An arrest ends the list as the absence of events does.
+    // An arrest ends the list, and so does the absence of events.
     let until = Until { time: LONGEST, events: count as u64 };
     let _ = simulation.advance_with(until, |event| events.push(*event));
     events
 }
 
-/// Slowest normal motion of a contact whose time is compared: positions that differ by what times do, [`TOLERANCE`] at the end, move the
-/// time of a slow one by so much more. By chance one is as slow once in `2 / v^2` events; those of an inelastic collapse are.
+/// Slowest normal motion of a contact whose time is compared. Positions differ by as much as times do,
+/// [`TOLERANCE`] at the end, which shifts the time of a slow contact by much more. By chance one in `2 / v^2`
+/// events is this slow; events of an inelastic collapse always are.
 const SLOWEST: f64 = 1e-3;
 
-/// Events that both engines executed alike, and whether rounding has ended the comparison: two of the reference are too close in time to be
-/// ordered, or a pair collapses.
+/// Number of events that both engines executed alike, and whether rounding ended the comparison: two events
+/// of the reference are too close in time to be ordered, or a pair collapses.
 struct Compared {
     events: usize,
     is_cut_short: bool,
 }
 
-/// Compares up to a number of events, to a tie, or until nothing happens any more.
+/// Compares events up to a number, to a tie, or until nothing more happens.
 fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
     let mut reference = Reference::new(scene).map_err(|error| TestCaseError::fail(error.to_string()))?;
     let fast = fast_events(scene, EVENTS);
@@ -241,7 +244,7 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
             (ours.normal_impulse().abs() - theirs.impulse.abs()).abs() < 1e3 * TOLERANCE,
             "{ours:?} {theirs:?}"
         );
-        // For a surface it is the work, with the round-off of velocities.
+        // For a surface this is the work, with the round-off of velocities.
         let rounding = if ours.kind == EventKind::Surface { 1e2 * TOLERANCE } else { 1e-12 };
         prop_assert!((ours.energy_step - theirs.energy_step).abs() < rounding, "{ours:?} {theirs:?}");
     }
@@ -249,16 +252,18 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
     Ok(Compared { events: fast.len(), is_cut_short: false })
 }
 
-/// Scenes of the property test.
+/// Number of scenes in the property test.
 const CASES: u32 = 400;
 
-/// Fewest events that it has to compare, of at most 16,000. Six scenes of a hundred are open and disperse before their fortieth event, which
-/// takes 22 events from them in the mean: in twelve runs 15,480 were left, with a standard deviation of 110, for which
-/// `sqrt(400 * 0.06) * sqrt(22^2 + 12^2) = 120` was to be expected. Five of those less.
+/// Fewest events that it must compare, of at most 16,000. Six scenes in a hundred are open and disperse
+/// before their fortieth event, which removes 22 of their events on average. Twelve runs compared 15,480
+/// events with a standard deviation of 110, close to the expected `sqrt(400 * 0.06) * sqrt(22^2 + 12^2) =
+/// 120`. The limit is five of these below.
 const FEWEST: usize = 14_880;
 
-/// Most scenes that rounding may cut short. Six in a run of 400 did in the mean, all by a collapse on a wall or at the end of a bond; a number
-/// from the Poisson distribution is within five of its standard deviations, `6 + 5 sqrt(6)`.
+/// Most scenes that rounding may cut short. In a run of 400, on average six were, all by a collapse on a wall
+/// or at the end of a bond. The number is Poisson distributed; the limit is five standard deviations above,
+/// `6 + 5 sqrt(6)`.
 const MOST_CUT_SHORT: usize = 18;
 
 #[test]
@@ -318,7 +323,7 @@ fn walls_are_met_by_both() {
     assert_eq!(compare(&scene).expect("the engines agree").events, EVENTS);
 }
 
-/// `CAROM_MOVING_SCENES` says how many scenes are compared for each kind of surface that moves and of motion.
+/// `CAROM_MOVING_SCENES` sets the number of scenes for each kind of moving surface and of motion.
 #[test]
 fn surfaces_of_every_kind_are_met_by_both() {
     let moving: usize = std::env::var("CAROM_MOVING_SCENES").map_or(4, |scenes| scenes.parse().unwrap());
@@ -357,6 +362,6 @@ fn surfaces_of_every_kind_are_met_by_both() {
 fn in_a_box_of_three_cells_the_second_nearest_image_is_met_too() {
     let recipe = Recipe { seed: 462_767, count: 10, boundary: [2, 0, 0], box_length: 5.0, ..PLAIN };
     let compared = compare(&recipe.scene().expect("a valid scene")).expect("the engines agree");
-    // Open along x: what is left after some thirty events never meets again.
+    // Open along x: after about thirty events the rest never meets again.
     assert!(!compared.is_cut_short && compared.events >= 20, "{}", compared.events);
 }

@@ -5,7 +5,7 @@ use carom::model::{MotionKind, SurfaceMotion, SurfaceShape, TriangleMesh};
 use carom::scene::SurfaceDraft;
 use nalgebra::Rotation3;
 
-/// Motions of one kind, or of all, one after the other.
+/// Motions of one kind, or of all kinds in turn.
 pub fn motions(kind: usize) -> Vec<SurfaceMotion> {
     let always = |kind| vec![SurfaceMotion { from: 0.0, until: f64::INFINITY, kind }];
     let flies =
@@ -27,11 +27,11 @@ pub fn motions(kind: usize) -> Vec<SurfaceMotion> {
     }
 }
 
-/// Surfaces around the box, and of different kinds: those that fly off through open sides meet them.
+/// Surfaces of different kinds around the box, which are met by particles that leave through open sides.
 pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft> {
     let middle = Vector::repeat(0.5 * length);
     let sphere = |radius: f64, is_inside| SurfaceShape::Sphere { centre: middle, radius, is_inside };
-    // No face is across an axis: lattices would meet it in many places at once.
+    // No face is perpendicular to an axis, because lattices would meet it in many points at once.
     let turned = |mesh: TriangleMesh| {
         let rotation = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
         SurfaceShape::Mesh(mesh.transformed(1.0, &rotation, &(middle - rotation * middle)))
@@ -54,7 +54,7 @@ pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft>
                 SurfaceShape::Plane { point: middle - normal.normalize() * length, normal }
             })
             .collect(),
-        // Bars around the box, and an octahedron of bars beyond: many ways through, and edges.
+        // Bars around the box, and an octahedron of bars outside: many ways through, and edges.
         _ => {
             let at = |x: f64, y: f64, z: f64| middle + Vector::new(x, y, z) * length;
             let bar = |a: Vector, b: Vector| SurfaceShape::Capsule { ends: [a, b], radius: 0.1 * length };

@@ -1,7 +1,9 @@
-//! Every command while the disk fails it, and while it is killed: nothing that was there is lost, and what was begun can be gone on with, to
-//! the same bits. Each call that changes the disk may be the one that fails, or the last one of a program (`shim.c`).
+//! Runs every command while the disk fails or the command is killed: nothing existing is lost, and unfinished
+//! work can be continued to the same bits. Each call that changes the disk may be the one that fails, or the
+//! last one of the program (`shim.c`).
 //!
-//! `CAROM_FAULTS=1000 cargo test --release --test faults -- --nocapture` draws more of them than the default, and says how many.
+//! `CAROM_FAULTS=1000 cargo test --release --test faults -- --nocapture` draws more faults than by default,
+//! and prints their number.
 
 #![cfg(all(target_os = "linux", target_env = "gnu"))]
 
@@ -16,7 +18,7 @@ use rand_core::{Rng, SeedableRng};
 use place::{Kind, Place};
 use scenarios::SCENARIOS;
 
-/// Faults that are drawn by default: some seconds.
+/// Default number of faults, which take a few seconds.
 const FEW: usize = 64;
 
 #[test]
@@ -33,7 +35,7 @@ fn no_fault_and_no_kill_loses_a_file_or_changes_a_bit() {
     for trial in 0..trials {
         let which = trial % SCENARIOS.len();
         let kind = (trial / SCENARIOS.len()) % Kind::ALL.len();
-        // Where checkpoints fall depends on the clock, and the number of calls with them.
+        // The times of checkpoints depend on the clock, and so does the number of calls.
         let at = 1 + random.next_u64() % counts[which];
         met[kind] += usize::from(place.meet(&SCENARIOS[which], Kind::ALL[kind], at));
     }

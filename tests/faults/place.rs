@@ -1,4 +1,4 @@
-//! A folder with runs and other things that a user keeps, and commands in it that meet faults.
+//! A folder with runs and other files that a user keeps, and commands in it that meet faults.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 use super::files::files;
 use super::scenarios::Scenario;
 
-/// Spheres with all kinds of files, as many as a thread writes the frames of.
+/// Spheres with all kinds of files, in a number for which frames are written by a thread.
 const SCENE: &str = r#"
 [[species]]
 name = "A"
@@ -63,7 +63,7 @@ until_time = 20.0
 frame_interval = 5.0
 "#;
 
-/// How a call goes wrong.
+/// How a call fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Kill,
@@ -76,19 +76,19 @@ impl Kind {
     pub const ALL: [Self; 4] = [Self::Kill, Self::Fail, Self::Torn, Self::Full];
 }
 
-/// All files, by their names.
+/// All files, by name.
 pub type Files = BTreeMap<String, Vec<u8>>;
 
 pub struct Place {
     folder: tempfile::TempDir,
     shim: PathBuf,
-    /// Folders that commands leave which meet no fault, by scenario.
+    /// Folders left by commands that meet no fault, by scenario.
     template: PathBuf,
 }
 
 impl Place {
-    /// With a run that is over (`one`, seed 1), one that was killed (`cut`, of seed 2), a long one (`long`), exchanges (`pair`, and a longer one,
-    /// `later`), a sweep, and others' files. `None` without a compiler.
+    /// Contains a finished run (`one`, seed 1), a killed one (`cut`, seed 2), a long one (`long`), exchanges
+    /// (`pair`, and a longer one, `later`), a sweep, and other files. `None` without a compiler.
     pub fn new() -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let shim = folder.path().join("shim.so");
@@ -125,7 +125,7 @@ impl Place {
         Some(place)
     }
 
-    /// A run as a kill before its last renamings leaves it.
+    /// A run as left by a kill before its last renamings.
     fn cut(&self) {
         let cut = self.template.join("cut");
         fs::remove_file(cut.join("summary.json")).unwrap();
@@ -140,7 +140,7 @@ impl Place {
         command
     }
 
-    /// A command that meets nothing.
+    /// A command that meets no fault.
     fn done(&self, folder: &Path, arguments: &[String]) -> Output {
         let output = self.command(folder, arguments).output().unwrap();
         let message = String::from_utf8_lossy(&output.stderr);
@@ -148,7 +148,7 @@ impl Place {
         output
     }
 
-    /// The number of calls of a command that change the disk.
+    /// Number of calls of a command that change the disk.
     pub fn calls_of(&self, scenario: &Scenario) -> u64 {
         let (folder, log) = (self.copy(), self.folder.path().join("log"));
         let mut command = self.command(&folder, &words(scenario.command));
@@ -167,7 +167,8 @@ impl Place {
         folder
     }
 
-    /// A command meets a fault; what was there is kept, and the work can be gone on with. Whether the fault came before the end.
+    /// Runs a command that meets a fault. Checks that existing files are kept and that the work can continue.
+    /// Returns whether the fault came before the end.
     pub fn meet(&self, scenario: &Scenario, kind: Kind, at: u64) -> bool {
         let what = format!("{}, {kind:?} at call {at}", scenario.name);
         let folder = self.copy();

@@ -7,13 +7,13 @@ use super::place::{Files, Place};
 pub struct Scenario {
     pub name: &'static str,
     pub command: &'static str,
-    /// Where names may change; all other files are as they were.
+    /// Names that may change; all other files must be unchanged.
     pub touches: &'static [&'static str],
-    /// Check at once after the fault.
+    /// Check directly after the fault.
     pub kept: fn(&Files, &Files, &str),
-    /// Next command of the user.
+    /// The user's next command.
     pub go_on: fn(&Place, &Path, &str),
-    /// Check in the end.
+    /// Check at the end.
     pub check: fn(&Files, &str),
 }
 
@@ -52,7 +52,7 @@ pub const SCENARIOS: [Scenario; 12] = [
         command: "run scene.toml -q --seed 2 --out one --force --checkpoint-every 0.001",
         touches: &["one/"],
         kept: |before, after, what| {
-            // The run that was there is whole until the other one is, and it is noted that it takes its place.
+            // The existing run is complete until the other one is, and a note says that it is being replaced.
             let is_noted = String::from_utf8_lossy(&after["one/.carom"]).contains("replacement complete");
             if !is_noted && !is_new(after, "one", "two") {
                 for (name, bytes) in of(before, "one").filter(|(name, _)| *name != ".carom") {
@@ -183,13 +183,13 @@ fn of<'a>(files: &'a Files, folder: &'a str) -> impl Iterator<Item = (&'a str, &
     files.iter().filter_map(move |(name, bytes)| inside(name).map(|name| (name, bytes)))
 }
 
-/// A file is the old one or a new one.
+/// A file must be the old one or a new one.
 fn whole(before: &Files, after: &Files, name: &str, start: &[u8], what: &str) {
     let now = after.get(name).unwrap_or_else(|| panic!("{what}: {name} is lost"));
     assert!(now == &before[name] || now.starts_with(start), "{what}: {name} is neither the old one nor the new one");
 }
 
-/// Whether a folder has the rows of another run.
+/// Whether a folder contains the rows of another run.
 fn is_new(files: &Files, folder: &str, other: &str) -> bool {
     files.get(&format!("{folder}/thermo.csv")) == files.get(&format!("{other}/thermo.csv"))
 }
@@ -213,7 +213,7 @@ fn same_run(files: &Files, expected: &str, found: &str, what: &str) {
     }
 }
 
-/// All files of an exchange but its checkpoint, which also has the scene of the beginning.
+/// All files of an exchange except its checkpoint, which also contains the initial scene.
 fn same_exchange(files: &Files, expected: &str, found: &str, what: &str) {
     let all = |folder| of(files, folder).filter(|(name, _)| *name != "exchange.checkpoint").collect::<Vec<_>>();
     let names = |folder| all(folder).into_iter().map(|(name, _)| name).collect::<Vec<_>>();

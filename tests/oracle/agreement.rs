@@ -1,4 +1,5 @@
-//! Every detection function on every family of hard cases: no verdict is wrong, no time is off by more than rounding.
+//! Every detection function on every family of hard cases: no verdict is wrong, and no time is off by more
+//! than rounding.
 
 use crate::compare::largest_ratio;
 use crate::detection::Algorithm;

@@ -5,10 +5,10 @@ use super::hard_cases;
 use super::random::Random;
 use carom::Vector;
 
-/// A family of states, with a relative acceleration or without.
+/// A family of states, with or without a relative acceleration.
 pub type Family = fn(&mut Random, falling: bool) -> State;
 
-/// All families, by the names that the table gives them.
+/// All families, by their names in the table.
 pub const FAMILIES: [(&str, Family); 21] = [
     ("fluid", fluid),
     ("30 decades of every scale", scales),
@@ -37,7 +37,7 @@ pub fn state(position: Vector, velocity: Vector, acceleration: Vector, distance:
     State { position, velocity, acceleration, distance }
 }
 
-/// The vector, or none.
+/// The vector if falling, otherwise zero.
 pub fn if_falling(falling: bool, acceleration: Vector) -> Vector {
     if falling { acceleration } else { Vector::zeros() }
 }
@@ -48,7 +48,8 @@ fn fluid(random: &mut Random, falling: bool) -> State {
     state(2.0 * random.vector(), random.vector(), if_falling(falling, acceleration), random.between(0.5, 1.5))
 }
 
-/// A vector whose length, and half of the time each component on its own, spans decades around one.
+/// A vector whose length, and half of the time each of its components independently, covers decades around
+/// one.
 fn of_any_scale(random: &mut Random, decades: f64) -> Vector {
     let own = random.chance(0.5);
     let scale = random.scale(-decades, decades);
@@ -56,17 +57,17 @@ fn of_any_scale(random: &mut Random, decades: f64) -> Vector {
     if own {
         Vector::from_fn(|k, _| vector[k].signum() * random.scale(-decades, decades))
     } else {
-        // A component may be a thousandth of the scale, but no less than the domain's smallest.
+        // A component may be a thousandth of the scale, but not below the smallest allowed magnitude.
         vector.map(|x| x.signum() * (x * scale).abs().clamp(SMALLEST, 1.0 / SMALLEST))
     }
 }
 
-/// The smallest magnitude that scenes allow; its inverse is the largest.
+/// The smallest magnitude allowed in scenes; its inverse is the largest.
 const SMALLEST: f64 = 1e-50;
 
 fn of_scales(random: &mut Random, falling: bool, decades: f64) -> State {
     let [position, velocity, acceleration] = [(); 3].map(|()| of_any_scale(random, decades));
-    // Most spheres would be missed: half of the time the distance is near that of the pair.
+    // Most spheres would be missed, so half of the time the distance is close to that of the pair.
     let near = (position.norm() * random.scale(-1.0, 1.0)).clamp(SMALLEST, 1.0 / SMALLEST);
     let distance = if random.chance(0.5) { near } else { random.scale(-decades, decades) };
     state(position, velocity, if_falling(falling, acceleration), distance)
@@ -92,7 +93,7 @@ fn zeros(random: &mut Random, falling: bool) -> State {
     s
 }
 
-/// Separations whose length is a float.
+/// Separations whose length is a floating-point number.
 const EXACT_LENGTHS: [([f64; 3], f64); 6] = [
     ([1.0, 0.0, 0.0], 1.0),
     ([3.0, 4.0, 0.0], 5.0),
@@ -115,7 +116,7 @@ fn contact(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let mut velocity = random.vector() * random.scale(-8.0, 2.0);
     if random.chance(0.3) {
-        // At rest along the line of centres, exactly where it is an axis.
+        // At rest along the line of centres; exactly, if that is an axis.
         velocity -= position * (velocity.dot(&position) / position.norm_squared());
     }
     let acceleration = random.vector() * random.scale(-4.0, 2.0);
@@ -131,7 +132,7 @@ fn beside_contact(random: &mut Random, falling: bool) -> State {
     s
 }
 
-/// Inside or outside by any part of the distance, improving and not.
+/// Inside or outside by any fraction of the distance, improving or not.
 fn overlapped(random: &mut Random, falling: bool) -> State {
     let (along, across) = random.directions();
     let depth = random.sign() * random.scale(-16.0, 0.0);

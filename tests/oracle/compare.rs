@@ -1,7 +1,8 @@
-//! An answer of a detection function against the oracle's.
+//! Compares an answer of a detection function with the oracle.
 //!
-//! The answer has to be the oracle's for the exact overlap function, or, where the input sits within its own rounding of the
-//! boundary between two verdicts, the oracle's for a witness: another polynomial inside the boxes of [`Overlap::rounding`].
+//! The answer must be the oracle's for the exact overlap function. If the input is within its own rounding of
+//! the boundary between two verdicts, it may be the oracle's for a witness: another polynomial inside the
+//! boxes of [`Overlap::rounding`].
 
 use crate::detection::{Algorithm, quartic};
 use crate::exact::{Overlap, State};
@@ -9,20 +10,20 @@ use crate::measure::{Distance, distance};
 use crate::rule::{Kind, Verdict, next_event};
 use crate::witness::witness;
 
-/// The largest error of a time, in units of what rounding allows ([`Distance::ratio`]).
+/// The largest allowed error of a time, in units of what rounding allows ([`Distance::ratio`]).
 ///
-/// Outside of the root's condition every evaluation of `f` has the right sign, so a bracket's ends lie inside of it or
-/// enclose it, and are at most 2 ulp apart (4 in Algorithm 1, whose search ends at twice the width): `condition + 2` or
-/// `+ 4`. The closed forms of Algorithms 2 and 3 and of the plane round a root, a sum and a quotient after that, each
-/// half an ulp or, across a power of two, one: `condition + 3`.
+/// Beyond the root's condition every evaluation of `f` has the right sign. So the ends of a bracket lie
+/// inside of it or enclose it, and are at most 2 ulp apart (4 in Algorithm 1, whose search ends at twice the
+/// width): `condition + 2` or `+ 4`. The closed forms of Algorithms 2 and 3 and of the plane round a root,
+/// then a sum and a quotient, each by half an ulp, or by one across a power of two: `condition + 3`.
 pub fn largest_ratio(algorithm: Algorithm) -> f64 {
     if matches!(algorithm, Algorithm::General(_)) { 4.0 } else { 3.0 }
 }
 
-/// How an answer stands.
+/// The verdict on an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Judgement {
-    /// The oracle's verdict, at its time.
+    /// The oracle's verdict and time.
     Right,
     /// The verdict or time of a witness.
     WithinRounding,
@@ -30,17 +31,17 @@ pub enum Judgement {
     Wrong(&'static str),
 }
 
-/// An answer, and what the oracle says about it.
+/// An answer, and the oracle's verdict on it.
 #[derive(Debug)]
 pub struct Comparison {
     pub answer: Option<f64>,
     pub verdict: Verdict,
     pub judgement: Judgement,
-    /// Where both name a time after now.
+    /// If both give a time after now.
     pub distance: Option<Distance>,
 }
 
-/// Asks a detection function and the oracle.
+/// Calls a detection function and the oracle.
 pub fn compare(algorithm: Algorithm, state: &State) -> Comparison {
     let answer = algorithm.ask(state);
     let overlap = algorithm.overlap(state);
@@ -70,7 +71,7 @@ pub fn compare(algorithm: Algorithm, state: &State) -> Comparison {
     Comparison { answer, verdict, judgement, distance }
 }
 
-/// Whether the end that was returned is the valid one, and an invalid state follows within the bracket's width.
+/// Whether the returned end is the valid one, with an invalid state within the width of the bracket.
 fn judge_end(algorithm: Algorithm, state: &State, overlap: &Overlap, kind: Kind, t: f64) -> Judgement {
     if algorithm.takes_acceleration() != Some(true) || kind == Kind::TurningPoint {
         return Judgement::Right;

@@ -1,11 +1,11 @@
-//! Where a polynomial first falls through zero, as a bracket that can be narrowed to any width.
+//! The first fall of a polynomial through zero, as a bracket that can be narrowed to any width.
 
 use super::dyadic::Dyadic;
 use super::polynomial::Polynomial;
 use super::sturm::Chain;
 use std::cell::RefCell;
 
-/// The one place in `(lower, upper]` at which `f` changes its sign from plus to minus.
+/// The unique point in `(lower, upper]` at which `f` changes sign from plus to minus.
 #[derive(Debug, Clone)]
 pub struct Crossing {
     pub f: Polynomial,
@@ -21,7 +21,7 @@ impl Crossing {
         self.bracket.borrow().clone()
     }
 
-    /// Whether the crossing comes later than `x`. The answer narrows the bracket.
+    /// Whether the crossing is after `x`. Narrows the bracket to find out.
     pub fn is_after(&self, x: &Dyadic) -> bool {
         let (lower, upper) = self.bracket();
         if *x <= lower {
@@ -41,7 +41,7 @@ impl Crossing {
         self.is_after(&middle(&lower, &upper));
     }
 
-    /// Narrows the bracket until it is at most `2^-bits` wide in units of its upper end.
+    /// Narrows the bracket until its width is at most `2^-bits` times its upper end.
     pub fn refine(&self, bits: i64) -> (Dyadic, Dyadic) {
         loop {
             let (lower, upper) = self.bracket();
@@ -53,12 +53,12 @@ impl Crossing {
     }
 }
 
-/// The first `t > after` at which `f` changes its sign from plus to minus.
+/// The first `t > after` at which `f` changes sign from plus to minus.
 pub fn first_fall(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     if f.degree() == 0 {
         return None;
     }
-    // Budan's theorem with an open upper end: at most so many roots come after, and fewer by an even number.
+    // Budan's theorem with an open upper end: there are at most this many roots, or fewer by an even number.
     let most = if after.sign() == 0 { f.variations() } else { f.around(after).variations() };
     let upper = Dyadic::power_of_two(f.bound_of_roots());
     if most == 0 || *after >= upper {
@@ -74,7 +74,7 @@ pub fn first_fall(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     search(f, &chain, (&lower, counts.0), (&upper, counts.1))
 }
 
-/// As [`first_fall`], by Sturm's theorem alone: for testing the shortcut.
+/// Like [`first_fall`], by Sturm's theorem alone, to test the shortcut.
 pub fn first_fall_by_sturm(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     let upper = Dyadic::power_of_two(f.bound_of_roots());
     if f.degree() == 0 || *after >= upper {
@@ -84,14 +84,14 @@ pub fn first_fall_by_sturm(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     search(f, &chain, (after, chain.variations(after)), (&upper, chain.variations(&upper)))
 }
 
-/// A `k` such that no positive root lies below or at `2^k`; roots at zero are left out.
+/// A `k` such that no positive root is at or below `2^k`; roots at zero are left out.
 fn lower_bound(f: &Polynomial) -> i64 {
     let at_zero = f.coefficients.iter().position(|c| c.bits() != 0).expect("not the polynomial 0");
     let rest = Polynomial::of_integers(f.coefficients[at_zero..].to_vec(), 0);
     if rest.degree() == 0 { 0 } else { rest.bound_of_positive_roots_below() }
 }
 
-/// Halves `(from, to]` until each part holds one distinct root or none; the first with a fall is meant.
+/// Halves `(from, to]` until each part holds at most one distinct root; searches the first with a fall.
 fn search(f: &Polynomial, chain: &Chain, from: (&Dyadic, usize), to: (&Dyadic, usize)) -> Option<Crossing> {
     match from.1 - to.1 {
         0 => None,
@@ -107,7 +107,7 @@ fn search(f: &Polynomial, chain: &Chain, from: (&Dyadic, usize), to: (&Dyadic, u
     }
 }
 
-/// Halfway between two numbers that are not negative: in the exponent while they differ by powers of two.
+/// Halfway between two non-negative numbers: in the exponent while they differ by powers of two.
 fn middle(lower: &Dyadic, upper: &Dyadic) -> Dyadic {
     let below = if lower.sign() == 0 { upper.magnitude() - 64 } else { lower.magnitude() };
     if upper.magnitude() - below > 2 {

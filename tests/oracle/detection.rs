@@ -1,4 +1,5 @@
-//! The detection functions, each called with what the engine would build from a float state.
+//! The detection functions, each called with the data that the engine would compute from a floating-point
+//! state.
 
 use crate::exact::{Overlap, ROUNDINGS_OF_GENERAL, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State};
 use carom::check::reference::{self, Polynomial};
@@ -6,7 +7,7 @@ use carom::physics::detection::{accelerated, inertial, plane};
 use carom::physics::motion::RelativeState;
 use carom::physics::overlap::{Quadratic, Quartic, Side};
 
-/// Which function is asked.
+/// The function to call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Algorithm {
     /// Algorithm 2.
@@ -17,7 +18,7 @@ pub enum Algorithm {
     AcceleratedPositive,
     /// Algorithm 5 with Algorithm 6.
     AcceleratedNegative,
-    /// The rule in one dimension, on the separation's first coordinate.
+    /// The rule in one dimension, for the first coordinate of the separation.
     Plane,
     /// Algorithm 1 of the reference engine.
     General(Side),
@@ -46,7 +47,7 @@ impl Algorithm {
         }
     }
 
-    /// Whether it takes pairs with a relative acceleration: always, never or both.
+    /// Whether it accepts pairs with a relative acceleration: always, never, or either (`None`).
     pub fn takes_acceleration(self) -> Option<bool> {
         match self {
             Self::InertialPositive | Self::InertialNegative => Some(false),
@@ -83,7 +84,7 @@ impl Algorithm {
         }
     }
 
-    /// Overlap function by which the answer is judged.
+    /// The overlap function by which the answer is judged.
     pub fn overlap(self, state: &State) -> Overlap {
         match self {
             Self::Plane => {
@@ -115,7 +116,7 @@ pub fn quartic(state: &State) -> Quartic {
     Quartic::new(&relative(state), &state.acceleration, state.distance * state.distance)
 }
 
-/// Signed distance from a plane at the discontinuity's distance, with its first two derivatives.
+/// Signed distance from a plane at the distance of the discontinuity, with its first two derivatives.
 fn height(state: &State) -> [f64; 3] {
     [state.position.x - state.distance, state.velocity.x, state.acceleration.x]
 }

@@ -1,4 +1,4 @@
-//! Exact numbers `m 2^e`: every float is one, and so are their sums and products.
+//! Exact numbers `m 2^e`: every floating-point number is one, and so are sums and products of them.
 
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
@@ -20,7 +20,7 @@ impl Dyadic {
         Self { mantissa: BigInt::from(1), exponent }
     }
 
-    /// The mantissa as an integer in units of `2^exponent`, which must not be above the number's own.
+    /// The mantissa as an integer in units of `2^exponent`, which must not exceed the exponent of the number.
     pub fn in_units_of(&self, exponent: i64) -> BigInt {
         &self.mantissa << (self.exponent - exponent) as u64
     }
@@ -39,7 +39,8 @@ impl Dyadic {
         self.mantissa.bits() as i64 + self.exponent
     }
 
-    /// `(m, e)` with `x = m 2^e` and `0.5 <= |m| <= 1`, `m` rounded towards zero to 53 bits. Zero gives `(0, 0)`.
+    /// `(m, e)` with `x = m 2^e` and `0.5 <= |m| <= 1`, where `m` is rounded towards zero to 53 bits. Zero
+    /// gives `(0, 0)`.
     pub fn approximate(&self) -> (f64, i64) {
         let bits = self.mantissa.bits();
         if bits == 0 {
@@ -52,14 +53,14 @@ impl Dyadic {
         (m * f64::from(self.sign()), bits as i64 + self.exponent)
     }
 
-    /// The nearest float towards zero, or an infinity or zero beyond the floats' range.
+    /// The nearest floating-point number towards zero; infinity or zero beyond their range.
     pub fn to_f64(&self) -> f64 {
         let (m, e) = self.approximate();
         scaled(m, e)
     }
 }
 
-/// `m 2^e`, an infinity or zero beyond the floats' range.
+/// `m 2^e`; infinity or zero beyond the range of floating-point numbers.
 pub fn scaled(m: f64, e: i64) -> f64 {
     #[expect(clippy::cast_possible_truncation, reason = "3000 at most")]
     let exponent = e.clamp(-3000, 3000) as i32;

@@ -1,4 +1,5 @@
-//! Evaluations of `f` to close a bracket, by several methods, and the misses of closed forms.
+//! Number of evaluations of `f` needed to close a bracket, for several methods, and the errors of closed
+//! forms.
 
 use crate::compare::Comparison;
 use crate::detection::{Algorithm, quartic};
@@ -15,7 +16,7 @@ pub struct Evaluations {
     pub ours: Vec<f64>,
     pub bisection: Vec<f64>,
     pub brent: Vec<f64>,
-    /// Relative errors of the nearest root of the closed forms for `f` and for `f'`.
+    /// Relative errors of the nearest root from the closed forms for `f` and for `f'`.
     pub quartic: Vec<f64>,
     pub cubic: Vec<f64>,
 }
@@ -30,7 +31,7 @@ impl Evaluations {
     }
 }
 
-/// Finds the root of a comparison once more by every method.
+/// Finds the root of a comparison again by every method.
 pub fn evaluations(algorithm: Algorithm, state: &State, comparison: &Comparison) -> Evaluations {
     let mut found = Evaluations::default();
     let (Verdict::Later(kind, _), Some(t)) = (&comparison.verdict, comparison.answer) else { return found };
@@ -64,7 +65,7 @@ pub fn evaluations(algorithm: Algorithm, state: &State, comparison: &Comparison)
     found
 }
 
-/// The bracket that Algorithms 4 to 6 give to a root: between turning points, or a doubled step after the last.
+/// The bracket around a root in Algorithms 4 to 6: between turning points, or a doubled step after the last.
 fn bracket(f: &Quartic, t: f64) -> (f64, f64) {
     let turns = sign_changes_of_cubic(&f.derivative());
     let turns = &turns.at[..turns.count];
@@ -79,7 +80,7 @@ fn bracket(f: &Quartic, t: f64) -> (f64, f64) {
     (from, after.unwrap_or(to))
 }
 
-/// Halves a bracket down to adjacent floats.
+/// Bisects a bracket down to adjacent floating-point numbers.
 fn bisect(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     let (mut a, mut b) = (valid, invalid);
     loop {
@@ -97,7 +98,7 @@ fn nearest(roots: &Roots<f64>, t: f64) -> f64 {
     errors.filter(|e| !e.is_nan()).fold(f64::INFINITY, f64::min)
 }
 
-/// Ends Brent's method where the others end.
+/// Ends Brent's method at the same width as the others.
 struct AdjacentFloats;
 
 impl Convergency<f64> for AdjacentFloats {

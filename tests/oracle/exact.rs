@@ -1,14 +1,14 @@
-//! The exact overlap function of a float state, and by how much rounding may move each coefficient.
+//! The exact overlap function of a floating-point state, and how far rounding may shift each coefficient.
 
 use super::dyadic::Dyadic;
 use super::polynomial::Polynomial;
 use carom::Vector;
 use carom::physics::overlap::Side;
 
-/// Unit round-off of a float: half the distance from 1 to the next.
+/// Unit round-off: half the distance from 1 to the next floating-point number.
 const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
-/// A pair as detection sees it, all of it floats.
+/// A pair in the form that detection sees, with floating-point numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct State {
     pub position: Vector,
@@ -17,8 +17,8 @@ pub struct State {
     pub distance: f64,
 }
 
-/// An overlap function with exact coefficients, and boxes around them that hold every polynomial which an evaluation in
-/// floats may have taken for it.
+/// An overlap function with exact coefficients, and boxes around them. A box contains every polynomial that a
+/// floating-point evaluation may have used instead.
 #[derive(Debug, Clone)]
 pub struct Overlap {
     pub coefficients: Vec<Dyadic>,
@@ -29,8 +29,9 @@ pub struct Overlap {
 impl Overlap {
     /// `f+` or `f-` of a pair.
     ///
-    /// `rounding[k]` is the number of roundings a term of coefficient `k` goes through, times the unit round-off, times the
-    /// sum of the terms' absolute values (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.1).
+    /// `rounding[k]` is the number of roundings of a term with coefficient `k`, times the unit round-off,
+    /// times the sum of the absolute values of the terms (Higham, *Accuracy and Stability of Numerical
+    /// Algorithms*, section 3.1).
     pub fn of_pair(state: &State, side: Side, roundings: [u32; 5]) -> Self {
         let State { position: r, velocity: v, acceleration: a, distance: s } = state;
         let (rr, vr, ar) = (dot(r, r), dot(v, r), dot(a, r));
@@ -42,7 +43,7 @@ impl Overlap {
         Self { coefficients, rounding: boxes(&sizes, &roundings) }
     }
 
-    /// The signed distance from a plane. Its coefficients are the input, and stored without rounding.
+    /// The signed distance from a plane. Its coefficients are the input and are stored without rounding.
     pub fn of_plane(height: f64, velocity: f64, acceleration: f64) -> Self {
         let coefficients = vec![Dyadic::from(height), Dyadic::from(velocity), Dyadic::from(acceleration).half()];
         let sizes = [height.abs(), velocity.abs(), 0.5 * acceleration.abs()];
@@ -53,7 +54,7 @@ impl Overlap {
         Polynomial::new(&self.coefficients)
     }
 
-    /// A polynomial of the box: `signs` are parts of its half edges, from -1 to 1.
+    /// A polynomial in the box. `signs` are fractions of its half edges, from -1 to 1.
     pub fn shifted(&self, signs: &[f64]) -> Polynomial {
         Polynomial::new(&self.moved(signs))
     }
@@ -64,7 +65,7 @@ impl Overlap {
         moved.map(|((c, d), s)| c + &(&Dyadic::from(*d) * &Dyadic::from(*s))).collect()
     }
 
-    /// `sum rounding_k t^k`: by how much an evaluation at `t >= 0` may miss.
+    /// `sum rounding_k t^k`: the largest error of an evaluation at `t >= 0`.
     pub fn error_at(&self, t: f64) -> f64 {
         self.rounding.iter().rev().fold(0.0, |sum, d| sum * t + d)
     }
@@ -76,30 +77,30 @@ impl Overlap {
     }
 }
 
-/// Algorithms 2 and 3. A term of a dot product of three goes through 1 multiplication and 2 additions, `s^2` and its
-/// subtraction add 1 (and `2 B` is exact). `D = B^2 - V2 R2` rounds the two products: half a rounding more for
-/// `B`, one for `R2`.
+/// Algorithms 2 and 3. A term in a dot product of three has 1 multiplication and 2 additions; `s^2` and its
+/// subtraction add 1 (and `2 B` is exact). `D = B^2 - V2 R2` rounds the two products: half a rounding more
+/// for `B`, one for `R2`.
 pub const ROUNDINGS_OF_QUADRATIC: [u32; 5] = [5, 4, 4, 0, 0];
 
-/// Algorithms 4 to 6. Coefficients as above, `a.r + V2` 4 roundings; Horner's rule adds `2 k + 1` to the coefficient of
-/// `t^k` and 2 k to that of `t^4`, `f'` one more for the factor 3.
+/// Algorithms 4 to 6. Coefficients as above, with 4 roundings for `a.r + V2`. Horner's rule adds `2 k + 1` to
+/// the coefficient of `t^k`, and 2 k to that of `t^4`; `f'` adds one for the factor 3.
 pub const ROUNDINGS_OF_QUARTIC: [u32; 5] = [4 + 1, 3 + 3, 4 + 5, 3 + 8, 3 + 8];
 
-/// Algorithm 1. As for the quartic; its Horner's rule starts from zero, and each of three further derivatives rounds its
-/// factors once.
+/// Algorithm 1. As for the quartic, but Horner's rule starts from zero, and each of three further derivatives
+/// rounds its factors once.
 pub const ROUNDINGS_OF_GENERAL: [u32; 5] = [4 + 1, 3 + 3, 4 + 5 + 1, 3 + 7 + 2, 3 + 10 + 3];
 
 /// The plane: `D = v^2 - 2 a h` rounds both products once.
 const ROUNDINGS_OF_PLANE: [u32; 3] = [1, 1, 1];
 
-/// Bounds may themselves be rounded down, by less than this.
+/// The bounds themselves may be rounded down, by less than this.
 const SLACK: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 fn boxes(sizes: &[f64], roundings: &[u32]) -> Vec<f64> {
     sizes.iter().zip(roundings).map(|(size, &n)| f64::from(n) * ROUND_OFF * size * SLACK).collect()
 }
 
-/// An exact scalar product, and the sum of its terms' absolute values.
+/// An exact scalar product, and the sum of the absolute values of its terms.
 fn dot(a: &Vector, b: &Vector) -> (Dyadic, f64) {
     let mut sum = Dyadic::zero();
     for k in 0..3 {

@@ -1,4 +1,4 @@
-//! The oracle itself, on polynomials whose roots are known.
+//! Tests of the oracle itself, on polynomials with known roots.
 
 use crate::crossing::{first_fall, first_fall_by_sturm};
 use crate::dyadic::Dyadic;
@@ -54,7 +54,7 @@ fn taylor_coefficients_are_the_derivatives() {
     let f = with_roots(&[1.0, 2.0, 4.0], 0.25);
     let x = Dyadic::from(1.5);
     let around = f.around(&x);
-    // One unit of y is the last place of x: a half.
+    // A unit of y is the last place of x: one half.
     assert_eq!(Dyadic { mantissa: around.coefficients[0].clone(), exponent: around.exponent }, f.value(&x));
     let slope = Dyadic { mantissa: around.coefficients[1].clone(), exponent: around.exponent + 1 };
     assert_eq!(slope, f.derivative().value(&x));
@@ -78,7 +78,7 @@ fn sturm_counts_distinct_roots_between_any_two_numbers() {
             assert_eq!(chain.count(&Dyadic::from(-10.0), &Dyadic::from(10.0)), distinct.len());
         }
     }
-    // t^4 + 1 has none: as many variations at either end.
+    // t^4 + 1 has no roots: the same number of variations at both ends.
     let none = Chain::new(&Polynomial::from_floats(&[1.0, 0.0, 0.0, 0.0, 1.0]));
     assert_eq!(none.count(&Dyadic::from(-10.0), &Dyadic::from(10.0)), 0);
 }
@@ -106,7 +106,7 @@ fn two_roots_one_part_in_2_to_the_200_apart_are_told_apart() {
     let Verdict::Later(Kind::Root, crossing) = next_event(&f) else { panic!("one root after the other") };
     let (lower, upper) = crossing.refine(300);
     assert!(lower <= p && p <= upper && upper < q);
-    // Touching instead of crossing: none.
+    // It touches zero but does not cross: no event.
     expect_none(&with_roots(&[1.0, 1.0], 1.0));
 }
 
@@ -128,10 +128,10 @@ fn the_rule_from_an_invalid_state() {
     expect_none(&Polynomial::from_floats(&[0.0, 0.0, 0.0, 0.0, 1.0]));
     expect_later(&with_roots(&[1.0, 3.0], -1.0), Kind::Root, 3.0);
     expect_later(&Polynomial::from_floats(&[-2.0, 2.0, -1.0]), Kind::TurningPoint, 1.0);
-    // Touches zero from below, exactly: the event is there.
+    // It touches zero from below, exactly: there is an event.
     expect_later(&with_roots(&[1.0, 1.0], -1.0), Kind::TurningPoint, 1.0);
     expect_later(&with_roots(&[1.0, 1.0, 5.0, 5.0], -1.0), Kind::TurningPoint, 1.0);
-    // A saddle of f (double root of f') is no turning point: -(t-1)^3 (t-5) - 0 falls only at 4.
+    // A saddle of f (a double root of f') is not a turning point: -(t-1)^3 (t-5) - 0 falls only at 4.
     expect_later(&with_roots(&[1.0, 1.0, 1.0, 5.0], -1.0), Kind::Root, 5.0);
 }
 

@@ -1,11 +1,11 @@
-//! States made so that roots coincide exactly: all of their numbers are small binary fractions.
+//! States constructed so that roots coincide exactly: all their numbers are small binary fractions.
 
 use super::cases::{if_falling, state, touching};
 use super::exact::State;
 use super::random::Random;
 use carom::Vector;
 
-/// A small integer, not zero.
+/// A small nonzero integer.
 fn integer(random: &mut Random, most: usize) -> f64 {
     random.sign() * (1 + random.below(most)) as f64
 }
@@ -15,10 +15,11 @@ fn axes(random: &mut Random, r: [f64; 3], v: [f64; 3], a: [f64; 3], distance: f6
     state(r, v, a, distance)
 }
 
-/// Touches the discontinuity at some time with a velocity along it, from inside or outside; half of them miss by a float.
+/// Touches the discontinuity at some time with a velocity along it, from inside or outside; half of the
+/// states miss it by one floating-point number.
 pub fn grazing(random: &mut Random, falling: bool) -> State {
     let (there, distance) = touching(random);
-    // Along the surface, exactly, where the separation has small integer components.
+    // Exactly along the surface, if the separation has small integer components.
     let across = there.cross(&Vector::new(integer(random, 3), integer(random, 3), 1.0));
     let time = integer(random, 8);
     let strength = random.power_of_two(-3, 3) * random.sign() / distance;
@@ -47,13 +48,13 @@ pub fn cube(random: &mut Random, falling: bool) -> State {
     axes(random, [x, 0.0, z], [w, 0.0, 0.0], [0.0, 0.0, -g], distance)
 }
 
-/// A length near another one, and whether it is the same.
+/// A length near another one, and whether they are equal.
 fn around(random: &mut Random, length: f64) -> (f64, bool) {
     let same = random.chance(0.2);
     (if same { length } else { length * random.between(0.3, 1.7) }, same)
 }
 
-/// Motion on a line through the centre that only just stops there: `f'` has a triple root.
+/// Motion on a line through the centre that just stops there: `f'` has a triple root.
 pub fn triple_root(random: &mut Random, falling: bool) -> State {
     let (time, scale) = (integer(random, 6) * 0.5, random.power_of_two(-6, 6) * random.sign());
     let curve = if falling { scale } else { 0.0 };
@@ -61,7 +62,8 @@ pub fn triple_root(random: &mut Random, falling: bool) -> State {
     axes(random, [scale * time * time, 0.0, 0.0], [-2.0 * scale * time, 0.0, 0.0], [2.0 * curve, 0.0, 0.0], distance)
 }
 
-/// A motion whose `f'` is `t^3 + e2 t^2 + e1 t + e0` with a double root at `p` and a simple one at `q`.
+/// A motion with `f'` proportional to `t^3 + e2 t^2 + e1 t + e0`, which has a double root at `p` and a simple
+/// one at `q`.
 pub fn double_root(random: &mut Random, falling: bool) -> State {
     if !falling {
         return grazing(random, false);
@@ -77,18 +79,19 @@ pub fn double_root(random: &mut Random, falling: bool) -> State {
     axes(random, [x, 0.0, z], [w, 0.0, vz], [0.0, 0.0, 1.0], distance)
 }
 
-/// A sphere so small that a pair is inside for the time between two floats.
+/// A sphere so small that a pair is inside only between two floating-point times.
 pub fn close_roots(random: &mut Random, falling: bool) -> State {
     let time = random.power_of_two(-2, 4);
     let size = f64::EPSILON * random.power_of_two(-2, 2);
     let speed = integer(random, 4);
     let g = if falling { integer(random, 4) * 0.25 } else { 0.0 };
-    // At the centre after that time, with a speed of `speed`.
+    // At the centre after that time, with this speed.
     let (position, velocity) = (-speed * time + 0.5 * g * time * time, speed - g * time);
     axes(random, [position, 0.0, 0.0], [velocity, 0.0, 0.0], [g, 0.0, 0.0], size)
 }
 
-/// A grain that lies on another, or hangs on its bond: no speed, contact exact or one float off.
+/// A grain that lies on another or hangs on its bond: no speed, in contact exactly or one floating-point
+/// number off.
 pub fn resting(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let g = random.sign() * random.power_of_two(-6, 6);
@@ -101,7 +104,7 @@ pub fn resting(random: &mut Random, falling: bool) -> State {
     state(position, velocity, if_falling(falling, position * g), distance)
 }
 
-/// Leaves contact and comes back: a root at zero that is not to be taken for the next one.
+/// Leaves contact and returns: the root at zero must not be taken for the next one.
 pub fn return_to_contact(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let speed = random.scale(-12.0, 1.0);
@@ -112,7 +115,7 @@ pub fn return_to_contact(random: &mut Random, falling: bool) -> State {
     state(position, up * (speed * random.sign()) + aside, if_falling(falling, up * (g * random.sign())), distance)
 }
 
-/// A throw along an axis, past the centre or not.
+/// A throw along an axis, through the centre or not.
 pub fn straight_throw(random: &mut Random, falling: bool) -> State {
     let a = if falling { random.between(-2.0, 2.0) } else { 0.0 };
     let (x, v) = (random.between(-3.0, 3.0), random.between(-2.0, 2.0));

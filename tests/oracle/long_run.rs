@@ -4,7 +4,7 @@ use crate::detection::Algorithm;
 use crate::table::{family_row, page};
 use crate::tally::{Tally, run};
 
-/// 21 families of it make more than 10^6 states of each algorithm.
+/// With 21 families this gives more than 10^6 states of each algorithm.
 const PER_FAMILY: usize = 50_000;
 
 const SEED: u64 = 1_996_000;

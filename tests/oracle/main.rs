@@ -1,16 +1,16 @@
-//! An exact oracle for event detection, and every detection function compared with it.
+//! An exact oracle for event detection, and a comparison of every detection function with it.
 //!
-//! The input of detection is floats, so the coefficients of an overlap function are dyadic rationals, and the rule can be
-//! decided in integers, with no tolerance.
+//! The input of detection consists of floating-point numbers, so the coefficients of an overlap function are
+//! dyadic rationals. The rule can be decided in integers, without a tolerance.
 //!
 //! | modules | |
 //! |---|---|
 //! | `dyadic`, `polynomial`, `sturm`, `crossing` | exact numbers, polynomials, counts of roots, and brackets of any width |
-//! | `rule`, `exact` | the oracle: the rule, and exact overlap functions with the rounding of their float forms |
-//! | `detection`, `compare`, `witness`, `measure` | what is asked, and how an answer is judged |
+//! | `rule`, `exact` | the oracle: the rule, and exact overlap functions with the rounding of their floating-point forms |
+//! | `detection`, `compare`, `witness`, `measure` | the calls, and how an answer is judged |
 //! | `cases`, `hard_cases`, `random` | states, by family |
-//! | `hand`, `agreement`, `regressions` | tests: of the oracle itself, of all functions, of each failure ever found |
-//! | `surfaces` | the same for points, lines, segments, faces and planes, where the foot has to be on the feature |
+//! | `hand`, `agreement`, `regressions` | tests: of the oracle itself, of all functions, of every failure ever found |
+//! | `surfaces` | the same for points, lines, segments, faces and planes, where the foot must be on the feature |
 //! | `tally`, `evaluations`, `long_run`, `table` | a million states of each algorithm, for `benches/results/detection.md` |
 
 mod agreement;

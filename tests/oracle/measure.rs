@@ -4,29 +4,29 @@ use super::crossing::Crossing;
 use super::dyadic::{Dyadic, scaled};
 use super::polynomial::Polynomial;
 
-/// A distance between a time and the exact event, all in units in the last place (ulp) of the time.
+/// The distance between a time and the exact event, in units in the last place (ulp) of the time.
 #[derive(Debug, Clone, Copy)]
 pub struct Distance {
-    /// Exact time less the one measured.
+    /// The exact time minus the measured one.
     pub error: f64,
-    /// Larger of the two shifts of the root when round-off moves `f` up or down.
+    /// The larger of the two shifts of the root if round-off moves `f` up or down.
     pub condition: f64,
 }
 
 impl Distance {
-    /// The error in units of what rounding allows: the condition, and one ulp for the time itself.
+    /// The error in units of what rounding allows: the condition, plus one ulp for the time itself.
     pub fn ratio(&self) -> f64 {
         self.error.abs() / (self.condition + 1.0)
     }
 }
 
-/// The largest distance that is followed [ulp]: beyond it, it is as good as infinite.
+/// Largest computed distance [ulp]; beyond it, the distance counts as infinite.
 const FARTHEST: f64 = 1e40;
 
-/// The distance between `time` and a crossing of `crossing.f`, whose values rounding may change by `rounding`.
+/// The distance between `time` and a crossing of `crossing.f`, whose values may be off by `rounding`.
 ///
-/// Taylor's polynomial around `time` is exact before it is rounded to floats; its constant term, which is all that is
-/// left of `f` after cancellation, therefore keeps its digits, and so do the roots near by.
+/// The Taylor polynomial around `time` is exact before it is rounded. So its constant term, which is what
+/// remains of `f` after cancellation, keeps its digits, and so do nearby roots.
 pub fn distance(crossing: &Crossing, time: f64, rounding: f64) -> Distance {
     let at = Dyadic::from(time);
     let local = Local::new(&crossing.f, &at, last_place(time));
@@ -39,13 +39,13 @@ pub fn distance(crossing: &Crossing, time: f64, rounding: f64) -> Distance {
     Distance { error, condition: earlier.max(later) }
 }
 
-/// The exponent of a float's last place.
+/// The exponent of a floating-point number's last place.
 pub fn last_place(x: f64) -> i64 {
     let biased = (x.to_bits() >> 52 & 0x7ff) as i64;
     biased.max(1) - 1075
 }
 
-/// A polynomial around a time, in ulp of the time, in units of its largest coefficient.
+/// A polynomial around a time, as a function of ulps of the time, in units of its largest coefficient.
 struct Local {
     coefficients: Vec<f64>,
     unit: i64,

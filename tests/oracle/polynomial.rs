@@ -3,7 +3,8 @@
 use super::dyadic::{Dyadic, sign};
 use num_bigint::BigInt;
 
-/// `2^exponent (c_0 + c_1 t + ...)` with integers `c_k`, the last not zero. No coefficients: the polynomial 0.
+/// `2^exponent (c_0 + c_1 t + ...)` with integers `c_k`, the last of which is not zero. Without coefficients
+/// it is the polynomial 0.
 #[derive(Debug, Clone)]
 pub struct Polynomial {
     pub coefficients: Vec<BigInt>,
@@ -33,7 +34,7 @@ impl Polynomial {
         self.coefficients.is_empty()
     }
 
-    /// The degree; of the polynomial 0 as well 0.
+    /// The degree; 0 for the polynomial 0.
     pub fn degree(&self) -> usize {
         self.coefficients.len().saturating_sub(1)
     }
@@ -43,7 +44,8 @@ impl Polynomial {
         Self { coefficients, exponent: self.exponent }
     }
 
-    /// Its value at `x = m 2^k`, by Horner's rule in integers: for `k < 0` all is multiplied by `2^(-k degree)`.
+    /// Its value at `x = m 2^k`, by Horner's rule in integers. For `k < 0` everything is multiplied by `2^(-k
+    /// degree)`.
     pub fn value(&self, x: &Dyadic) -> Dyadic {
         let mut value = BigInt::ZERO;
         for scaled in self.scaled(x.exponent).iter().rev() {
@@ -59,7 +61,7 @@ impl Polynomial {
         }
     }
 
-    /// The sign just after `x`: of the first derivative that is not zero there.
+    /// The sign just after `x`: that of the first derivative that is not zero there.
     pub fn sign_after(&self, x: &Dyadic) -> i32 {
         if self.is_zero() {
             return 0;
@@ -70,7 +72,7 @@ impl Polynomial {
         }
     }
 
-    /// The sign in the limit of large arguments.
+    /// The sign for large arguments.
     pub fn sign_far_away(&self) -> i32 {
         self.coefficients.last().map_or(0, sign)
     }
@@ -98,13 +100,14 @@ impl Polynomial {
         self.exponent + e.min(0) * self.degree() as i64
     }
 
-    /// Sign changes in the sequence of its coefficients. By Descartes' rule the positive roots, each as often as its
-    /// multiplicity, are as many or fewer by an even number.
+    /// Number of sign changes in its sequence of coefficients. By Descartes' rule the number of positive
+    /// roots, with multiplicity, is this or smaller by an even number.
     pub fn variations(&self) -> usize {
         count_variations(self.coefficients.iter().map(sign))
     }
 
-    /// A `k` such that all real roots lie below `2^k` (twice the largest of `|c_{n-i} / c_n|^(1/i)`, Fujiwara).
+    /// A `k` such that all real roots are below `2^k` (twice the largest of `|c_{n-i} / c_n|^(1/i)`,
+    /// Fujiwara).
     pub fn bound_of_roots(&self) -> i64 {
         let n = self.degree();
         let bits = |k: usize| self.coefficients[k].bits() as i64;
@@ -114,14 +117,14 @@ impl Polynomial {
         exponents.max().unwrap_or(0) + 1
     }
 
-    /// A `k` such that no positive root lies below `2^k`.
+    /// A `k` such that no positive root is below `2^k`.
     pub fn bound_of_positive_roots_below(&self) -> i64 {
         let reversed: Vec<_> = self.coefficients.iter().rev().cloned().collect();
         -Self::of_integers(reversed, 0).bound_of_roots()
     }
 }
 
-/// Changes between the signs -1 and 1 in a sequence, zeros left out.
+/// Number of changes between -1 and 1 in a sequence of signs, ignoring zeros.
 pub fn count_variations(signs: impl Iterator<Item = i32>) -> usize {
     let (mut count, mut last) = (0, 0);
     for sign in signs.filter(|&s| s != 0) {

@@ -1,4 +1,4 @@
-//! Random numbers of known stream, with the distributions that hard cases need.
+//! Random numbers from a known stream, with the distributions for hard cases.
 
 use carom::Vector;
 use rand_chacha::ChaCha8Rng;
@@ -35,12 +35,12 @@ impl Random {
         if self.chance(0.5) { 1.0 } else { -1.0 }
     }
 
-    /// A magnitude between `10^lower` and `10^upper`, uniform in its logarithm.
+    /// A log-uniform magnitude between `10^lower` and `10^upper`.
     pub fn scale(&mut self, lower: f64, upper: f64) -> f64 {
         10_f64.powf(self.between(lower, upper))
     }
 
-    /// A power of two, with which products are exact.
+    /// A power of two, which makes products exact.
     pub fn power_of_two(&mut self, lower: i32, upper: i32) -> f64 {
         2_f64.powi(lower + i32::try_from(self.below((upper - lower + 1) as usize)).unwrap())
     }
@@ -61,7 +61,7 @@ impl Random {
         }
     }
 
-    /// Moves the coordinates round and mirrors them: exact, and changes no overlap function.
+    /// Permutes and mirrors the coordinates. This is exact and changes no overlap function.
     pub fn turned(&mut self, vectors: [Vector; 3]) -> [Vector; 3] {
         let first = self.below(3);
         let step = 1 + self.below(2);
@@ -69,7 +69,8 @@ impl Random {
         vectors.map(|x| Vector::from_fn(|k, _| signs[k] * x[(first + step * k) % 3]))
     }
 
-    /// The float itself or one of its two neighbours; zero stays, for products with its neighbours underflow.
+    /// The number itself or one of its two neighbours. Zero stays, because products with its neighbours
+    /// underflow.
     pub fn neighbour(&mut self, x: f64) -> f64 {
         match self.below(3) {
             0 => x,

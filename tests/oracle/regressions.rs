@@ -17,7 +17,7 @@ fn is_not_wrong(algorithm: Algorithm, state: &State) {
 
 #[test]
 fn a_turning_point_that_rounding_makes_a_root_is_within_rounding() {
-    // One float beyond the end of a bond and almost at rest along it: R2 rounds to zero.
+    // One floating-point number beyond the end of a bond and almost at rest along it: R2 rounds to zero.
     is_not_wrong(
         Algorithm::InertialNegative,
         &state(
@@ -40,7 +40,7 @@ fn a_turning_point_that_rounding_makes_a_root_is_within_rounding() {
 
 #[test]
 fn a_near_miss_that_rounding_makes_a_hit_is_within_rounding() {
-    // Grazes exactly; the two roots that rounding makes are sqrt(epsilon) apart.
+    // Grazes exactly. Rounding creates two roots that are sqrt(epsilon) apart.
     for (r, v, a, distance) in [
         (
             [-1.9575268761518552, -5.872580628455566, -17.617741885366698],
@@ -59,7 +59,7 @@ fn a_near_miss_that_rounding_makes_a_hit_is_within_rounding() {
 
 #[test]
 fn a_turning_point_in_values_far_below_rounding_is_within_rounding() {
-    // Found by the fuzz target: s^2 is 10^18 or more times what f becomes.
+    // Found by the fuzz target: s^2 is at least 10^18 times what f becomes.
     for (r, v, a, distance) in [
         (
             [14.333333333333334, 2.5243548967072375e-29, -6688574853559353.0],
@@ -94,7 +94,7 @@ fn the_reference_finds_a_root_that_brents_method_left_behind() {
 
 #[test]
 fn the_reference_finds_roots_among_values_of_1e150() {
-    // Brent's method overflowed, and the middle of the bracket was taken for the root.
+    // Brent's method overflowed, and the middle of the bracket was returned as the root.
     for (r, v, a, distance) in [
         (
             [1.3462627539392349e23, 4.038515711558194e-42, 2.2132505582398304e-45],
@@ -122,7 +122,8 @@ fn the_reference_finds_roots_among_values_of_1e150() {
 
 #[test]
 fn the_reference_keeps_the_sign_that_it_had_before_a_turning_point() {
-    // At the turning point f is zero to rounding; read there again, its sign sent the search to the wrong end.
+    // At the turning point f is zero to rounding. Evaluated there again, its sign sent the search to the
+    // wrong end.
     let r = [44250737.39427264, -63070544.57782876, -175729120.62115726];
     let v = [-2.474881449500859, 4.097577369464359, 10.424111698348904];
     let a = [3.2026923444437286e-8, -1.009063392089401e-7, -1.849349310097299e-7];

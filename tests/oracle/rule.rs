@@ -14,7 +14,7 @@ pub enum Kind {
     TurningPoint,
 }
 
-/// When the next event is.
+/// The time of the next event.
 #[derive(Debug, Clone)]
 pub enum Verdict {
     Now,
@@ -36,7 +36,7 @@ pub fn next_event(f: &Polynomial) -> Verdict {
     if sign_at_crossing(f, &turn) <= 0 {
         return Verdict::Later(Kind::TurningPoint, turn);
     }
-    // No root of f is left in the turning point's bracket.
+    // The bracket of the turning point contains no root of f any more.
     let (_, after) = turn.bracket();
     later(Kind::Root, first_fall(f, &after))
 }
@@ -45,13 +45,13 @@ fn later(kind: Kind, at: Option<Crossing>) -> Verdict {
     at.map_or(Verdict::None, |at| Verdict::Later(kind, at))
 }
 
-/// The sign of `f` at a root of its derivative, whose bracket is narrowed until it holds no root of `f`.
+/// The sign of `f` at a root of its derivative. The bracket is narrowed until it holds no root of `f`.
 pub fn sign_at_crossing(f: &Polynomial, turn: &Crossing) -> i32 {
     let chain = Chain::new(f);
     loop {
         let (lower, upper) = turn.bracket();
         let roots = chain.count(&lower, &upper);
-        // The bracket holds one root of the derivative; a multiple root of f in it is that one.
+        // The bracket holds one root of the derivative; a multiple root of f in it is that root.
         if roots > 0 && chain.common.degree() > 0 && Chain::new(&chain.common).count(&lower, &upper) > 0 {
             return 0;
         }

@@ -1,13 +1,13 @@
-//! Number of distinct roots between two numbers: Sturm's theorem in exact integers.
+//! The number of distinct roots between two numbers, by Sturm's theorem in exact integers.
 
 use super::dyadic::{Dyadic, sign};
 use super::polynomial::{Polynomial, count_variations};
 use num_bigint::BigInt;
 
-/// The Sturm sequence of a polynomial divided by its multiple roots, so that every argument may be asked for.
+/// The Sturm sequence of a polynomial without its multiple roots, so that any argument is allowed.
 pub struct Chain {
     elements: Vec<Polynomial>,
-    /// The greatest common divisor of the polynomial and its derivative: its roots are the multiple ones.
+    /// The greatest common divisor of the polynomial and its derivative, whose roots are the multiple ones.
     pub common: Polynomial,
 }
 
@@ -16,7 +16,7 @@ impl Chain {
         let mut elements = remainders(f, &f.derivative());
         let common = elements.last().cloned().expect("the polynomial itself");
         if common.degree() > 0 {
-            // Dividing all by a common factor of either sign keeps every count of variations.
+            // Division by a common factor of either sign keeps every number of variations.
             elements = elements.iter().map(|e| quotient(e, &common)).collect();
         }
         Self { elements, common }
@@ -31,25 +31,27 @@ impl Chain {
         count_variations(self.elements.iter().map(|e| e.sign_at(x)))
     }
 
-    /// The variations at infinity.
+    /// Number of variations at infinity.
     pub fn variations_far_away(&self) -> usize {
         count_variations(self.elements.iter().map(Polynomial::sign_far_away))
     }
 }
 
-/// A greatest common divisor, up to a factor of either sign; of degree 0 where there is none.
+/// A greatest common divisor, up to a factor of either sign; of degree 0 if there is none.
 pub fn common_factor(a: &Polynomial, b: &Polynomial) -> Polynomial {
     let (a, b) = if a.degree() < b.degree() { (b, a) } else { (a, b) };
     remainders(a, b).pop().expect("the polynomial itself")
 }
 
-/// `f, g, -(f mod g), ...` for `g` of no larger degree, each up to a positive factor, down to the last that is not zero.
+/// `f, g, -(f mod g), ...` for `g` of no larger degree, each up to a positive factor, down to the last
+/// nonzero one.
 ///
-/// Subresultants (Brown and Traub 1971): each pseudo-remainder is divided by a factor known beforehand, which keeps the
-/// coefficients as short as determinants. The factors' signs are followed apart, because Sturm's theorem needs them.
+/// Subresultants (Brown and Traub 1971): each pseudo-remainder is divided by a known factor, which keeps the
+/// coefficients as short as determinants. The signs of the factors are tracked separately, because Sturm's
+/// theorem needs them.
 fn remainders(f: &Polynomial, g: &Polynomial) -> Vec<Polynomial> {
     let (mut a, mut b) = (f.coefficients.clone(), g.coefficients.clone());
-    // The sequence's elements are sign_a a and sign_b b, up to positive factors.
+    // The elements of the sequence are sign_a a and sign_b b, up to positive factors.
     let (mut sign_a, mut sign_b) = (1, 1);
     let (mut g, mut h) = (BigInt::from(1), BigInt::from(1));
     let mut elements = vec![signed(&a, 1)];
@@ -89,7 +91,7 @@ fn pseudo_remainder(a: &[BigInt], b: &[BigInt]) -> Vec<BigInt> {
 fn quotient(a: &Polynomial, b: &Polynomial) -> Polynomial {
     let (quotient, rest) = divide(&a.coefficients, &b.coefficients);
     assert!(rest.is_empty(), "the divisor is common to all elements");
-    // An even or odd power of lc(b), depending on the degree, was multiplied in: make it positive.
+    // A power of lc(b), even or odd depending on the degree, was multiplied in; the sign is made positive.
     let power = a.coefficients.len() - b.coefficients.len() + 1;
     let flip = if power % 2 == 1 { leading_sign(&b.coefficients) } else { 1 };
     signed(&quotient, flip)

@@ -1,14 +1,15 @@
-//! The exact oracle for features of surfaces: points, lines, segments, faces and planes, where an event has to be on the feature.
+//! The exact oracle for features of surfaces: points, lines, segments, faces and planes. An event must be on
+//! the feature.
 //!
 //! | modules | |
 //! |---|---|
-//! | `rounded` | exact numbers with bounds of what floats make of them |
-//! | `place` | signs of polynomials at roots of others, and which root comes first |
+//! | `rounded` | exact numbers with bounds on their floating-point errors |
+//! | `place` | signs of polynomials at roots of others, and the order of roots |
 //! | `rule` | the rule with extents, decided exactly |
-//! | `feature`, `question` | what is asked, and its exact polynomials with their boxes |
+//! | `feature`, `question` | the questions, with their exact polynomials and boxes |
 //! | `compare`, `witness` | how an answer is judged |
 //! | `approach`, `families` | states, by family |
-//! | `hand`, `agreement`, `regressions` | tests: of the oracle itself, of all features, of each failure ever found |
+//! | `hand`, `agreement`, `regressions` | tests: of the oracle itself, of all features, of every failure ever found |
 
 mod agreement;
 mod approach;

@@ -73,7 +73,7 @@ fn closed_forms(page: &mut String, totals: &mut [&mut (Algorithm, Tally)]) {
     }
 }
 
-/// Further away than this, relatively, a closed form has found another root or none.
+/// With a larger relative error, a closed form has found another root or none.
 const MISSED: f64 = 1e-3;
 
 fn closed_form_row(page: &mut String, polynomial: &str, algorithm: Algorithm, errors: &mut [f64]) {

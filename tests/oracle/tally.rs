@@ -15,12 +15,12 @@ pub struct Tally {
     pub cases: usize,
     pub events_later: usize,
     pub within_rounding: usize,
-    /// The first few, to be shown.
+    /// The first few, to be printed.
     pub wrong: Vec<(State, Comparison)>,
     pub wrong_count: usize,
     /// Errors of times [ulp].
     pub errors: Vec<f64>,
-    /// Errors in units of the rounding that is allowed.
+    /// Errors in units of the allowed rounding.
     pub ratios: Vec<f64>,
     pub evaluations: Evaluations,
 }
@@ -63,7 +63,7 @@ impl Tally {
     }
 }
 
-/// Tries an algorithm on so many states of every family.
+/// Tries an algorithm on a number of states of every family.
 pub fn run(algorithm: Algorithm, per_family: usize, seed: u64) -> Vec<(&'static str, Tally)> {
     FAMILIES
         .iter()
@@ -75,7 +75,7 @@ pub fn run(algorithm: Algorithm, per_family: usize, seed: u64) -> Vec<(&'static 
                 let falling = algorithm.takes_acceleration().unwrap_or_else(|| random.chance(0.7));
                 let mut state = family(&mut random, falling);
                 if algorithm.takes_acceleration() == Some(true) && state.acceleration == Vector::zeros() {
-                    // The Require line: a_ij /= 0.
+                    // The precondition: a_ij /= 0.
                     state.acceleration.z = -1.0;
                 }
                 tally.add(algorithm, &state);
@@ -85,7 +85,7 @@ pub fn run(algorithm: Algorithm, per_family: usize, seed: u64) -> Vec<(&'static 
         .collect()
 }
 
-/// Median, 99.9 % and worst. Empty: zeros.
+/// Median, 99.9 % quantile and worst value; zeros if empty.
 pub fn spread(values: &mut [f64]) -> [f64; 3] {
     if values.is_empty() {
         return [0.0; 3];

@@ -1,4 +1,4 @@
-//! Witnesses: polynomials that rounding cannot tell from the exact one, for which an answer is right.
+//! Witnesses: polynomials indistinguishable from the exact one by rounding, for which an answer is right.
 
 use super::dyadic::Dyadic;
 use super::exact::Overlap;
@@ -6,10 +6,10 @@ use super::measure::last_place;
 use super::polynomial::Polynomial;
 use super::rule::{Kind, Verdict, next_event};
 
-/// Parts of the boxes' size at which witnesses are sought, besides the middle.
+/// Fractions of the boxes at which witnesses are searched, in addition to the centre.
 const PARTS: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
 
-/// Whether some polynomial within the boxes has the answer, and an event of the kind if one is asked for.
+/// Whether some polynomial in the boxes has the answer, and an event of the requested kind.
 pub fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bool {
     let kinds = kind.map_or_else(|| vec![Kind::Root, Kind::TurningPoint], |kind| vec![kind]);
     directions(overlap).any(|signs| match answer {
@@ -19,10 +19,12 @@ pub fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bo
     })
 }
 
-/// The largest distance of a witness's event from the answer, as an exponent of 2 [ulp]: as wide as a closed bracket.
+/// Largest distance of a witness's event from the answer, as an exponent of 2 [ulp]: as wide as a closed
+/// bracket.
 const SLACK: i64 = 2;
 
-/// Moves a polynomial of the boxes so that it has a root, or a turning point, at `t`; whether that is its next event.
+/// Shifts a polynomial in the boxes so that it has a root, or a turning point, at `t`; returns whether that
+/// is its next event.
 fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     let at = Dyadic::from(t);
     let available = match kind {
@@ -35,7 +37,8 @@ fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     if !moved.iter().all(|s| s.abs() <= 1.0) {
         return false;
     }
-    // The parts are floats and leave a small rest, which is taken from the term that moves f most.
+    // The fractions are rounded and leave a small remainder, which is taken from the term that changes f
+    // most.
     let effects = (0..signs.len()).map(|k| effect(k, t, kind));
     let (term, effect) =
         effects.enumerate().max_by(|a, b| weigh(overlap, a).total_cmp(&weigh(overlap, b))).expect("terms");
@@ -56,10 +59,11 @@ fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     }
 }
 
-/// Number of corrections. Each leaves one part in 10^16: `f` at `t` can be that much smaller than its own rounding.
+/// Number of corrections. Each leaves one part in 10^16: `f` at `t` can be that much smaller than its own
+/// rounding.
 const CORRECTIONS: usize = 4;
 
-/// By how much a coefficient's unit moves `f`, or its derivative, at `t`.
+/// Change of `f`, or of its derivative, at `t` per unit of a coefficient.
 fn effect(term: usize, t: f64, kind: Kind) -> f64 {
     let power = i32::try_from(term).unwrap();
     match (kind, term) {
@@ -73,17 +77,18 @@ fn weigh(overlap: &Overlap, (term, effect): &(usize, f64)) -> f64 {
     overlap.rounding[*term] * effect
 }
 
-/// A part of a box so small that it may be left out of its size: a few roundings of the parts of other boxes.
+/// Fraction of a box that may be left out of its size: a few roundings of the fractions of other boxes.
 const REST: f64 = 1e-9;
 
-/// The middle of the boxes, then their corners and the middles of edges and faces, towards each part of their size.
+/// The centre of the boxes, then their corners and the midpoints of edges and faces, for each fraction of
+/// their size.
 fn directions(overlap: &Overlap) -> impl Iterator<Item = Vec<f64>> {
     let count = overlap.coefficients.len();
     let power_of_three = |k: usize| 3_usize.pow(u32::try_from(k).unwrap());
     let all = power_of_three(count);
     let digit = move |code: usize, k: usize| (code / power_of_three(k) % 3) as f64 - 1.0;
     let vector = move |code: usize, part: f64| (0..count).map(|k| part * digit(code, k)).collect::<Vec<_>>();
-    // The uniform ones first: they move f as far as it can be moved.
+    // The uniform ones come first: they shift f as far as possible.
     let ordered = [0, all - 1].into_iter().chain(1..all - 1);
     let parts = PARTS.into_iter().flat_map(move |part| ordered.clone().map(move |code| vector(code, part)));
     std::iter::once(vec![0.0; count]).chain(parts)

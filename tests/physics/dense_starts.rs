@@ -1,4 +1,4 @@
-//! Random starts that are too dense for placing one by one.
+//! Random starts that are too dense for placing particles one by one.
 
 use carom::Vector;
 use carom::analysis::instruments::bond_order::per_particle;
@@ -56,7 +56,7 @@ fn closest(scene: &Scene) -> f64 {
     closest
 }
 
-/// Nothing overlaps, the density is the one asked for, and everything is in the box.
+/// Nothing overlaps, the density is the requested one, and everything is in the box.
 fn assert_valid(scene: &Scene, fraction: f64) {
     assert!(closest(scene) >= 1.0, "{}", closest(scene));
     // Round-off of sums of a thousand terms.
@@ -77,7 +77,8 @@ fn mean_q6(scene: &Scene) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Number of pairs by distance relative to the one of as many points at random, for distances from 3 to 4 diameters in ten bins.
+/// Number of pairs by distance, relative to that of random points, for distances from 3 to 4 diameters in ten
+/// bins.
 fn far_pairs(scene: &Scene) -> [f64; 10] {
     let (size, count) = (scene.space().size, scene.particles().len() as f64);
     let mut bins = [0.0; 10];
@@ -103,11 +104,11 @@ fn far_pairs(scene: &Scene) -> [f64; 10] {
 fn equal_spheres_start_dense_and_disordered() {
     let scene = equal(1000, 0.62, Arrangement::Random).temperature(1.0).build().unwrap();
     assert_valid(&scene, 0.62);
-    // 0.575 on the lattice, about 0.4 in a random packing, which has some 13 neighbours up to 1.4 diameters.
+    // 0.575 on the lattice, about 0.4 in a random packing, which has about 13 neighbours up to 1.4 diameters.
     let lattice = equal(864, 0.62, Lattice::FaceCentredCubic).build().unwrap();
     assert!((mean_q6(&lattice) - 0.575).abs() < 0.001, "{}", mean_q6(&lattice));
     assert!(mean_q6(&scene) < 0.45, "{}", mean_q6(&scene));
-    // A lattice has shells with nothing between them.
+    // A lattice has shells with nothing in between.
     let shells = far_pairs(&lattice);
     assert!(shells.contains(&0.0) && shells.iter().any(|&value| value > 2.0), "{shells:?}");
     let fluid = far_pairs(&scene);
@@ -136,7 +137,8 @@ fn mixtures_and_disks_start_dense() {
 
 #[test]
 fn only_cores_count() {
-    // Cores of half the diameter, in wells: 8 times more dense by diameters than by cores, and unlike spheres keep a larger distance.
+    // Cores of half the diameter, in wells: 8 times denser by diameters than by cores, and unlike spheres
+    // keep a larger distance.
     let well = |core| Potential::square_well(core, 1.5, 1.0).unwrap();
     let fill = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
@@ -165,7 +167,7 @@ fn reached(result: Result<Scene, SceneError>) -> f64 {
 
 #[test]
 fn what_no_random_packing_reaches_is_refused() {
-    // Beyond random close packing, refused at once.
+    // Beyond random close packing, rejected at once.
     assert_eq!(reached(equal(1000, 0.70, Arrangement::Random).build()), 0.66);
     // Random close packing of a mixture 1 : 1.4 is at about 0.645, of disks at 0.84.
     let fraction = reached(mixture(200, 0.9).build());
@@ -185,7 +187,7 @@ fn with_walls_or_company_particles_are_placed_one_by_one() {
     };
     refused(equal(100, 0.5, Arrangement::Random).boundary(walls));
     refused(equal(100, 0.5, Arrangement::Random).particle("A", Vector::zeros(), Vector::zeros()));
-    // Where they find room they keep the start that they always had.
+    // If there is room, the start is still the sequential one.
     assert!(equal(100, 0.3, Arrangement::Random).boundary(walls).build().is_ok());
 }
 
@@ -207,13 +209,14 @@ fn as_many_as_fit_are_those_that_the_error_counts() {
     let fitted = scene(random().count(100).as_many_as_fit()).build().unwrap();
     assert_eq!(fitted.particles().len(), placed);
     assert!(closest(&fitted) >= 1.0);
-    // Random insertion ends below a packing fraction of 0.38, between walls somewhat earlier.
+    // Random insertion ends below a packing fraction of 0.38, between walls slightly earlier.
     assert!((50..76).contains(&placed), "{placed}");
-    // Without a count the same ones, as there is only one species; fewer are no more than asked for.
+    // Without a count the result is the same, as there is only one species; with a smaller count it stops
+    // there.
     let all = scene(random().as_many_as_fit()).build().unwrap();
     assert_eq!(all.particles(), fitted.particles());
     assert_eq!(scene(random().count(20).as_many_as_fit()).build().unwrap().particles().len(), 20);
-    // Where others are, there is less room; cores may be smaller than diameters.
+    // Other particles leave less room; cores may be smaller than diameters.
     let two = scene(random().count(30)).add_fill(random().as_many_as_fit()).build().unwrap();
     assert!((50..76).contains(&two.particles().len()) && closest(&two) >= 1.0);
     let small = SceneBuilder::new("cores")

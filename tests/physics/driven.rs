@@ -45,7 +45,7 @@ fn a_heat_bath_brings_a_fluid_to_its_temperature() {
     assert_eq!(name, "temperature");
     let error = temperature.standard_error.unwrap();
     assert!((temperature.mean - 2.5).abs() < 4.0 * error && error < 0.05, "{temperature:?}");
-    // Andersen collisions come at random: 256 of them in a unit of time, with the standard deviation of a Poisson process.
+    // Andersen collisions are random: 256 per unit time, with the standard deviation of a Poisson process.
     let expected = 256.0 * 100.0;
     let collisions = finished.measurement.event_counts.thermostat as f64;
     assert!((collisions - expected).abs() < 4.0 * expected.sqrt(), "{collisions}");
@@ -101,7 +101,7 @@ fn a_heat_bath_leaves_flat_axes_alone() {
         let error = temperature.standard_error.unwrap();
         assert_eq!(name, "temperature");
         assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.05, "{dimensions}: {temperature:?}");
-        // One that is set by hand does the same.
+        // A thermostat set by hand does the same.
         let mut simulation = finished.simulation;
         simulation.set_thermostat(Some(&bath), 1).unwrap();
         simulation.advance(Until::time(70.0)).unwrap();
@@ -135,7 +135,8 @@ fn thermostats_that_can_do_nothing_are_refused() {
     refused(disks.add_fill(Fill::new(Arrangement::Random, "A").count(20)).temperature(1.0), bath, "flat");
 }
 
-/// A gas that loses energy in collisions and is scaled back, whose tensor is averaged over blocks of a length.
+/// A gas that loses energy in collisions and is rescaled, with the tensor averaged over blocks of a given
+/// length.
 fn scaled_gas(block: f64) -> Vec<(String, f64)> {
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.25 };
     let tensor = plan::PressureTensor { interval: Some(block) };
@@ -170,7 +171,8 @@ fn scaling_holds_the_temperature_and_its_energy_is_counted() {
     assert!((finished.audit.event_counts.supplied.total() / (1.5 * 255.0 * 2.0) - 1.0).abs() < 1e-12);
 }
 
-/// No two spheres of a snapshot overlap deeper than round-off; `shift` is how far the image one period up has slid.
+/// No two spheres of a snapshot overlap deeper than round-off; `shift` is the displacement of the image one
+/// period up.
 pub fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diameters: &dyn Fn(usize) -> f64) {
     let size = scene.space().size;
     for (i, a) in snapshot.positions.iter().enumerate() {
@@ -230,7 +232,7 @@ fn between_a_hot_and_a_cold_pair_of_walls_a_gas_has_the_temperature_of_walls_tha
     let finished = finish(scene);
     let temperature = finished.observables[0].1;
     let error = temperature.standard_error.unwrap();
-    // Walls that gave velocities of the gas inside, not of its flux, would make it colder by a fifth.
+    // Walls that gave velocities of the gas inside, instead of its flux, would make it colder by a fifth.
     assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.02, "{temperature:?}");
     assert!(finished.audit.event_counts.supplied.total() < 0.0, "it was hotter at the start");
 }
@@ -253,7 +255,8 @@ fn means_of_a_rescaled_gas_do_not_depend_on_how_often_it_is_looked_at() {
     let (seldom, often) = (measured(1.0), measured(0.0173));
     assert!(often[0] < 0.9, "it cools by a good part between two scalings: {often:?}");
     for (a, b) in seldom.into_iter().zip(often) {
-        // The energy that each contact dissipates is counted at its time: sums of some 3000 terms in another order.
+        // The energy dissipated by each contact is counted at its time: sums of about 3000 terms in another
+        // order.
         assert!((a / b - 1.0).abs() < 1e-11, "{seldom:?} {often:?}");
     }
 }
@@ -321,7 +324,7 @@ fn shear_that_vanishes_is_no_shear() {
     };
     let (rest, sheared) = (pressure(None), pressure(Some(1e-9)));
     assert!((sheared.0 - rest.0).abs() < 1e-6, "{rest:?} {sheared:?}");
-    // Other trajectories after the first contacts; one degree of freedom of 32 more or less would be 3 %.
+    // The trajectories differ after the first contacts; one degree of freedom in 32 would be 3 %.
     let error = rest.2.hypot(sheared.2);
     assert!((sheared.1 - rest.1).abs() < 4.0 * error && error < 0.01 * rest.1, "{rest:?} {sheared:?}");
 }
@@ -350,11 +353,11 @@ fn what_passes_after_the_last_sample_is_counted() {
         .measure(MeasurementPlan { flows: vec![gate], ..MeasurementPlan::default() })
         .run(RunPlan { limit: Limit::time(30.2), ..RunPlan::default() });
     let finished = finish(scene.build().unwrap());
-    // At 0.5 + 3 k and at 2 + 3 k, up to 30.2: eleven less one, and ten.
+    // At 0.5 + 3 k and at 2 + 3 k, up to 30.2: eleven minus one, and ten.
     assert_eq!(finished.measured.numbers[0].mean, Some(20.0));
 }
 
-/// When a heat bath acts on which particle, at first.
+/// The first times at which a heat bath acts, with the particles.
 fn bath_collisions(scene: SceneBuilder, temperature: f64) -> Vec<(u64, u32)> {
     let mut simulation = Simulation::without_plan(scene.build().unwrap());
     let bath = Thermostat::Andersen { temperature, rate: 2.0, axes: [true; 3] };

@@ -1,4 +1,4 @@
-//! Standard errors against the scatter of runs with other seeds.
+//! Compares standard errors with the scatter of runs with other seeds.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -11,7 +11,7 @@ use carom::model::{Limit, RunPlan, Scene, Thermostat};
 use carom::run;
 use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
-/// Ratios of scatter to claimed error, by observable and number measured.
+/// Ratios of scatter to claimed error, by observable and measured number.
 fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
     let mut estimates: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
     for seed in 1..=seeds {
@@ -64,7 +64,7 @@ fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
     let fluid = |seed| {
         spheres(seed, hard(), 1.0, 108, Amount::PackingFraction(0.4)).run(lasting(5.0, 20.0, None)).build().unwrap()
     };
-    // In a quarter of the time there are too few values: the errors that are claimed are then a quarter too large.
+    // In a quarter of the time there are too few values: the claimed errors are then a quarter too large.
     let crystal = |seed| {
         spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54)).run(lasting(3.0, 40.0, None)).build().unwrap()
     };
@@ -94,7 +94,8 @@ fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
 
 #[test]
 fn claimed_errors_are_those_of_other_seeds() {
-    // From 0.8 to 1.25; the scatter of 32 is known to 1 / sqrt(62) = 13 %, and one of fourteen may be off by 1.5 of that.
+    // From 0.8 to 1.25; the scatter of 32 is known to 1 / sqrt(62) = 13 %, and one of fourteen may be off by
+    // 1.5 of that.
     assert_honest(32, 0.66..=1.5);
 }
 
@@ -122,8 +123,10 @@ fn slit(seed: u64, plan: MeasurementPlan) -> Scene {
         .unwrap()
 }
 
-/// Errors that were most wrong in short runs: of the virial of a crystal, of the push on walls and of the stress across a slit, which cancel in time, by up to four times too large;
-/// of free times, twice too large; of the diffusion of few spans, up to twice too small.
+/// Errors that used to be most wrong in short runs. Those of the virial of a crystal, of the pressure on
+/// walls and of the stress across a slit, whose fluctuations cancel over time, were up to four times too
+/// large. Those of free times were twice too large, and those of diffusion over few spans up to twice too
+/// small.
 #[test]
 fn claimed_errors_of_short_runs_are_those_of_other_seeds() {
     let hard = || Potential::hard_sphere(1.0).unwrap();

@@ -1,4 +1,5 @@
-//! Replica exchange of systems whose populations are known exactly: two particles in a square well, and a chain of four.
+//! Replica exchange of systems with exactly known populations: two particles in a square well, and a chain of
+//! four.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -19,7 +20,8 @@ fn scene(builder: SceneBuilder, seed: u64, temperatures: &[f64], interval: f64, 
     in_ensemble(ExchangeEnsemble::Canonical, builder.seed(seed), temperatures, interval, [50, attempts])
 }
 
-/// A scene whose replicas are measured in an ensemble, with so many attempts to equilibrate and to measure.
+/// A scene with replicas measured in an ensemble, with given numbers of attempts for equilibration and
+/// measurement.
 pub fn in_ensemble(
     ensemble: ExchangeEnsemble,
     builder: SceneBuilder,
@@ -45,7 +47,8 @@ pub fn results_and_curves(scene: Scene) -> (ExchangeResults, ThermalCurves) {
     (results, energies.curves(&exchange))
 }
 
-/// Mean and variance of the energy and the logarithm of the partition function of levels `-k DEPTH` that have known volumes.
+/// Mean and variance of the energy, and the logarithm of the partition function, for levels `-k DEPTH` with
+/// known volumes.
 fn moments(volumes: &[f64], temperature: f64) -> [f64; 3] {
     let weights: Vec<f64> = (0..).zip(volumes).map(|(k, it)| it * (DEPTH * f64::from(k) / temperature).exp()).collect();
     let sum: f64 = weights.iter().sum();
@@ -54,7 +57,8 @@ fn moments(volumes: &[f64], temperature: f64) -> [f64; 3] {
     [mean(1), mean(2) - mean(1) * mean(1), sum.ln()]
 }
 
-/// Compares curves with those of levels `-k DEPTH` that have known volumes, at all temperatures, and returns the largest deviation in standard errors.
+/// Compares curves with those of levels `-k DEPTH` with known volumes, at all temperatures, and returns the
+/// largest deviation in standard errors.
 pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f64]) -> f64 {
     let highest = curves.points.last().unwrap().temperature;
     let [top_mean, _, top_log] = moments(volumes, highest);
@@ -67,13 +71,14 @@ pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f6
         let entropy = log_ratio + (mean / t - top_mean / highest) / particles;
         let expected = [mean / particles, heat_capacity(t), entropy, -log_ratio];
         for ((name, measured), expected) in point.quantities().into_iter().zip(expected) {
-            // A value that is zero by definition.
+            // This value is zero by definition.
             if t == highest && expected == 0.0 {
                 assert_eq!(measured.mean, 0.0, "{name}");
                 continue;
             }
             let deviation = deviation(measured, expected);
-            // Of 80 seeds of a pair, two were beyond 3 and one beyond 4, with means of zero within 0.1 to 0.2 and standard deviations of 0.9.
+            // Of 80 seeds of a pair, two were beyond 3 and one beyond 4, with means of zero within 0.1 to 0.2
+            // and standard deviations of 0.9.
             assert!(deviation.abs() < 4.0, "{name} at {t}: {measured:?}, expected {expected}");
             largest = largest.max(deviation.abs());
         }
@@ -100,7 +105,7 @@ pub fn pair() -> SceneBuilder {
         .particle("B", Vector::new(2.7, 2.7, 2.7), Vector::zeros())
 }
 
-/// The part of the time that the two are bound.
+/// The fraction of time in which the two are bound.
 pub fn bound(temperature: f64) -> f64 {
     let sphere = |radius: f64| 4.0 / 3.0 * PI * radius.powi(3);
     let weight = (sphere(LAMBDA) - sphere(1.0)) * (DEPTH / temperature).exp();
@@ -160,11 +165,11 @@ fn errors_are_those_of_the_scatter_of_seeds() {
         }
     }
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    // Of independent deviates 1 +- sqrt(2 / 64); neighbouring temperatures are not quite independent.
+    // Independent deviates would give 1 +- sqrt(2 / 64); neighbouring temperatures are not quite independent.
     assert!((mean - 1.0).abs() < 0.5, "{mean}");
 }
 
-/// Nodes and weights of the Gauss-Legendre rule of `n` points in [0, 1].
+/// Nodes and weights of the Gauss-Legendre rule with `n` points on [0, 1].
 fn gauss(n: u32) -> Vec<(f64, f64)> {
     let order = f64::from(n);
     let node = |k: u32| {
@@ -184,14 +189,15 @@ fn gauss(n: u32) -> Vec<(f64, f64)> {
     (0..n).map(node).collect()
 }
 
-/// Longest bond, and depth of the wells, of a chain of four; cores are 1.
+/// Longest bond, and depth of the wells, of a chain of four; cores have diameter 1.
 const BOND: f64 = 1.2;
 
 /// The volumes of the states of the chain with 0 to 3 pairs in wells, in arbitrary units.
 ///
-/// Bonds `b_1`, `b_2`, `b_3` have the lengths `r_k`; the squares `s`, `t` of the distances of next neighbours are linear in the cosines of the
-/// angles between them, so that the element of volume is `r_1 r_3 dr_1 dr_2 dr_3 ds dt dphi`. The square of the distance of the ends is `A + B cos(phi)`, of which
-/// the part of the angles below a limit is known.
+/// The bonds have the lengths `r_1`, `r_2`, `r_3`. The squared distances `s`, `t` of next neighbours are
+/// linear in the cosines of the angles between bonds, so the volume element is `r_1 r_3 dr_1 dr_2 dr_3 ds dt
+/// dphi`. The squared distance of the ends is `A + B cos(phi)`, for which the fraction of angles below a
+/// limit is known.
 pub fn volumes(points: u32) -> [f64; 4] {
     let (rule, well) = (gauss(points), LAMBDA * LAMBDA);
     let on = |from: f64, to: f64| -> Vec<(f64, f64)> {
@@ -225,7 +231,7 @@ pub fn volumes(points: u32) -> [f64; 4] {
     volumes
 }
 
-/// A straight chain of four, whose states have the volumes [`volumes`].
+/// A straight chain of four, whose states have the volumes of [`volumes`].
 pub fn chain_of_four() -> SceneBuilder {
     let builder = SceneBuilder::new("chain")
         .space(Space::periodic_cube(9.0))
@@ -238,8 +244,9 @@ pub fn chain_of_four() -> SceneBuilder {
     })
 }
 
-/// Limit of twenty deviations, in errors that are estimates themselves. Over 64 seeds the deviations of each population have a mean within 0.33 and a root mean
-/// square of 0.89 to 1.26; of all 1,024, two are beyond 4: 4.2 and 5.9.
+/// Limit for twenty deviations, in errors that are estimates themselves. Over 64 seeds the deviations of each
+/// population have a mean within 0.33 and a root mean square of 0.89 to 1.26. Of all 1,024 deviations, two
+/// are beyond 4: 4.2 and 5.9.
 const LIMIT: f64 = 4.5;
 
 #[test]
@@ -285,7 +292,7 @@ fn errors_of_curves_are_those_of_the_scatter_of_seeds() {
             *square += deviation(it, expected).powi(2);
         }
     }
-    // Of independent deviates 1 +- sqrt(2 / 24).
+    // Independent deviates would give 1 +- sqrt(2 / 24).
     let means = squares.map(|sum| sum / seeds as f64);
     assert!(means.iter().all(|mean| (0.4..1.9).contains(mean)), "{means:?}");
 }
@@ -302,8 +309,9 @@ fn a_frozen_temperature_is_named() {
     assert!(warnings.iter().any(|it| it.starts_with("equilibrium is not shown")), "{warnings:?}");
 }
 
-/// Means of a chain of three at a temperature: the squares of the radius of gyration and of the end-to-end distance, over bonds `r_1`, `r_2` and the square `s` of the distance of the ends with the
-/// element of volume `r_1 r_2 dr_1 dr_2 ds`.
+/// Mean squares of the radius of gyration and of the end-to-end distance for a chain of three at a
+/// temperature, over bonds `r_1`, `r_2` and the squared distance `s` of the ends, with the volume element
+/// `r_1 r_2 dr_1 dr_2 ds`.
 fn squares_of_three(temperature: f64) -> [f64; 2] {
     let rule: Vec<(f64, f64)> = gauss(12).into_iter().map(|(x, w)| (1.0 + (BOND - 1.0) * x, w)).collect();
     let (well, boost) = (LAMBDA * LAMBDA, (DEPTH / temperature).exp());

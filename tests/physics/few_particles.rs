@@ -1,4 +1,5 @@
-//! Few particles: what one in `N` less would be seen in, against exact results and a Monte Carlo simulation of its own.
+//! Few particles, where `N` instead of `N - 1` would be visible, compared with exact results and with an
+//! independent Monte Carlo simulation.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -41,8 +42,9 @@ fn compressibility(count: u64, edge: f64, events: u64) -> Estimate {
 
 #[test]
 fn two_spheres_in_a_small_cube_have_their_exact_pressure() {
-    // The first one may be anywhere in V, the other one anywhere but within a diameter of it: Q = V (V - v), v = 4 pi / 3, because a
-    // cube of more than two diameters keeps the images of v apart. P / T = d ln Q / dV = 1 / V + 1 / (V - v), Z = P V / (2 T).
+    // The first particle may be anywhere in V, the other one anywhere except within a diameter of it: Q = V
+    // (V - v), v = 4 pi / 3, because a cube of more than two diameters keeps the images of v apart. P / T = d
+    // ln Q / dV = 1 / V + 1 / (V - v), Z = P V / (2 T).
     let (volume, excluded) = (27.0, 4.0 * PI / 3.0);
     let exact = 0.5 * (1.0 + volume / (volume - excluded));
     assert!((exact - 1.09181).abs() < 1e-5);
@@ -65,7 +67,8 @@ fn few_spheres_have_the_pressure_of_a_monte_carlo_simulation() {
     }
 }
 
-/// Hard spheres in a periodic cube whose positions come from the Metropolis rule: no velocities, no time, no code of the engine.
+/// Hard spheres in a periodic cube with positions from the Metropolis rule: no velocities, no time, no code
+/// of the engine.
 struct MonteCarlo {
     edge: f64,
     positions: Vec<[f64; 3]>,
@@ -73,7 +76,8 @@ struct MonteCarlo {
 }
 
 impl MonteCarlo {
-    /// Spheres on a lattice with room for `ceil(N^(1/3))^3`, if that is loose enough, else centred on faces.
+    /// Spheres on a lattice with `ceil(N^(1/3))^3` sites if that is loose enough, otherwise on a face-centred
+    /// one.
     fn new(count: u64, edge: f64) -> Self {
         let cells = (1..).find(|n| 4 * n * n * n >= count).unwrap();
         let step = edge / cells as f64;
@@ -116,8 +120,8 @@ impl MonteCarlo {
         }
     }
 
-    /// Pairs in shells around contact, in units of what ideal particles would have, extrapolated to contact by a parabola:
-    /// `Z = 1 + (2 pi / 3) rho (N - 1) / N g(1)`.
+    /// Pairs in shells around contact, relative to those of an ideal gas, extrapolated to contact by a
+    /// parabola: `Z = 1 + (2 pi / 3) rho (N - 1) / N g(1)`.
     fn compressibility(mut self, sweeps: u64) -> Mean {
         const SHELLS: usize = 10;
         const WIDTH: f64 = 0.01;
@@ -154,7 +158,7 @@ impl MonteCarlo {
     }
 }
 
-/// The value at 0 of the parabola of least squares through some points.
+/// The value at 0 of the least-squares parabola through the points.
 fn at_zero(points: &[(f64, f64)]) -> f64 {
     let sum = |power: i32| points.iter().map(|(x, _)| x.powi(power)).sum::<f64>();
     let moment = |power: i32| points.iter().map(|(x, y)| x.powi(power) * y).sum::<f64>();
@@ -167,7 +171,7 @@ fn at_zero(points: &[(f64, f64)]) -> f64 {
     determinant([with(0), with(1), with(2)]) / determinant([row(0), row(1), row(2)])
 }
 
-/// Forty disks in a box of 12 x 12 with some boundaries.
+/// Forty disks in a box of 12 x 12 with the given boundaries.
 fn disks(boundary: [Boundary; 2], thermostat: Option<Thermostat>) -> Scene {
     let space = Space {
         lower: Vector::zeros(),
@@ -192,7 +196,7 @@ fn the_temperature_that_is_asked_for_is_the_one_that_is_measured() {
         let scene = disks(boundary, None);
         let first = Observer::new(&scene).row(&Simulation::without_plan(scene.clone())).temperature.unwrap();
         let temperature = observed(scene, "temperature");
-        // Some thousand roundings of a sum of 40 terms, with random signs.
+        // About a thousand roundings of a sum of 40 terms, with random signs.
         let is_one = |value: f64| (value - 1.0).abs() < 1e-13;
         assert!(is_one(first) && is_one(temperature.mean), "{boundary:?}: {first} {temperature:?}");
     }
@@ -201,7 +205,7 @@ fn the_temperature_that_is_asked_for_is_the_one_that_is_measured() {
     let scene = disks([periodic; 2], Some(bath));
     let first = Observer::new(&scene).row(&Simulation::without_plan(scene)).temperature.unwrap();
     assert!((first - 1.0).abs() < 1e-13, "{first}");
-    // Velocities are scaled to it as well.
+    // Velocities are scaled to it, too.
     let scaled = Thermostat::Rescaling { temperature: 2.0, interval: 0.1 };
     let temperature = observed(disks([walls, periodic], Some(scaled)), "temperature").mean;
     assert!((temperature - 2.0).abs() < 1e-13, "{temperature}");

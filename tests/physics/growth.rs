@@ -1,4 +1,4 @@
-//! Growing diameters: packing fractions and pressures that are asked for, without an overlap on the way.
+//! Growing diameters reach requested packing fractions and pressures without an overlap on the way.
 
 use carom::model::potential::Potential;
 use carom::model::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
@@ -71,14 +71,16 @@ fn growth_to_a_pressure_ends_near_the_jammed_state() {
         .unwrap();
     let finished = finish(scene);
     let fraction = finished.simulation.scene().packing_fraction();
-    // Fast compression jams at random close packing, 0.64 for large systems; a finite pressure is a little below.
+    // Fast compression jams at random close packing, 0.64 for large systems; at finite pressure the value is
+    // slightly lower.
     assert!((0.60..0.66).contains(&fraction), "{fraction}");
 }
 
-/// A check of the pressure averages over five contacts for each of `N` spheres, whose impulses (of a Rayleigh distribution) and number in a time
-/// make a relative error of `sqrt(1.27 / (5 N))`; the measurement is as uncertain by its own number of contacts. While a sphere
-/// has its ten contacts between two checks, which takes `10 sqrt(pi) sigma / (6 (Z - 1))` at a temperature of 1, growth raises `Z` near jamming by
-/// its part `3 rate`: what is averaged lags behind by a half of that, and the check comes later by up to all of it.
+/// The check of the pressure averages over five contacts for each of `N` spheres. Their impulses (Rayleigh
+/// distributed) and their number in a time give a relative error of `sqrt(1.27 / (5 N))`; the measurement is
+/// uncertain by its own number of contacts. Between two checks a sphere has its ten contacts, which takes `10
+/// sqrt(pi) sigma / (6 (Z - 1))` at a temperature of 1. In that time growth raises `Z` near jamming by the
+/// fraction `3 rate`: the average lags by half of that, and the check comes up to all of it later.
 #[test]
 fn growth_ends_at_the_pressure_that_was_asked_for() {
     let (target, rate, count, contacts) = (50.0, 0.005, 500, 20_000);

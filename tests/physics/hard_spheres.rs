@@ -43,8 +43,9 @@ fn mklm(packing_fraction: f64) -> f64 {
     terms.iter().map(|&(power, factor)| factor * x.powi(power)).sum()
 }
 
-/// The relation of two exact means of the same contacts, `Z - 1 = G sqrt(pi) / (2 D)` at temperature 1: how often spheres
-/// meet, and how hard. It holds at any density and for any number N of particles to within `1 / (4 D N)`.
+/// The relation of two exact means of the same contacts, `Z - 1 = G sqrt(pi) / (2 D)` at temperature 1: how
+/// often spheres meet, and how hard. It holds at any density and for any number N of particles to within `1 /
+/// (4 D N)`.
 fn assert_contacts_are_maxwellian(fluid: &Fluid) {
     let ratio = fluid.mean(|b| {
         let excess = b.virial / (fluid.dimensions * fluid.particles * b.temperature * b.time);
@@ -58,7 +59,8 @@ fn assert_contacts_are_maxwellian(fluid: &Fluid) {
 fn spheres_have_the_pressure_and_collision_rate_of_their_packing_fraction() {
     assert!((mklm(0.40) - 6.94546).abs() < 1e-5);
     for packing_fraction in [0.10, 0.30, 0.45] {
-        // With 1,372 particles the pressure is 0.2 % * 256 / 1,372 = 0.04 % low, half of a standard error.
+        // With 1,372 particles the pressure is lower by 0.2 % * 256 / 1,372 = 0.04 %, half of a standard
+        // error.
         let amount = Amount::PackingFraction(packing_fraction);
         let mut simulation = hard_spheres(BULK, Lattice::FaceCentredCubic, 1372, amount);
         let fluid = Fluid::measure(&mut simulation, 200_000, 40, 25_000);
@@ -67,7 +69,7 @@ fn spheres_have_the_pressure_and_collision_rate_of_their_packing_fraction() {
         let rate = 6.0 * (z - 1.0) / PI.sqrt();
         fluid.collision_rate().assert_is(rate, 0.003 * rate, "G");
         assert_contacts_are_maxwellian(&fluid);
-        // Spheres keep their energy, so the temperature is the one that was asked for.
+        // The energy is conserved, so the temperature is the requested one.
         assert!((fluid.temperature().mean - 1.0).abs() < 1e-9);
     }
 }
@@ -103,9 +105,10 @@ fn disks_have_the_pressure_and_collision_rate_of_their_packing_fraction() {
 
 #[test]
 fn rods_on_a_ring_meet_exactly_as_often_as_their_velocities_say() {
-    // Equal rods exchange velocities, as if points went through each other on a ring of length L - N sigma. So each two
-    // velocities meet floor or ceil(|v_i - v_j| t / (L - N sigma)) times: the count is known to one per pair, and each
-    // contact has the impulse |v_i - v_j|. At rho = 1/2 the mean is that of Tonks, Z = 1 / (1 - rho sigma) = 2.
+    // Equal rods exchange velocities, like points that pass through each other on a ring of length L - N
+    // sigma. So two velocities meet floor or ceil(|v_i - v_j| t / (L - N sigma)) times: the count is known to
+    // one per pair, and each contact has the impulse |v_i - v_j|. At rho = 1/2 the mean is Tonks's, Z = 1 /
+    // (1 - rho sigma) = 2.
     let (count, time) = (50, 20_000.0);
     let mut simulation = hard_spheres(LINE, Lattice::Line, count, Amount::NumberDensity(0.5));
     let velocities: Vec<f64> = simulation.scene().particles().iter().map(|p| p.velocity.x).collect();
@@ -130,7 +133,8 @@ fn rods_on_a_ring_meet_exactly_as_often_as_their_velocities_say() {
     let kinetic = simulation.energy().kinetic;
     let z = 1.0 + event_counts.virial.total() / (2.0 * kinetic * time);
     assert!((z - 2.0).abs() < 0.01, "{z}");
-    // The mean over Maxwell's velocities is 2 rho / ((1 - rho) sqrt(pi)) per rod; this ring drew its own.
+    // The mean over Maxwell's velocities is 2 rho / ((1 - rho) sqrt(pi)) per rod; this ring has its own
+    // velocities.
     let rate = 2.0 * event_counts.core as f64 / (count as f64 * time);
     assert!((rate - 2.0 / PI.sqrt()).abs() < 0.1, "{rate}");
 }

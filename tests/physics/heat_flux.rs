@@ -1,4 +1,4 @@
-//! Heat through walls: between plates without and with collisions, from equal temperatures, and in the ledger.
+//! Heat through walls: between plates without and with collisions, at equal temperatures, and in the ledger.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -30,7 +30,7 @@ fn is_within(flux: &Estimate, expected: f64) -> bool {
     (flux.mean - expected).abs() < 4.0 * flux.standard_error.unwrap()
 }
 
-/// Walls along x; along y and z periodic, or flat where the box has no extent.
+/// Walls along x. Along y and z the box is periodic, or flat if it has no extent.
 fn plates(size: [f64; 3]) -> Space {
     let other = |size: f64| if size == 0.0 { Boundary::Flat } else { Boundary::Periodic };
     let boundary = [Boundary::walls(1.0), other(size[1]), other(size[2])];
@@ -39,8 +39,8 @@ fn plates(size: [f64; 3]) -> Space {
 
 #[test]
 fn without_collisions_each_particle_carries_heat_to_and_fro() {
-    // From a wall of temperature T a particle takes an energy of (D + 1) T / 2, and a time of sqrt(pi m / 2 T) for each unit of length on its way
-    // to the other one.
+    // From a wall of temperature T a particle carries an energy of (D + 1) T / 2, and needs a time of sqrt(pi
+    // m / 2 T) per unit of length on its way to the other wall.
     let temperatures = [2.0_f64, 0.7];
     for size in [[9.0, 0.0, 0.0], [9.0, 5.0, 0.0], [9.0, 5.0, 6.0]] {
         let space = plates(size);
@@ -71,7 +71,7 @@ fn without_collisions_each_particle_carries_heat_to_and_fro() {
     }
 }
 
-/// A gas of hard spheres of a mass that is no power of two between plates.
+/// A gas of hard spheres between plates, with a mass that is not a power of two.
 fn gas(temperatures: [Option<f64>; 2]) -> SceneBuilder {
     SceneBuilder::new("gas")
         .space(plates([12.0, 10.0, 10.0]))
@@ -89,7 +89,7 @@ fn between_equal_temperatures_no_heat_flows_on_average() {
     for wall in ["lower_x", "upper_x"] {
         let flux = flux(&finished, wall).unwrap();
         println!("{wall}: {flux:?}");
-        // A gas without collisions would carry some rho T sqrt(T / m) from a wall twice as hot.
+        // A gas without collisions would carry about rho T sqrt(T / m) from a wall twice as hot.
         assert!(is_within(&flux, 0.0) && flux.standard_error.unwrap() < 0.01, "{flux:?}");
     }
     let temperature = finished.observables[0].1;
@@ -109,7 +109,7 @@ fn one_warm_wall_warms_a_gas_and_an_elastic_one_has_no_heat_flux() {
 
 #[test]
 fn the_heat_of_all_walls_is_what_the_energy_changes_by() {
-    // A mixture that dissipates, between walls of six laws.
+    // A dissipative mixture between six walls with different laws.
     let wall = |restitution: f64| Face::Wall { restitution };
     let boundary = [
         Boundary::walls(1.0),
@@ -144,14 +144,14 @@ fn the_heat_of_all_walls_is_what_the_energy_changes_by() {
     let (counts, change) = (simulation.event_counts(), simulation.energy().kinetic - start);
     let heat = counts.wall_heat.map(|walls| walls.map(|wall| wall.total()));
     println!("{heat:?}, {in_pairs} in pairs, {change}");
-    // Sums of 30,000 parts, each rounded in its own last place; what went to and fro is some ten thousand.
+    // Sums of 30,000 terms, each rounded in its own last place; the total exchange is about ten thousand.
     let round_off = 1e-9;
     for (heat, expected) in heat.iter().flatten().zip(at_walls.iter().flatten()) {
         assert!((heat - expected).abs() < round_off, "{heat} {expected}");
     }
     assert!((heat.iter().flatten().sum::<f64>() - in_pairs - change).abs() < round_off);
     assert!((counts.supplied.total() - counts.dissipated.total() - change).abs() < round_off);
-    // The hottest wall heats, and each that dissipates takes, the softer one more.
+    // The hottest wall heats, and the dissipative ones cool, the softer one more.
     assert!(heat[0][0] > 1000.0 && heat[2][1] < 0.0 && heat[1][0] < 0.0 && heat[1][1] < heat[1][0], "{heat:?}");
 }
 
@@ -167,7 +167,8 @@ fn each_wall_of_a_line_takes_its_own_part_of_the_speed() {
         .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(2.0, 0.0, 0.0))
         .run(RunPlan { limit: Limit::time(20.0), ..RunPlan::default() });
     let finished = finish(&scene);
-    // 7.5 to the upper wall at 2, back 10 at 1, then at 0.9: the third contact would come at 3.75 + 10 + 11.1.
+    // 7.5 to the upper wall at speed 2, back 10 at 1, then at 0.9: the third contact would come at 3.75 + 10
+    // + 11.1.
     let [lower, upper] = ["lower_x", "upper_x"].map(|wall| flux(&finished, wall).unwrap().mean);
     let energy = |speed: f64| 0.5 * 0.7 * speed * speed;
     assert!((upper * 20.0 - (energy(1.0) - energy(2.0))).abs() < 1e-13, "{upper}");

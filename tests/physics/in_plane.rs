@@ -1,4 +1,5 @@
-//! Two dimensions: lines, rings and rectangles of static disks hold what is inside, and speeds are Maxwell's on the way of a whole run.
+//! Two dimensions: lines, rings and rectangles of static disks hold what is inside, and speeds follow
+//! Maxwell's distribution in a complete run.
 
 use std::ops::ControlFlow;
 
@@ -44,7 +45,7 @@ fn held(surfaces: Vec<SurfaceFill>) -> SceneBuilder {
     surfaces.into_iter().fold(scene, SceneBuilder::static_surface)
 }
 
-/// Whether all that moves is inside of a shape after many contacts.
+/// Whether all moving particles are inside of a shape after many contacts.
 fn stays(scene: &SceneBuilder, is_inside: impl Fn(&Vector) -> bool) -> bool {
     let scene = scene.build().unwrap();
     let moving: Vec<bool> =
@@ -65,7 +66,7 @@ fn rings_rectangles_and_lines_hold_what_is_inside() {
     let is_inside = |p: &Vector| (5.0..15.0).contains(&p.x) && (6.0..14.0).contains(&p.z);
     let rectangle = Surface::Rectangle { lower, upper, open: Vec::new() };
     assert!(stays(&held(vec![surface(rectangle, None)]), is_inside));
-    // A cup with a lid of its own, which begins and ends at its rims.
+    // A cup with a separate lid that starts and ends at its rims.
     let top = BoxSide { axis: 2, is_upper: true };
     let cup = surface(Surface::Rectangle { lower, upper, open: vec![top] }, None);
     let lid = surface(Surface::Line { ends: [at(5.0, 14.0), at(15.0, 14.0)] }, None);
@@ -79,7 +80,8 @@ fn rings_rectangles_and_lines_hold_what_is_inside() {
 #[test]
 fn a_spacing_and_a_joint_that_leak_are_reported_and_leak() {
     let centre = at(10.0, 10.0);
-    // Between two disks 1.6 apart: 0.8 on either side, more than the 0.75 of the small ones, less than the 1 of the large ones.
+    // Two disks 1.6 apart leave 0.8 on either side: more than the 0.75 of the small ones, less than the 1 of
+    // the large ones.
     let ring = |spacing| held(vec![surface(Surface::Ring { centre, radius: 5.0 }, Some(spacing))]);
     let leaks = ring(1.6).build().unwrap().leaks();
     assert_eq!(leaks.iter().map(|leak| leak.species.as_str()).collect::<Vec<_>>(), ["small"]);

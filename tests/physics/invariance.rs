@@ -1,4 +1,5 @@
-//! Invariance of trajectories: how they are cut into stretches changes nothing; and particles never leave an axis by themselves.
+//! Invariance of trajectories: splitting a run into pieces changes nothing, and particles never leave an axis
+//! by themselves.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -7,7 +8,7 @@ use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::scene::{Amount, Lattice, SceneBuilder};
 
-/// A fluid on a lattice, to take the particles from.
+/// A fluid on a lattice, as a source of particles.
 fn lattice(boundary: [Boundary; 3], lattice: Lattice, count: u64, density: f64) -> Scene {
     SceneBuilder::new("lattice")
         .boundary(boundary)
@@ -19,7 +20,7 @@ fn lattice(boundary: [Boundary; 3], lattice: Lattice, count: u64, density: f64) 
         .unwrap()
 }
 
-/// Given particles in a given box, by their positions and velocities.
+/// Given particles in a given box, with their positions and velocities.
 fn listed(space: &Space, potential: &Potential, particles: &[(Vector, Vector)]) -> SceneBuilder {
     let mut builder = SceneBuilder::new("listed")
         .space(space.clone())

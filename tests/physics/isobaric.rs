@@ -1,4 +1,4 @@
-//! The isothermal-isobaric ensemble: few particles, whose distribution of the volume is known.
+//! The isothermal-isobaric ensemble: few particles with a known distribution of the volume.
 //!
 //! With the configuration integral `Q(V)` over the positions of all particles, the volume has the density `Q(V) exp(-P V / T)`.
 
@@ -22,7 +22,7 @@ fn bath(rate: f64) -> Option<Thermostat> {
     Some(Thermostat::Andersen { temperature: TEMPERATURE, rate, axes: [true; 3] })
 }
 
-/// A measurement with so many volume moves, at even times.
+/// A measurement with a given number of volume moves, at even times.
 fn plan(pressure: f64, interval: f64, amplitude: f64, moves: u32) -> RunPlan {
     let duration = interval * f64::from(moves);
     RunPlan {
@@ -34,7 +34,7 @@ fn plan(pressure: f64, interval: f64, amplitude: f64, moves: u32) -> RunPlan {
     }
 }
 
-/// A periodic box of some dimensions.
+/// A periodic box of one to three dimensions.
 fn space(edge: f64, dimensions: usize) -> Space {
     let mut space = Space::periodic_cube(edge);
     for axis in dimensions..3 {
@@ -43,7 +43,7 @@ fn space(edge: f64, dimensions: usize) -> Space {
     space
 }
 
-/// Mean and variance of a volume from a least one on, of a density, by Simpson's rule.
+/// Mean and variance of the volume above a smallest one, for a given density, by Simpson's rule.
 fn moments(least: f64, width: f64, density: impl Fn(f64) -> f64) -> [f64; 2] {
     const STEPS: u32 = 40_000;
     let sums = (0..=STEPS).fold([0.0; 3], |sums, k| {
@@ -61,7 +61,8 @@ fn observable(finished: &Finished, name: &str) -> (f64, f64) {
     (mean, standard_error.unwrap())
 }
 
-/// Holds mean and variance of the volume against exact ones: within four standard errors, which are some hundredths at the most.
+/// Compares mean and variance of the volume with exact ones, within four standard errors, which are a few
+/// hundredths at most.
 fn compare(finished: &Finished, [mean, variance]: [f64; 2]) {
     let (volume, error) = observable(finished, "volume");
     let (compressibility, error_of_it) = observable(finished, "isothermal_compressibility");
@@ -75,7 +76,7 @@ fn compare(finished: &Finished, [mean, variance]: [f64; 2]) {
     assert!((found - variance).abs() < 4.0 * error_of_variance && error_of_variance < 0.06 * variance, "{text}");
 }
 
-/// Rods on a ring, of these masses and lengths, at a pressure.
+/// Rods on a ring, with these masses and lengths, at a pressure.
 fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
     let names = ["A", "B", "C"];
     let length: f64 = 2.0 * rods.iter().map(|(_, length)| length).sum::<f64>();
@@ -96,8 +97,9 @@ fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
 
 #[test]
 fn rods_on_a_ring_have_their_exact_lengths() {
-    // One of N rods may be anywhere on the ring of length L, and the others share what is left beside the rods in their order: Q = L (L - a)^(N - 1), with the
-    // sum `a` of their lengths, which is that of their distances of contact. With x = L - a the moments are sums of gamma functions.
+    // One of N rods may be anywhere on the ring of length L, and the others share the free length in their
+    // order: Q = L (L - a)^(N - 1), where `a` is the sum of their lengths and contact distances. With x = L -
+    // a the moments are sums of gamma functions.
     for (all, pressure) in [(&[(1.3, 1.0), (0.7, 0.6)][..], 0.9), (&[(1.3, 1.0), (0.7, 0.6), (2.9, 0.8)], 1.4)] {
         let (n, a) = (i32::try_from(all.len()).unwrap(), all.iter().map(|(_, length)| length).sum::<f64>());
         let b = pressure / TEMPERATURE;
@@ -107,7 +109,7 @@ fn rods_on_a_ring_have_their_exact_lengths() {
         let (mean, square) = (of(1) / of(0), of(2) / of(0));
         let finished = finish(rods(all, pressure, 60_000));
         compare(&finished, [a + mean, square - mean * mean]);
-        // d/dV ln Q = P / T in the mean.
+        // d/dV ln Q = P / T on average.
         let (virial, error) = observable(&finished, "pressure");
         println!("pressure {virial} +- {error}, {pressure}");
         assert!((virial - pressure).abs() < 4.0 * error && error < 0.02 * pressure, "{virial} +- {error}");
@@ -116,7 +118,8 @@ fn rods_on_a_ring_have_their_exact_lengths() {
 
 #[test]
 fn two_disks_keep_to_the_smallest_box() {
-    // The second disk may be anywhere but within a diameter of the first one: Q = V (V - pi), from the smallest box on, 2 x 2, which is met often.
+    // The second disk may be anywhere except within a diameter of the first one: Q = V (V - pi), from the
+    // smallest box on, 2 x 2, which is reached often.
     let pressure = 0.4;
     let scene = SceneBuilder::new("disks")
         .seed(2)
@@ -153,7 +156,7 @@ fn a_square_well_pair_has_its_exact_volume_and_energy() {
     let density = |volume: f64| volume * (volume - core - shell + bound) * weight(volume);
     let (least, width) = (27.0, 900.0);
     compare(&finished, moments(least, width, density));
-    // The pair is bound in the part `bound` of Q / V.
+    // The pair is bound in the fraction `bound` of Q / V.
     let sum = |of: &dyn Fn(f64) -> f64| {
         let steps = 100_000;
         (0..steps).map(|k| of(least + width * (f64::from(k) + 0.5) / f64::from(steps))).sum::<f64>()
@@ -205,7 +208,7 @@ fn few_volumes_leave_no_error_but_that_of_the_temperature() {
     }
 }
 
-/// Area covered by two disks of equal radius that are `apart`. Overlapping disks share some of it.
+/// Area covered by two disks of equal radius at the distance `apart`. Overlapping disks share part of it.
 fn union(radius: f64, apart: f64) -> f64 {
     let half = 0.5 * apart / radius;
     let lens = 2.0 * radius * radius * (half.acos() - half * (1.0 - half * half).sqrt());
@@ -214,8 +217,9 @@ fn union(radius: f64, apart: f64) -> f64 {
 
 #[test]
 fn a_dimer_and_a_disk_are_two_molecules() {
-    // The centre of the dimer may be anywhere in V, and the disk anywhere but within a distance of contact of its ends: Q = V (V - A), with the mean `A` of what
-    // those exclude over the lengths of the bond, whose density in the plane is that of its length.
+    // The centre of the dimer may be anywhere in V, and the disk anywhere except within the contact distance
+    // of its ends: Q = V (V - A). `A` is the mean excluded area over the lengths of the bond, whose density
+    // in the plane is its length.
     let (pressure, contact) = (0.5, 0.6);
     let [shortest, longest]: [f64; 2] = [0.5, 1.15];
     let scene = SceneBuilder::new("dimer")
@@ -246,7 +250,7 @@ fn a_dimer_and_a_disk_are_two_molecules() {
     }
     let excluded = area / all;
     let density = |volume: f64| volume * (volume - excluded) * libm::exp(-pressure * volume / TEMPERATURE);
-    // Two of the longest ranges, that of the bond.
+    // Twice the longest range, which is that of the bond.
     compare(&finished, moments(4.0 * longest * longest, 150.0, density));
 }
 
@@ -254,7 +258,7 @@ fn a_dimer_and_a_disk_are_two_molecules() {
 fn the_virial_has_the_pressure_of_the_barostat() {
     let pressure = 3.0;
     let mut run = plan(pressure, 0.05, 0.05, 12_000);
-    // The amplitude is found.
+    // The amplitude is adjusted.
     run.barostat = Some(Barostat { amplitude: None, ..run.barostat.unwrap() });
     run.equilibration = Limit::time(60.0);
     let mixture = Fill {
@@ -275,7 +279,7 @@ fn the_virial_has_the_pressure_of_the_barostat() {
     let finished = finish(scene.build().unwrap());
     let (virial, error) = observable(&finished, "pressure");
     assert!((virial - pressure).abs() < 4.0 * error && error < 0.03 * pressure, "{virial} +- {error}");
-    // All of the ensemble's numbers say one thing.
+    // All numbers of the ensemble agree.
     let (volume, _) = observable(&finished, "volume");
     let (factor, _) = observable(&finished, "compressibility_factor");
     assert!((factor * 40.0 * TEMPERATURE - pressure * volume).abs() < 1e-9 * pressure * volume);

@@ -1,7 +1,7 @@
-//! Physics: whole simulations against exact and published results.
+//! Physics: whole simulations compared with exact and published results.
 //!
-//! Statistical tolerances are four standard errors, estimated from blocks of the run itself; seeds are fixed, so that a test
-//! passes always or never. Tolerances of round-off are derived where they are used.
+//! Statistical tolerances are four standard errors, estimated from blocks of the run itself. Seeds are fixed,
+//! so a test always passes or always fails. Tolerances for round-off are derived where they are used.
 
 mod chains;
 mod conservation;

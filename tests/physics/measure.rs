@@ -1,4 +1,4 @@
-//! Fluids measured in blocks, and means with the standard errors that the blocks give.
+//! Fluids measured in blocks, and means with standard errors from the blocks.
 
 use carom::engine::event::Event;
 use carom::engine::{Reason, Simulation, Until};
@@ -19,8 +19,8 @@ impl Mean {
         Self { mean, error: (variance / n).sqrt() }
     }
 
-    /// Whether the mean is what theory says, within four standard errors: one seed in 16,000 is further off. The standard
-    /// error has to be below `resolution`, or the comparison would say nothing.
+    /// Asserts that the mean agrees with theory within four standard errors: one seed in 16,000 is further
+    /// off. The standard error must be below `resolution`, or the comparison would be meaningless.
     #[track_caller]
     pub fn assert_is(&self, expected: f64, resolution: f64, what: &str) {
         let Self { mean, error } = *self;
@@ -35,7 +35,7 @@ impl Mean {
 pub struct Block {
     /// Simulated time.
     pub time: f64,
-    /// The temperature's mean over that time.
+    /// The mean temperature in that time.
     pub temperature: f64,
     /// Core contacts.
     pub core: f64,
@@ -43,7 +43,7 @@ pub struct Block {
     pub virial: f64,
 }
 
-/// A force-free fluid measured in blocks.
+/// A fluid without external forces, measured in blocks.
 #[derive(Debug)]
 pub struct Fluid {
     pub particles: f64,
@@ -52,8 +52,8 @@ pub struct Fluid {
 }
 
 impl Fluid {
-    /// Runs `equilibration` events without measuring, then `count` blocks of `events` each, and shows every measured event
-    /// to `observe` with the number of its block.
+    /// Runs `equilibration` events without measuring, then `count` blocks of `events` each. Passes every
+    /// measured event to `observe` with the number of its block.
     pub fn measure_with(
         simulation: &mut Simulation,
         equilibration: u64,
@@ -79,7 +79,7 @@ impl Fluid {
             let after = simulation.event_counts();
             blocks.push(Block {
                 time: now - begin,
-                // Net momentum zero takes the degrees of freedom of one particle away.
+                // A total momentum of zero removes the degrees of freedom of one particle.
                 temperature: 2.0 * integral / (now - begin) / (dimensions * (particles - 1.0)),
                 core: (after.core - before.core) as f64,
                 virial: after.virial.total() - before.virial.total(),
@@ -107,7 +107,7 @@ impl Fluid {
         self.mean(|b| 1.0 + b.virial / (self.dimensions * self.particles * b.temperature * b.time))
     }
 
-    /// Core contacts per particle and time, at temperature 1: two particles share a contact.
+    /// Core contacts per particle and time at temperature 1. Two particles share a contact.
     pub fn collision_rate(&self) -> Mean {
         self.mean(|b| 2.0 * b.core / (self.particles * b.time * b.temperature.sqrt()))
     }

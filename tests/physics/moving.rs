@@ -1,4 +1,4 @@
-//! Surfaces that move, and gravity that turns from stage to stage.
+//! Moving surfaces, and gravity that changes from stage to stage.
 
 use carom::engine::Simulation;
 use carom::engine::Until;
@@ -46,11 +46,12 @@ fn gravity_of_each_stage_acts_in_turn() {
     assert!((snapshot.positions[0] - expected).norm() < 1e-13 * expected.norm(), "{}", snapshot.positions[0]);
     assert!((snapshot.velocities[0] - speed).norm() < 1e-14 * speed.norm());
     assert_eq!(finished.audit.faults(), []);
-    // The turns of gravity supply the potential energy at the end.
+    // The changes of gravity supply the potential energy at the end.
     assert!(finished.simulation.event_counts().supplied.total() != 0.0);
 }
 
-/// The relative change of `v_z L` of balls that fly between a floor and a piston, which halves their way at a speed.
+/// The relative change of `v_z L` for balls between a floor and a piston that halves their distance at a
+/// given speed.
 fn changes(speed: f64) -> Vec<f64> {
     let walls = Boundary::Bounded { lower: Face::Wall { restitution: 1.0 }, upper: Face::Open };
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, walls], ..Space::periodic_cube(10.0) };
@@ -71,14 +72,14 @@ fn changes(speed: f64) -> Vec<f64> {
     let before = simulation.snapshot();
     simulation.advance(Until::time(motion.until + 1.0)).unwrap();
     let after = simulation.snapshot();
-    // Centres come as near as 0.3 to both.
+    // Centres come within 0.3 of both.
     let change = |(a, b): (&Vector, &Vector)| b.z.abs() * (9.4 - 4.7) / (a.z.abs() * 9.4) - 1.0;
     before.velocities.iter().zip(&after.velocities).map(change).collect()
 }
 
 #[test]
 fn the_adiabatic_invariant_of_each_ball_stays_what_it_was() {
-    // `v_z L` swings by the speed of the piston beside that of the ball, and no more than that.
+    // `v_z L` oscillates by the ratio of the piston's speed to the ball's, and no more.
     for speed in [0.1, 0.01, 0.001] {
         for (k, change) in (0_u32..).zip(changes(speed)) {
             let slowest = 1.3 + 0.11 * f64::from(k);

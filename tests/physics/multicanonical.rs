@@ -1,4 +1,5 @@
-//! Replicas in a multicanonical ensemble, of systems whose density of states is known exactly: two particles in a square well, and a chain of four.
+//! Replicas in a multicanonical ensemble, for systems with an exactly known density of states: two particles
+//! in a square well, and a chain of four.
 
 use std::ops::ControlFlow;
 
@@ -10,7 +11,7 @@ use super::exchange::{
     volumes,
 };
 
-/// A pair and a chain of four whose replicas all walk through all energies.
+/// A pair and a chain of four whose replicas all visit all energies.
 #[test]
 fn multicanonical_replicas_have_the_exact_density_of_states() {
     let of_pair = [1.0 - bound(1.0), bound(1.0) * (-DEPTH).exp()];
@@ -37,7 +38,8 @@ fn multicanonical_replicas_have_the_exact_density_of_states() {
             let (it, expected) = (level.log_density_of_states, (volume / sum).ln());
             assert!(deviation(it, expected).abs() < 3.0, "{level:?}, expected {expected}");
         }
-        // Of a flat histogram: all levels about as often, where a canonical ensemble at 0.2 has next to none of the upper one.
+        // The histogram is flat: all levels are about equally frequent, while a canonical ensemble at 0.2
+        // would almost never visit the upper one.
         let rows = energies.rows();
         for k in 0..volumes.len() {
             let is_there = |energy: &&f64| (**energy + DEPTH * k as f64).abs() < 1e-9;
@@ -60,7 +62,7 @@ fn multicanonical_replicas_have_the_exact_density_of_states() {
     }
 }
 
-/// Errors of the density of states, of a multicanonical chain, are those of seeds.
+/// The errors of the density of states of a multicanonical chain match the scatter of seeds.
 #[test]
 fn multicanonical_errors_are_those_of_the_scatter_of_seeds() {
     let expected = bound(1.1).ln() - DEPTH / 1.1;
@@ -72,7 +74,7 @@ fn multicanonical_errors_are_those_of_the_scatter_of_seeds() {
         let (_, curves) = results_and_curves(scene);
         sum += deviation(curves.density_of_states[0].log_density_of_states, expected).powi(2);
     }
-    // Of independent deviates 1 +- sqrt(2 / 24).
+    // Independent deviates would give 1 +- sqrt(2 / 24).
     let mean = sum / seeds as f64;
     println!("mean square of deviations in errors: {mean:.2}");
     assert!((0.4..1.9).contains(&mean), "{mean}");

@@ -1,4 +1,4 @@
-//! Rates of events: each particle that moves counts once.
+//! Rates of events: each moving particle counts once.
 
 use std::ops::ControlFlow;
 
@@ -87,7 +87,7 @@ fn rates_by_kind_and_species_add_up_to_all_events() {
     assert!(count("bond") > 10 && count("bounce") > 10, "{rates:?}");
     let between = |rate: &&Rate| rate.kind == "core" && rate.species == ["A", "B"];
     let rate = rates.iter().find(between).unwrap();
-    // Forty of A, two of B, each contact is one of both.
+    // Forty of A, two of B; each contact is between one of each.
     let [a, b] = [0, 1].map(|k| rate.per_particle[k].unwrap());
     assert!((a * 20.0 / b - 1.0).abs() < 1e-12 && (b * 2.0 / rate.per_time.unwrap() - 1.0).abs() < 1e-12);
 }

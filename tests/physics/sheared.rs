@@ -1,4 +1,4 @@
-//! Sheared boxes against searches over all images.
+//! Sheared boxes compared with searches over all images.
 
 use carom::Vector;
 use carom::engine::{Simulation, Snapshot, Until};
@@ -12,10 +12,11 @@ use carom::scene::{Amount, Arrangement, Chain, Fill, Lattice, SceneBuilder};
 use std::collections::HashSet;
 use std::ops::ControlFlow;
 
-/// The distances of two particles of a snapshot, over all images that can be the nearest: positions are in the box.
+/// The distances of two particles of a snapshot over all images that may be nearest; positions are in the
+/// box.
 fn distances<'a>(size: &'a Vector, snapshot: &'a Snapshot, rate: f64, i: usize, j: usize) -> impl Iterator<Item = f64> {
     let apart = snapshot.positions[i] - snapshot.positions[j];
-    // Whole periods less, so that two along x are enough.
+    // Without whole periods, so that two along x are enough.
     let slid = (rate * size.y * snapshot.time) % size.x;
     let images = (-2..=2).flat_map(|a| (-1..=1).flat_map(move |b| (-1..=1).map(move |c| [a, b, c])));
     images.filter(|[_, _, c]| size.z > 0.0 || *c == 0).map(move |image| {
@@ -24,10 +25,11 @@ fn distances<'a>(size: &'a Vector, snapshot: &'a Snapshot, rate: f64, i: usize, 
     })
 }
 
-/// Distances of pairs are off by the rounding of positions up to 20, and of times up to 10 with images at speeds up to 100.
+/// Distances of pairs have errors from the rounding of positions up to 20, and of times up to 10 with images
+/// at speeds up to 100.
 const ROUND_OFF: f64 = 1e-11;
 
-/// Boxes of no simple shape, the last one flat.
+/// Boxes of irregular shape, the last one flat.
 pub fn boxes() -> [Space; 3] {
     let space = |size: [f64; 3], boundary| Space { lower: Vector::new(-1.0, 2.0, 0.5), size: size.into(), boundary };
     [
@@ -37,7 +39,7 @@ pub fn boxes() -> [Space; 3] {
     ]
 }
 
-/// Particles of diameter 1 at random places, in a box that is sheared.
+/// Particles of diameter 1 at random positions in a sheared box.
 fn fluid(space: &Space, potential: Potential, rate: f64) -> Simulation {
     #[expect(clippy::cast_possible_truncation, reason = "a small box")]
     let count = (0.45 * space.volume()) as u64;
@@ -156,7 +158,8 @@ fn finish(builder: SceneBuilder) -> Finished {
     finished
 }
 
-/// A pair next to the sides that slide, in a box of edge 24 in which some hundred others rest far from them, so that there are many cells.
+/// A pair next to the sliding sides in a box of edge 24. About a hundred other particles rest far away from
+/// it, so that there are many cells.
 fn pair_at_the_sides(rate: f64, positions: [Vector; 2], velocities: [Vector; 2]) -> Simulation {
     let mut scene = SceneBuilder::new("pair")
         .space(Space::periodic_cube(24.0))
@@ -176,7 +179,7 @@ fn pair_at_the_sides(rate: f64, positions: [Vector; 2], velocities: [Vector; 2])
 
 #[test]
 fn an_overlap_across_the_sides_that_slide_is_found_wherever_it_has_gone() {
-    // Two overlap through the side, and stay so: the image above moves as fast as the one below.
+    // Two overlap through the side and stay so: the image above moves as fast as the particle below.
     let half = Vector::new(0.5 * 0.5 * 24.0, 0.0, 0.0);
     let positions = [Vector::new(5.0, 23.7, 5.0), Vector::new(5.0, 0.3, 5.0)];
     let mut simulation = pair_at_the_sides(0.5, positions, [half, -half]);
@@ -190,8 +193,9 @@ fn an_overlap_across_the_sides_that_slide_is_found_wherever_it_has_gone() {
 
 #[test]
 fn who_comes_near_while_many_images_slide_by_is_met() {
-    // Half a diameter apart along y, they touch when they are as close along z as the root of 3/4: after 0.92 in time, and then by the next
-    // image; one slides by in every 24 / 120 = 0.2. Nothing else happens to either until then.
+    // Half a diameter apart along y, they touch when their distance along z is the square root of 3/4: after
+    // a time of 0.92, and by whichever image is next; one slides by every 24 / 120 = 0.2. Nothing else
+    // happens to either before.
     for place in 0..8 {
         let z = 6.0 + 0.25 * f64::from(place);
         let positions = [Vector::new(12.0, 0.25, z), Vector::new(12.0, 23.75, z + 1.05)];
@@ -265,7 +269,8 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
         .measured
     };
     let (rest, sheared) = (measured(None), measured(Some(0.05)));
-    // Time passes 0.05 per mean free time of 0.1: the effects of shear go as the square of 0.005.
+    // The shear advances by 0.005 in a mean free time of 0.1: its effects are proportional to the square of
+    // that.
     for name in ["diffusion_coefficient", "contact_value_A_A", "neighbours", "q6", "mean_free_time"] {
         let [a, b] = [&rest, &sheared].map(|measured| {
             let number = measured.numbers.iter().find(|number| number.name == name).unwrap();
@@ -273,7 +278,7 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             (number.mean.unwrap(), error)
         });
         let error = a.1.hypot(b.1);
-        // One of five differs by 4 errors in 3000 runs; errors are themselves known to an eighth.
+        // In 3000 runs one of five differs by 4 errors; the errors themselves are known to an eighth.
         assert!((a.0 - b.0).abs() < 4.5 * error && error < 0.05 * a.0, "{name}: {a:?} {b:?}");
     }
     let path = sheared.numbers.iter().find(|number| number.name == "mean_free_path").unwrap();
@@ -292,11 +297,11 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             };
             let Some((one, other)) = at(&a).zip(at(&b)) else { continue };
             known += 1;
-            // Shells of other wave vectors have other means: up to a fifth where S(q) rises.
+            // Shells of different wave vectors have different means: up to a fifth where S(q) rises.
             let shells = if name == "structure_factor" { 0.2 * one.0 } else { 0.0 };
             worst = worst.max(((one.0 - other.0).abs() - shells) / one.1.hypot(other.1).max(1e-3));
         }
-        // The largest of some hundred differences. Of a few the series are too correlated for an error.
+        // The largest of about a hundred differences. For a few the series are too correlated for an error.
         assert!(worst < 6.0 && 10 * known > 9 * a.series[0].values.len(), "{name}: {worst} {known}");
     }
 }

@@ -1,4 +1,4 @@
-//! One body whose motion is known: between walls, around a ring, on a floor, on a string.
+//! A single body with known motion: between walls, around a ring, on a floor, on a string.
 
 use carom::Vector;
 use carom::engine::event::EventKind;
@@ -16,8 +16,8 @@ fn body(boundary: [Boundary; 3]) -> SceneBuilder {
 
 #[test]
 fn a_body_between_walls_returns_after_twice_their_distance_over_its_speed() {
-    // Its centre has 3, 4 and 6 to go; at speeds of 3/8, 1 and 3/4 the periods are 16, 8 and 16, and contacts come at times
-    // that floats hold exactly.
+    // Its centre can move by 3, 4 and 6. At speeds of 3/8, 1 and 3/4 the periods are 16, 8 and 16, and
+    // contact times are exact floating-point numbers.
     let start = (Vector::new(0.25, 1.25, 7.0), Vector::new(0.375, -1.0, 0.75));
     let scene = body([Boundary::walls(1.0); 3])
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
@@ -54,11 +54,11 @@ fn a_body_in_a_periodic_box_returns_after_its_length_over_its_speed() {
     let now = simulation.snapshot();
     assert_eq!(now.velocities[0], start.1);
     assert_eq!(now.images[0], [5000, -8000, 5000]);
-    // Each of 18,000 wraps rounds a coordinate below 16 once, and each streaming once more.
+    // Each of 18,000 wraps rounds a coordinate below 16 once, and each free flight once more.
     assert!((now.positions[0] - start.0).norm() < 2.0 * 18_000.0 * 8.0 * f64::EPSILON, "{:?}", now.positions[0]);
 }
 
-/// Times of contact, and the heights that follow, of the ball of `configs/bouncing_ball.toml`.
+/// Contact times and the following heights of the ball of `configs/bouncing_ball.toml`.
 fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulation) {
     let (e, t_c) = (restitution.to_string(), format!("{contact_time:e}"));
     let overrides = [("space.z.restitution", e.as_str()), ("dynamics.contact_time", t_c.as_str())];
@@ -66,7 +66,7 @@ fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulati
     let mut simulation = Simulation::without_plan(scene);
     let (mut times, mut peaks, mut speed) = (Vec::new(), Vec::new(), 0.0);
     let _ = simulation.advance_with(Until { time: f64::INFINITY, events: 200 }, |event| {
-        // Under gravity 1 the ball of mass 1 comes back as fast as it left.
+        // Under gravity 1 the ball of mass 1 returns as fast as it left.
         let arrival = if times.is_empty() { 2.0_f64.sqrt() } else { speed };
         speed = event.normal_impulse() - arrival;
         times.push(event.time);
@@ -82,7 +82,7 @@ fn a_bouncing_ball_loses_height_as_a_power_and_comes_to_rest_in_time() {
         let contact_time = 1e-6;
         let (times, peaks, _) = bounces(e, contact_time);
         let mut expected = 2.0_f64.sqrt();
-        // Contacts that the TC model leaves as they are: those after a flight that takes longer than the contact time.
+        // The TC model leaves contacts unchanged if the flight before is longer than the contact time.
         let dissipative = (1..).take_while(|n| 2.0 * 2.0_f64.sqrt() * e.powi(*n) >= contact_time).count() + 1;
         let mut compared = 0;
         for (n, (time, peak)) in (0..).zip(times.iter().zip(&peaks)) {
@@ -90,8 +90,8 @@ fn a_bouncing_ball_loses_height_as_a_power_and_comes_to_rest_in_time() {
             if 2.0 * 2.0_f64.sqrt() * power / e < contact_time {
                 break; // the TC model has made the contact elastic
             }
-            // Each flight rounds time and speed some units in the last place of the whole time, and a ball of speed v
-            // that arrives dt late is 1/2 v dt off its peak.
+            // Each flight rounds time and speed by a few units in the last place of the total time. A ball of
+            // speed v that arrives dt late is 1/2 v dt off its peak.
             let bound = 8.0 * (n + 1) as f64 * rest * f64::EPSILON;
             assert!((time - expected).abs() <= bound, "contact {n} at {time}, expected {expected}");
             assert!((peak - power * power).abs() <= bound, "peak {n} of {peak}, expected {}", power * power);
@@ -100,7 +100,8 @@ fn a_bouncing_ball_loses_height_as_a_power_and_comes_to_rest_in_time() {
         }
         println!("e = {e}: {} contacts, the last at {:?}, rest expected at {rest}", times.len(), times.last());
         assert_eq!(compared, dissipative, "e = {e}");
-        // Then a contact leaves the speed to stay away for one contact time: all flights take as long as that.
+        // From then on a contact leaves just the speed to stay away for one contact time: all flights take
+        // that long.
         let flights: Vec<f64> = times.windows(2).skip(dissipative).map(|pair| pair[1] - pair[0]).collect();
         assert!(flights.len() > 10, "{flights:?}");
         // A difference of two times, each rounded once or twice.
@@ -118,7 +119,8 @@ fn elliptic_k(k: f64) -> f64 {
     PI / (2.0 * a)
 }
 
-/// Period of a body on a bond between `1 - width` and 1, let go from the horizontal, over `swings` whole swings.
+/// Period of a body on a bond between `1 - width` and 1, released from the horizontal, over `swings` whole
+/// swings.
 fn pendulum_period(width: f64, swings: usize) -> f64 {
     let space = Space { lower: Vector::repeat(-2.0), size: Vector::repeat(4.0), boundary: [Boundary::OPEN; 3] };
     let scene = SceneBuilder::new("pendulum")
@@ -135,7 +137,8 @@ fn pendulum_period(width: f64, swings: usize) -> f64 {
         .build()
         .unwrap();
     let mut simulation = Simulation::without_plan(scene);
-    // Angles of the contacts with the bond's ends; between two of them the lowest point is passed at next to even speed.
+    // Angles of the contacts with the bond's ends. Between two of them the lowest point is passed at nearly
+    // constant speed.
     let (mut last, mut passages) = ((0.0, 1.0), Vec::new());
     while passages.len() < 2 * swings + 1 {
         let next = simulation.event_counts().physical() + 1000;
@@ -169,7 +172,8 @@ fn a_bonded_body_swings_with_the_period_of_a_pendulum() {
 
 #[test]
 fn a_thrown_body_follows_its_parabola_off_a_floor() {
-    // From height 2 at rest with g = 1/2, the floor gives it back all: period 4 sqrt(2 h / g) / 2 with h = 1.5 from contact.
+    // Released at height 2 with g = 1/2, it loses nothing at the floor: period 4 sqrt(2 h / g) / 2 with h =
+    // 1.5 from contact.
     let boundary = [
         Boundary::Periodic,
         Boundary::OPEN,
@@ -186,7 +190,7 @@ fn a_thrown_body_follows_its_parabola_off_a_floor() {
     simulation.advance(Until::time(8.0 * 100.0)).unwrap();
     let now = simulation.snapshot();
     assert_eq!(simulation.event_counts().wall, 100);
-    // A contact that is rounded by some units in the last place of 800 moves all that follows by as much.
+    // A contact time rounded by a few units in the last place of 800 shifts everything after it by as much.
     assert!((now.positions[0].z - 6.5).abs() < 1e-10, "{}", now.positions[0].z);
     assert!((now.positions[0].y - 201.0).abs() < 800.0 * 4.0 * 100.0 * f64::EPSILON);
     assert_eq!(now.images[0][0], 200);

@@ -1,8 +1,9 @@
-//! The exact law of events at the steps of a potential, in equilibrium.
+//! The exact law for events at the steps of a potential in equilibrium.
 //!
-//! Relative normal velocities are Maxwellian on either side of a step. Of the pairs that go up a step `eps`, those with
-//! `mu/2 vn^2 <= eps` bounce, so that `N_bounce / N_up = exp(eps / T) - 1`, and as many pairs go up as down (Bannerman and
-//! Lue, J. Chem. Phys. 133, 124506, 2010). For N particles of constant energy the law is off by a part of order `1 / (D N)`.
+//! Relative normal velocities are Maxwellian on either side of a step. Of the pairs that meet an upward step
+//! `eps`, those with `mu/2 vn^2 <= eps` bounce. As many pairs go up as down, so `N_bounce / N_up = exp(eps /
+//! T) - 1` (Bannerman and Lue, J. Chem. Phys. 133, 124506, 2010). For N particles of constant energy the law
+//! has an error of relative order `1 / (D N)`.
 
 use crate::measure::{Fluid, Mean};
 use carom::engine::Simulation;
@@ -64,7 +65,8 @@ fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, r
         let law = Mean { mean: excess.mean / scale, error: excess.error / scale };
         law.assert_is(0.0, resolution * ratio.exp(), &format!("bounces at step {step}, {ratio:.3} T high"));
         let net: f64 = counts.iter().map(|c| c.inwards - c.outwards).sum();
-        // In and out differ by the pairs that are inside, which the whole run changes by far less than its events.
+        // In and out differ by the change of the number of pairs inside, which is far below the number of
+        // events.
         assert!(net.abs() < 4.0 * total.sqrt(), "{net} more went in than out at step {step}, of {total}");
     }
 }
@@ -99,7 +101,8 @@ fn a_well_under_a_shoulder_has_both_laws() {
 
 #[test]
 fn dilute_square_wells_have_the_second_virial_coefficient() {
-    // Z - 1 = B2 rho + B3 rho^2 + ...; two densities take B3 out, and 0.01 leaves B4 rho^3 far below the error.
+    // Z - 1 = B2 rho + B3 rho^2 + ...; two densities eliminate B3, and at 0.01 B4 rho^3 is far below the
+    // error.
     let sphere = 2.0 * PI / 3.0;
     let b2 = |temperature: f64| sphere * (1.0 - (1.5_f64.powi(3) - 1.0) * (1.0 / temperature).exp_m1());
     assert!((b2(2.0) / sphere + 0.54071).abs() < 1e-5 && (b2(1.0) / sphere + 3.08092).abs() < 1e-5);
@@ -108,7 +111,8 @@ fn dilute_square_wells_have_the_second_virial_coefficient() {
             let potential = Potential::square_well(1.0, 1.5, 1.0).unwrap();
             let mut simulation = fluid(&potential, 500, density, temperature);
             let fluid = Fluid::measure(&mut simulation, 50_000, 40, 12_000);
-            // Off the asked temperature by the wells that the start did not fill: the coefficient of each block's own.
+            // The temperature differs from the requested one because the start did not fill the wells: each
+            // block has its own coefficient.
             fluid.mean(|b| b.virial / (3.0 * fluid.particles * b.temperature * b.time * density) - b2(b.temperature))
         });
         let extrapolated = Mean { mean: 2.0 * one.mean - two.mean, error: (2.0 * one.error).hypot(two.error) };

@@ -1,4 +1,4 @@
-//! Replicas in windows of a distance, of particles whose potential of mean force is known exactly.
+//! Replicas in windows of a distance, for particles with an exactly known potential of mean force.
 
 use std::ops::ControlFlow;
 
@@ -41,14 +41,15 @@ fn results(scene: Scene) -> (ExchangeResults, MeanForce) {
     (results, distances.mean_force(&exchange))
 }
 
-/// Compares a potential of mean force in all bins with one that is known, and the mean of what it is beyond a distance and below.
+/// Compares a potential of mean force in all bins with a known one, and checks the mean difference above and
+/// below a distance.
 fn refuse_other(
     found: &MeanForce,
     (bins, last_window, dimensions): (usize, [f64; 2], f64),
     expected: impl Fn(&MeanForcePoint) -> f64,
 ) {
     assert!(!found.is_torn && found.points.len() == bins, "{} bins", found.points.len());
-    // Counted from the mean density in the last window, in the volume of its shells.
+    // Relative to the mean density in the last window, in the volume of its shells.
     let volume = |point: &MeanForcePoint, dimensions: f64| {
         let [lower, upper] = [point.distance - 0.5 * point.width, point.distance + 0.5 * point.width];
         upper.powf(dimensions) - lower.powf(dimensions)
@@ -78,14 +79,14 @@ fn square_well(point: &MeanForcePoint) -> f64 {
     if point.distance < 1.5 { -DEPTH } else { 0.0 }
 }
 
-/// A pair with a square well: the potential of mean force is the potential.
+/// A pair with a square well: the potential of mean force is the potential itself.
 #[test]
 fn a_pair_has_its_potential() {
     let windows = [[1.0, 1.5], [1.3, 1.8], [1.5, 1.98]];
     let (results, found) = results(in_windows(pair().seed(3), [&[0], &[1]], &windows, [200, 30_000]));
     refuse_other(&found, (found.points.len(), windows[2], 3.0), square_well);
     assert!(found.points.len() >= 39);
-    // The density of the distance itself has the volume of the shells in it.
+    // The density of the distance itself contains the volume of the shells.
     for pair in found.points.windows(2).filter(|pair| square_well(&pair[0]) == square_well(&pair[1])) {
         let volume = |it: &MeanForcePoint| it.distance * it.distance + it.width * it.width / 12.0;
         let difference = |of: fn(&MeanForcePoint) -> f64| of(&pair[1]) - of(&pair[0]);
@@ -95,7 +96,8 @@ fn a_pair_has_its_potential() {
     }
     assert!(results.neighbours.iter().all(|it| it.acceptance.unwrap().mean > 0.05));
     assert!(results.round_trips.iter().all(|trips| *trips > 100), "{:?}", results.round_trips);
-    // Both distances in what two windows share: the parts that it has of each, of the levels in and out of the well.
+    // Both distances in the overlap of two windows: the fraction for each, with the levels inside and outside
+    // of the well.
     let weight = |from: f64, to: f64| {
         let cubes = |from: f64, to: f64| if to > from { to.powi(3) - from.powi(3) } else { 0.0 };
         cubes(from, to.min(1.5)) * (DEPTH / TEMPERATURE).exp() + cubes(from.max(1.5), to)
@@ -130,7 +132,8 @@ fn a_pair_has_its_potential_in_two_dimensions_and_in_one() {
     }
 }
 
-/// The centre of two bonded particles with unequal masses. One of them has a square well for a third particle.
+/// The centre of two bonded particles with unequal masses, one of which has a square well for a third
+/// particle.
 #[test]
 fn centres_of_mass_have_the_mean_over_the_motion_of_their_members() {
     let masses = [1.3, 0.7];
@@ -160,7 +163,7 @@ fn centres_of_mass_have_the_mean_over_the_motion_of_their_members() {
             1.0
         }
     };
-    // Over lengths of the bond, and over its directions, by midpoints.
+    // Midpoint rule over the lengths and directions of the bond.
     let at = |r: f64| {
         let (mut sum, mut norm) = (0.0, 0.0);
         for i in 0..60 {
@@ -174,7 +177,7 @@ fn centres_of_mass_have_the_mean_over_the_motion_of_their_members() {
         }
         sum / norm
     };
-    // In a bin, over the volumes of thinner shells.
+    // In a bin, weighted by the volumes of thinner shells.
     let expected = |point: &MeanForcePoint| {
         let thin = |k: u32| point.distance + point.width * ((f64::from(k) + 0.5) / 10.0 - 0.5);
         let volume: f64 = (0..10).map(|k| thin(k).powi(2)).sum();
@@ -186,7 +189,8 @@ fn centres_of_mass_have_the_mean_over_the_motion_of_their_members() {
     assert!(depth > 0.8, "{depth}");
 }
 
-/// Two large spheres among small ones that pass through each other: these have more room where the shells overlap that they cannot enter.
+/// Two large spheres among small ones that pass through each other. The small ones have more room where the
+/// excluded shells overlap.
 #[test]
 fn large_spheres_attract_each_other_by_the_room_of_small_ones() {
     let (length, count, radius) = (6.6_f64, 70, 1.5_f64);

@@ -1,4 +1,4 @@
-//! A sheared box against a simulation without a box: images of a lattice that is sheared, in space that goes on for ever.
+//! A sheared box compared with a simulation without a box: images of a sheared lattice in infinite space.
 
 use crate::sheared::boxes;
 use carom::Vector;
@@ -6,7 +6,7 @@ use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::scene::{Fill, Lattice, SceneBuilder};
 
-/// Spheres and their velocities, whose images are those of a sheared lattice; none is ever wrapped.
+/// Spheres with velocities, whose images form a sheared lattice. Nothing is ever wrapped.
 struct Unbounded {
     size: Vector,
     rate: f64,
@@ -16,7 +16,7 @@ struct Unbounded {
 }
 
 impl Unbounded {
-    /// Separation from an image of another one, and their relative velocity.
+    /// Separation from an image of another sphere, and their relative velocity.
     fn relative(&self, i: usize, j: usize, [a, b, c]: [f64; 3]) -> (Vector, Vector) {
         let slid = self.rate * self.size.y * self.time;
         let image = Vector::new(a * self.size.x + b * slid, b * self.size.y, c * self.size.z);
@@ -24,7 +24,7 @@ impl Unbounded {
         (self.positions[i] - self.positions[j] - image, self.velocities[i] - self.velocities[j] - faster)
     }
 
-    /// The images within a period of the nearest one, now.
+    /// The images within a period of the nearest one at present.
     fn images(&self, i: usize, j: usize) -> Vec<[f64; 3]> {
         let apart = self.positions[i] - self.positions[j];
         let around = |middle: f64| [-2.0, -1.0, 0.0, 1.0, 2.0].map(|step| middle.round() + step);
@@ -38,8 +38,8 @@ impl Unbounded {
         images
     }
 
-    /// Goes on to the next contact of spheres of diameter and mass 1, if it comes before `most` has passed; the paths until then are
-    /// shorter than a period.
+    /// Advances to the next contact of spheres of diameter and mass 1, if it comes before `most` has passed.
+    /// Paths until then are shorter than a period.
     fn step(&mut self, most: f64) -> bool {
         let mut next = (most, None);
         for i in 0..self.positions.len() {
@@ -86,10 +86,10 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
         let mut simulation = Simulation::without_plan(scene);
         let (mut contacts, mut across) = (0, 0);
         while contacts < 40 {
-            // No path is longer than a period in so short a time.
+            // No path is longer than a period in such a short time.
             contacts += u64::from(unbounded.step(0.1));
         }
-        // A little further, so that rounding cannot put the last contact on either side.
+        // A little further, so that rounding cannot move the last contact to the other side.
         contacts += u64::from(unbounded.step(1e-6));
         simulation.advance(Until::time(unbounded.time)).unwrap();
         let now = simulation.snapshot();
@@ -98,7 +98,8 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
             let up = now.images[id][1];
             let faster = rate * space.size.y * f64::from(up);
             across += up.abs();
-            // Each contact multiplies errors by twice its path over a diameter, some 7: of 40 none of 27 spheres has more than ten.
+            // Each contact multiplies errors by twice its path in diameters, about 7. Of 40 contacts among 27
+            // spheres, none has more than ten.
             let expected = now.velocities[id] + Vector::new(faster, 0.0, 0.0);
             assert!((velocity - expected).amax() < 1e-7, "{id}: {velocity} {expected}");
             let y = now.positions[id].y + f64::from(up) * space.size.y;

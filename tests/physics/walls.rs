@@ -1,4 +1,4 @@
-//! The pressure between walls: of the virial, of the impulses on each wall, and of the pressure tensor.
+//! The pressure between walls: from the virial, from the impulses on each wall, and from the pressure tensor.
 
 use std::ops::ControlFlow;
 
@@ -17,7 +17,7 @@ fn hard(distance: f64) -> Potential {
     Potential::hard_sphere(distance).unwrap()
 }
 
-/// A mixture of two sizes and masses, at a temperature of 1.3, with its pressure tensor.
+/// A mixture of two sizes and masses at a temperature of 1.3, with its pressure tensor.
 fn mixture(boundary: [Boundary; 3], size: Vector, counts: [u64; 2]) -> Finished {
     let scene = SceneBuilder::new("mixture")
         .seed(11)
@@ -56,7 +56,7 @@ fn virial_walls_and_tensor_tell_the_same_pressure() {
         let virial = finished.observable("pressure").unwrap();
         let virial_error = virial.standard_error.unwrap();
         println!("{what}: virial {virial:?}");
-        // The outer layer that centres cannot reach is a fifth of the volume and more.
+        // The outer layer that centres cannot reach is a fifth of the volume or more.
         assert!(virial_error < 0.01 * virial.mean, "{what}: {virial:?}");
         let tensor = finished.measured.numbers.iter().find(|number| number.name == "pressure").unwrap();
         let (mean, error) = (tensor.mean.unwrap(), tensor.standard_error.unwrap());
@@ -75,7 +75,7 @@ fn virial_walls_and_tensor_tell_the_same_pressure() {
                 assert!(error < 0.02 * virial.mean && difference.abs() < 4.0 * error, "{what}: {on_wall:?} {virial:?}");
             }
         }
-        // The mean over all walls is free of the energy that oscillates between the axes.
+        // The mean over all walls does not contain the energy that oscillates between the axes.
         let mean = sum / number;
         assert!((mean - virial.mean).abs() < 2.0 * virial_error, "{what}: {mean}, {virial:?}");
     }
@@ -83,7 +83,8 @@ fn virial_walls_and_tensor_tell_the_same_pressure() {
 
 #[test]
 fn a_driven_granular_slit_presses_on_its_walls_as_hard_as_its_virial_says() {
-    // A bath drives it along the slit only, so that it is colder across: an isotropic temperature would give a third more.
+    // A bath drives it along the slit only, so it is colder across: with an isotropic temperature the
+    // pressure would be a third higher.
     let slit = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat];
     let scene = SceneBuilder::new("driven")
         .seed(1)
@@ -137,8 +138,8 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
     let finished = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(finished.observable("pressure").is_none(), "it is not the same at all heights");
     let on = |side: &str| finished.observable(&format!("pressure_on_{side}_y_wall")).unwrap().mean;
-    // The floor and the ceiling of a length of 10, with 20 particles of mass 0.7: their momentum at the start and the end is what is left,
-    // two of some sqrt(20 0.7), over the time.
+    // The floor and the ceiling of a length of 10, with 20 particles of mass 0.7. Their momenta at the start
+    // and at the end contribute two of about sqrt(20 0.7), divided by the time.
     let (weight, left) = (20.0 * 0.7 * 0.3 / 10.0, 4.0 * 14.0_f64.sqrt() / (10.0 * finished.measurement.duration));
     assert!((on("lower") - on("upper") - weight).abs() < left, "{} {} {weight} {left}", on("lower"), on("upper"));
     assert!(left < 0.01 * weight);
@@ -149,7 +150,8 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
 
 #[test]
 fn what_a_hot_wall_gives_a_particle_does_not_depend_on_the_order_of_contacts() {
-    // The first of three that are too small to meet, beside others that come to the walls at other times and more often.
+    // The first of three particles that are too small to meet, beside others that reach the walls at other
+    // times and more often.
     let velocities = |others: f64| {
         let slit = Space {
             boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],

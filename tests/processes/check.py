@@ -13,19 +13,21 @@ import time
 from pathlib import Path
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-# Of Open MPI, also for more processes than cores and for a container's root; others ignore them.
+# For Open MPI, which then accepts more processes than cores and the root user of a container; others ignore
+# these variables.
 ENVIRONMENT = os.environ | {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
-    # A process that waits for another one leaves it its core.
+    # A process that waits for another one yields its core.
     "OMPI_MCA_mpi_yield_when_idle": "1",
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
 }
-# What a run takes of time and memory is no result.
+# Time and memory of a run are not results.
 CLOCKS = ("wall_seconds", "events_per_second", "contacts_per_second", "peak_memory_bytes")
 
-# Scenes with what is shortened: periodic and open, with lists, cells, pair states, gravity, thermal walls, event logs, stages that one process does alone.
+# Scenes with a shorter duration: periodic and open, with lists, cells, pair states, gravity, thermal walls,
+# event logs, and stages that one process runs alone.
 SCENES = {
     "hard_sphere_fluid": ["--until-events", "20000", "--set", "run.equilibration_events=2000", "--set", "output.contacts=true"],
     "square_well_fluid": ["--until-events", "20000", "--set", "run.equilibration_events=2000", "--set", "output.events=true"],

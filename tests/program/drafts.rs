@@ -1,4 +1,5 @@
-//! Drafts that a killed process has left: the next command in their folder removes them, and no others.
+//! Temporary files left by a killed process: the next command in their folder removes these, and nothing
+//! else.
 
 #![cfg(unix)]
 
@@ -10,7 +11,7 @@ use std::time::Duration;
 use super::exchange::CHAIN;
 use super::place::{FLUID, Place, code, errors, killed, run};
 
-/// A draft from a process that no longer exists.
+/// A temporary file of a process that no longer exists.
 const LEFT: &str = ".carom-4711-0.partial";
 
 fn drafts(folder: &Path) -> Vec<String> {
@@ -18,7 +19,7 @@ fn drafts(folder: &Path) -> Vec<String> {
     names.filter(|name| name.starts_with(".carom-")).collect()
 }
 
-/// A movie into the folder of a run that takes long, with its draft.
+/// A long movie in the folder of a run, with its temporary file.
 fn drawing(place: &Place) -> Child {
     let arguments = ["movie", "runs/scene", "--out", "runs/scene/film.apng", "--size", "2000x2000", "-q"];
     let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();

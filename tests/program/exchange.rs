@@ -1,4 +1,4 @@
-//! `carom exchange`: its files, which no number of threads changes, and what it refuses.
+//! `carom exchange`: its files, which do not depend on the number of threads, and what it rejects.
 
 use std::path::Path;
 use std::process::Stdio;
@@ -50,7 +50,7 @@ equilibration_time = 15.0
 until_time = 900.0
 "#;
 
-/// With what is measured at each temperature.
+/// With measurements at each temperature.
 pub fn measured_chain() -> String {
     format!("{CHAIN}\n[measure]\nchains = true\nradial_distribution = {{ bins = 40, interval = 4.0 }}\n")
 }
@@ -114,7 +114,7 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
         let of = |name: &str, key: &str| summary["temperatures"][at]["observables"][name][key].as_f64().unwrap();
         assert!((4.0 * of("potential_energy_per_particle", "mean") - mean).abs() < 1e-12);
         let square = rows.iter().map(|row| (row[2 + 2 * at] - mean).powi(2)).sum::<f64>() / 600.0;
-        // About the true mean they vary by more, at the likeliest by no more than the square of the standard error.
+        // About the true mean they scatter more, most likely by at most the square of the standard error.
         let missed = (4.0 * of("potential_energy_per_particle", "standard_error")).powi(2);
         let variance = (of("heat_capacity_per_particle", "mean") - 1.5) * 4.0 * temperature * temperature;
         assert!(variance > square + 0.2 * missed && variance < square + missed, "{variance}, {square}, {missed}");
@@ -128,7 +128,7 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
     check_page(&place, folder);
 }
 
-/// The page of an exchange that has measured, what is refused for it, and what is made of a trajectory.
+/// The page of an exchange with measurements, what is rejected for it, and what is made of a trajectory.
 fn check_page(place: &Place, folder: &str) {
     let page = place.read(&format!("{folder}/exchange.html"));
     let words = ["Populations", "Heat capacity per particle", "Replica paths", "Round trips", "audit sound", "✓ mixed"];
@@ -138,13 +138,13 @@ fn check_page(place: &Place, folder: &str) {
     {
         assert!(page.contains(word), "{word}");
     }
-    // Results of instruments are those of the exchange, or refused.
+    // Results of instruments are those of the exchange, or rejected.
     let measured = place.path().join(folder).join("measurements.json");
     std::fs::write(&measured, place.read(&format!("{folder}/measurements.json")).replacen("radial", "lateral", 1))
         .unwrap();
     let output = place.carom(&["report", folder, "--force"]);
     assert!(code(&output) == 2 && line(&output).contains("measurements.json"), "{}", errors(&output));
-    // Each trajectory is one like any other.
+    // Each trajectory is an ordinary one.
     let output = place.carom(&["convert", "runs/chain-exchange/trajectory-2.xyz", "--to", "csv"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
 }
@@ -163,7 +163,7 @@ fn an_exchange_has_the_surfaces_of_its_scene_beside_its_trajectories() {
         assert_eq!(files(&folder), ["rod.stl"]);
     };
     run("6.0");
-    // One that goes on writes the file that is missing.
+    // A continued exchange writes the missing file.
     std::fs::remove_file(folder.join("rod.stl")).unwrap();
     run("12.0");
     let output = place.carom(&["render", "runs/chain-exchange/trajectory-1.xyz", "--out", "chain.png"]);
@@ -252,14 +252,14 @@ fn two_processes_do_not_write_to_one_folder() {
     child.wait().unwrap();
     assert_eq!(code(&output), 2, "{}", errors(&output));
     assert!(line(&output).contains("another process is at the exchange"), "{}", line(&output));
-    // A checkpoint that is damaged is refused, and nothing is changed.
+    // A damaged checkpoint is rejected, and nothing is changed.
     std::fs::write(&checkpoint, "carom checkpoint").unwrap();
     let before = contents(&place.path().join("runs/chain-exchange"));
     let output = place.carom(&exchange(&["--set", "run.until_time=1.5e7"]));
     assert_eq!(code(&output), 2, "{}", errors(&output));
     assert!(line(&output).contains("is damaged"), "{}", line(&output));
     assert!(contents(&place.path().join("runs/chain-exchange")) == before);
-    // There is no checkpoint.previous as there is of a run.
+    // Unlike a run, it has no checkpoint.previous.
     assert!(!line(&output).contains("previous"), "{}", line(&output));
     assert!(line(&output).contains("here without exchange.checkpoint"), "{}", line(&output));
 }
@@ -288,13 +288,14 @@ fn an_exchange_starts_from_the_end_of_a_run() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let (run, summary) = (place.summary("runs/scene"), place.summary("runs/next-exchange"));
     assert_eq!(summary["start"], run["time"]);
-    // Hard spheres have no energy that could keep them apart.
+    // Hard spheres have no energy that could prevent swaps.
     let neighbours = &summary["neighbours"][0];
     assert_eq!((&neighbours["attempts"], &neighbours["accepted"]), (&20.into(), &20.into()));
     for (at, temperature) in [1.0, 2.5].into_iter().enumerate() {
         let observables = &summary["temperatures"][at]["observables"];
         let number = |name: &str| observables[name]["mean"].as_f64().unwrap();
-        // Of 108 particles at 20 times, as many as independent: 4 sqrt(2 / 324 / 5); Carnahan and Starling have 3.97 at 0.3.
+        // 108 particles at 20 times that count as independent: 4 sqrt(2 / 324 / 5); Carnahan and Starling
+        // have 3.97 at 0.3.
         assert!((number("temperature") / temperature - 1.0).abs() < 0.15, "{observables}");
         assert!((number("compressibility_factor") / 3.97 - 1.0).abs() < 0.1, "{observables}");
     }

@@ -1,4 +1,5 @@
-//! Results of `carom exchange`: curves between the temperatures, temperatures for an acceptance, means of a multicanonical ensemble, and the verdict.
+//! Results of `carom exchange`: curves between the temperatures, temperatures for a given acceptance, means
+//! of a multicanonical ensemble, and the verdict.
 
 use super::exchange::{CHAIN, exchange};
 use super::place::{Place, code, errors, words};
@@ -14,7 +15,7 @@ fn an_exchange_has_curves_through_its_temperatures() {
     assert!(curves.starts_with(heads) && curves.lines().count() == 122, "{curves}");
     let rows: Vec<Vec<f64>> =
         curves.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
-    // Errors of what is measured at a temperature alone are larger than those from all together.
+    // Errors from the data at one temperature are larger than those from all data together.
     for at in summary["temperatures"].as_array().unwrap() {
         let row = rows.iter().find(|row| Some(row[0]) == at["temperature"].as_f64()).unwrap();
         let names = ["potential_energy_per_particle", "heat_capacity_per_particle"];
@@ -26,7 +27,7 @@ fn an_exchange_has_curves_through_its_temperatures() {
     }
 }
 
-/// Temperatures with an even acceptance, which an exchange with them has.
+/// Temperatures with equal acceptance, which an exchange at these temperatures confirms.
 #[test]
 fn temperatures_follow_from_an_acceptance() {
     let place = Place::with(CHAIN);

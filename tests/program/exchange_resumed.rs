@@ -1,4 +1,4 @@
-//! Exchanges that are killed, interrupted or given a later end come to the same bytes.
+//! Exchanges that are killed, interrupted or given a later end arrive at the same bytes.
 
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -51,7 +51,7 @@ fn a_complete_exchange_goes_on_to_a_later_end_as_one_that_was_meant_to_come_ther
     refused(&["exchange", "parts", "--until-time", "450.7"], "until_time");
     refused(&["exchange", "parts", "--until-time", "450", "--seed", "8"], "an exchange goes on as it was");
     refused(&with(&["--out", "parts", "--until-time", "450", "--seed", "8"]), "holds the exchange of another scene");
-    // The end that it has, in other words.
+    // Its present end, written differently.
     done(&["exchange", "parts", "--until-time", "3e2"], "It was complete already");
     assert!(contents(&folder) == short);
     // By its folder and by its scene, with several numbers of threads.
@@ -59,7 +59,7 @@ fn a_complete_exchange_goes_on_to_a_later_end_as_one_that_was_meant_to_come_ther
     done(&with(&["--out", "parts", "--until-time", "900", "--jobs", "1"]), "600 attempts to swap");
     let [whole, parts] = ["whole", "parts"].map(|out| contents(&place.path().join(out)));
     assert_eq!(whole.keys().collect::<Vec<_>>(), parts.keys().collect::<Vec<_>>());
-    // A checkpoint also has the scene of the beginning.
+    // A checkpoint also contains the initial scene.
     for (name, bytes) in whole.iter().filter(|(name, _)| *name != "exchange.checkpoint") {
         assert!(*bytes == parts[name], "{name}");
     }

@@ -1,4 +1,4 @@
-//! Files in a folder.
+//! Reads the files in a folder.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,4 +1,4 @@
-//! Inputs of a run: kept apart from outputs, and known again by their checksums.
+//! Inputs of a run: kept apart from outputs, and recognised by their checksums.
 
 use std::fs;
 
@@ -30,7 +30,7 @@ fn place() -> Place {
     place
 }
 
-/// Without the frame of a message, and its line breaks.
+/// A message without its frame and line breaks.
 fn plain(text: &str) -> String {
     text.replace('│', " ").split_whitespace().collect()
 }
@@ -71,7 +71,7 @@ fn nothing_that_is_read_is_written_over() {
     fs::create_dir_all(place.path().join("case")).unwrap();
     fs::write(place.path().join("case/mine.toml"), SCENE.replace("start.xyz", "../start.xyz")).unwrap();
     for command in [
-        // The folder of a run that would hold its own scene, or its own start.
+        // The folder of a run that would hold its own scene or its own start.
         &["run", "runs/a/scene.toml", "--out", "runs/a"][..],
         &["run", "case/mine.toml", "--out", "case"],
         &["run", "scene.toml", "--set", "file.0.path=runs/a/trajectory.xyz", "--out", "runs/a"],
@@ -122,7 +122,7 @@ until_events = 500
     let last = trajectory.matches("Lattice=").count() - 1;
     let (head, rest) = scene.split_once("[[chain]]").unwrap();
     let run = &rest[rest.find("[run]").unwrap()..];
-    // Neither the box nor the bonds are said again.
+    // Neither the box nor the bonds are repeated.
     let head = head.replace("[space]\nsize = [7.0, 7.0, 7.0]\n", "");
     let next = format!("{head}[[file]]\npath = \"runs/a/trajectory.xyz\"\nframe = {last}\n{run}");
     fs::write(place.path().join("next.toml"), next).unwrap();

@@ -1,4 +1,4 @@
-//! Files that are there already: nothing is replaced unasked, and nothing is lost on the way.
+//! Existing files: nothing is replaced without a request, and nothing is lost on the way.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -45,7 +45,7 @@ fn no_command_replaces_anything_unasked() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--force", "--until-events", "200"])), 0);
     let mut names: Vec<String> = contents(&place.path().join("runs/scene")).into_keys().collect();
     names.sort();
-    // The page, the picture, the contacts and the conversion are those of the other run.
+    // The page, the picture, the contacts and the conversion belong to the other run.
     let left = ["checkpoint", "notes.txt", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"];
     assert_eq!(names, left);
     assert_eq!(place.summary("runs/scene")["events"]["total"], 200);
@@ -84,12 +84,12 @@ fn a_run_is_as_it_was_until_another_one_has_replaced_it() {
     };
     killed(begun(&place, &["--force", "--seed", "8"]));
     assert!(is_as_before());
-    // Not even a run that is to replace it is replaced unasked.
+    // Not even an unfinished replacement is replaced without a request.
     let output = place.carom(&["run", "scene.toml"]);
     assert!(code(&output) == 2 && is_as_before(), "{}", errors(&output));
     let output = place.carom(&["report", "runs/scene"]);
     assert!(code(&output) == 0 && is_as_before(), "{}", errors(&output));
-    // A file of the user's own in the way is kept: reported at the start, and what was simulated is not lost.
+    // A user's file in the way is kept: it is reported at the start, and no simulated data are lost.
     let arguments = ["run", "scene.toml", "--force", "--set", "output.contacts=true"];
     for is_late in [false, true] {
         let child = is_late.then(|| begun(&place, &arguments[2..]));
@@ -160,7 +160,7 @@ fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
     let files = ["scene.toml", "thermo.csv", "trajectory.xyz", "report.txt", "summary.json"];
     let whole = files.map(|name| place.read(&format!("runs/scene/{name}")));
-    // In the order of the renamings; those before have their names.
+    // In the order of the renamings; those before are done.
     for done in 0..files.len() {
         for name in &files[done..] {
             fs::rename(folder.join(name), folder.join(format!("{name}.partial"))).unwrap();

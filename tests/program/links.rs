@@ -1,4 +1,5 @@
-//! Links, folders and pipes under the names of Carom's own files: nothing is written through them, and nothing is lost before they are noticed.
+//! Links, folders and pipes under the names of Carom's own files: nothing is written through them, and they
+//! are noticed before anything is lost.
 
 #![cfg(unix)]
 
@@ -12,7 +13,7 @@ use super::place::{FLUID, Place, code, contents, errors, line, run};
 
 const WORK: &str = "years of work";
 
-/// Puts something else in the place of a file.
+/// Replaces a file by something else.
 fn replaced(path: &Path, put: impl FnOnce(&Path)) {
     if path.exists() {
         fs::remove_file(path).unwrap();
@@ -20,7 +21,7 @@ fn replaced(path: &Path, put: impl FnOnce(&Path)) {
     put(path);
 }
 
-/// A command is refused because of a file, and changes nothing.
+/// A command is rejected because of a file, and changes nothing.
 fn refused(place: &Place, arguments: &[&str], name: &str) {
     let before = contents(place.path());
     let output = place.carom(arguments);
@@ -29,7 +30,7 @@ fn refused(place: &Place, arguments: &[&str], name: &str) {
     assert!(contents(place.path()) == before, "{arguments:?}, {name}: something was changed");
 }
 
-/// A place with a thesis in it and what a command leaves, once for each of some names.
+/// A folder with a thesis and the results of a command, once for each of the names.
 fn each(scene: &str, command: &[&str], names: &[&str], then: impl Fn(&Place, &str)) {
     let place = Place::with(scene);
     place.write("thesis.tex", WORK);
@@ -66,7 +67,7 @@ fn no_run_writes_through_a_link() {
             &["run", "scene.toml", "--force", "--seed", "2"][..],
             &["run", "--resume", "runs/scene", "--until-events", "4100"],
         ] {
-            // Without its checkpoint there is nothing to go on from.
+            // Without its checkpoint there is nothing to continue.
             if name != "checkpoint" || !arguments.contains(&"--resume") {
                 refused(place, arguments, name.trim_end_matches(".partial"));
             }
@@ -146,7 +147,7 @@ fn no_exchange_writes_through_a_link() {
         ["exchange", "scene.toml", "-q", "--out", "pair", "--until-time", "30", "--set", "run.equilibration_time=3"];
     each(CHAIN, &begin, &names, |place, name| {
         let path = place.path().join("pair").join(name);
-        // The target has the same content, so that only the link is wrong.
+        // The target has the same content, so only the link is wrong.
         let target = place.path().join("target");
         fs::write(&target, fs::read(&path).unwrap_or_default()).unwrap();
         replaced(&path, |path| symlink(&target, path).unwrap());

@@ -1,4 +1,4 @@
-//! Where memory ends.
+//! Behaviour when memory runs out.
 
 #![cfg(target_os = "linux")]
 
@@ -6,17 +6,17 @@ use std::process::{Command, Output};
 
 use super::place::{FLUID, Place, code, errors, words};
 
-/// The program with so much room for addresses, in KiB.
+/// Runs the program with a limited address space in KiB.
 fn within(place: &Place, room: u64, arguments: &[&str]) -> Output {
     let mut command = Command::new("sh");
     command.args(["-c", &format!("ulimit -v {room}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_carom")]);
     command.args(arguments).current_dir(place.path()).env("NO_COLOR", "1").output().unwrap()
 }
 
-/// The least room in which the program starts, in KiB: with less, the C library itself may abort.
+/// The smallest address space in which the program starts, in KiB. With less, the C library itself may abort.
 fn least_room(place: &Place) -> u64 {
     let starts = |room: &u64| within(place, *room, &["--version"]).status.success();
-    // Each of some in a row, so that none of them is by chance.
+    // Several in a row, so that none of them succeeds by chance.
     let rooms: Vec<u64> = (0..64).map(|step| (1 << 12) + (step << 10)).collect();
     let ends = rooms.iter().rposition(|room| !starts(room)).expect("four megabytes are too few");
     *rooms.get(ends + 2).expect("an empty program starts within 64 megabytes")
@@ -28,7 +28,7 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
     let before = place.read("runs/scene/thermo.csv");
     let least = least_room(&place);
-    // Ever less, until it is too little to go on with.
+    // Less and less, until it is not enough to continue.
     let mut room = 2 * least + (1 << 15);
     let ended = loop {
         let output = within(&place, room, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);
@@ -39,7 +39,8 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
         room = least.max(room * 7 / 8);
     };
     assert_eq!(ended.status.code(), Some(1), "{room} KiB: {ended:?}");
-    // Between the last sufficient limit and this one, memory ends at other places, and none may end in a signal.
+    // Between the last sufficient limit and this one, memory runs out at other places. None may end in a
+    // signal.
     for part in 0..64 {
         let between = room + room / 7 * part / 64;
         let output = within(&place, between, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);
@@ -54,7 +55,7 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
     assert!(rows(&place.read("runs/scene/thermo.csv")) >= rows(&before));
 }
 
-/// The most memory that a run of a dense fluid held, with its start, its outputs and a checkpoint `[bytes]`.
+/// Peak memory of a run of a dense fluid, with its start, its outputs and a checkpoint `[bytes]`.
 fn peak(count: u32, instruments: &str) -> f64 {
     let scene = FLUID.replace("count = 108", &format!("count = {count}")).replace("= 0.3", "= 0.49");
     let place = Place::with(&format!("{scene}{instruments}"));
@@ -65,7 +66,8 @@ fn peak(count: u32, instruments: &str) -> f64 {
 
 #[test]
 fn a_particle_takes_little_more_than_its_state_its_prediction_and_its_list() {
-    // A second copy of the engine is some 180 bytes more, and pages of two megabytes round by up to 60 each.
+    // A second copy of the engine would take about 180 bytes more; pages of two megabytes add rounding of up
+    // to 60 each.
     for (instruments, most) in
         [("", 400.0), ("[output]\ncontacts = true\n", 400.0), ("[measure]\npressure_tensor = true\n", 750.0)]
     {

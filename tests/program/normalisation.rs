@@ -1,4 +1,4 @@
-//! Normalisation of curves as `measurements.json` states it.
+//! Normalisation of curves as stated in `measurements.json`.
 
 use serde_json::Value;
 
@@ -51,13 +51,13 @@ fn what_curves_were_divided_by_takes_them_back_to_whole_counts() {
         }
     }
     let series = |name: &str| &curves.iter().find(|curve| curve["name"] == name).unwrap()["series"][0];
-    // Sums over all samples of what is counted in each.
+    // Sums of the counts over all samples.
     for (name, least) in
         [("radial_distribution", 1000.0), ("speeds", 1000.0), ("profile_z", 1000.0), ("free_times", 1000.0)]
     {
         let counts: Vec<f64> = undone(series(name)).into_iter().flatten().collect();
         for count in &counts {
-            // Round-off of some ten thousand samples.
+            // Round-off of about ten thousand samples.
             assert!((count - count.round()).abs() < 1e-9 * count.max(1.0), "{name}: {count}");
         }
         assert!(counts.iter().sum::<f64>() > least, "{name}");
@@ -68,7 +68,7 @@ fn what_curves_were_divided_by_takes_them_back_to_whole_counts() {
         assert!((all / (divisor(series(name), "samples") * particles) - 1.0).abs() < 1e-9, "{name}: {all}");
         assert_eq!(particles, 108.0);
     }
-    // Positive, and of particles that have moved on from each origin.
+    // Positive, and for particles that have moved since each origin.
     let squares: Vec<f64> = undone(series("mean_squared_displacement")).into_iter().flatten().collect();
     assert!(squares[0] == 0.0 && squares[1..].iter().all(|square| *square > 0.0), "{squares:?}");
 }

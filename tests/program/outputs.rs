@@ -1,4 +1,4 @@
-//! Places that cannot be written to: every command says so with one exit code, that of bad input.
+//! Places that cannot be written to: every command reports them with the same exit code, that of bad input.
 
 #![cfg(target_os = "linux")]
 
@@ -25,7 +25,7 @@ fn a_place_that_cannot_be_written_to_is_bad_input_for_every_command() {
     ];
     let long = "x".repeat(300);
     for (command, name) in commands {
-        // Below a file, where not even the administrator can write, and a name that no disk has.
+        // Below a file, where not even the administrator can write, and a name that no disk accepts.
         for out in [format!("file/{name}"), format!("/proc/nothing/{name}"), format!("{long}{name}")] {
             let output = place.carom(&[command, &["--out", &out]].concat());
             assert_eq!(code(&output), 2, "{command:?} {out}: {}", errors(&output));

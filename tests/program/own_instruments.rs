@@ -1,4 +1,4 @@
-//! Runs with an instrument of one's own, which the program does not have.
+//! Runs with a user's instrument, which the program does not know.
 
 use std::ops::ControlFlow;
 

@@ -1,4 +1,4 @@
-//! A folder of its own in which the program is called.
+//! A separate folder in which the program is run.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -32,7 +32,7 @@ equilibration_events = 500
 until_events = 4000
 "#;
 
-/// A ball that collapses onto the floor: nothing makes its contacts elastic.
+/// A ball that collapses on the floor: nothing makes its contacts elastic.
 pub const COLLAPSE: &str = r#"
 [space]
 size = [4.0, 4.0, 4.0]
@@ -62,7 +62,7 @@ thermo_interval = 0.5
 pub struct Place(tempfile::TempDir);
 
 impl Place {
-    /// A folder of its own with a scene in it.
+    /// A separate folder with a scene in it.
     pub fn with(scene: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
@@ -91,7 +91,7 @@ impl Place {
         fs::read_to_string(self.path().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
     }
 
-    /// `thermo.csv` of a run with the rows of its measurement only.
+    /// `thermo.csv` of a run with only the rows of its measurement.
     pub fn measured(&self, folder: &str) -> String {
         let thermo = self.read(&format!("{folder}/thermo.csv"));
         let is_wanted = |(index, line): &(usize, &str)| *index == 0 || line.ends_with(",measurement");
@@ -103,15 +103,15 @@ impl Place {
     }
 }
 
-/// Runs scenes that come to a sound end.
+/// Runs scenes that end well.
 pub fn run(place: &Place, arguments: &[&str]) {
     let output = place.carom(&[&["run", "-q"], arguments].concat());
     assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
 }
 
-/// Starts a program again and again, and kills it, until it comes to its end; the number of kills.
+/// Starts a program again and again, and kills it, until it finishes; returns the number of kills.
 ///
-/// From `patience` kills on, each start has twice as long, so that it comes to an end on any machine.
+/// After `patience` kills each start gets twice as long, so that it finishes on any machine.
 pub fn kill_until_done(patience: u64, start: impl Fn() -> Child) -> u64 {
     let (mut kills, mut wait) = (0, 20);
     loop {
@@ -149,19 +149,19 @@ pub fn sorted(mut words: Vec<&str>) -> Vec<&str> {
     words
 }
 
-/// All files of a folder except for the list that Carom keeps.
+/// All files of a folder except Carom's own list.
 pub fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut contents = files(folder);
     contents.retain(|name, _| name.rsplit('/').next() != Some(".carom"));
     contents
 }
 
-/// A message as one line, without the frame that it has in a terminal.
+/// A message as one line, without its frame in a terminal.
 pub fn line(output: &Output) -> String {
     errors(output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A run that goes on for long, with a checkpoint of its own at least.
+/// A long run, with at least one checkpoint.
 pub fn begun(place: &Place, more: &[&str]) -> Child {
     let folder = if more.contains(&"--force") { "runs/scene/replacement" } else { "runs/scene" };
     let checkpoint = place.path().join(folder).join("checkpoint");
@@ -184,7 +184,7 @@ pub fn killed(mut child: Child) {
     child.wait().unwrap();
 }
 
-/// A run that was stopped goes on for an event from its last checkpoint, to an end that it was asked for.
+/// A stopped run continues from its last checkpoint for one event, to a requested end.
 pub fn ended(place: &Place, folder: &str) -> Output {
     let to = |events: u64| place.carom(&["run", "--resume", folder, "--until-events", &events.to_string()]);
     let output = to(1);
@@ -193,7 +193,8 @@ pub fn ended(place: &Place, folder: &str) -> Output {
     measured.map_or(output, |events: u64| to(events + 1))
 }
 
-/// Opens files while other tests start programs: until such a process has become its program, it has the locks of this one, too.
+/// Opens files while other tests start programs. Until such a process executes its program, it also holds the
+/// locks of this one.
 pub fn when_free<T>(open: impl Fn() -> Result<T, OutputError>) -> T {
     for _ in 0..1000 {
         match open() {

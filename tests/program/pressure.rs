@@ -1,11 +1,11 @@
-//! Runs whose volume changes: their tables, frames and what comes after them.
+//! Runs with a changing volume: their tables and frames, and the runs that follow.
 
 use carom::trajectory::Frame;
 use carom::trajectory::extended_xyz::FrameReader;
 
 use super::place::{FLUID, Place, code, line};
 
-/// Spheres that are pressed: the amplitude is found, and kept while they are measured.
+/// Spheres under pressure: the amplitude is adjusted, then kept during the measurement.
 fn pressed() -> Place {
     let run = "[run]\nequilibration_time = 5.0\nuntil_time = 4.0\nthermostat = { kind = \"andersen\", temperature = 1.0, rate = 1.0 }\n\
                barostat = { pressure = 4.0, interval = 0.02 }\n[output]\nthermo_interval = 0.1\nframe_interval = 0.5\n";
@@ -41,7 +41,7 @@ fn each_row_and_frame_has_the_box_of_its_time() {
     assert!(moves["accepted"].as_u64().unwrap() > 20 && moves["amplitude"].as_f64().unwrap() < 0.05, "{moves}");
     let last = rows.last().unwrap()[1];
     assert!((summary["system"]["volume"].as_f64().unwrap() / last - 1.0).abs() < 1e-12);
-    // The published value is for another density than the mean one.
+    // The published value is for a density other than the mean one.
     assert_eq!(summary["published"].as_array().unwrap().len(), 0);
     let mean = summary["observables"]["volume"]["mean"].as_f64().unwrap();
     let measured: Vec<f64> = rows.iter().filter(|[time, _]| *time >= 5.0).map(|[_, volume]| *volume).collect();
@@ -66,7 +66,7 @@ fn the_next_run_has_the_box_that_the_last_one_has_left() {
     let next = ["run", "next.toml", "--from", "runs/scene", "--quiet"];
     assert_eq!(code(&place.carom(&next)), 0);
     assert_eq!(volume("runs/next"), volume("runs/scene"));
-    // The same scene again goes on pressing.
+    // The same scene again continues at this pressure.
     let again = ["run", "scene.toml", "--from", "runs/scene", "--out", "again", "--quiet"];
     assert_eq!(code(&place.carom(&again)), 0);
     assert!(volume("again") != volume("runs/scene"));

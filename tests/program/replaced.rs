@@ -1,4 +1,4 @@
-//! Runs that replace others: with all that they have, when they have come to their end, and nothing else.
+//! Runs that replace others: with all of their files, only when they are finished, and nothing else.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -11,7 +11,7 @@ use carom::run::{Run, run};
 
 use super::place::{COLLAPSE, FLUID, Place, begun, code, contents, ended, errors, line, when_free, words};
 
-/// Whether all files of a run are what they were.
+/// Whether all files of a run are unchanged.
 fn is_as_before(before: &std::collections::BTreeMap<String, Vec<u8>>, folder: &Path) -> bool {
     let now = contents(folder);
     before.iter().all(|(name, bytes)| now.get(name) == Some(bytes))
@@ -60,7 +60,7 @@ fn a_run_that_fails_replaces_none_that_did_not() {
         assert_eq!(code(&output), 1, "{}", errors(&output));
         assert!(errors(&output).contains("dynamical arrest") && is_as_before(&before, &folder), "{}", errors(&output));
         assert!(words(&output).contains("move runs/scene/replacement elsewhere"), "{}", words(&output));
-        // However often it fails, there is one of them.
+        // However often it fails, there is only one of them.
         assert!(!folder.join("replacement/replacement").exists());
     }
     assert!(place.read("runs/scene/replacement/report.txt").contains("FAILED"));
@@ -74,7 +74,7 @@ fn a_run_that_fails_replaces_none_that_did_not() {
     let before = contents(&folder);
     let output = place.carom(&["run", "scene.toml", "--force", "--set", "audit.overlap=1e-17"]);
     assert!(code(&output) == 1 && is_as_before(&before, &folder), "{}", errors(&output));
-    // As the message says.
+    // As the message suggests.
     fs::rename(folder.join("replacement"), place.path().join("elsewhere")).unwrap();
     assert_eq!(place.summary("elsewhere")["faults"].as_array().unwrap().len(), 1);
     assert_eq!(code(&place.carom(&["run", "--resume", "runs/scene", "--until-events", "4100"])), 0);
@@ -176,7 +176,7 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
     let place = Place::with(&format!("{FLUID}[output]\nformats = [\"npy\", \"gsd\"]\n"));
     let scene = Scene::from_file(place.path().join("scene.toml")).unwrap();
     let target = place.path().join("run");
-    // First where there is nothing, then where there is that run.
+    // First without anything there, then with that run.
     for (path, kept) in [(target.clone(), None), (target.join("replacement"), Some(target.clone()))] {
         let mut folder = when_free(|| Folder::create(&target, &scene, Existing::Replace));
         fs::create_dir(path.join("trajectory-npy")).unwrap();
@@ -186,7 +186,7 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
         assert_eq!((&done.folder, &done.kept, done.failures.len()), (&path, &kept, 1), "{:?}", done.failures);
         assert!(path.join("summary.json").exists() && path.join("trajectory.gsd").exists());
         assert_eq!(fs::read_to_string(path.join("trajectory-npy/notes.txt")).unwrap(), "mine");
-        // When it is out of the way, going on makes up for it.
+        // Once it is out of the way, the continued run makes up for it.
         fs::remove_file(path.join("trajectory-npy/notes.txt")).unwrap();
         let (mut folder, checkpoint) = when_free(|| Folder::resume(&target, None));
         let result = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(()));
@@ -209,7 +209,7 @@ fn an_end_that_has_passed_is_refused_and_nothing_is_changed() {
         assert!(line(&output).contains("expected a later end than"), "{}", errors(&output));
         assert!(contents(&folder) == before, "{end:?}");
     }
-    // The end where it is is none that has passed.
+    // An end at the current time has not passed.
     for end in ["2", "2.5"] {
         let output = place.carom(&["run", "--resume", "runs/scene", "--until-time", end]);
         assert_eq!(code(&output), 0, "{}", errors(&output));
@@ -225,7 +225,7 @@ fn a_link_into_a_run_leads_into_a_run() {
     std::os::unix::fs::symlink("runs/scene", place.path().join("link")).unwrap();
     let output = place.carom(&["run", "scene.toml", "--out", "link/new"]);
     assert!(code(&output) == 2 && line(&output).contains("the folder of a run"), "{}", errors(&output));
-    // The folder itself is one that can be replaced.
+    // The folder itself can be replaced.
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "link", "--force", "--seed", "2"])), 0);
     assert_eq!(place.summary("runs/scene")["seed"], 2);
 }

@@ -1,4 +1,4 @@
-//! `carom run`: its files, its contract and what it refuses.
+//! `carom run`: its files, its contract and what it rejects.
 
 use std::fs;
 
@@ -27,7 +27,7 @@ fn a_run_leaves_its_files_and_a_table() {
     assert!(rows.iter().all(|row| row.len() == columns));
     let times: Vec<f64> = rows.iter().map(|row| row[0].parse().unwrap()).collect();
     let interval = times[1] - times[0];
-    // All but the last row stand at even times.
+    // All rows but the last are at even times.
     for pair in times[..times.len() - 1].windows(2) {
         assert!(((pair[1] - pair[0]) / interval - 1.0).abs() < 1e-9);
     }
@@ -63,7 +63,7 @@ fn the_keys_of_the_summary_are_the_contract() {
     assert_eq!(summary["events"]["core"], 4000);
     let rate = &summary["observables"]["collision_rate"];
     assert!(rate["standard_error"].as_f64().unwrap() > 0.0);
-    // The mean over all of the measurement is what the counts say.
+    // The mean over the whole measurement agrees with the counts.
     let thermo = place.measured("runs/scene");
     let times: Vec<f64> = thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
     let duration = times[times.len() - 1] - times[0];
@@ -96,7 +96,7 @@ fn rows_and_frames_of_a_number_of_events_are_there_from_the_start() {
         let thermo = place.measured(folder);
         thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect()
     };
-    // The first thousandth of the events, 100 of them, takes 0.18; the last row is that of the end.
+    // The first thousandth of the events, 100 of them, takes 0.18; the last row is at the end.
     let ahead = ["run", "scene.toml", "--until-events", "100000", "--set", "output.thermo_interval=0.05"];
     for (folder, more) in [
         ("rows", vec![]),
@@ -142,14 +142,14 @@ fn rows_begin_with_the_scene_and_name_their_stage() {
     assert!(begin(",first warm") == 0 && begin(",equilibration") == 4, "{thermo}");
     let measured = begin(",measurement");
     assert!(measured > 4 && lines[measured..].iter().all(|line| line.ends_with(",measurement")), "{thermo}");
-    // Rates are those of a stage, and so not known at its start.
+    // Rates belong to a stage, so they are unknown at its start.
     assert!([0, 4, measured].iter().all(|row| lines[*row].contains(",,")), "{thermo}");
     assert!(!lines[measured + 1].contains(",,"), "{thermo}");
     let summary = place.summary("runs/scene");
     assert_eq!(summary["events"]["total"], 4000, "rows do not change what is measured");
 }
 
-/// A crystal that melts while it is measured, or before.
+/// A crystal that melts during the measurement or before.
 #[test]
 fn what_drifts_is_told_beside_the_audit() {
     let place = Place::with(FLUID);
@@ -176,7 +176,8 @@ fn what_drifts_is_told_beside_the_audit() {
 
 #[test]
 fn what_is_conserved_is_told_so_and_has_no_error() {
-    // Whatever rounding does: after a heat bath the temperature is any number. A short run has a few rows only.
+    // Independent of rounding: after a heat bath the temperature is any number. A short run has only a few
+    // rows.
     let place = Place::with(&format!(
         "{FLUID}[[stage]]\nname = \"warm\"\nuntil_time = 2.0\nthermostat = {{ kind = \"andersen\", temperature = 2.0, rate = 1.0 }}\n"
     ));
@@ -251,10 +252,10 @@ fn an_automatic_equilibration_ends_when_nothing_drifts_whatever_is_written() {
         (cells[0].parse().unwrap(), cells.join(","))
     };
     let (time, plain) = start("plain", "output.contacts=false");
-    // A hundred looks after two events per particle each are the least; they take 11.
+    // At least a hundred samples, two events per particle apart; they take 11.
     assert!((10.0..200.0).contains(&time), "{time}");
     assert_eq!(start("often", "output.thermo_interval=0.037").1, plain);
-    // The limit holds, if it comes first.
+    // The limit holds if it comes first.
     let (time, _) = start("limited", "run.equilibration_time=2.0");
     assert_eq!(time, 2.0);
 }

@@ -1,4 +1,4 @@
-//! Stages that are measured.
+//! Measured stages.
 
 use std::fs;
 
@@ -44,7 +44,7 @@ const MEASURED: &str = "[measure]\nradial_distribution = true\nspeeds = true\nfr
 
 const TEMPERATURES: [&str; 5] = ["1.5", "1.25", "1.0", "0.75", "0.5"];
 
-/// The rows of a stage, without what is counted from the start of a run on.
+/// The rows of a stage, without the columns that count from the start of a run.
 fn rows(place: &Place, folder: &str, stage: &str) -> Vec<Vec<String>> {
     let text = place.read(&format!("{folder}/thermo.csv"));
     let heads: Vec<&str> = text.lines().next().unwrap().split(',').collect();
@@ -57,7 +57,7 @@ fn rows(place: &Place, folder: &str, stage: &str) -> Vec<Vec<String>> {
     text.lines().skip(1).filter(|row| row.ends_with(&format!(",{stage}"))).map(cells).collect()
 }
 
-/// Whether two documents are the same within round-off of their numbers.
+/// Whether two documents agree within the round-off of their numbers.
 fn agree(a: &Value, b: &Value, at: &str) {
     match (a, b) {
         (Value::Object(a), Value::Object(b)) => {
@@ -127,7 +127,7 @@ fn an_anneal_that_is_measured_is_the_same_in_stages_and_in_runs() {
             let curve = "radial_distribution.csv";
             let table = place.read(&format!("{tables}/{curve}"));
             assert_eq!(table, place.read(&format!("runs/{k}/measurements/{curve}")), "{what}, {t}");
-            // All frames of the run, to all bits.
+            // All frames of the run, bit for bit.
             assert!(trajectory.contains(&place.read(&format!("runs/{k}/trajectory.xyz"))), "{what}, {t}");
         }
     }
@@ -165,7 +165,7 @@ temperature = 1.0
 
 #[test]
 fn a_momentum_that_a_heat_bath_changes_counts_in_its_own_stage_only() {
-    // Two particles of unequal mass: 6 free components under the heat bath, 3 without it.
+    // Two particles of unequal mass: 6 free components with the heat bath, 3 without it.
     let scene = r#"
 [space]
 size = [6.0, 6.0, 6.0]
@@ -218,13 +218,13 @@ thermo_interval = 10.0
     let free = 2.7 * 0.6 / 3.3 * (3.0_f64.powi(2) + 0.2_f64.powi(2) + 0.3_f64.powi(2)) / 3.0;
     let measured = of(&summary["stages"][0]);
     assert!((measured - free).abs() < 1e-12 * free, "{measured} and {free}");
-    // The energy that the bath supplies includes that of the centre of mass.
+    // The energy supplied by the bath includes that of the centre of mass.
     let stage = &summary["stages"][1];
     let error = stage["observables"]["temperature"]["standard_error"].as_f64().unwrap();
     assert!((of(stage) - 1.5).abs() < 4.0 * error && error < 0.03, "{} +- {error}", of(stage));
 }
 
-/// A grain at rest in a box, and a gate that a later stage puts at a height.
+/// A grain at rest in a box, and a gate that a later stage inserts at a height.
 fn gate_at(height: f64) -> String {
     format!(
         r#"
@@ -291,7 +291,7 @@ fn a_surface_that_appears_where_a_grain_is_ends_the_run_by_name() {
     assert!(!told.contains("should not"), "it is the scene's fault: {told}");
     let summary = place.summary("runs/scene");
     assert_eq!((&summary["ending"], &summary["time"]), (&"blocked".into(), &4.0.into()));
-    // Between the two, at a distance of half a diameter from either or more.
+    // Between the two, at least half a diameter away from either.
     let place = Place::with(&gate_at(2.5).replace("[4.0, 4.0, 1.5]", "[4.0, 4.0, 0.75]"));
     let output = place.carom(&["run", "scene.toml", "-q"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));

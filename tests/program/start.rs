@@ -69,7 +69,7 @@ const GRAINS: &str = "[[fill]]\nspecies = \"grain\"\narrangement = \"random\"\nc
 const SHEARED: &str = "[space]\nshear_rate = 0.7\n";
 
 fn run_until(time: &str) -> String {
-    // 47 of them are less than 0.75 by a rounding: the last checkpoint of such a run is short of its end.
+    // 47 of these are less than 0.75 by a rounding: the last checkpoint of such a run is before its end.
     format!("[run]\nuntil_time = {time}\n[output]\nthermo_interval = 0.015957446808510637\nframe_interval = 0.25\n")
 }
 
@@ -114,7 +114,7 @@ fn runs_one_after_the_other_have_the_bits_of_one_longer_run() {
         let place = Place::with(&format!("{scene}{particles}{}", run_until("2.25")));
         run(&place, &["scene.toml", "--out", "runs/whole"]);
         run(&place, &["scene.toml", "--until-time", "0.75", "--out", "runs/1"]);
-        // Everything else than the start: repeated, omitted, or given on the command line.
+        // Everything other than the start: repeated, omitted, or given on the command line.
         started(&place, "again", &format!("start.from = \"runs/1\"\n{scene}{}", run_until("0.75")));
         started(&place, "short", &run_until("0.75"));
         run(&place, &["again.toml", "--out", "runs/2"]);
@@ -135,7 +135,7 @@ fn a_run_that_ends_at_an_event_is_gone_on_from_there() {
     started(&place, "next", &plan(2000));
     run(&place, &["next.toml", "--from", "runs/1", "--out", "runs/2"]);
     assert_eq!(last_frame(&place, "runs/2"), last_frame(&place, "runs/whole"));
-    // With another engine from the exact state, where the pair of the last event touches.
+    // With another engine from the exact state, in which the pair of the last event touches.
     started(&place, "fall", &format!("[dynamics]\ngravity = [0.3, 0.0, 0.0]\n{}", plan(500)));
     run(&place, &["fall.toml", "--from", "runs/1", "--out", "runs/fall"]);
     assert_eq!(code(&place.carom(&["verify", "runs/fall"])), 0);
@@ -209,7 +209,7 @@ fn what_a_scene_changes_is_applied_to_the_exact_state() {
         "{}",
         words(&output)
     );
-    // The runs that go on can be proven, too, and made again from what is in their folder.
+    // The continued runs can be proven, too, and repeated from the contents of their folder.
     started(&place, "next", &run_until("0.5"));
     run(&place, &["next.toml", "--from", "runs/b", "--out", "runs/c"]);
     let output = place.carom(&["verify", "runs/c", "--events", "1e6"]);
@@ -230,7 +230,7 @@ fn gravity_walls_and_gates_are_what_the_scene_says() {
     run(&place, &["up.toml", "--from", "runs/a", "--out", "runs/up"]);
     let heights = column(&place, "runs/up", "potential");
     assert!(heights[0] < 0.0 && heights.last().unwrap() < &heights[0], "they fall upwards");
-    // The box and its sides are those of the run where the scene has no [space].
+    // If the scene has no [space], the box and its sides are those of the run.
     assert_eq!(code(&place.carom(&["verify", "runs/up", "--events", "500"])), 0);
     started(&place, "walls", &format!("[space]\nx = \"walls\"\nz = \"walls\"\n{}", run_until("0.5")));
     refused(&place, &["run", "walls.toml", "--from", "runs/a"], &["start.from", "wall of"]);
@@ -285,7 +285,7 @@ fn a_run_that_started_from_another_is_resumed_without_it() {
     refused(&place, &["verify", "runs/whole"], &["nothing can start from", "no such folder"]);
     fs::rename(place.path().join("runs/away"), place.path().join("runs/a")).unwrap();
     assert_eq!(code(&place.carom(&["verify", "runs/whole", "--events", "300"])), 0);
-    // It goes on, and is no longer where the others started.
+    // It continues, and is no longer at the point where the others started.
     run(&place, &["--resume", "runs/a", "--until-time", "1.5"]);
     let expected = ["is not at the state that it was", "without `checksum` any state will do"];
     refused(&place, &["verify", "runs/whole"], &expected);
@@ -305,7 +305,7 @@ fn the_scene_of_a_run_goes_on_from_its_end_without_its_own_start() {
     let note = "left out of the scene: [[chain]], start_time; its start is the end of the run";
     assert!(errors(&output).contains(note), "{}", errors(&output));
     assert_eq!(place.read("runs/same/trajectory.xyz"), place.read("runs/next/trajectory.xyz"));
-    // Its record has what it ran from.
+    // Its record contains its own start.
     let record = place.read("runs/same/scene.toml");
     assert!(record.contains("[start]") && !record.contains("[[chain]]") && !record.contains("start_time"), "{record}");
     run(&place, &["runs/same/scene.toml", "--out", "runs/again"]);
@@ -348,7 +348,7 @@ fn what_nothing_can_start_from_is_refused() {
     let (species, _) = CHAINS.split_once("[[interaction]]").unwrap();
     next(format!("{species}{}", run_until("0.5")));
     refused(&place, &bad, &["`interaction` is missing"]);
-    // Killed, as it looks, before its end.
+    // It looks as if killed before its end.
     fs::rename(place.path().join("runs/a/summary.json"), place.path().join("runs/a/aside")).unwrap();
     refused(&place, &from("runs/a"), &["the run is not over", "carom run --resume"]);
     fs::rename(place.path().join("runs/a/aside"), place.path().join("runs/a/summary.json")).unwrap();

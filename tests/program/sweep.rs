@@ -1,4 +1,4 @@
-//! `carom sweep`: its folders, its tables, what it goes on with and what it refuses.
+//! `carom sweep`: its folders, its tables, what it continues and what it rejects.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,7 +10,7 @@ use super::place::{FLUID, Place, code, errors, kill_until_done, line, words};
 
 const AXES: [&str; 4] = ["--vary", "fill.0.packing_fraction=0.1,0.3", "--vary", "seed=1..3"];
 
-/// The rows of a table, by its heads.
+/// The rows of a table, by its column heads.
 fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
     let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<String>>());
     let heads = lines.next().unwrap();
@@ -26,7 +26,7 @@ fn number(row: &BTreeMap<String, String>, name: &str) -> f64 {
     row[name].parse().unwrap_or_else(|_| panic!("{name} in {row:?}"))
 }
 
-/// Results of a sweep that have to be those of an undisturbed one: everything but wall times.
+/// Results of a sweep that must equal those of an undisturbed one: everything except wall times.
 fn bits(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     for run in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()) {
@@ -113,7 +113,7 @@ fn the_number_of_jobs_and_of_tasks_changes_no_bit() {
     let one = bits(&place.path().join("one"));
     assert!(one == bits(&place.path().join("four")));
     assert!(one == bits(&place.path().join("tasks")));
-    // The same as a run of its own.
+    // The same as a separate run.
     let alone =
         ["run", "scene.toml", "--quiet", "--seed", "2", "--set", "fill.0.packing_fraction=0.3", "--out", "alone"];
     assert_eq!(code(&place.carom(&alone)), 0);
@@ -160,7 +160,7 @@ fn further_values_join_what_is_there() {
     );
     assert_eq!(fs::metadata(place.path().join("s/seed-1/summary.json")).unwrap().modified().unwrap(), before);
     assert_eq!(rows(&place.read("s/sweep.csv")).len(), 4);
-    // The folder alone says all.
+    // The folder alone is enough.
     let output = place.carom(&["sweep", "s", "--quiet"]);
     assert!(words(&output).contains("4 of 4 runs done"), "{}{}", words(&output), errors(&output));
     // Two keys that change together, from a file.
@@ -197,7 +197,7 @@ fn means_over_seeds_are_those_of_sound_runs() {
     let place = Place::with(FLUID);
     let arguments = ["sweep", "scene.toml", "--vary", "seed=1..4", "--out", "s", "--quiet"];
     assert_eq!(code(&place.carom(&arguments)), 0);
-    // Both have values: one whose audit found a fault, and one that came to an end that is none.
+    // Both have values: one whose audit found a fault, and one with an irregular end.
     let summary = place.read("s/seed-2/summary.json");
     let faulty = summary.replacen("\"faults\":[]", "\"faults\":[\"the energy is wrong\"]", 1);
     let faulty = faulty.replacen("\"faults\": []", "\"faults\": [\"the energy is wrong\"]", 1);
@@ -249,7 +249,7 @@ fn a_run_that_was_interrupted_by_hand_is_not_a_finished_point() {
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         assert!(!child.wait().unwrap().success(), "{signal}: it had come to its end already");
         assert_eq!(place.path().join("s/seed-2/summary.json").exists(), signal == "-INT");
-        // To another task of a job array it is a run that has been begun, and has no values yet.
+        // To another task of a job array it is a started run without values.
         sweep("seed=1..2", &["--out", "s", "--array", "1/2"]);
         let runs = rows(&place.read("s/sweep.csv"));
         assert_eq!((runs[1]["state"].as_str(), runs[1]["pressure"].as_str()), ("begun", ""), "{signal}");
@@ -266,7 +266,7 @@ fn measured_stages_have_rows_of_their_own() {
     let stage = "[[stage]]\nname = \"cold\"\nmeasure = true\nuntil_events = 3000\n\
         thermostat = { kind = \"rescaling\", temperature = 0.25, interval = 0.125 }\n[measure]\npressure_tensor = true\n";
     let place = Place::with(&format!("{FLUID}{stage}"));
-    // Points that have not run have no stages yet.
+    // Points that have not run have no stages.
     assert_eq!(code(&place.carom(&sweep(&["--out", "s", "--array", "1/2"]))), 0);
     let runs = rows(&place.read("s/sweep.csv"));
     let states: Vec<[&str; 2]> = runs.iter().map(|row| ["state", "stage"].map(|name| row[name].as_str())).collect();
@@ -361,7 +361,8 @@ fn a_point_that_jammed_by_itself_has_failed() {
     let first = place.carom(&vary);
     assert_eq!(code(&first), 1, "{}", words(&first));
     assert!(errors(&first).contains("1 of 2 runs failed"), "{}", errors(&first));
-    // As if the sweep had been killed before it kept why, or the run had been finished by `carom run --resume`.
+    // As if the sweep had been killed before it stored the reason, or the run had been finished by `carom run
+    // --resume`.
     fs::remove_dir_all(place.path().join("s/failures")).unwrap();
     let again = place.carom(&vary);
     assert_eq!(code(&again), 1, "{}", words(&again));

@@ -1,4 +1,4 @@
-//! Inputs of the runs of a sweep: the same for all of them, and other for each that counts.
+//! Inputs of the runs of a sweep: the same for all of them, or different for each.
 
 use std::fs;
 

@@ -1,11 +1,11 @@
-//! Sweeps whose values are lists and tables, and the command that goes on with them.
+//! Sweeps whose values are lists and tables, and the command that continues them.
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use super::place::{FLUID, Place, code, errors, line};
 
-/// The cells of a line, which may have commas in quotes.
+/// The cells of a line, which may contain commas in quotes.
 fn cells(line: &str) -> Vec<String> {
     let mut is_quoted = false;
     let is_end = |c: char| {

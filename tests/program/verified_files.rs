@@ -53,7 +53,7 @@ contacts = true
 formats = ["lammps", "csv", "gsd"]
 "#;
 
-/// A heat bath, a measured stage that grows, and instruments.
+/// A heat bath, a measured stage with growth, and instruments.
 const STAGES: &str = r#"
 seed = 5
 
@@ -101,7 +101,7 @@ fn found(folder: &Path) -> Result<Comparison, CompareError> {
     compare(folder, &final_table::text, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Asserts that all files of a run are those of its replay.
+/// Asserts that all files of a run equal those of its replay.
 fn is_whole(folder: &Path) {
     let comparison = found(folder).unwrap();
     assert_eq!(comparison.differences, [], "{}", folder.display());
@@ -114,7 +114,7 @@ fn config(name: &str) -> String {
     format!("{}/configs/{name}.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Five runs of all kinds, in folders of a place.
+/// Five runs of all kinds, in folders of one place.
 fn runs(place: &Place) -> Vec<PathBuf> {
     place.write("mixture.toml", MIXTURE);
     place.write("stages.toml", STAGES);
@@ -128,7 +128,7 @@ fn runs(place: &Place) -> Vec<PathBuf> {
     ["mixture", "stages", "hopper", "isobaric", "drum"].map(|name| place.path().join("runs").join(name)).to_vec()
 }
 
-/// Numbers at random, always the same.
+/// Reproducible random numbers.
 struct Numbers(u64);
 
 impl Numbers {
@@ -150,7 +150,8 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// Changes a file in one place: a bit, a digit, a byte more or less, an end that is cut off, or the file as a whole. Returns what was done.
+/// Changes a file in one place: a bit, a digit, a byte more or less, a truncated end, or the whole file.
+/// Returns what was done.
 fn change(file: &Path, numbers: &mut Numbers) -> String {
     let mut bytes = fs::read(file).unwrap();
     let at = numbers.below(bytes.len().max(1));
@@ -171,7 +172,7 @@ fn change(file: &Path, numbers: &mut Numbers) -> String {
     format!("{} changed by {kind} at {at}", file.display())
 }
 
-/// `CAROM_CHANGES` says how many changes are tried.
+/// `CAROM_CHANGES` sets the number of changes.
 #[test]
 fn a_single_change_in_any_file_of_a_run_is_found_or_the_file_named_as_not_compared() {
     let place = Place::with("");
@@ -208,7 +209,7 @@ fn a_single_change_in_any_file_of_a_run_is_found_or_the_file_named_as_not_compar
 
 #[test]
 fn a_run_that_was_interrupted_anywhere_has_the_files_of_its_replay() {
-    // More events than there are steps between so few questions, on a machine of any speed.
+    // More events than steps between so few calls, on a machine of any speed.
     let place = Place::with(&MIXTURE.replace("until_events = 900", "until_events = 40000"));
     let scene = || read_scene(place.path().join("scene.toml"), &[]).unwrap();
     let text = scene().record(place.path().join("scene.toml"), &[]).unwrap();

@@ -1,6 +1,6 @@
-//! Choices out of bytes, which a fuzzer or a test has at random.
+//! Makes choices from bytes, which are random in a fuzzer or a test.
 
-/// Choices by random bytes; once the bytes are used up, the first of everything.
+/// Choices from random bytes; once these are used up, always the first choice.
 #[derive(Debug)]
 pub struct Choices<'b>(&'b [u8]);
 
@@ -23,13 +23,13 @@ impl<'b> Choices<'b> {
         choices[self.below(choices.len())]
     }
 
-    /// Whether something is so that is so once in a number of times.
+    /// True once in a number of times.
     pub fn once_in(&mut self, times: usize) -> bool {
         self.below(times) + 1 == times
     }
 }
 
-/// Bytes of a seed (SplitMix64).
+/// Bytes from a seed (SplitMix64).
 pub fn bytes(seed: u64, count: usize) -> Vec<u8> {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mut next = || {
@@ -41,7 +41,8 @@ pub fn bytes(seed: u64, count: usize) -> Vec<u8> {
     std::iter::repeat_with(&mut next).flatten().take(count).collect()
 }
 
-/// A temporary folder, in memory where the system has such a disk: on others most of the time is spent on syncing.
+/// A temporary folder, in memory if the system has such a disk. On others most of the time is spent on
+/// syncing.
 #[allow(dead_code)]
 pub fn temporary() -> tempfile::TempDir {
     tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).expect("a temporary folder")

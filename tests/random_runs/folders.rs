@@ -1,5 +1,6 @@
-//! Prepared folders: links, folders in place of files, torn and foreign files, over which runs are begun, replaced, resumed, swept and exchanged. Nothing
-//! outside of the folder changes, and each call is refused with a message or comes to an end.
+//! Prepared folders: links, folders in place of files, torn and foreign files. Runs are started, replaced,
+//! resumed, swept and exchanged over them. Nothing outside of the folder changes, and each call is rejected
+//! with a message or finishes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -57,7 +58,7 @@ interval = 1.0
 rate = 1.0
 ";
 
-/// Names that files of Carom have, in the folders of runs, sweeps and exchanges.
+/// Names of Carom's files in the folders of runs, sweeps and exchanges.
 const NAMES: [&str; 34] = [
     ".carom",
     ".exchange",
@@ -107,10 +108,10 @@ const WRITTEN: [&str; 8] = [
     ".exchange",
 ];
 
-/// Files of the user beside it, where links lead.
+/// Files of the user beside it, which are targets of links.
 const OTHERS: [&str; 3] = ["thesis.tex", "data/rows.csv", "data/.carom"];
 
-/// How a file may have become another one.
+/// How a file may have been changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
     Nothing,
@@ -138,7 +139,7 @@ impl Change {
     ];
 }
 
-/// A place with the folder `out` and what else a user has.
+/// A place with the folder `out` and other files of a user.
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -185,7 +186,7 @@ impl Place {
         let path = self.out().join(name);
         let parent = path.parent().unwrap_or(&path).to_owned();
         if parent.is_symlink() {
-            // A draft there would be outside.
+            // A temporary file there would be outside.
             return (name, Change::Nothing);
         }
         let content = if path.is_symlink() { None } else { fs::read(&path).ok() };
@@ -234,7 +235,7 @@ fn link(to: &Path, path: &Path) {
 #[cfg(not(unix))]
 fn link(_to: &Path, _path: &Path) {}
 
-/// Call of Carom in the folder.
+/// A call of Carom in the folder.
 #[derive(Debug, Clone, Copy)]
 enum Call {
     Run,
@@ -245,10 +246,11 @@ enum Call {
     CutRun,
 }
 
-/// Calls with changes of these kinds in between, as bytes have it; the number of calls that came to their end.
+/// Calls with changes of these kinds in between, chosen by the bytes; returns the number of calls that
+/// finished.
 ///
 /// # Panics
-/// Where a call does, or something outside of the folder has changed.
+/// If a call panics, or something outside of the folder has changed.
 pub fn judge(bytes: &[u8], changes: &[Change]) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = Place::new();
@@ -325,7 +327,7 @@ fn finish(out: &Path, mut folder: Folder, run: Run, mut looks: u32) -> Result<()
     let is_killed = looks == 0;
     let finished = run.execute(&mut folder, &mut |_| next(&mut looks)).map_err(words)?;
     if is_killed {
-        // As a kill leaves it: with a checkpoint, and no results.
+        // As a kill leaves it: with a checkpoint, and without results.
         return Ok(());
     }
     folder.complete(&finished, &final_table::text(&finished)).map_err(words)?;
@@ -333,7 +335,7 @@ fn finish(out: &Path, mut folder: Folder, run: Run, mut looks: u32) -> Result<()
     report::write(&page, &out.join("report.html"), Existing::Replace).map_err(words)
 }
 
-/// Interrupts what has been looked at so often.
+/// Interrupts after a number of calls.
 fn next(looks: &mut u32) -> ControlFlow<()> {
     *looks = looks.saturating_sub(1);
     if *looks == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

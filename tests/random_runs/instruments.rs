@@ -1,5 +1,5 @@
-//! All instruments in scenes where there is little or nothing to measure: no particles or one, all static or at rest, flat axes, open boxes,
-//! overlaps at the start, runs that are over at once.
+//! All instruments in scenes with little or nothing to measure: no particles or one, all static or at rest,
+//! flat axes, open boxes, overlaps at the start, runs that end at once.
 
 use std::fmt::Write;
 use std::ops::ControlFlow;
@@ -12,10 +12,11 @@ use carom::view::{description, final_table, report};
 
 use super::choices::{Choices, temporary};
 
-/// A run that is asked so often how far it is, every few hundredths of a second, is given up: one that waits for events that are rare.
+/// Number of progress calls, every few hundredths of a second, after which a run is abandoned because its
+/// events are too rare.
 const PATIENCE: u32 = 5;
 
-/// A scene out of bytes.
+/// A scene from bytes.
 pub fn scene(bytes: &[u8]) -> String {
     let choices = &mut Choices::new(bytes);
     let mut text = String::from("name = \"degenerate\"\n");
@@ -160,10 +161,11 @@ pub enum End {
     Over(&'static str),
 }
 
-/// Describes the scene of these bytes and runs it, in a folder with all results and the page where `is_kept`.
+/// Describes the scene of these bytes and runs it. With `is_kept` it runs in a folder with all results and
+/// the page.
 ///
 /// # Panics
-/// Where anything of it does, or a number that is printed is none.
+/// If any part of it panics, or if a printed number is not a number.
 pub fn judge(bytes: &[u8], is_kept: bool) -> End {
     let text = scene(bytes);
     let made = match Scene::from_toml(&text, "degenerate.toml") {

@@ -1,7 +1,8 @@
-//! Whole runs, sweeps and folders out of bytes at random: what a user may give to the program is refused with a message or comes to a good end.
+//! Whole runs, sweeps and folders from random bytes: any user input is rejected with a message or finishes
+//! well.
 //!
-//! The targets of `fuzz/` have the same functions. `CAROM_FUZZ_RUNS` is the number of cases of each kind, `CAROM_FUZZ_SEED` the first of their
-//! seeds (1):
+//! The targets in `fuzz/` call the same functions. `CAROM_FUZZ_RUNS` is the number of cases of each kind,
+//! `CAROM_FUZZ_SEED` the first of their seeds (1):
 //!
 //! ```text
 //! CAROM_FUZZ_RUNS=100000 cargo test --release --test random_runs -- --nocapture
@@ -18,14 +19,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use choices::bytes;
 use instruments::End;
 
-/// Bytes of a case.
+/// Number of bytes per case.
 const BYTES: usize = 160;
 
 fn setting(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{name} = {text}")))
 }
 
-/// Judges as many cases, and panics with the first that panics, as `show` shows it; the others are named.
+/// Judges a number of cases. If any panic, panics with the first one, shown by `show`, and names the others.
 fn all<T>(cases: u64, show: impl Fn(&[u8]) -> String, judge: impl Fn(u64, &[u8]) -> T) -> Vec<T> {
     let first = setting("CAROM_FUZZ_SEED", 1);
     let mut objections = Vec::new();

@@ -1,4 +1,5 @@
-//! Sweeps: axes as they may be typed, their points and folders, and what is in one folder when sweeps, inputs and files change between two calls or at once.
+//! Sweeps: axes as users may type them, their points and folders, and the contents of a folder when sweeps,
+//! inputs and files change between two calls or during them.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -53,10 +54,10 @@ const VALUES: [&str; 24] = [
     "1..3,2",
 ];
 
-/// Numbers of one value in other words.
+/// The same number in different notations.
 const SPELLED: [&str; 5] = ["+1", "0x1", "1_0", "01", "1.00"];
 
-/// A scene of two balls; its mass tells a replaced one from the first.
+/// A scene of two balls, whose mass distinguishes a replaced one from the first.
 fn scene(mass: u8) -> String {
     format!(
         "name = \"balls\"\n[space]\nsize = [4.0, 4.0, 4.0]\n[[species]]\nname = \"ball\"\nmass = {mass}.0\ndiameter = 1.0\n\
@@ -66,7 +67,7 @@ fn scene(mass: u8) -> String {
     )
 }
 
-/// The axes out of bytes, as they are typed.
+/// The axes from bytes, as typed.
 pub fn axes(choices: &mut Choices<'_>) -> Vec<String> {
     let count = choices.pick(&[1, 2, 3]);
     let list = |choices: &mut Choices<'_>| {
@@ -83,11 +84,11 @@ pub fn axes(choices: &mut Choices<'_>) -> Vec<String> {
     (0..count).map(axis).collect()
 }
 
-/// Plan of a sweep by the axes of these bytes: every axis is refused or written as it can be read again, every point has a folder of its own within that
-/// of the sweep, and a scene that no other point has.
+/// Plans a sweep with the axes from these bytes. Every axis is rejected, or written in a form that reads back
+/// as the same. Every point has its own folder in that of the sweep, and a scene that no other point has.
 ///
 /// # Panics
-/// Where this is not so.
+/// If this does not hold.
 pub fn plan(bytes: &[u8]) -> Option<usize> {
     let axes: Vec<Axis> = axes(&mut Choices::new(bytes)).iter().filter_map(|text| text.parse().ok()).collect();
     for axis in &axes {
@@ -110,11 +111,12 @@ pub fn plan(bytes: &[u8]) -> Option<usize> {
     Some(sweep.points().len())
 }
 
-/// Two to four calls in one folder, one after the other or, where it `has_races`, at once, with other axes and other texts, and with files that are gone or damaged in between;
-/// what is called done is then the run of its point.
+/// Two to four calls in one folder, in sequence or, with `has_races`, at the same time, with other axes and
+/// other texts, and with files removed or damaged in between. A point reported as done must then hold its own
+/// run.
 ///
 /// # Panics
-/// Where it is not.
+/// If it does not.
 pub fn calls(bytes: &[u8], has_races: bool) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = temporary();
@@ -144,7 +146,7 @@ pub fn calls(bytes: &[u8], has_races: bool) -> usize {
             .map(|(sweep, _)| sweep)
             .collect();
         over += done.len();
-        // The sweep that came last says what the folder holds.
+        // The last sweep determines the contents of the folder.
         if let Ok(kept) = Sweep::from_file(SweepFolder::file_in(&folder)) {
             check(&kept, &folder);
         }
@@ -174,7 +176,7 @@ fn execute(sweep: &Sweep, folder: &Path) -> Result<Vec<(usize, Fate)>, SweepErro
     Ok(fates)
 }
 
-/// Whether each run that is called done is that of its point.
+/// Whether each run reported as done belongs to its point.
 fn check(sweep: &Sweep, folder: &Path) {
     let Ok(opened) = SweepFolder::existing(folder) else { return };
     for (point, result) in sweep.points().iter().zip(Results::read(&opened, sweep).points) {
@@ -188,7 +190,7 @@ fn check(sweep: &Sweep, folder: &Path) {
     }
 }
 
-/// Removes or cuts off a file of the sweep or of one of its runs.
+/// Removes or truncates a file of the sweep or of one of its runs.
 fn damage(choices: &mut Choices<'_>, folder: &Path) {
     let mut files: Vec<_> = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
     files.sort();

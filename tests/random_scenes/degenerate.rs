@@ -1,4 +1,4 @@
-//! All instruments in scenes in which next to nothing happens: each run ends, and what it reports are numbers.
+//! All instruments in scenes in which almost nothing happens: each run ends, and it reports only numbers.
 
 use std::ops::ControlFlow;
 
@@ -19,7 +19,7 @@ const SPECIES: &str = "
     ]
     ";
 
-/// Every instrument with what it chooses itself.
+/// Every instrument with its defaults.
 const MEASURE: &str = "
     [measure]
     diffusion = true
@@ -60,7 +60,7 @@ const LIMITS: [&str; 5] = [
     "run = { until_time = 3.0, until_events = 1000 }",
 ];
 
-/// Scene without the instruments that are refused because they mean nothing in it, so that the others are left.
+/// The scene without the instruments that are rejected as meaningless in it, so that the others remain.
 fn without_refused(text: &str) -> Option<Scene> {
     let mut lines: Vec<&str> = text.lines().collect();
     loop {

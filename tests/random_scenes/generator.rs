@@ -1,4 +1,4 @@
-//! Scenes at random, as text: every kind of box, species, potential, bond and start, from usual to absurd.
+//! Random scenes as text: every kind of box, species, potential, bond and start, from ordinary to absurd.
 
 use std::fmt::Write;
 
@@ -9,15 +9,15 @@ struct Species {
     is_static: bool,
 }
 
-/// Common shape of all parts of a scene.
+/// Properties shared by all parts of a scene.
 struct Shape {
     dimensions: usize,
     size: [f64; 3],
-    /// Unit of lengths, times and velocities.
+    /// Units of length, time and velocity.
     length: f64,
     speed: f64,
     is_usual: bool,
-    /// Whether positions and velocities are multiples of simple fractions, so that much happens at once.
+    /// Whether positions and velocities are multiples of simple fractions, so that many events coincide.
     is_even: bool,
     is_invalid: bool,
 }
@@ -32,7 +32,8 @@ pub fn without_surfaces(seed: u64) -> String {
     written(seed, false, false)
 }
 
-/// A scene of usual sizes and masses, without surfaces, overlaps at the start and chosen coincidences.
+/// A scene with ordinary sizes and masses, without surfaces, overlaps at the start and deliberate
+/// coincidences.
 pub fn usual(seed: u64) -> String {
     written(seed, true, false)
 }
@@ -69,7 +70,7 @@ fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
     if has_surfaces {
         surfaces(&mut text, &mut Dice::new(seed ^ 0x5eed), &shape);
     }
-    // Some thousand mean free paths: those that meet no other are not waited for.
+    // A few thousand mean free times; particles that meet no other are not waited for.
     let until_time = 100.0 * length / speed;
     let _ = write!(text, "[run]\nuntil_time = {until_time}\nuntil_events = 100000\n");
     text
@@ -90,9 +91,10 @@ fn space(text: &mut String, dice: &mut Dice, shape: &Shape) {
     }
 }
 
-/// In some scenes, surfaces around the box, which what flies off through open sides comes to, and small ones within it; some of them move.
+/// In some scenes: surfaces around the box, which particles reach through open sides, and small ones inside;
+/// some of them move.
 fn surfaces(text: &mut String, dice: &mut Dice, shape: &Shape) {
-    // In an invalid start it may be in several surfaces at once, which come in no order of their own.
+    // In an invalid start a particle may be in several surfaces at once, which have no defined order.
     if shape.dimensions == 1 || shape.is_invalid || !dice.chance(0.4) {
         return;
     }
@@ -125,7 +127,7 @@ fn surfaces(text: &mut String, dice: &mut Dice, shape: &Shape) {
     }
 }
 
-/// One or two motions, slow beside the particles.
+/// One or two motions, slow compared with the particles.
 fn motion(text: &mut String, dice: &mut Dice, shape: &Shape, middle: [f64; 3]) {
     let rate = shape.speed / shape.length;
     let mut from = dice.pick(&[0.0, 0.0, 0.7]) / rate;
@@ -191,9 +193,9 @@ fn all_species(text: &mut String, dice: &mut Dice, shape: &Shape) -> Vec<Species
     all
 }
 
-/// The interactions of all pairs of species; whether there is one of bonds.
+/// Writes the interactions of all pairs of species; returns whether there is one for bonds.
 fn interactions(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Species]) -> bool {
-    // Energies are compared with masses of about 1 at the scene's speed.
+    // Energies are relative to masses of about 1 at the scene's speed.
     let energy =
         shape.speed * shape.speed * if dice.chance(0.05) && !shape.is_usual { dice.power(0.0, 8.0) } else { 1.0 };
     for a in 0..species.len() {
@@ -256,7 +258,7 @@ fn particles(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Speci
     for _ in 0..count {
         let kind = dice.below(species.len());
         let mut place = [0.0; 3];
-        // A bonded one next to the last, along x.
+        // A bonded particle next to the last one, along x.
         let partner = placed.last().copied().filter(|_| has_bond && dice.chance(0.4));
         let is_free = (0..60).any(|_| {
             place = match partner {

@@ -1,6 +1,7 @@
-//! Scenes at random: each is refused with a message or runs, and what has run is proven by the verifier.
+//! Random scenes: each is rejected with a message or runs, and the verifier proves its run.
 //!
-//! `CAROM_FUZZ_SCENES` is the number of scenes (200 unless given), `CAROM_FUZZ_SEED` the first of their seeds (1):
+//! `CAROM_FUZZ_SCENES` is the number of scenes (200 by default), `CAROM_FUZZ_SEED` the first of their seeds
+//! (1):
 //!
 //! ```text
 //! CAROM_FUZZ_SCENES=50000 cargo test --release --test random_scenes -- --nocapture
@@ -19,10 +20,10 @@ use std::panic::catch_unwind;
 use carom::check::verify::{Certificate, End, EventRange, Fault, Violation, verify};
 use carom::model::Scene;
 
-/// Events that are proven of each scene.
+/// Number of proven events per scene.
 const EVENTS: u64 = 150;
-/// A scene whose next event is not found while the engine and the verifier are asked so often how far they are is given up: of
-/// particles so fast that they go round a box for ever.
+/// Number of progress calls of the engine and the verifier after which a scene without a next event is
+/// abandoned, because particles are so fast that they travel around a box for ever.
 const PATIENCE: u32 = 300;
 
 fn setting(name: &str, usual: u64) -> u64 {
@@ -82,7 +83,7 @@ fn judge(text: &str, count: &mut Count) -> Option<String> {
     }
 }
 
-/// The seeds of those scenes that a judge objects to.
+/// The seeds of the scenes to which a judge objects.
 fn over_seeds(scenes: u64, mut judge: impl FnMut(u64) -> Option<String>) -> Vec<u64> {
     let first = setting("CAROM_FUZZ_SEED", 1);
     let is_told = std::env::var_os("CAROM_FUZZ_TELL").is_some();
@@ -108,8 +109,8 @@ fn whatever_runs_is_proven() {
     assert!(2 * ran as u64 > scenes, "most scenes are there to run: {count:?}");
 }
 
-/// Scenes whose runs were once called wrong: a particle that is brought into many epochs behind the side of a long box, and one that rattles
-/// until its speed has no square.
+/// Scenes whose runs were once wrongly rejected: a particle that is moved across many epochs beyond the side
+/// of a long box, and one that rattles until its squared speed underflows.
 #[test]
 fn what_was_refuted_once_is_proven() {
     let mut count = Count::default();

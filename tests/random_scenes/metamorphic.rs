@@ -1,5 +1,6 @@
-//! Changes that leave physics as it is: where a stretch ends, far-off spheres, a mirror, a shift, units of powers of two, the numbers of the
-//! particles. Each is done to scenes at random, and the events are compared.
+//! Changes that leave the physics unchanged: splitting a run, distant spheres, a mirror, a shift, units of
+//! powers of two, the numbering of the particles. Each is applied to random scenes, and the events are
+//! compared.
 
 use carom::engine::event::Event;
 use carom::engine::{Simulation, Until};
@@ -10,11 +11,12 @@ use carom::model::{Particle, ParticleId, Scene, SceneParts};
 use crate::dice::Dice;
 use crate::generator;
 
-/// Scenes of each comparison.
+/// Number of scenes per comparison.
 const SCENES: usize = 60;
-/// Events that are compared where rounding differs: a difference grows by a factor of ten or so with each event of a particle.
+/// Number of compared events if rounding differs: a difference grows by a factor of about ten with each event
+/// of a particle.
 const FEW: u64 = 20;
-/// Difference to which 1e-15 grows by then, far less than the time between two events.
+/// Tolerance: the difference to which 1e-15 grows by then, far less than the time between two events.
 const TOLERANCE: f64 = 1e-7;
 
 /// The scenes of the first seeds that can be built.
@@ -26,7 +28,7 @@ fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {
     (1000..).filter_map(built).take(SCENES)
 }
 
-/// The first events, until a collapse or the time of the scene.
+/// The first events, until a collapse or the end of the scene's time.
 fn events(scene: &Scene, most: u64) -> Vec<Event> {
     let mut events = Vec::new();
     let time = scene.run().limit.time.unwrap_or(f64::INFINITY);
@@ -35,7 +37,7 @@ fn events(scene: &Scene, most: u64) -> Vec<Event> {
     events
 }
 
-/// Who took part, by other numbers, the lower one first.
+/// The particles of an event, renumbered, the lower one first.
 fn who(event: &Event, number: &impl Fn(ParticleId) -> u32) -> (u32, Option<u32>) {
     match event.partner() {
         Some(partner) => {
@@ -104,7 +106,7 @@ fn a_shifted_scene_has_the_same_events() {
         for Particle { position, .. } in &mut scene.particles {
             *position += by;
         }
-        // On flat axes exactly in the plane.
+        // Along flat axes exactly in the plane.
         for k in (0..3).filter(|&k| scene.space.boundary[k] == Boundary::Flat) {
             let plane = scene.space.lower[k];
             scene.particles.iter_mut().for_each(|particle| particle.position[k] = plane);
@@ -118,7 +120,7 @@ fn a_shifted_scene_has_the_same_events() {
 fn a_renumbered_scene_has_the_same_events() {
     let renumber = |scene: &mut SceneParts, dice: &mut Dice| {
         let count = scene.particles.len();
-        // `old[new]`, and the other way round.
+        // `old[new]`, and the inverse.
         let mut old: Vec<u32> = (0..).take(count).collect();
         for k in (1..count).rev() {
             old.swap(k, dice.below(k + 1));
@@ -153,7 +155,7 @@ fn spheres_far_away_change_no_event() {
         }
         let is_closed = |face| matches!(face, carom::model::space::Face::Wall { .. });
         let Boundary::Bounded { upper, .. } = scene.space().boundary[axis] else { continue };
-        // Just behind a wall, or where no particle comes in a few events.
+        // Just behind a wall, or where no particle arrives within a few events.
         let beyond = if is_closed(upper) { 1.5 } else { 1e3 };
         let mut place = carom::Vector::zeros();
         place[axis] = scene.space().size[axis] + beyond;
@@ -210,7 +212,7 @@ fn units_of_powers_of_two_change_no_bit() {
     }
 }
 
-/// All events of some stretches, one after the other.
+/// The events of several pieces of a run, one after the other.
 fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<Event> {
     let mut simulation = Simulation::without_plan(scene.clone());
     let mut events = Vec::new();
@@ -218,7 +220,7 @@ fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<E
         if simulation.advance_with(until, |event| events.push(*event)).is_err() {
             break;
         }
-        // Looked at, as for outputs.
+        // Read, as for outputs.
         let _ = (simulation.snapshot(), simulation.energy(), simulation.deepest_overlap());
     }
     events
@@ -230,7 +232,7 @@ fn limits_by_time_and_by_events_and_looks_in_between_change_no_bit() {
         let limit = scene.run().limit.time.unwrap_or(f64::INFINITY);
         let by_events = events_of(&scene, [Until { time: limit, events: 100 }]);
         let (Some(last), 100) = (by_events.last(), by_events.len()) else { continue };
-        // The time of an event is rounded once more when it is shown.
+        // The time of an event is rounded once more when it is reported.
         let time = last.time.next_up();
         let cut = |mut events: Vec<Event>| {
             events.truncate(100);

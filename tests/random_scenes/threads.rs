@@ -1,8 +1,9 @@
-//! Scenes at random on any number of threads: the events, the state and the counts of one, to the bit.
+//! Random scenes on any number of threads: the events, the state and the counts of a single thread, bit for
+//! bit.
 //!
-//! A run is cut into stretches at random: to a time, to a number of events, or to where an observer breaks. Between them it changes its number of
-//! threads, is written and read as a checkpoint is, and enters or leaves a heat bath, now and then. Some systems start cold, and some rest for long
-//! before a bath warms them.
+//! A run is split at random: at a time, at a number of events, or where an observer breaks. In between it may
+//! change its number of threads, be written and read like a checkpoint, and enter or leave a heat bath. Some
+//! systems start cold, and some rest for a long time before a bath warms them.
 //!
 //! ```text
 //! CAROM_FUZZ_SCENES=5000 cargo test --release --test random_scenes threads -- --nocapture
@@ -19,11 +20,11 @@ use carom::{Scene, Until, Vector};
 use super::dice::Dice;
 use super::{PATIENCE, generator, over_seeds, setting};
 
-/// Numbers of threads, which are those of domains.
+/// Numbers of threads, and so of domains.
 const THREADS: [usize; 7] = [1, 2, 2, 3, 4, 8, 13];
-/// Stretches of a run.
+/// Number of pieces of a run.
 const STRETCHES: usize = 6;
-/// Steps between two looks at how long it takes.
+/// Steps between two checks of the elapsed time.
 const STEPS: u64 = 20_000;
 
 /// Outcomes of scenes.
@@ -31,18 +32,19 @@ const STEPS: u64 = 20_000;
 struct Count {
     refused: usize,
     given_up: usize,
-    /// Over all stretches of all scenes: those on several threads, and their windows, differences and serial stretches.
+    /// Over all pieces of all scenes: those on several threads, and their windows, differences and serial
+    /// pieces.
     compared: usize,
     spread: usize,
     windows: u64,
     undone: u64,
     serial: u64,
     events: usize,
-    /// Changes of the heat bath on the way.
+    /// Number of changes of the heat bath.
     baths: usize,
 }
 
-/// How a stretch ends.
+/// How a piece ends.
 #[derive(Debug, Clone, Copy)]
 enum Stretch {
     Time(f64),
@@ -50,7 +52,7 @@ enum Stretch {
     Shown(usize),
 }
 
-/// Events of a stretch, and how it ended; none if it takes too long.
+/// Events of a piece, and how it ended; `None` if it takes too long.
 fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>, Result<Reason, String>)> {
     let mut events = Vec::new();
     let (until, most) = match stretch {
@@ -72,7 +74,7 @@ fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>,
     None
 }
 
-/// A stretch from where a simulation is: a system at rest may stay there for many epochs.
+/// A piece that starts at the current state: a system at rest may stay there for many epochs.
 fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
     if simulation.snapshot().velocities.iter().all(|velocity| *velocity == Vector::zeros()) {
         return Stretch::Time(simulation.time() + dice.power(-2.0, 4.0));
@@ -86,7 +88,7 @@ fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
     }
 }
 
-/// First difference of a scene on several threads, if there is one.
+/// The first difference of a scene on several threads, if there is one.
 fn compare(text: &str, dice: &mut Dice, count: &mut Count) -> Option<String> {
     let Ok(scene) = Scene::from_toml(text, "random.toml") else {
         count.refused += 1;
@@ -147,7 +149,7 @@ fn compare(text: &str, dice: &mut Dice, count: &mut Count) -> Option<String> {
     None
 }
 
-/// Changes both simulations in one way between two stretches, now and then.
+/// Occasionally changes both simulations in the same way between two pieces.
 fn change(one: &mut Simulation, other: &mut Simulation, dice: &mut Dice, count: &mut Count) {
     if dice.chance(0.3) {
         let bytes = postcard::to_stdvec(&*other).unwrap();
@@ -174,7 +176,7 @@ fn bath(dice: &mut Dice) -> Option<Thermostat> {
     dice.chance(0.7).then_some(Thermostat::Andersen { temperature, rate, axes })
 }
 
-/// A box, cubic or long, for so many particles.
+/// A cubic or long box for a number of particles.
 fn space(text: &mut String, dice: &mut Dice, count: usize, is_flat: bool) {
     let fraction = dice.between(0.02, if is_flat { 0.4 } else { 0.3 });
     let long = dice.pick(&[1.0, 2.5, 8.0]);
@@ -201,7 +203,7 @@ fn space(text: &mut String, dice: &mut Dice, count: usize, is_flat: bool) {
     }
 }
 
-/// A capsule, in some scenes: warm, or one that moves.
+/// A capsule, in some scenes: thermal, or moving.
 fn surface(text: &mut String, dice: &mut Dice) {
     if dice.chance(0.25) {
         let heat = dice.pick(&["temperature = 1.4", "restitution = 1.0"]);
@@ -214,8 +216,8 @@ fn surface(text: &mut String, dice: &mut Dice) {
     }
 }
 
-/// A scene of hundreds or thousands of particles: mixtures of wells, steps and cores, chains, walls, gravity, restitution, contact times, heat baths,
-/// cold starts and surfaces.
+/// A scene of hundreds or thousands of particles: mixtures of wells, steps and cores, chains, walls, gravity,
+/// restitution, contact times, heat baths, cold starts and surfaces.
 fn large(seed: u64) -> String {
     let mut dice = Dice::new(seed ^ 0x5eed);
     let dice = &mut dice;
@@ -282,7 +284,7 @@ fn large(seed: u64) -> String {
 
 #[test]
 fn threads_have_the_bits_of_one() {
-    // Among them those whose windows had no end (42), and that ended at another time (40).
+    // They include seeds whose windows had no end (42), and that ended at a different time (40).
     let scenes = setting("CAROM_FUZZ_SCENES", 44);
     let text = |seed: u64| if seed.is_multiple_of(2) { generator::scene(seed) } else { large(seed) };
     let mut count = Count::default();

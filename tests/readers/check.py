@@ -67,7 +67,7 @@ def reads_back(program, folder, writer):
         call(program, "run", scene, "--quiet", "--out", path.with_suffix(""))
         start = native.read(path.with_suffix("") / "trajectory.xyz")[0]
         same("species", start.particle_names, frame.particle_names)
-        # Both programs write some ten digits.
+        # Both programs write about ten digits.
         same("positions", start.positions, frame.positions, 1e-8)
         if has_velocities:
             same("velocities", start.velocities, frame.velocities, 1e-8)
@@ -92,7 +92,7 @@ def comes_back(program, folder, writer):
     same("periodic axes", start.periodic, frame.periodic)
     same("velocities", start.velocities, frame.velocities, 1e-7)
     same("lower corner", start.lower, frame.lower)
-    # What is rounded to beyond a side is wrapped.
+    # A position rounded to beyond a side is wrapped.
     moved = start.positions - frame.positions
     moved -= frame.edges * np.round(moved / frame.edges)
     same("positions", frame.positions + moved, frame.positions, 1e-7)

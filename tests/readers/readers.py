@@ -47,7 +47,7 @@ def ovito_frames(path, frames, **options):
         data = pipeline.compute(index)
         kinds = {kind.id: kind.name for kind in data.particles.particle_types.types}
         same("species", [kinds[kind] for kind in data.particles.particle_types[...]], frame.particle_names)
-        # OVITO keeps radii in single precision.
+        # OVITO stores radii in single precision.
         same("radii", data.particles["Radius"][...], frame.radii, SINGLE)
         yield data, frame
 
@@ -76,7 +76,7 @@ def ovito_lammps(path, frames):
         same("velocities", data.particles["Velocity"][...], frame.velocities, ROUNDED)
         lower, edges = thick(frame)
         same("box", data.cell[:, 3], lower, 2 * ROUNDED)
-        # The dump has the upper corner, from which OVITO subtracts the lower one.
+        # The dump contains the upper corner, from which OVITO subtracts the lower one.
         rounded = ROUNDED * (1 + np.abs(lower).max() / edges.max())
         same("edges", np.transpose(data.cell[:, :3]), cell(frame, edges), rounded)
         same("periodic", data.cell.pbc, frame.periodic)
@@ -120,7 +120,8 @@ def ase_xyz(path, frames):
 
 
 def ase_lammps(path, frames):
-    # Units are those of Lennard-Jones, which ASE takes for eV and Angstrom unless told otherwise: only velocities change.
+    # Units are those of Lennard-Jones, which ASE interprets as eV and Angstrom unless told otherwise: only
+    # velocities change.
     speed = ase_unit(1.0, "velocity", "metal", "ASE")
     for index, (atoms, frame) in enumerate(
         zip(ase.io.read(path, ":", format="lammps-dump-text"), frames, strict=True)
@@ -169,7 +170,8 @@ def gsd_hoomd(path, frames):
 
 
 def mdanalysis_gsd(path, frames):
-    # It takes tilt factors for cosines of angles: only edges can agree. It has no place for images, velocities and the time.
+    # It takes tilt factors for cosines of angles, so only edges can agree. It cannot store images, velocities
+    # and the time.
     universe = MDAnalysis.Universe(path)
     same("masses", universe.atoms.masses, frames[0].particle_masses)
     same("radii", universe.atoms.radii, frames[0].radii.astype(np.float32))
@@ -279,5 +281,5 @@ ALL = [
     ("thermo", "pandas", pandas_thermo),
 ]
 
-# ASE takes only chemical symbols as the names in a dump.
+# ASE accepts only chemical symbols as names in a dump.
 ONLY = {ase_lammps: ["mixture", "sheared"]}

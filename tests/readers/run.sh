@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Opens what the program writes with the programs it is written for: tests/readers/run.sh target/release/carom
-# Needs Python 3.11 or later and a package index. Reuses the environment in CAROM_READERS_VENV, or makes it there; without it,
-# in a temporary folder.
+# Opens files of the program with the programs that they are written for: tests/readers/run.sh
+# target/release/carom Needs Python 3.11 or later and a package index. Reuses the environment in
+# CAROM_READERS_VENV, or creates it there; without it, in a temporary folder.
 set -euo pipefail
 program=$(realpath "${1:?usage: run.sh PROGRAM}")
 cd "$(dirname "$0")"
@@ -14,6 +14,6 @@ fi
 if [[ ! -x $environment/bin/python ]]; then
     python3 -m venv "$environment"
 fi
-# Takes a moment only where all is installed already.
+# Takes a moment if everything is installed already.
 "$environment/bin/pip" install --quiet --disable-pip-version-check -r requirements.txt
 PYTHONDONTWRITEBYTECODE=1 QT_QPA_PLATFORM=offscreen "$environment/bin/python" check.py "$program"

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-# Two species with names that ASE knows, in a periodic box off the origin, with the bond order of each particle.
+# Two species with names that ASE knows, in a periodic box away from the origin, with the bond order of each
+# particle.
 MIXTURE = """
 seed = 3
 [space]
@@ -35,7 +36,7 @@ temperature = 1.0
 until_events = 2000
 """
 
-# Chains in a periodic box so small that some bonds go through its sides.
+# Chains in a periodic box so small that some bonds cross its sides.
 POLYMER = """
 [space]
 size = [5.0, 5.0, 5.0]

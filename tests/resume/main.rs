@@ -1,4 +1,4 @@
-//! Runs that are stopped and resumed: the same bits as those that are not, whatever stopped them.
+//! Stopped and resumed runs give the same bits as uninterrupted ones, whatever stopped them.
 
 #[path = "../program/files.rs"]
 mod files;
@@ -15,10 +15,10 @@ use rand_core::{Rng, SeedableRng};
 use files::files;
 use runs::{SCENES, assert_same, carom, files_of, finish, resume, start, stop, unfinish, unwrapped};
 
-/// Stops that each scene has to be gone on from.
+/// Number of stops from which each scene must be continued.
 const STOPS: usize = 8;
 
-/// Tries for each of them, far more than a machine needs that is busy with other work.
+/// Number of tries for each stop, far more than a busy machine needs.
 const TRIES: usize = 200;
 
 #[test]
@@ -30,8 +30,8 @@ fn seventy_two_random_stops_change_no_bit() {
         let whole = directory.path().join(format!("{scene}_whole"));
         let begun = std::time::Instant::now();
         finish(start(scene, events, &whole));
-        // Only how many tries it takes depends on this, not whether the test passes: the latest time of a stop, which comes down with each run that
-        // ends before it, and goes up with each that has no checkpoint yet.
+        // Only the number of tries depends on this, not whether the test passes. It is the latest time of a
+        // stop: it decreases when a run ends before it, and increases when there is no checkpoint.
         let mut latest = u64::try_from(begun.elapsed().as_millis()).unwrap() / 4 + 4;
         let (mut runs, mut stops) = (0, 0);
         let fresh = |runs: usize| {
@@ -50,7 +50,7 @@ fn seventy_two_random_stops_change_no_bit() {
                 (command, parts) = fresh(runs);
                 continue;
             }
-            // A stop that comes before the run has a checkpoint leaves nothing to go on from.
+            // A stop before the first checkpoint leaves nothing to continue.
             if !parts.join("checkpoint").exists() {
                 latest += latest / 4 + 1;
                 command = start(scene, events, &parts);
@@ -82,7 +82,7 @@ fn a_run_that_is_over_goes_on_as_if_it_had_been_longer() {
         let mut command = carom(&["run", &scene, "--quiet", "--until-time", time]);
         command.args(["--set", "run.equilibration_events=5000", "--set", "output.contacts=true"]);
         command.args(["--set", "output.events=true"]);
-        // A tenth is no binary fraction: the tick before the end is not at the end.
+        // A tenth is not a binary fraction: the tick before the end is not at the end.
         command.args(["--set", "output.thermo_interval=0.1", "--set", "output.frame_interval=0.3"]);
         command.arg("--out").arg(folder);
         command
@@ -121,7 +121,7 @@ fn what_cannot_be_resumed_is_refused_and_left_as_it_is() {
     refused("its end is");
     fs::write(&checkpoint, "").unwrap();
     refused("damaged");
-    // The one before is gone on from where there is no last one.
+    // If there is no last checkpoint, the one before is continued.
     let _ = fs::remove_file(folder.join("checkpoint.previous"));
     fs::remove_file(&checkpoint).unwrap();
     refused("no checkpoint");
@@ -185,10 +185,10 @@ fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
         flip(name, at);
         refused(&format!("{name} are not those of the checkpoint"));
     }
-    // Behind the header.
+    // After the header.
     flip("events/time.npy", 128);
     refused("time.npy are not those of the checkpoint");
-    // The header is written again at the end, and what is behind the checkpoint is cut off.
+    // The header is rewritten at the end, and everything after the checkpoint is cut off.
     flip("events/time.npy", 100);
     let last = good["thermo.csv.partial"].len() - 1;
     flip("thermo.csv.partial", last);
@@ -196,12 +196,12 @@ fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
     assert_same(&whole, &one, "granular cooling");
 }
 
-/// As on a full disk, without one: files may not become longer than this `[512 bytes]`.
+/// Simulates a full disk: the longest allowed file `[512 bytes]`.
 #[cfg(unix)]
 #[test]
 fn a_run_that_can_write_no_more_keeps_its_checkpoint() {
     let directory = tempfile::tempdir().unwrap();
-    // The second one writes frames in a thread of its own.
+    // The second one writes frames in a separate thread.
     for (scene, longest) in [("pendulum", "contacts.csv"), ("hard_sphere_fluid", "trajectory.xyz")] {
         let [whole, parts] = ["whole", "parts"].map(|name| directory.path().join(format!("{scene}_{name}")));
         let arguments = |folder: &Path| {

@@ -6,7 +6,8 @@ use std::process::{Child, Command, Output, Stdio};
 
 use super::files::files;
 
-/// Scenes of every kind of engine, with what acts from outside, and as many events as take some tenths of a second.
+/// Scenes for every kind of engine, with their external influences, and a number of events that takes some
+/// tenths of a second.
 pub const SCENES: [(&str, &str); 9] = [
     ("hard_sphere_fluid", "300000"),
     ("polymer", "150000"),
@@ -19,7 +20,7 @@ pub const SCENES: [(&str, &str); 9] = [
     ("isobaric", "60000"),
 ];
 
-/// Spheres that are compressed, then heated, and measured under a heat bath.
+/// Spheres that are compressed, then heated, and measured in a heat bath.
 pub const GROWN: &str = r#"
 [[species]]
 name = "A"
@@ -97,7 +98,8 @@ name = "layers"
 bins = [1, 10, 1]
 "#;
 
-/// Chains in a solvent, pressed in a stage in which the amplitude is found, and measured at another pressure.
+/// Chains in a solvent under pressure: a stage adjusts the amplitude, and the measurement is at another
+/// pressure.
 pub const ISOBARIC: &str = r#"
 [[species]]
 name = "A"
@@ -186,7 +188,7 @@ pub fn resume(folder: &Path) -> Command {
     command
 }
 
-/// Stops a run in one of three ways; whether it was still running.
+/// Stops a run in one of three ways; returns whether it was still running.
 pub fn stop(child: &mut Child, way: u32) -> bool {
     if child.try_wait().unwrap().is_some() {
         return false;
@@ -201,7 +203,7 @@ pub fn stop(child: &mut Child, way: u32) -> bool {
     !child.wait().unwrap().success()
 }
 
-/// Results of a run that depend on nothing but its scene and seed.
+/// Results of a run that depend only on its scene and seed.
 pub fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut results = Vec::new();
     for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml"] {
@@ -233,7 +235,7 @@ pub fn assert_same(one: &Path, other: &Path, what: &str) {
     }
 }
 
-/// A message as one line, without the frame that it has in a terminal.
+/// A message as one line, without its frame in a terminal.
 pub fn unwrapped(message: &[u8]) -> String {
     let message = String::from_utf8_lossy(message).replace('│', " ");
     message.split_whitespace().collect::<Vec<_>>().join(" ")
@@ -243,7 +245,8 @@ pub fn files_of(folder: &Path) -> Vec<PathBuf> {
     fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
 }
 
-/// A run as a kill behind its last checkpoint leaves it: finished, except for names and summary, with something half written at the end.
+/// Leaves a run as a kill after its last checkpoint would: finished, except for names and summary, with an
+/// incomplete part at the end.
 pub fn unfinish(folder: &Path) {
     fs::remove_file(folder.join("summary.json")).unwrap();
     for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml", "events/kind.npy"] {

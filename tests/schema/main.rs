@@ -1,4 +1,4 @@
-//! The schema of scene files says what the reader says: the same keys, words, limits and defaults.
+//! The schema of scene files agrees with the reader: the same keys, words, limits and defaults.
 
 mod validator;
 
@@ -41,7 +41,7 @@ impl Base {
     }
 }
 
-/// Shows every property of a schema to `visit`: with its path, and with its value where the scene has one.
+/// Calls `visit` for every property of a schema, with its path, and with its value if the scene has one.
 fn walk(schema: &Value, value: Option<&Value>, path: &str, visit: &mut impl FnMut(&str, &Value, Option<&Value>)) {
     for (key, property) in schema["properties"].as_object().into_iter().flatten() {
         let value = value.and_then(|table| table.get(key));
@@ -75,7 +75,7 @@ fn it_names_itself_and_is_what_the_program_prints() {
     assert_eq!(serde_json::from_str::<Value>(&printed).unwrap(), schema);
 }
 
-/// Classes of Unicode are a matter of flags in ECMA-262, and unknown to Python's `re`.
+/// Unicode classes need a flag in ECMA-262, and are unknown to Python's `re`.
 #[test]
 fn its_patterns_can_be_read_by_every_validator() {
     let mut patterns = Vec::new();
@@ -129,7 +129,7 @@ fn it_accepts_every_scene_of_configs_and_of_carom_new() {
     }
 }
 
-/// The scenes of `tests/bad_scenes` whose mistake can be seen without knowing the rest of the scene.
+/// The scenes in `tests/bad_scenes` whose mistake is visible without the rest of the scene.
 const REFUSED: [&str; 41] = [
     "barostat_of_no_pressure",
     "bond_id_too_large",
@@ -192,7 +192,7 @@ fn the_reader_knows_the_same_keys() {
     for (header, table) in tables {
         let text = format!("{header}no_such_key = 1\n");
         let error = Scene::from_toml(text.as_str(), "scene.toml").unwrap_err();
-        // Required keys may be missing as well.
+        // Required keys may be missing, too.
         let known = std::iter::once(&error).chain(error.others()).find_map(|error| match error.kind() {
             SceneErrorKind::UnknownKey { known, .. } => Some(known),
             _ => None,
@@ -326,7 +326,7 @@ fn limits_are_those_of_the_reader() {
                 E::Value { .. } | E::Syntax { .. } | E::Potential(_) | E::PackingFraction { .. }
             );
             assert!(is_about_it, "{path} = {}: {error}", limit + outside);
-            // Equal spheres fill less than everything, mixtures may not.
+            // Equal spheres cannot fill everything, mixtures perhaps can.
             if outside != 0.0 && !path.ends_with("packing_fraction") {
                 let accepted = base.with(path, &text(limit));
                 assert!(accepted.is_ok(), "{path} = {limit}: {}", accepted.unwrap_err());
@@ -342,7 +342,8 @@ fn numbers_that_the_reader_refuses_by_themselves_are_refused() {
     let base = Base::new();
     let mut count = 0;
     walk(&schema(), Some(&json_of(EVERY_KEY)), "", &mut |path, property, value| {
-        // The height of a shoulder is positive, that of a penetrable core need not be; the ends of a slider are held against each other.
+        // The height of a shoulder is positive, that of a penetrable core need not be. The ends of a slider
+        // are compared with each other.
         let is_relative = path.ends_with(".height") || path.starts_with("live.slider");
         if value.is_none_or(|value| !value.is_number()) || is_relative {
             return;

@@ -1,8 +1,9 @@
-//! A small JSON Schema validator: the keywords that the schema of scene files uses, and a panic for any other.
+//! A small JSON Schema validator. It supports the keywords used by the schema of scene files, and panics for
+//! any other.
 
 use serde_json::Value;
 
-/// Mistakes that a schema finds in a value, each with its place.
+/// Mistakes that a schema finds in a value, each with its position.
 pub fn mistakes(schema: &Value, value: &Value) -> Vec<String> {
     let mut found = Vec::new();
     check(schema, value, "scene", &mut found);
@@ -27,7 +28,7 @@ fn check(schema: &Value, value: &Value, place: &str, found: &mut Vec<String>) {
     }
 }
 
-/// Whether a value obeys one rule; mistakes inside of the value are listed by themselves.
+/// Whether a value obeys one rule; mistakes inside of the value are listed separately.
 fn holds(
     rules: &serde_json::Map<String, Value>,
     keyword: &str,
@@ -109,7 +110,7 @@ fn is_of(name: &str, value: &Value) -> bool {
     }
 }
 
-/// Whether a text is one of the patterns of the schema: classes of characters, each with the numbers of times that it may occur.
+/// Whether a text matches one of the patterns of the schema: character classes, each with a repetition count.
 fn fits(pattern: &str, text: &str) -> bool {
     // Characters beyond ASCII may be letters.
     let letters = |c: char| c.is_ascii_alphanumeric() || !c.is_ascii();

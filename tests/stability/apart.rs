@@ -1,4 +1,5 @@
-//! Pairs with an interaction of their own that does not hold them: they meet again through any side of a periodic box.
+//! Pairs with their own interaction that does not hold them together: they meet again through any side of a
+//! periodic box.
 
 use carom::Vector;
 use carom::engine::{Reason, Simulation, Until};
@@ -11,7 +12,7 @@ use rand_core::{Rng, SeedableRng};
 
 const RANGE: f64 = 1.5;
 
-/// When two that fly freely are first at a range, over all images that come by, up to a time.
+/// First time at which two free particles are at a range, over all passing images, up to a limit.
 fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity: &Vector, until: f64) -> Option<f64> {
     let mut first = None;
     #[expect(clippy::cast_possible_truncation, reason = "some periods")]
@@ -38,7 +39,7 @@ fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity:
     first
 }
 
-/// The two, among so many others that rest and meet no other.
+/// The two, among a number of others that rest and meet no other particle.
 fn scene(space: &Space, rate: Option<f64>, own: Potential, states: [(Vector, Vector); 2], others: u32) -> Scene {
     let mut builder = SceneBuilder::new("apart")
         .space(space.clone())
@@ -67,7 +68,7 @@ fn well(range: f64) -> Potential {
     Potential::square_well(1.0, range, 1.0).unwrap()
 }
 
-/// When the first event is, if there is one up to a time.
+/// Time of the first event, if there is one before a limit.
 fn first_event(scene: Scene, until: f64) -> Option<f64> {
     let mut found = None;
     let until = Until { time: until, events: 1 };
@@ -95,7 +96,7 @@ fn they_meet_in_the_first_image_that_comes_by() {
                 let vector = Vector::new(next() - 0.5, next() - 0.5, next() - 0.5) * scale;
                 if size.z == 0.0 { Vector::new(vector.x, vector.y, 0.0) } else { vector }
             };
-            // Far apart in the middle of the box, and fast enough to go round it.
+            // Far apart in the middle of the box, and fast enough to travel around it.
             let (velocity, half) = (random_vector(4.0), random_vector(0.2));
             let direction = Vector::new(0.8, 0.55, 0.0);
             let middle = space.lower + 0.5 * size;
@@ -106,7 +107,7 @@ fn they_meet_in_the_first_image_that_comes_by() {
             let others = if case % 2 == 0 { 0 } else { 60 };
             let found = first_event(scene(&space, rate, well(RANGE), [(a, velocity), (b, -velocity)], others), until);
             match (found, expected) {
-                // Grazing within rounding may be missed.
+                // Grazing contacts within rounding may be missed.
                 (Some(found), Some(expected)) => {
                     assert!((found - expected).abs() < 1e-9, "{size} {rate:?} {case}: {found} {expected}");
                 }
@@ -121,7 +122,8 @@ fn they_meet_in_the_first_image_that_comes_by() {
 
 #[test]
 fn they_meet_across_rows_of_cells_after_the_images_have_come_by_often() {
-    // Both rest along the gradient in the second row from the sides that slide, and one drifts into reach within its cell: at the sixth passage.
+    // Both rest along the gradient in the second row from the sliding sides. One drifts into range within its
+    // cell, at the sixth passage.
     let (size, range) = (Vector::repeat(10.0), 4.6);
     let states =
         [(Vector::new(1.0, 2.1, 2.9), Vector::new(0.0, 0.0, -0.0025)), (Vector::new(6.0, 7.9, 1.0), Vector::zeros())];
@@ -151,10 +153,10 @@ fn a_bond_that_is_longer_than_a_cell_ends_where_it_does_across_sides_that_slide(
         let v = velocities[0] - velocities[1];
         let (r2, b, v2) = (apart.norm_squared(), apart.dot(&v), v.norm_squared());
         let root = |distance: f64| (b * b - v2 * (r2 - distance * distance)).sqrt();
-        // A time that is no number is that of no inner contact.
+        // NaN means that there is no inner contact.
         let (inner, outer) = ((-b - root(bond[0])) / v2, (root(bond[1]) - b) / v2);
         let expected = if b < 0.0 && inner > 0.0 { inner } else { outer };
-        // The other one in the box: from above or below it comes slower or faster.
+        // The other one in the box: from above or below it arrives slower or faster.
         let mut other = (place - apart, velocities[1]);
         for axis in 0..3 {
             let periods = ((other.0[axis] - space.lower[axis]) / size[axis]).floor();
@@ -175,7 +177,8 @@ fn a_bond_that_is_longer_than_a_cell_ends_where_it_does_across_sides_that_slide(
 
 #[test]
 fn an_overstretched_bond_that_closes_across_a_side_is_left_alone() {
-    // Where few particles have lists, that of the first one does not reach the side; the other one is 8 away across it.
+    // A few particles have lists, and that of the first one does not reach the side; the other one is 8 away
+    // across it.
     let at = |x: f64, speed: f64| (Vector::new(x, 10.0, 10.0), Vector::new(speed, 0.0, 0.0));
     for others in [0, 30, 200] {
         let mut builder = SceneBuilder::new("overstretched")

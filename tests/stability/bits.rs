@@ -1,5 +1,5 @@
-//! A run is a function of its scene: the same bits whatever observes it, whatever the particles are called and
-//! whenever it starts.
+//! A run is a function of its scene: it has the same bits whatever observes it, whatever the particles are
+//! called and whenever it starts.
 
 use crate::fingerprints::fingerprint;
 use crate::listed::{fluid, hard_sphere, listed, particles, well};
@@ -13,7 +13,7 @@ use carom::run;
 use carom::scene::{Amount, Arrangement, Chain, Fill, SceneBuilder, Surface, SurfaceFill};
 use std::ops::ControlFlow;
 
-/// A scene of `configs`, or all features in one box.
+/// A scene in `configs`, or all features in one box.
 pub fn named(name: &str) -> Scene {
     if name == "everything" { everything() } else { Scene::from_file(format!("configs/{name}.toml")).unwrap() }
 }
@@ -132,8 +132,8 @@ fn who_looks_on_changes_nothing() {
     }
 }
 
-/// Few particles in a heat bath, in a sheared box, or in both. Few, so that the queue often has nothing more to show before its
-/// epoch ends.
+/// Few particles in a heat bath, in a sheared box, or in both. With so few, the queue is often empty before
+/// its epoch ends.
 fn driven(count: u64, is_sheared: bool, bath: Option<[bool; 3]>) -> Simulation {
     let fill = Fill::new(Arrangement::Random, "A").count(count);
     let mut builder = SceneBuilder::new("driven")
@@ -174,12 +174,12 @@ fn times_at_which_a_run_stops_change_nothing() {
     }
 }
 
-/// A fluid of 256 particles at random velocities, with or without wells and weight.
+/// A fluid of 256 particles with random velocities, with or without wells and weight.
 fn start(potential: &Potential, gravity: f64, order: &[usize], start_time: f64) -> Scene {
     let fluid = fluid(256, Amount::NumberDensity(0.6));
     let original = particles(&fluid);
     let shuffled: Vec<_> = order.iter().map(|&k| original[k]).collect();
-    // Between a floor and a ceiling where there is weight: the lattice is half a diameter away from both.
+    // With weight it is between a floor and a ceiling: the lattice is half a diameter away from both.
     let mut space = fluid.space().clone();
     if gravity != 0.0 {
         space.lower.z -= 1.0;
@@ -211,7 +211,7 @@ fn numbers_are_only_names() {
     }
 }
 
-/// Numbers of an event that do not depend on when time starts.
+/// Numbers of an event that do not depend on the start time.
 fn timeless(event: &Event) -> (EventKind, u32, Option<u32>, [u64; 4]) {
     let numbers = [event.impulse.x, event.normal.x, event.energy_step, event.dissipated].map(f64::to_bits);
     (event.kind, event.particle.0, event.partner().map(|partner| partner.0), numbers)

@@ -1,4 +1,4 @@
-//! Bonds of next to no length, whose ends are met in turn.
+//! Bonds of almost no length, whose two ends are met in turn.
 
 use crate::listed::{along, line, open_box};
 use crate::watched::Watched;
@@ -10,7 +10,8 @@ use carom::model::space::{Boundary, Space};
 use carom::physics::response::Outcome;
 use carom::scene::SceneBuilder;
 
-/// Two beads of diameter 1 in contact, `range` away from the end of their bond; or at its end, `range` away from contact.
+/// Two beads of diameter 1 in contact, `range` away from the end of their bond; or at its end, `range` away
+/// from contact.
 fn pair(space: &Space, range: f64, is_at_end: bool, restitution: f64, velocity: Vector) -> SceneBuilder {
     let distance = if is_at_end { 1.0 + range } else { 1.0 };
     SceneBuilder::new("bond")
@@ -44,8 +45,8 @@ fn both_ends_of_a_bond_are_met_in_turn() {
                 assert_eq!(kinds[0], first);
                 assert!(kinds.windows(2).all(|two| two[0] != two[1] && [core, bounce].contains(&two[1])));
                 watched.assert_sound(1.0);
-                // 10,000 ways of `range` at a speed of 2, the first of which may take no time; contacts are as exact as the
-                // floats of coordinates and distances below 2.
+                // 10,000 crossings of `range` at a speed of 2, the first of which may take no time. Contacts
+                // are as exact as coordinates and distances below 2.
                 let expected = 10_000.0 * range / 2.0;
                 let inexact = 10_000.0 * 8.0 * f64::EPSILON + range;
                 assert!((watched.simulation.time() - expected).abs() <= inexact, "{}", watched.simulation.time());
@@ -70,7 +71,7 @@ fn a_tight_pair_spins_for_a_million_events() {
         watched.assert_sound(1.0);
         let drift = (angular(&watched) - before).norm() / before.norm();
         println!("range {range:e}: angular momentum drifted by {drift:.1e}");
-        // Positions and velocities below 16 and 1 are rounded some ten times per event, as often up as down.
+        // Positions and velocities below 16 and 1 are rounded about ten times per event, as often up as down.
         assert!(drift < 4.0 * 10.0 * 16.0 * f64::EPSILON * 1000.0, "{drift:e}");
         let now = watched.simulation.snapshot();
         let distance = (now.positions[1] - now.positions[0]).norm();
@@ -93,7 +94,7 @@ fn hanging(range: f64, position: Vector, restitution: f64) -> SceneBuilder {
         .bond(0, 1, "link")
 }
 
-/// Pendulum that starts at an angle against the vertical, in the middle between the ends of the bond.
+/// A pendulum that starts at an angle to the vertical, in the middle between the ends of the bond.
 fn pendulum(range: f64, angle: f64, restitution: f64, contact_time: Option<f64>) -> SceneBuilder {
     let position = Vector::new(libm::sin(angle), 0.0, -libm::cos(angle)) * (1.0 + 0.5 * range);
     let mut builder = hanging(range, position, restitution);
@@ -146,12 +147,13 @@ fn a_bead_that_hangs_at_the_end_of_its_bond_needs_room_to_bounce() {
         assert!((simulation.snapshot().positions[1].z + 1.5).abs() < 1e-6);
         reason
     };
-    // At rest and taut to the last digit there is no energy for a bounce, and none is added. A run says so at once.
+    // At rest and taut to the last digit there is no energy for a bounce, and none is added. A run reports it
+    // at once.
     for contact_time in [None, Some(1e-3)] {
         let arrest = end(0.0, contact_time).unwrap_err().arrest().unwrap();
         assert_eq!((arrest.time, arrest.particle.0, arrest.partner.map(|p| p.0)), (0.0, 1, Some(0)));
     }
-    // A float away there is.
+    // One floating-point number away there is.
     for short_by in [2.0 * f64::EPSILON, 1e-12, 1e-9] {
         assert_eq!(end(short_by, Some(1e-3)), Ok(Reason::Events));
         assert!(end(short_by, None).unwrap_err().arrest().unwrap().time < 1e-3);

@@ -6,11 +6,11 @@ use carom::Vector;
 use carom::engine::{Arrest, Reason, Simulation, Until};
 use carom::scene::SceneBuilder;
 
-/// `sqrt(3) / 2`: the height of a triangle of edge 1.
+/// `sqrt(3) / 2`: the height of a triangle with edge 1.
 const TRIANGLE: f64 = 0.866_025_403_784_438_6;
 
-/// Three static spheres in contact with each other, and a ball above the hole between them. The ball rests at a height of
-/// `sqrt(2 / 3) = 0.816`, and gets out over two of the spheres at `sqrt(3) / 2 = 0.866`.
+/// Three static spheres in contact with each other, and a ball above the hole between them. The ball rests at
+/// a height of `sqrt(2 / 3) = 0.816`, and escapes over two of the spheres at `sqrt(3) / 2 = 0.866`.
 fn corner(restitution: f64, contact_time: Option<f64>, position: Vector, velocity: Vector) -> SceneBuilder {
     let mut builder = SceneBuilder::new("corner")
         .space(open_box(8.0))
@@ -28,12 +28,12 @@ fn corner(restitution: f64, contact_time: Option<f64>, position: Vector, velocit
     builder.particle("A", position, velocity)
 }
 
-/// Where the ball touches all three.
+/// The position in which the ball touches all three.
 fn bottom() -> Vector {
     Vector::new(0.5, TRIANGLE / 3.0, (2.0_f64 / 3.0).sqrt())
 }
 
-/// Not quite above the bottom.
+/// Slightly above the bottom.
 fn aside(height: f64) -> Vector {
     Vector::new(0.51, TRIANGLE / 3.0 - 0.003, height)
 }
@@ -44,7 +44,7 @@ fn ball(watched: &Watched) -> Vector {
 
 #[test]
 fn an_elastic_ball_jumps_in_the_corner_for_a_million_events() {
-    // Too low to get out.
+    // Too low to escape.
     let mut watched = Watched::new(corner(1.0, None, aside(0.86), Vector::zeros()).build().unwrap());
     watched.run(1_000_000);
     watched.assert_sound(1.0);
@@ -69,7 +69,7 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
         for part in 1..=100 {
             assert_eq!(watched.simulation.advance(Until::events(before + events / 100 * part)), Ok(Reason::Events));
             worst = worst.max((ball(&watched) - bottom()).norm());
-            // Energy is never gained, except for the roundings of as many events, as likely up as down.
+            // Energy is never gained, except for the roundings of this many events, as often up as down.
             let now = above_bottom(&watched);
             assert!(now <= last + 4.0 * 16.0 * f64::EPSILON * (events as f64 / 100.0).sqrt(), "{now:e}, {last:e}");
             last = now;
@@ -79,10 +79,10 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
             watched.simulation.time()
         );
         watched.assert_sound(1.0);
-        // At rest every flight is shorter than the contact time, or the contact after it would take energy: speeds are
-        // below that of a free fall for half of it, and heights below g t_c^2 / 8. On slopes of up to 0.7 against the
-        // vertical this is t_c^2 sideways at the most. A ball of restitution 0 bounces along the groove between two of
-        // the spheres first, elastically, and takes longer to lose that.
+        // At rest every flight is shorter than the contact time, or the contact after it would dissipate:
+        // speeds are below that of a free fall for half of it, and heights are below g t_c^2 / 8. On slopes
+        // of up to 0.7 to the vertical this is at most t_c^2 sideways. A ball of restitution 0 first bounces
+        // elastically along the groove between two of the spheres, and takes longer to lose that energy.
         assert!(last < contact_time * contact_time, "{last:e}");
         assert!(restitution == 0.0 || worst < contact_time * contact_time, "{worst:e}");
     }
@@ -96,10 +96,11 @@ fn without_the_tc_model_the_ball_arrests_in_the_corner() {
         let arrest: Arrest = simulation.advance(Until::time(1000.0)).unwrap_err().arrest().unwrap();
         let events = simulation.event_counts().physical();
         println!("e = {restitution}: {events} events, {arrest} at {:?}", simulation.snapshot().positions[3] - bottom());
-        // The ball and one of the spheres: the first that it bounces to rest on, or all three at the bottom.
+        // The ball and one of the spheres: the first on which it comes to rest, or all three at the bottom.
         assert_eq!(arrest.particle.0.max(arrest.partner.unwrap().0), 3, "{arrest}");
         assert!(arrest.time < 60.0, "{arrest}");
-        // At most 1,000 and some in no time; as many before, while each contact leaves a part of the speed.
+        // At most 1,000, some in no time; about as many before, while each contact leaves a fraction of the
+        // speed.
         assert!(events < 20_000, "{events} events");
         assert_eq!(simulation.event_counts().in_invalid_state, 0);
     }

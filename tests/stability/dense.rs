@@ -10,7 +10,7 @@ use carom::scene::Amount;
 /// The densest packing fraction, `pi / sqrt(18)`.
 const DENSEST: f64 = 0.740_480_489_693_061;
 
-/// The largest displacement since the start, periods included.
+/// The largest displacement since the start, including periods.
 fn largest_displacement(space: &Space, start: &[(Vector, Vector)], now: &Snapshot) -> f64 {
     let size = space.size;
     let moved = |k: usize| {
@@ -26,14 +26,15 @@ fn a_crystal_near_close_packing_stays_sound_for_a_million_events() {
     let (space, start) = (scene.space().clone(), particles(&scene));
     let mut watched = Watched::new(scene);
     watched.run(1_000_000);
-    // An event touches two of 500 particles, that have up to ten times the mean energy.
+    // An event involves two of 500 particles, which have up to ten times the mean energy.
     watched.assert_sound(2.0 / 500.0 * 10.0);
-    // A contact is as exact as the coordinates of its two particles, up to the box's length each, some 32 roundings each (see
-    // `Overlap::round_off`); flights are far below a diameter and add no more than that.
+    // A contact is as exact as the coordinates of its two particles, up to the length of the box, with about
+    // 32 roundings each (see `Overlap::round_off`). Flights are far below a diameter and add no more than
+    // that.
     let deepest = watched.simulation.event_counts().deepest_overlap;
     assert!(deepest < 32.0 * f64::EPSILON * (2.0 * space.size.x + 2.0), "{deepest:e}");
-    // No particle leaves its cage: the neighbours are 1.005 apart at 0.73, and a gap of twice 0.2 would be needed to pass between
-    // two of them. The crystal as a whole does not move, as there is no momentum.
+    // No particle leaves its cage: the neighbours are 1.005 apart at 0.73, and two of them would need a gap
+    // of twice 0.2. The crystal as a whole does not move, because there is no momentum.
     let moved = largest_displacement(&space, &start, &watched.simulation.snapshot());
     println!("largest displacement {moved}");
     assert!(moved < 0.2, "{moved}");
@@ -49,8 +50,8 @@ fn a_crystal_at_a_gap_of_a_millionth_of_a_diameter_stays_sound() {
         watched.assert_sound(2.0 / 108.0 * 10.0);
         let event_counts = watched.simulation.event_counts();
         println!("gap {gap:e}: time {:e}, virial {:e}", watched.simulation.time(), event_counts.virial.total());
-        // The free volume of a cage: Z -> 3 / (1 - phi / phi_0), here 1 / gap, as rho sigma^3 -> sqrt 2 (Salsburg and Wood,
-        // J. Chem. Phys. 37, 798, 1962).
+        // The free volume of a cage: Z -> 3 / (1 - phi / phi_0), here 1 / gap, as rho sigma^3 -> sqrt 2
+        // (Salsburg and Wood, J. Chem. Phys. 37, 798, 1962).
         let particles = 107.0;
         let z = 1.0 + event_counts.virial.total() / (3.0 * particles * watched.simulation.time());
         println!("Z gap = {}", z * gap);
@@ -69,7 +70,7 @@ fn a_crystal_at_rest_does_nothing() {
         watched.assert_sound(1.0);
         let end = watched.simulation.snapshot();
         assert!(end.velocities.iter().all(|v| *v == velocity));
-        // Each crossing of a cell or of the box rounds a coordinate once, and there are fewer than a hundred.
+        // Each crossing of a cell or of the box rounds a coordinate once, and there are less than a hundred.
         let moved = |k: usize, axis: usize| {
             end.positions[k][axis] + f64::from(end.images[k][axis]) * scene.space().size[axis] - start[k].0[axis]
         };

@@ -1,4 +1,4 @@
-//! The bits of runs: fingerprints of where they lead, of what happens on the way, and of what they count.
+//! The bits of runs: fingerprints of final states, of events, and of counts.
 
 mod hashes;
 mod systems;
@@ -16,7 +16,7 @@ use hashes::Bits;
 pub use hashes::fingerprint;
 use systems::{SYSTEMS, scene_of};
 
-/// A scene of `configs`, or all features in one box, up to a number of events.
+/// A scene in `configs`, or all features in one box, up to a number of events.
 fn advanced(scene: Scene, events: u64, threads: usize) -> Bits {
     let (mut bits, mut simulation) = (Bits::EMPTY, Simulation::without_plan(scene));
     simulation.set_threads(threads);
@@ -35,7 +35,7 @@ fn run(scene: Scene, threads: usize) -> Bits {
     bits
 }
 
-/// A run from the last state of another one, whose folder is on the disk.
+/// A run from the last state of another one, whose folder is on disk.
 fn continued(first: Scene, values: &[(&str, &str)]) -> Bits {
     let place = tempfile::tempdir().unwrap();
     let path = place.path().join("first");
@@ -85,7 +85,7 @@ fn set_on_the_way() -> Bits {
     bits
 }
 
-/// Scenes of `configs`, with the number of events that they are simulated for.
+/// Scenes in `configs`, with the number of simulated events.
 const SCENES: [(&str, u64); 10] = [
     ("bouncing_ball", 1000),
     ("elastic_spheres_1d", 2),
@@ -101,9 +101,9 @@ const SCENES: [(&str, u64); 10] = [
 
 /// State, events and ledger of each system.
 ///
-/// States and events change whenever the engine rounds differently, ledgers also when sums do, and then only. To renew them, run
-/// `cargo test --release --test stability fingerprints` and copy the table that it prints; to run it again without
-/// `--release` has to give the same one.
+/// States and events change whenever the engine rounds differently; ledgers also change with sums. To renew
+/// them, run `cargo test --release --test stability fingerprints` and copy the printed table; a run without
+/// `--release` must give the same one.
 #[rustfmt::skip]
 #[allow(clippy::unreadable_literal, reason = "copied from the test's output")]
 const FINGERPRINTS: &[(&str, [u64; 3])] = &[

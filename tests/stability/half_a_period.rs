@@ -1,4 +1,4 @@
-//! Boxes of four cells, and particles half a period apart: either image can be the one that they meet in.
+//! Boxes of four cells, and particles half a period apart: they may meet in either image.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};

@@ -9,12 +9,12 @@ use carom::model::space::{Boundary, Face, Space};
 use carom::scene::{Arrangement, Fill, SceneBuilder};
 use std::time::Instant;
 
-/// The TC model's contact time; gravity, masses and diameters are 1.
+/// Contact time of the TC model; gravity, masses and diameters are 1.
 const CONTACT_TIME: f64 = 3e-3;
-/// Grains.
+/// Number of grains.
 const COUNT: u64 = 24;
 
-/// Grains that fall into a box with a floor and four walls, some three layers high.
+/// Grains that fall into a box with a floor and four walls, about three layers high.
 fn grains(restitution: f64) -> Scene {
     let floor = Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Open };
     let space = Space {
@@ -43,13 +43,14 @@ fn farthest(a: &[Vector], b: &[Vector]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-/// Largest displacement of the grains of a heap at rest, in units of `g t_c^2`.
+/// Largest displacement of the grains in a heap at rest, in units of `g t_c^2`.
 ///
-/// A contact opens by `g t^2 / 8` in a flight of length `t`, and by as many times that as there are layers above it. Four layers
-/// of such contacts make 2; what sits in a wedge of others moves further, in 15 heaps up to 140.
+/// A contact opens by `g t^2 / 8` in a flight of length `t`, times the number of layers above it. Four layers
+/// of such contacts give 2; a grain in a wedge of others moves further, in 15 heaps up to 140.
 const AT_REST: f64 = 300.0;
 
-/// Lets grains fall until none has got further than that for a time of 10: some heaps rearrange once more later on.
+/// Lets grains fall until none has moved further than that for a time of 10. Some heaps rearrange once more
+/// later.
 fn settle(watched: &mut Watched) {
     let mut before = positions(watched);
     for tens in 1..=30 {
@@ -63,7 +64,7 @@ fn settle(watched: &mut Watched) {
     panic!("the grains do not settle");
 }
 
-/// Lets grains settle, and goes on for a number of events.
+/// Lets grains settle, and continues for a number of events.
 fn rest(restitution: f64, events: u64) {
     let mut watched = Watched::new(grains(restitution));
     settle(&mut watched);
@@ -77,7 +78,8 @@ fn rest(restitution: f64, events: u64) {
         assert!(now > last, "time stands still at {now}");
         last = now;
         reach = reach.max(farthest(&at_rest, &positions(&watched)));
-        // Every flight is shorter than the contact time, between contacts that carry up to some layers' weight.
+        // Every flight is shorter than the contact time, between contacts that carry the weight of up to a
+        // few layers.
         let speed = (2.0 * watched.simulation.energy().kinetic / COUNT as f64).sqrt();
         assert!(speed < 4.0 * CONTACT_TIME, "grains fly at {speed}");
     }

@@ -1,4 +1,5 @@
-//! Starts from particles put anywhere, overlapping or not: overlaps only improve, no new ones appear, and all go.
+//! Starts with particles placed anywhere, overlapping or not: overlaps only improve, no new ones appear, and
+//! all vanish.
 
 use crate::listed::{hard_sphere, open_box};
 use carom::Vector;
@@ -10,26 +11,26 @@ use carom::scene::SceneBuilder;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// Particles.
+/// Number of particles.
 const COUNT: usize = 500;
 
 /// Ingredients of a random start.
 struct Recipe {
     name: &'static str,
     potential: fn(f64) -> Potential,
-    /// Diameters of the two halves of the particles; the second is static if `has_static`.
+    /// Diameters of the two halves of the particles; the second half is static with `has_static`.
     diameters: [f64; 2],
     restitution: f64,
     gravity: f64,
     contact_time: Option<f64>,
     has_static: bool,
-    /// Part of the particles that are of the second species.
+    /// Fraction of particles of the second species.
     second: f64,
 }
 
 impl Recipe {
-    /// Three inelastic particles whose cores overlap in a common well press each other back without end, with the TC model or
-    /// without: about a fifth of all seeds end in such a collapse.
+    /// Three inelastic particles whose cores overlap in a common well push each other back without end, with
+    /// or without the TC model. About a fifth of all seeds end in such a collapse.
     fn may_arrest(&self) -> bool {
         self.restitution < 1.0 && self.name.contains("wells")
     }
@@ -82,7 +83,7 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 * 0.5 * f64::EPSILON
 }
 
-/// A packing fraction of 0.2, and positions and velocities drawn at random, in cubes.
+/// A packing fraction of 0.2, with random positions and velocities, in cubes.
 fn random_start(recipe: &Recipe, seed: u64) -> Scene {
     let volume: f64 = recipe
         .diameters
@@ -123,12 +124,12 @@ fn random_start(recipe: &Recipe, seed: u64) -> Scene {
     builder.build().unwrap()
 }
 
-/// The cores of all pairs that have one, and how far into them each pair has been seen.
+/// The cores of all pairs that have one, and the deepest overlap seen so far.
 struct Cores {
     periods: Vector,
     /// Pair and core diameter.
     pairs: Vec<([usize; 2], f64)>,
-    /// The overlap function `|r|^2 - s^2` when last seen, up to 0.
+    /// The overlap function `|r|^2 - s^2` when last seen, at most 0.
     last: Vec<f64>,
 }
 
@@ -145,7 +146,7 @@ impl Cores {
         Self { periods: scene.space().periods(), pairs, last }
     }
 
-    /// Looks at all pairs: how many overlap, and by how much the worst of them has got worse since the last look.
+    /// Checks all pairs: the number of overlaps, and the largest increase of an overlap since the last check.
     fn look(&mut self, now: &Snapshot) -> (usize, f64) {
         let (mut overlapping, mut worse) = (0, f64::NEG_INFINITY);
         for (([i, j], core), last) in self.pairs.iter().zip(&mut self.last) {
@@ -159,15 +160,15 @@ impl Cores {
     }
 }
 
-/// By how much rounding may deepen an overlap between two looks.
+/// By how much rounding may deepen an overlap between two checks.
 ///
-/// Six coordinates of up to the box's length are rounded some times, and so is |r|^2 of up to 1.5: an overlap function is |r| times
-/// as uncertain as twice its coordinates.
+/// Six coordinates of up to the length of the box are rounded a few times, and so is |r|^2 of up to 1.5. An
+/// overlap function has |r| times the error of twice its coordinates.
 fn deepening(length: f64) -> f64 {
     2.0 * 1.2 * 16.0 * f64::EPSILON * length
 }
 
-/// Runs until no overlap is left, and looks at all pairs all the time.
+/// Runs until no overlap is left, and keeps checking all pairs.
 fn resolve(recipe: &Recipe) {
     let scene = random_start(recipe, 7);
     let (length, mut cores) = (scene.space().size.x, Cores::new(&scene));
@@ -213,7 +214,7 @@ fn overlaps_of_a_random_start_only_improve_until_all_are_gone() {
 
 #[test]
 fn overlaps_that_weight_holds_down_arrest_without_the_tc_model() {
-    // Weight turns a ball back that is about to leave a static one: at its turning point no impulse helps.
+    // Weight turns back a ball that is about to leave a static one: at its turning point no impulse helps.
     let recipe = Recipe { name: "held down", gravity: -1.0, has_static: true, second: 0.1, ..PLAIN };
     let mut simulation = Simulation::without_plan(random_start(&recipe, 7));
     let arrest = simulation.advance(Until::time(30.0)).unwrap_err().arrest().unwrap();
@@ -236,7 +237,7 @@ fn two_particles_at_the_same_point_part_if_they_move_and_stay_if_not() {
             .particle("A", Vector::zeros(), Vector::new(velocity, 0.0, 0.0));
         let mut simulation = Simulation::without_plan(scene.build().unwrap());
         assert_eq!(simulation.advance(Until::time(2000.0)), Ok(Reason::Time));
-        // An overlap that improves is left alone, and so is one at relative rest, which does not get worse.
+        // An improving overlap is left alone, and so is one at relative rest, which does not deepen.
         assert_eq!(simulation.event_counts().physical(), 0);
         assert_eq!(simulation.real_overlaps().len(), usize::from(velocity == 0.0));
     }

@@ -38,7 +38,7 @@ pub fn listed(space: &Space, potential: &Potential, restitution: f64, particles:
     builder
 }
 
-/// A fluid of hard spheres on a cubic face-centred lattice, to take particles from.
+/// A fluid of hard spheres on a face-centred cubic lattice, as a source of particles.
 pub fn fluid(count: u64, amount: Amount) -> Scene {
     SceneBuilder::new("fluid")
         .species("A", 1.0, 1.0)

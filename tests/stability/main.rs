@@ -1,7 +1,7 @@
-//! Stability: whole runs of the cases that break others, dense, degenerate, at rest and invalid from the start; and what must
-//! not change a run, or undoes it.
+//! Stability: whole runs of cases that break other programs, dense, degenerate, at rest and invalid from the
+//! start; and influences that must not change a run.
 //!
-//! Tolerances are those of round-off, derived where they are used.
+//! Tolerances are for round-off, and derived where they are used.
 
 mod apart;
 mod bits;

@@ -1,5 +1,5 @@
-//! Masses, diameters and mass ratios that are not powers of two: energy drifts as a random walk of roundings, never in proportion to the
-//! number of events.
+//! Masses, diameters and mass ratios that are not powers of two. Energy drifts like a random walk of
+//! roundings, never in proportion to the number of events.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -24,8 +24,8 @@ fn drift(scene: Scene, events: u64) -> f64 {
 
 /// Four standard deviations of a random walk.
 ///
-/// The six components of two velocities are rounded three times each (the change, its share, their sum), which leaves `0.8 eps` of the energy of
-/// a pair per event, root mean square, and here a pair has all the energy there is.
+/// The six components of two velocities are rounded three times each (the change, its share, their sum). This
+/// leaves `0.8 eps` of the pair's energy per event, root mean square, and here the pair has all the energy.
 fn bound(events: u64) -> f64 {
     4.0 * 0.8 * f64::EPSILON * (events as f64).sqrt()
 }
@@ -53,7 +53,7 @@ fn elastic_spheres_of_any_masses_keep_their_energy() {
         println!("{masses:?}: {error:e}");
         worst = worst.max(error.abs());
     }
-    // Shares that are rounded one by one were off by 14 times the bound for masses of 10.
+    // With separately rounded shares it was off by 14 times the bound for masses of 10.
     assert!(worst < bound(100_000), "{worst:e}");
 }
 
@@ -118,7 +118,7 @@ fn a_mixture_with_walls_wells_and_static_spheres_keeps_its_energy() {
         "mixture.toml",
     )
     .unwrap();
-    // Twice the kinetic energy of a pair, relative to all of it: most events touch a twentieth.
+    // Twice the kinetic energy of a pair, relative to the total: most events involve a twentieth.
     let error = drift(scene, 300_000);
     assert!(error.abs() < bound(300_000), "{error:e}, bound {:e}", bound(300_000));
 }

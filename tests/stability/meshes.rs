@@ -1,4 +1,4 @@
-//! Balls in closed meshes at random: convex, rough, and with slivers. None ever leaves.
+//! Balls in random closed meshes: convex, rough, and with slivers. None ever escapes.
 //!
 //! ```text
 //! CAROM_MESH_EVENTS=1000000 cargo test --release --test stability meshes -- --nocapture     # 10^6 contacts in each of 30 meshes
@@ -16,14 +16,14 @@ use std::f64::consts::PI;
 
 const MESHES: u64 = 30;
 
-/// Balls in each mesh, which pass through each other.
+/// Number of balls in each mesh, which pass through each other.
 const BALLS: usize = 12;
 
 fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A sphere of radius 1 of 512 triangles that look outwards, around the origin.
+/// A sphere of radius 1 around the origin with 512 triangles that face outwards.
 fn sphere() -> TriangleMesh {
     let mut vertices: Vec<Vector> =
         [Vector::x(), Vector::y(), Vector::z()].into_iter().flat_map(|axis| [axis, -axis]).collect();
@@ -46,7 +46,8 @@ fn sphere() -> TriangleMesh {
     TriangleMesh { vertices, triangles }
 }
 
-/// A closed mesh around a point, star-shaped about it: rough by up to 0.6 of its radius, with vertices next to each other.
+/// A closed mesh that is star-shaped about a point: rough by up to 0.6 of its radius, with vertices next to
+/// each other.
 fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
     let mut mesh = sphere();
     if kind > 0 {
@@ -56,7 +57,7 @@ fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
         }
     }
     if kind % 2 == 1 {
-        // Slivers: some vertices come as near as 1e-6 to their neighbour, each vertex once.
+        // Slivers: some vertices are as close as 1e-6 to a neighbour, each vertex once.
         let mut is_taken = vec![false; mesh.vertices.len()];
         for triangle in mesh.triangles.clone().iter().step_by(23) {
             let ring: Vec<[u32; 3]> =
@@ -75,7 +76,7 @@ fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
     mesh
 }
 
-/// The solid angle of a mesh from a place: `4 pi` inside, 0 outside (Van Oosterom and Strackee, 1983).
+/// The solid angle of a mesh from a point: `4 pi` inside, 0 outside (Van Oosterom and Strackee, 1983).
 fn solid_angle(mesh: &TriangleMesh, place: &Vector) -> f64 {
     let of = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|vertex| mesh.vertices[vertex as usize] - place);
@@ -120,7 +121,7 @@ fn nothing_ever_leaves_a_closed_mesh() {
         while here < events && thrown < (events / 100).max(100) {
             let scene = scene(mesh.clone(), &mut random, restitution, gravity, &middle);
             let mut simulation = Simulation::new(scene).unwrap();
-            // An arrest of what has come to rest in a corner is no escape.
+            // The arrest of a ball at rest in a corner is not an escape.
             let _ = simulation.advance(Until { time: 1e4, events: (events - here).min(events.div_ceil(10)) });
             thrown += 1;
             let snapshot = simulation.snapshot();

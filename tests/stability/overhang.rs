@@ -1,4 +1,4 @@
-//! Static spheres beyond a wall, as of a mesh that sticks out, do not hide the wall.
+//! Static spheres beyond a wall, such as those of a protruding mesh, do not hide the wall.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -7,7 +7,7 @@ use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
 use carom::scene::SceneBuilder;
 
-/// A ball between walls, over a row of static spheres along x that sticks out by `overhang` on either side.
+/// A ball between walls, over a row of static spheres along x that protrudes by `overhang` on either side.
 fn over_a_row(overhang: f64) -> Scene {
     let wall = Face::Wall { restitution: 1.0 };
     let mut space = Space::periodic_cube(10.0);

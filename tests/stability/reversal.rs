@@ -7,7 +7,7 @@ use carom::model::potential::Potential;
 use carom::model::space::{Space, minimum_image};
 use carom::scene::Amount;
 
-/// A fluid and what binds it.
+/// A fluid and its interactions.
 struct Fluid {
     space: Space,
     potential: Potential,
@@ -17,7 +17,7 @@ impl Fluid {
     fn run(&self, start: &[State], until: Until) -> Simulation {
         let mut simulation = Simulation::without_plan(
             listed(&self.space, &self.potential, 1.0, start)
-                // Round-off puts pairs at a core on either side of it.
+                // By round-off, pairs at a core may be on either side of it.
                 .allow_invalid_start(true)
                 .build()
                 .unwrap(),
@@ -36,9 +36,9 @@ impl Fluid {
 struct Retraced {
     events: u64,
     events_back: u64,
-    /// The largest difference of a coordinate at the end of the way back from the start.
+    /// The largest difference of a coordinate between the end of the way back and the start.
     error: f64,
-    /// By how much tiny shifts of all coordinates grow on the way back, at most.
+    /// Largest growth of tiny shifts of all coordinates on the way back.
     amplification: f64,
 }
 
@@ -48,7 +48,7 @@ fn there_and_back(fluid: &Fluid, start: &[State], time: f64) -> Retraced {
     let back = fluid.run(&turned, Until::time(time));
     let end = states(&back.snapshot());
     let shift = 1e-10;
-    // Signs in an order that has nothing to do with the motion.
+    // Signs in an order unrelated to the motion.
     let sign = |k: usize| if (k * k % 7).is_multiple_of(2) { shift } else { -shift };
     let shifted: Vec<State> = turned
         .iter()
@@ -86,8 +86,9 @@ fn reversed_velocities_retrace_the_run() {
             let time = 0.02 / density * f64::from(1 << doubling);
             let Retraced { events, events_back, error, amplification } = there_and_back(&fluid, &start, time);
             println!("{name}: {events:10} {events_back:6}   {error:14.1e}   {amplification:13.1e}");
-            // Every event rounds coordinates of up to the box's length some ten units, and all may add up; chaos multiplies that
-            // as much as it multiplies the shift, which is only known while both are small.
+            // Every event rounds coordinates of up to the length of the box by about ten units, and all may
+            // add up. Chaos multiplies that by the same factor as the shift, which is known only while both
+            // are small.
             let rounded = 10.0 * fluid.space.size.x * f64::EPSILON * (events + 1) as f64;
             if amplification < 1e5 {
                 assert_eq!(events, events_back);

@@ -1,7 +1,8 @@
-//! Round-off is no fault: valid runs in long boxes, in far ones, and across their sides pass their audit.
+//! Round-off is not a fault: valid runs in long boxes, in distant ones, and across their sides pass their
+//! audit.
 //!
-//! A coordinate loses a unit in the last place of the largest one that it had: a pair next to coordinate 0 may have been predicted
-//! with one of the two at the other side of the box.
+//! A coordinate loses a unit in the last place of its largest value so far. A pair next to coordinate 0 may
+//! have been predicted when one of the two was at the other side of the box.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -17,7 +18,7 @@ fn finished(scene: Scene) -> Finished {
     finished
 }
 
-/// A periodic box of so many axes.
+/// A periodic box with a number of axes.
 fn periodic(dimensions: usize, lower: f64, length: f64) -> Space {
     let is_flat = |k: usize| k >= dimensions;
     Space {
@@ -27,7 +28,7 @@ fn periodic(dimensions: usize, lower: f64, length: f64) -> Space {
     }
 }
 
-/// Particles at places from the lower corner of a box, that leave their common centre of mass at rest.
+/// Particles at positions relative to the lower corner of a box, with their common centre of mass at rest.
 fn placed(mut builder: SceneBuilder, space: &Space, places: &[Vector]) -> SceneBuilder {
     let velocity = |k: usize| {
         let part = |factor: f64| (k as f64 * factor + 0.3).fract() - 0.5;
@@ -72,7 +73,7 @@ fn a_chain_across_a_corner_passes_in_boxes_of_any_length_and_anywhere() {
     }
 }
 
-/// Rods all along a ring, with wells or without.
+/// Rods all along a ring, with or without wells.
 #[test]
 fn rods_on_a_long_ring_pass() {
     for (rods, length, potential) in [
@@ -94,7 +95,7 @@ fn rods_on_a_long_ring_pass() {
     }
 }
 
-/// An overlap that an inelastic pair takes along from a fast flight is still there when it hardly moves.
+/// An overlap that an inelastic pair keeps from a fast flight is still there when it hardly moves.
 #[test]
 fn balls_that_fall_far_and_come_to_rest_pass() {
     for height in [10.0, 1e3, 1e5] {
@@ -117,8 +118,8 @@ fn balls_that_fall_far_and_come_to_rest_pass() {
     }
 }
 
-/// The state of such a run can be the start of another one: of two that are next to coordinate 0, one may have come there across the side, and
-/// overlap by a unit in the last place of the box.
+/// The state of such a run can start another one. Of two particles next to coordinate 0, one may have arrived
+/// across the side, with an overlap of one unit in the last place of the box.
 #[test]
 fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     let build = |length: f64, depth: f64| {
@@ -152,8 +153,8 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     assert!(bonded(1e6, 1e-6).is_err());
 }
 
-/// Spheres that grow much faster than they move are heated by their contacts, which those on a lattice would not have, and cooled again when they have
-/// grown: what their momenta lost is as large as these were then.
+/// Spheres that grow much faster than they move are heated by their contacts, which those on a lattice would
+/// not have, and then cooled again. The error of their momentum is relative to its value when they were hot.
 #[test]
 fn growth_much_faster_than_the_thermal_speed_passes() {
     for rate in [1.0, 1e6, 1e10] {
@@ -174,7 +175,7 @@ fn growth_much_faster_than_the_thermal_speed_passes() {
     }
 }
 
-/// Neighbours that come near cost time, in a box of any length; the length of the way does not.
+/// Nearby neighbours take time, in a box of any length; the length of the path does not.
 #[test]
 fn few_particles_in_a_long_box_are_looked_at_seldom() {
     for boundary in [Boundary::Periodic, Boundary::walls(1.0)] {

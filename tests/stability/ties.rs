@@ -1,4 +1,5 @@
-//! Thousands of events at the same instant: all take place, in one order, and the result is as symmetric as the start.
+//! Thousands of events at the same instant: all happen, in one order, and the result is as symmetric as the
+//! start.
 
 use crate::listed::{State, hard_sphere, line, listed};
 use carom::Vector;
@@ -12,13 +13,14 @@ const EDGE: u32 = 16;
 /// All particles.
 const COUNT: usize = (EDGE * EDGE * EDGE) as usize;
 
-/// Distance of the lattice's sites across the x-axis.
+/// Lattice spacing perpendicular to the x-axis.
 const WIDE: f64 = 3.25;
 
-/// A lattice with a spacing of 2 along the x-axis, whose sheets across it fly at each other at a speed of 1.
+/// A lattice with a spacing of 2 along the x-axis, whose sheets perpendicular to it fly towards each other at
+/// a speed of 1.
 ///
-/// All numbers are binary fractions of few digits, so that nothing is ever rounded; also the times at which particles leave
-/// their cells, because [`WIDE`] is such that the cells become 2 long.
+/// All numbers are binary fractions of few digits, so nothing is ever rounded. This includes the times at
+/// which particles leave their cells, because [`WIDE`] makes the cells 2 long.
 fn sheets() -> (Space, Vec<State>) {
     let at = |k: u32| f64::from(2 * k) + 0.5;
     let across = |k: u32| WIDE * f64::from(k) + 0.5;
@@ -71,7 +73,7 @@ fn sheets_of_a_lattice_collide_all_at_once_and_exactly() {
 fn ties_between_separate_pairs_do_not_depend_on_the_numbering() {
     let (space, particles) = sheets();
     let (expected, _) = run(&space, &hard_sphere(), &particles, 7.25);
-    // 1,231 is prime to the number of particles.
+    // 1,231 is coprime to the number of particles.
     let order: Vec<usize> = (0..COUNT).map(|k| k * 1231 % COUNT).collect();
     let shuffled: Vec<State> = order.iter().map(|&k| particles[k]).collect();
     let (renumbered, events) = run(&space, &hard_sphere(), &shuffled, 7.25);
@@ -83,7 +85,8 @@ fn ties_between_separate_pairs_do_not_depend_on_the_numbering() {
     }
 }
 
-/// The largest difference between the motions of two particles, each seen in the direction of its start; nothing moves across.
+/// The largest difference between the motions of two particles, each relative to its initial direction;
+/// nothing moves across.
 fn asymmetry(simulation: &Simulation, particles: &[State]) -> f64 {
     let (end, size) = (simulation.snapshot(), simulation.scene().space().size.x);
     let moved = |k: usize| {
@@ -103,15 +106,16 @@ fn asymmetry(simulation: &Simulation, particles: &[State]) -> f64 {
 #[test]
 fn a_lattice_of_square_wells_stays_symmetric() {
     let (space, particles) = sheets();
-    // A depth of 3 doubles the relative speed of 2: Capture, Core and Release with one neighbour, and then with the other.
+    // A depth of 3 doubles the relative speed of 2: Capture, Core and Release with one neighbour, and then
+    // with the other.
     let well = Potential::square_well(1.0, 1.25, 3.0).unwrap();
     let (simulation, events) = run(&space, &well, &particles, 20.0);
     let event_counts = simulation.event_counts();
     assert_eq!(event_counts.capture, event_counts.core);
     assert_eq!((event_counts.capture - event_counts.release) % (COUNT as u64 / 2), 0);
     assert_eq!(events.len() % (COUNT / 2), 0);
-    // Positions are rounded to floats below 32, in each of the events of a particle; hard rods pass errors on, and do not
-    // multiply them, but errors of velocities add up over time.
+    // Positions below 32 are rounded in each event of a particle. Hard rods pass errors on without
+    // multiplying them, but errors of velocities add up over time.
     let per_particle = 2.0 * events.len() as f64 / COUNT as f64;
     let bound = 16.0 * f64::EPSILON * 32.0 * per_particle * per_particle;
     for round in events.chunks(COUNT / 2) {
@@ -145,8 +149,8 @@ fn a_periodic_row_collides_all_at_once() {
 
 #[test]
 fn a_sphere_struck_from_all_sides_at_once_stays_where_it_is() {
-    // Along each axis the two strikers exchange their velocities through the sphere between them: three events, which leave
-    // all as it was, except for the strikers' direction.
+    // Along each axis the two strikers exchange their velocities through the sphere between them: three
+    // events, which restore everything except the strikers' direction.
     for dimensions in 1..=3 {
         let space = Space {
             lower: Vector::repeat(-4.0),

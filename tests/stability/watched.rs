@@ -1,13 +1,14 @@
-//! A simulation and the books of its energy.
+//! A simulation with a check of its energy.
 
 use carom::engine::{Reason, Simulation, Until};
 use carom::model::Scene;
 
-/// Roundings of one event, relative to the energy of the particles that it touches: the streaming of two particles, the dot
-/// product and the square of the impulse's line, their quotient, and two new velocities, of three components each.
+/// Number of roundings in one event, relative to the energy of its particles: the flight of two particles,
+/// the dot product and the square of the impulse's line, their quotient, and two new velocities, with three
+/// components each.
 const ROUNDINGS: f64 = 32.0;
 
-/// A simulation, the energy that it started with, and the largest energy on the way.
+/// A simulation, its initial energy, and its largest energy so far.
 pub struct Watched {
     pub simulation: Simulation,
     start: f64,
@@ -31,7 +32,7 @@ impl Watched {
         }
     }
 
-    /// Goes on to a number of events, in 100 stretches; it must not arrest on the way, and time must go on in each.
+    /// Runs to a number of events in 100 parts. It must not arrest, and time must advance in each part.
     #[track_caller]
     pub fn run(&mut self, events: u64) {
         let (start, before) = (self.simulation.event_counts().physical(), self.simulation.time());
@@ -46,13 +47,14 @@ impl Watched {
         }
     }
 
-    /// Kinetic, potential and dissipated energy, less what there was at the start.
+    /// Kinetic, potential and dissipated energy, minus the initial energy.
     pub fn ledger_error(&self) -> f64 {
         let energy = self.simulation.energy();
         energy.kinetic + energy.potential + self.simulation.event_counts().dissipated.total() - self.start
     }
 
-    /// Energy is conserved within round-off, and neither an event nor the end was in an invalid state.
+    /// Asserts that energy is conserved within round-off, and that neither an event nor the end was in an
+    /// invalid state.
     #[track_caller]
     pub fn assert_sound(&self, share: f64) {
         self.assert_conserved(share);
@@ -60,11 +62,11 @@ impl Watched {
         assert_eq!(self.simulation.real_overlaps(), []);
     }
 
-    /// Energy is conserved except for the random walk of round-off.
+    /// Asserts that energy is conserved except for the random walk of round-off.
     ///
-    /// `share` is the part of the largest energy that an event may touch. Roundings are at most `eps / 2` of what they round,
-    /// and as often up as down: those of `n` events have a standard deviation below `ROUNDINGS eps / 2 sqrt(n)`. Four times
-    /// that are allowed, and the same once more for the sums themselves.
+    /// `share` is the fraction of the largest energy that an event may change. Roundings are at most `eps /
+    /// 2` of the rounded number, as often up as down: for `n` events they have a standard deviation below
+    /// `ROUNDINGS eps / 2 sqrt(n)`. Four times that is allowed, and the same again for the sums themselves.
     #[track_caller]
     pub fn assert_conserved(&self, share: f64) {
         let event_counts = self.simulation.event_counts();

@@ -1,4 +1,5 @@
-//! Whole engines with one thing wrong, consistent in themselves: the events of one scene, judged by the rules of another.
+//! Complete engines with one error, consistent in themselves: the events of one scene, judged by the rules of
+//! another.
 
 use carom::check::verify::{Fault, Quantity};
 use carom::model::{Limit, Scene, SceneParts};
@@ -8,7 +9,7 @@ use crate::Recording;
 use crate::WELL;
 use crate::scene;
 
-/// The fault of a simulation that takes `wrong` for `right`.
+/// The fault of a simulation of `wrong` instead of `right`.
 fn fault(wrong: &Scene, right: Scene) -> Fault {
     let recording = Recording { scene: right, ..Recording::of(wrong.clone(), 2000) };
     recording.fault().unwrap().1
@@ -18,7 +19,7 @@ fn changed(text: &str, from: &str, to: &str) -> Scene {
     assert!(text.contains(from), "{from}");
     let mut changed = scene(text).into_parts();
     let other = scene(&text.replace(from, to)).into_parts();
-    // All but the start.
+    // Everything except the start.
     (changed.species, changed.interactions, changed.table) = (other.species, other.interactions, other.table);
     (changed.space.boundary, changed.contact_time) = (other.space.boundary, other.contact_time);
     Scene::new(changed).unwrap()
@@ -79,7 +80,7 @@ fn a_wrong_mass_has_wrong_velocities() {
 fn a_force_that_is_not_there_bends_flights() {
     let falling = changed(FLUID, "[run]", "[dynamics]\ngravity = [0.0, 0.0, -1e-9]\n[run]");
     let found = fault(&falling, scene(FLUID));
-    // The two of the first event are looked at first.
+    // The two particles of the first event are checked first.
     let Fault::WrongNumbers { quantity, .. } = found else { panic!("{found:?}") };
     assert_eq!(quantity, Quantity::Momentum);
 }

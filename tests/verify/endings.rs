@@ -1,4 +1,4 @@
-//! Ends of runs: what nothing follows is proven, and what something follows is not.
+//! Ends of runs: an end is proven if nothing follows, and not if something does.
 
 use carom::check::verify::{Contact, Fault, Verifier};
 use carom::engine::{Simulation, States};
@@ -6,7 +6,7 @@ use carom::model::Scene;
 
 use crate::scene;
 
-/// The spheres of diameter 1 of a scene, at places and with velocities.
+/// The spheres of diameter 1 of a scene, at given positions and velocities.
 fn spheres(head: &str, potential: &str, particles: &[([f64; 3], [f64; 3])]) -> Scene {
     let mut text = format!(
         "{head}\n[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 1.0\n[[interaction]]\nspecies = [\"A\", \"A\"]\n{potential}\n"
@@ -30,7 +30,7 @@ const OPEN: &str = "[space]\nsize = [10.0, 10.0, 10.0]\nx = \"open\"\ny = \"open
 
 #[test]
 fn an_end_is_not_shown_where_rounding_decides_between_a_miss_and_a_collision() {
-    // 10^8 diameters away, past at a distance of 1 and some 10^-9.
+    // 10^8 diameters away, passing at a distance of 1 and about 10^-9.
     let pair =
         |miss: f64| spheres(OPEN, HARD, &[([1e8, miss, 0.0], [-1.0, 0.0, 0.0]), ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&pair(1.01)), Ok(()));
@@ -69,7 +69,7 @@ fn what_cannot_be_found_is_not_shown_either() {
     let head = "[space]\nsize = [1e9, 1e9, 1e9]";
     let lost = spheres(head, HARD, &[([0.0, 0.0, 0.0], [-1.0, 0.37, 0.11]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert!(matches!(end_of(&lost), Err(Fault::EndNotShown { .. })));
-    // Out of a slit, it passes some images and then none.
+    // Out of a slit, past some images and then past none.
     let slit = "[space]\nsize = [10.0, 10.0, 1e3]\nz = \"open\"";
     let out = |y| spheres(slit, HARD, &[([0.0, y, 0.0], [-1.0, 0.0, 0.1]), ([5.0, 5.0, 0.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&out(0.0)), Ok(()));

@@ -42,7 +42,7 @@ pub fn deep(depth: &str) -> Scene {
 
 #[test]
 fn wells_that_make_particles_go_round_the_box_at_once_are_proven_or_refused_without_a_panic() {
-    // At 1e16 positions still have eight digits; at 1e20 and beyond they have none that are significant.
+    // At 1e16 positions still have eight digits; from 1e20 on they have no significant ones.
     for depth in ["1e12", "1e16", "1e20", "1e30", "1e49"] {
         let certificate = prove(deep(depth), 0, 300);
         let is_proven = certificate.is_proven() && certificate.counts.events() == 300;
@@ -52,7 +52,8 @@ fn wells_that_make_particles_go_round_the_box_at_once_are_proven_or_refused_with
 
 #[test]
 fn a_long_wait_before_quick_events_costs_digits_and_no_proof() {
-    // Two that fall for 35 units of time, and then step through each other's potential within some thousandths.
+    // Two that fall for 35 units of time, and then step through each other's potential within a few
+    // thousandths.
     let text = r#"
 [space]
 size = [1204.8385830017867, 0.0, 0.0]
@@ -87,7 +88,8 @@ until_events = 1000
 
 #[test]
 fn what_flies_on_for_many_epochs_of_others_is_proven() {
-    // A light one between two walls has a thousand times as many events as the heavy ones that drift out of an open line.
+    // A light particle between two walls has a thousand times as many events as the heavy ones that drift out
+    // of an open line.
     let text = r#"
 [space]
 size = [400.0, 0.0, 0.0]

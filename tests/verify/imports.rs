@@ -1,5 +1,6 @@
-//! Imports of the verifier and the reference engine from the rest of the program: the scene, and the states that the verifier is shown; and the verifier
-//! Algorithm 1 as printed, with the features of surfaces that it is asked of. Whatever they shared with the engine they could not check.
+//! What the verifier and the reference engine import from the rest of the program: the scene, and for the
+//! verifier the states it is given and Algorithm 1 as printed, with features of surfaces. Whatever they
+//! shared with the engine they could not check.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +10,7 @@ type Allowed = [(&'static str, &'static [&'static str])];
 
 const OF_VERIFIER: &Allowed = &[
     ("Vector", &[]),
-    // Algorithm 1, and what the features of surfaces are.
+    // Algorithm 1, and the features of surfaces.
     (
         "check::reference",
         &[
@@ -26,18 +27,18 @@ const OF_VERIFIER: &Allowed = &[
             "next_event",
         ],
     ),
-    // The form in which states are shown, and how a run says that it cannot go on.
+    // The form in which states are given, and how a run reports that it cannot continue.
     ("engine", &["Arrest", "Elapsed", "InvariantBroken", "States"]),
     ("engine::event", &[]),
     ("model", &[]),
     ("scene", &[]),
 ];
-/// The scene as data, and a cast. Of itself it says `self::` or `super::`.
+/// The scene as data, and a cast. Its own parts are imported by `self::` or `super::`.
 const OF_REFERENCE: &Allowed = &[("Vector", &[]), ("base::numbers", &["id"]), ("model", &[])];
-/// Where the run is replayed that is to be proven.
+/// Replays the run to be proven.
 const REPLAY: &str = "replay.rs";
 
-/// Everything after `crate::` in the code of a file, without its unit tests, one name at a time: `a::b::c`.
+/// Everything after `crate::` in the code of a file without its unit tests, one name at a time: `a::b::c`.
 fn taken(text: &str) -> Vec<String> {
     let code = text.split("#[cfg(test)]").next().unwrap_or_default();
     let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
@@ -58,7 +59,7 @@ fn is_allowed(allowed: &Allowed, file: &str, path: &str) -> bool {
     if file == REPLAY && path.starts_with("engine::") {
         return true;
     }
-    // The longest that fits: `engine::event` before `engine`.
+    // The longest match: `engine::event` before `engine`.
     let rests =
         allowed.iter().filter_map(|(part, names)| path.strip_prefix(part).map(|rest| (part.len(), rest, names)));
     let within =
@@ -68,12 +69,13 @@ fn is_allowed(allowed: &Allowed, file: &str, path: &str) -> bool {
     })
 }
 
-/// Asserts that a module and the files in its folder take nothing else from other parts of the program. How many things it takes.
+/// Asserts that a module and the files in its folder import nothing else from other parts of the program.
+/// Returns the number of imports.
 fn assert_independent(module: &str, allowed: &Allowed) -> usize {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/check");
     let mut files = vec![root.join(module).with_extension("rs")];
     let entries = fs::read_dir(root.join(module)).unwrap().map(|entry| entry.unwrap().path());
-    // Unit tests compare with what is not to be used.
+    // Unit tests compare with the forbidden parts.
     files.extend(entries.filter(|path| path.is_file() && !path.ends_with("tests.rs")));
     assert!(files.len() > 4);
     let mut all = 0;

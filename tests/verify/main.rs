@@ -1,4 +1,4 @@
-//! The proof of runs: what is right is proven, and whatever is wrong is found.
+//! The proof of runs: correct runs are proven, and every error is found.
 
 mod broken_engines;
 mod endings;
@@ -49,7 +49,7 @@ impl Recording {
         Self { scene, start, events }
     }
 
-    /// The first fault, and the number of the event where it is found, from 0.
+    /// The first fault, and the index of the event at which it is found.
     fn fault(&self) -> Option<(usize, Fault)> {
         let mut verifier = Verifier::new(&self.scene, &self.start).unwrap();
         self.fault_for(&mut verifier)

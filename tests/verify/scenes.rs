@@ -17,7 +17,7 @@ pub fn assert_proven(name: &str, certificate: &Certificate, events: u64) {
     assert!(counts.events() == events || certificate.end == End::RunEnded, "{name}: {certificate:?}");
     let margins = certificate.margins;
     let worst = margins.distance.max(margins.overlap).max(margins.outcome).max(margins.flight);
-    // The bounds count every rounding at its worst and on top of each other; in practice they cancel.
+    // The bounds assume every rounding at its worst and in the same direction; in practice they cancel.
     assert!(worst < 0.5, "{name}: {margins:?}");
 }
 
@@ -84,7 +84,7 @@ fn invalid_starts_are_proven_to_improve() {
     let text = FLUID.replace("fcc", "overlapping").replace("256", "200").replace("0.35", "0.2");
     let mut particles = String::from("allow_invalid_start = true\n[space]\nsize = [8.0, 8.0, 8.0]\n");
     particles.push_str(&text[..text.find("[[fill]]").unwrap()]);
-    // A simple generator of overlapping places (Weyl sequence), at a packing fraction of 0.2.
+    // A simple generator of overlapping positions (Weyl sequence), at a packing fraction of 0.2.
     for k in 0..200 {
         let place = |step: f64| (f64::from(k) * step).fract();
         let (x, y, z) = (8.0 * place(0.819_172_5), 8.0 * place(0.671_043_6), 8.0 * place(0.549_700_4));

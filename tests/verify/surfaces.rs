@@ -1,4 +1,4 @@
-//! Surfaces of scenes: every kind of them is proven, and whatever is wrong at one is found.
+//! Surfaces of scenes: every kind is proven, and every error at one is found.
 
 mod kinds;
 mod moving;
@@ -18,10 +18,11 @@ use carom::scene::{Arrangement, Fill, SceneBuilder, SurfaceDraft};
 use crate::scenes::assert_proven;
 use crate::{config, prove, scene};
 
-/// Middle of the region where the grains start.
+/// Middle of the region in which the grains start.
 const MIDDLE: Vector = Vector::new(10.0, 10.0, 10.0);
 
-/// Grains of two sizes and masses on a lattice around the middle of an open region, with velocities that look like random ones.
+/// Grains of two sizes and masses on a lattice around the middle of an open region, with irregular
+/// velocities.
 pub fn grains(seed: u32, count: u32) -> SceneBuilder {
     let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -42,7 +43,7 @@ pub fn grains(seed: u32, count: u32) -> SceneBuilder {
     scene
 }
 
-/// A mesh, turned about the middle so that no face is across an axis.
+/// A mesh, turned about the middle so that no face is perpendicular to an axis.
 pub fn turned(mesh: &TriangleMesh) -> SurfaceShape {
     let rotation = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
     SurfaceShape::Mesh(mesh.transformed(1.0, &rotation, &(MIDDLE - rotation * MIDDLE)))
@@ -53,7 +54,7 @@ pub fn cuboid(half: f64) -> TriangleMesh {
     TriangleMesh::cuboid(&MIDDLE.add_scalar(-half), &MIDDLE.add_scalar(1.1 * half))
 }
 
-/// A prism on a star: its side has edges that point inwards.
+/// A prism over a star: its side has edges that point inwards.
 fn star(points: u32, radii: [f64; 2], height: f64) -> TriangleMesh {
     let count = 2 * points;
     let corner = |k: u32, z: f64| {
@@ -72,13 +73,13 @@ fn star(points: u32, radii: [f64; 2], height: f64) -> TriangleMesh {
     TriangleMesh { vertices: vertices.collect(), triangles: (0..count).flat_map(around).collect() }
 }
 
-/// A mesh without the triangle of a number.
+/// A mesh without one of its triangles.
 pub fn without(mut mesh: TriangleMesh, triangle: usize) -> TriangleMesh {
     mesh.triangles.remove(triangle);
     mesh
 }
 
-/// Surfaces of every kind around the middle: what goes out at one of them is met by the next.
+/// Surfaces of every kind around the middle: what leaves one of them meets the next.
 pub fn around(kind: usize) -> Vec<SurfaceShape> {
     let at = |x: f64, y: f64, z: f64| MIDDLE + Vector::new(x, y, z);
     let plane = |k: u32| {
@@ -112,7 +113,7 @@ pub fn around(kind: usize) -> Vec<SurfaceShape> {
             turned(&TriangleMesh::cuboid(&at(-1.0, -1.5, -4.2), &at(1.5, 1.0, -2.6))),
         ],
         5 => vec![turned(&star(5, [4.0, 2.8], 5.0))],
-        // A box that is open on one side, in a ball, and a sheet.
+        // A box with one open side, in a ball, and a sheet.
         6 => vec![
             ball(6.0, true),
             turned(&without(without(cuboid(2.4), 11), 10)),
@@ -127,13 +128,14 @@ pub fn around(kind: usize) -> Vec<SurfaceShape> {
 
 pub const KINDS: usize = 8;
 
-/// The surfaces of a kind in a scene.
+/// A scene with surfaces of a kind.
 pub fn with(scene: SceneBuilder, shapes: Vec<SurfaceShape>, restitution: f64) -> Scene {
     let draft = |(k, shape)| SurfaceDraft::new(&format!("surface {k}"), shape).restitution(restitution);
     shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
 }
 
-/// Asserts that a scene is proven, to its end where nothing follows, or came to rest. Events that were proven at its surfaces.
+/// Asserts that a scene is proven, to its end if nothing follows, or came to rest. Returns the number of
+/// proven events at its surfaces.
 fn assert_surfaces(name: &str, scene: Scene, events: u64) -> u64 {
     let certificate: Certificate = prove(scene, 0, events);
     match certificate.end {
@@ -150,7 +152,7 @@ fn scenes_of_configs_with_surfaces_are_proven() {
         let certificate = prove(config(name), 0, events);
         assert_proven(name, &certificate, events);
     }
-    // Where grains have reached the surfaces.
+    // After grains have reached the surfaces.
     for (name, from) in [("funnel", 30_000), ("silo", 30_000)] {
         let certificate = prove(config(name), from, 1000);
         assert_proven(name, &certificate, 1000);
@@ -162,7 +164,7 @@ fn scenes_of_configs_with_surfaces_are_proven() {
 /// More events than any of these runs has.
 const ALL: EventRange = EventRange { from: 0, events: 1_000 };
 
-/// A ball on a gate over a floor, and one that only falls.
+/// A ball on a gate over a floor, and another ball that only falls.
 const GATE: &str = r#"
 [space]
 size = [10.0, 10.0, 10.0]
@@ -224,13 +226,13 @@ fn a_gate_is_there_in_its_stage_and_for_its_species() {
     assert_proven("gate", &certificate, 1_000);
     assert_eq!(certificate.end, End::RunEnded);
     assert!((certificate.duration - 42.0).abs() < 1e-9 && certificate.counts.surface > 10, "{certificate:?}");
-    // A range that begins after it has opened, and a stage that ends by its events.
+    // A range that begins after the gate has opened, and a stage that ends by its events.
     for from in 6..12 {
         assert_proven("later", &prove(scene(GATE), from, 10), 10);
     }
     let by_events = GATE.replace("until_time = 12.0", "until_events = 7");
     assert_proven("by events", &prove(scene(&by_events), 0, 30), 30);
-    // By the record of a run, which ends in a stage or where the last one does, and has so many events.
+    // By the record of a run, which ends in a stage or at the end of the last one, with a number of events.
     let run = |events, time| verify_run(scene(GATE), RunEnd { events, time }, ALL, &mut |_| ControlFlow::Continue(()));
     for time in [11.0, 12.1, 25.0, 42.0] {
         let found = run(None, time);
@@ -259,7 +261,7 @@ fn surfaces_in_periodic_boxes_are_proven_in_all_images() {
         SurfaceShape::Cylinder { point: Vector::new(0.1, 0.3, 5.0), axis: Vector::x(), radius: 0.5, is_inside: false };
     let ball = SurfaceShape::Sphere { centre: Vector::new(6.9, 3.0, 3.0), radius: 0.8, is_inside: false };
     let other = SurfaceShape::Sphere { centre: Vector::new(3.0, 0.2, 6.8), radius: 0.8, is_inside: false };
-    // Few particles have neighbour lists and fly round the box many times, many have cells.
+    // Few particles have neighbour lists and travel around the box many times; many have cells.
     for (count, gravity) in [(3, 0.0), (3, 0.3), (40, 0.0), (40, 0.3)] {
         let gas = grains(0, 0).space(Space::periodic_cube(7.0)).gravity(Vector::new(0.1, 0.2, -1.0) * gravity);
         let gas = gas.add_fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);

@@ -1,4 +1,4 @@
-//! A true sequence of events with one thing changed.
+//! A true sequence of events with one change.
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};
@@ -12,7 +12,7 @@ use crate::Recording;
 use crate::WELL;
 use crate::scene;
 
-/// The event that is tampered with.
+/// Index of the changed event.
 const K: usize = 300;
 
 fn fluid() -> Recording {
@@ -29,7 +29,7 @@ fn first(recording: &Recording, outcome: Outcome) -> usize {
     (K..recording.events.len()).find(is_it).unwrap()
 }
 
-/// A particle that does not take part in event `K`.
+/// A particle not involved in event `K`.
 fn bystander(recording: &Recording) -> ParticleId {
     let event = &recording.events[K].0;
     (0..256).rev().map(ParticleId).find(|id| *id != event.particle && Some(*id) != event.partner()).unwrap()
@@ -67,7 +67,7 @@ fn swapped_events_are_out_of_order() {
     let expected = Contact::of(&recording.events[K + 1].0);
     let Some((K, Fault::Missed { contact, .. })) = recording.fault() else { panic!("{:?}", recording.fault()) };
     assert_eq!(contact, expected);
-    // The same, seen from the second one alone.
+    // The same, as seen from the second one alone.
     recording.events.remove(K);
     recording.events.insert(K, recording.events[K + 1].clone());
     assert!(matches!(recording.fault(), Some((K, Fault::Missed { .. }))));
@@ -85,7 +85,7 @@ fn an_invented_event_is_too_early_or_of_two_that_part() {
     recording.events.insert(K + 1, (event, states));
     assert!(matches!(recording.fault(), Some((at, Fault::Early { .. })) if at == K + 1), "{:?}", recording.fault());
 
-    // The same event once more: its two are already parting.
+    // The same event repeated: its two particles already separate.
     let mut recording = fluid();
     let again = recording.events[K].clone();
     recording.events.insert(K + 1, again);
@@ -201,7 +201,7 @@ fn a_wrong_pair_state_shows() {
     let mut verifier = Verifier::resume(&recording.scene, &recording.start, &captured).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
 
-    // The pair of the first Release is taken for uncaptured: at that distance they can only come in.
+    // The pair of the first Release is treated as uncaptured: at that distance it can only come in.
     let release =
         recording.events.iter().position(|(event, _)| event.kind == EventKind::Pair(Outcome::Release)).unwrap();
     let pair = Contact::of(&recording.events[release].0);

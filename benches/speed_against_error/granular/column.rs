@@ -1,4 +1,4 @@
-//! Grains that come to rest on top of each other: the heights are known exactly.
+//! Grains that come to rest on top of each other, with exactly known heights.
 
 use super::spring_dashpot::{SpringDashpot, Start};
 use super::{COST, Method, UNREST, sheet, timed};
@@ -49,7 +49,7 @@ fn error(positions: &[Vector]) -> f64 {
     heights.map(|(k, position)| (position.z - 0.5 - k as f64).abs()).fold(0.0, f64::max)
 }
 
-/// Particles times unit times of a run.
+/// Number of particles times simulated time of a run.
 const AMOUNT: f64 = GRAINS as f64 * TIME;
 
 fn scene(contact_time: f64) -> Outcome<Scene> {

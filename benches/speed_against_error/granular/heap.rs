@@ -1,4 +1,4 @@
-//! Grains that fall on a floor and come to rest as a heap, periodic at its sides.
+//! Grains that fall on a floor and form a heap, with periodic sides.
 
 use super::spring_dashpot::{SpringDashpot, Start};
 use super::{COST, Method, UNREST, sheet};
@@ -25,7 +25,7 @@ const TIME: f64 = 30.0;
 const RESTITUTION: f64 = 0.5;
 const SEEDS: [u64; 3] = [1, 2, 3];
 
-/// Stiffnesses and steps per contact; the first is the reference.
+/// Stiffnesses and steps per contact; the first one is the reference.
 const BASELINES: [(f64, f64); 5] = [(1e6, 20.0), (1e5, 20.0), (1e4, 50.0), (1e4, 10.0), (1e3, 20.0)];
 
 const CONTACT_TIMES: [f64; 3] = [0.03, 0.01, 0.005];

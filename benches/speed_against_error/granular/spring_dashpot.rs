@@ -1,18 +1,18 @@
-//! The baseline: grains as linear springs and dashpots, moved by leapfrog.
+//! The baseline: grains as linear springs and dashpots, integrated by leapfrog.
 
 use crate::neighbours::{List, Periods};
 use carom::Vector;
 
-/// Beyond contact `[sigma]`; a list is built again when a grain has moved by half of it.
+/// Distance beyond contact `[sigma]`. A list is rebuilt when a grain has moved by half of it.
 const SKIN: f64 = 0.3;
 
-/// Where the grains are; diameter and mass are 1.
+/// The positions of the grains; their diameter and mass are 1.
 #[derive(Debug, Clone)]
 pub struct Start {
-    /// Infinite where the space is open.
+    /// Infinite for open axes.
     pub periods: Vector,
     pub gravity: f64,
-    /// A floor at `z = 0`.
+    /// Whether there is a floor at `z = 0`.
     pub has_floor: bool,
     pub positions: Vec<Vector>,
     pub velocities: Vec<Vector>,
@@ -22,15 +22,15 @@ pub struct SpringDashpot {
     start: Start,
     periods: Periods,
     stiffness: f64,
-    /// Force per speed of approach, of a pair and at the floor.
+    /// Damping force per approach speed, of a pair and at the floor.
     damping: [f64; 2],
     dt: f64,
     forces: Vec<Vector>,
     list: List,
     listed: Vec<Vector>,
-    /// Energy taken by the dashpots so far.
+    /// Energy dissipated in the dashpots so far.
     pub dissipated: f64,
-    /// Deepest overlap so far, of a diameter.
+    /// Deepest overlap so far, in diameters.
     pub deepest: f64,
     elastic: f64,
 }
@@ -50,7 +50,7 @@ impl SpringDashpot {
         grains
     }
 
-    /// Advances by at least a time, in whole steps of at most the time step.
+    /// Advances by at least a time, in whole steps no longer than the time step.
     pub fn advance(&mut self, time: f64) {
         let steps = (time / self.dt).ceil();
         self.dt = time / steps;
@@ -113,7 +113,7 @@ impl SpringDashpot {
         }
     }
 
-    /// The repulsion of a contact, overlapped by a depth and opening at a speed.
+    /// The repulsive force of a contact with an overlap that opens at a speed.
     fn contact(&mut self, depth: f64, speed: f64, kind: usize) -> f64 {
         self.deepest = self.deepest.max(depth);
         self.elastic += 0.5 * self.stiffness * depth * depth;
@@ -129,14 +129,14 @@ impl SpringDashpot {
         0.5 * self.start.velocities.iter().map(Vector::norm_squared).sum::<f64>()
     }
 
-    /// Kinetic, elastic and gravitational.
+    /// Kinetic, elastic and gravitational energy.
     pub fn energy(&self) -> f64 {
         let heights: f64 = self.start.positions.iter().map(|x| x.z).sum();
         self.kinetic() + self.elastic + self.start.gravity * heights
     }
 }
 
-/// `eta` of a damped spring that gives back a part of the speed: `e = exp(-eta t)` at the end of half a period.
+/// `eta` of a damped spring with a restitution: `e = exp(-eta t)` at the end of half a period.
 fn decay(stiffness: f64, mass: f64, restitution: f64) -> f64 {
     let logarithm = -restitution.ln();
     (stiffness / mass).sqrt() * logarithm / std::f64::consts::PI.hypot(logarithm)

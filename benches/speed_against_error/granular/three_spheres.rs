@@ -1,4 +1,4 @@
-//! The formal example of Bamme and Sbalzarini: three elastic spheres on a line, with an exact answer.
+//! The formal example of Bamme and Sbalzarini: three elastic spheres on a line, with an exact solution.
 
 use super::spring_dashpot::{SpringDashpot, Start};
 use super::{COST, Method, sheet, timed};
@@ -24,9 +24,11 @@ pub const OVERLAPPED: &str = "three spheres: overlapped start";
 
 const TIME: f64 = 10.0;
 
-/// The start of the middle sphere, and where all are at the end: spheres of equal mass exchange their velocities.
+/// The start of the middle sphere, and the final positions of all: spheres of equal mass exchange their
+/// velocities.
 ///
-/// Measured from contact with the first, positions are those of points that pass each other; the order remains.
+/// Measured from contact with the first, positions are those of points that pass through each other; the
+/// order stays.
 const STARTS: [(&str, f64, [f64; 3]); 2] =
     [(VALID, 1.02, [-19.98, 23.0, 42.0]), (OVERLAPPED, 0.98, [-20.0, 23.0, 41.98])];
 
@@ -86,7 +88,7 @@ fn carom(middle: f64, exact: [f64; 3]) -> Outcome<[f64; 4]> {
     let (cost, simulation) = timed(run);
     let simulation = simulation?;
     let energy = simulation.energy().kinetic / initial_energy() - 1.0;
-    // The event at the start executes what was given; the overlap is the start's, not the run's.
+    // The event at the start resolves the given overlap, which belongs to the start and not to the run.
     let deepest = simulation.event_counts().deepest_overlap;
     Ok([cost / (3.0 * TIME), farthest(&simulation.snapshot().positions, exact), energy, deepest])
 }

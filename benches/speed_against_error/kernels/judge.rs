@@ -1,4 +1,4 @@
-//! An answer against the exact one.
+//! An answer compared with the exact one.
 
 use super::problem::Pair;
 use crate::oracle::dyadic::Dyadic;
@@ -9,22 +9,23 @@ use crate::oracle::witness::witness;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// The right verdict: none, or now.
+    /// The correct verdict: no event, or now.
     Right,
-    /// The right event after now: relative error of its time, and the error in units of what rounding allows.
+    /// The correct event after now: relative error of its time, and the error in units of what rounding
+    /// allows.
     Time { relative: f64, of_allowed: f64 },
-    /// Right for coefficients within their rounding.
+    /// Correct for coefficients within their rounding.
     WithinRounding,
-    /// None, or a later event.
+    /// No event, or a later one.
     Missed,
-    /// One that does not take place, or not yet.
+    /// An event that does not happen, or not yet.
     Invented,
 }
 
-/// A time that is off by a larger part belongs to another event.
+/// A time with a larger relative error belongs to another event.
 const ANOTHER_EVENT: f64 = 1e-2;
 
-/// Bits to which an exact time is bracketed: more than a float has.
+/// Bits of the bracket around an exact time: more than a floating-point number has.
 const BITS: i64 = 80;
 
 pub struct Truth {
@@ -65,7 +66,7 @@ impl Truth {
         if witness(&self.overlap, answer, None) { Judgement::WithinRounding } else { wrong }
     }
 
-    /// Whether `f` cannot be told from zero: the event may as well be a root, which has another condition.
+    /// Whether `f` is indistinguishable from zero. Then the event may be a root, which has another condition.
     fn may_be_root(&self, t: f64) -> bool {
         self.overlap.polynomial().value(&Dyadic::from(t)).to_f64().abs() <= self.overlap.error_at(t)
     }

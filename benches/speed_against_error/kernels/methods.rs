@@ -1,14 +1,14 @@
-//! Methods that are compared.
+//! The compared methods.
 
 use super::problem::{Pair, Problem};
 use super::{paper, textbook};
 use carom::physics::detection::{accelerated, inertial};
 
-/// A way to find the time of the next event.
+/// A method to find the time of the next event.
 pub struct Method {
     pub name: &'static str,
     pub ask: fn(&Pair) -> Option<f64>,
-    /// Thousands of evaluations: it is timed with fewer calls.
+    /// Needs thousands of evaluations, so it is timed with fewer calls.
     pub is_slow: bool,
 }
 
@@ -16,7 +16,7 @@ fn quick(name: &'static str, ask: fn(&Pair) -> Option<f64>) -> Method {
     Method { name, ask, is_slow: false }
 }
 
-/// The methods for a problem; the paper's Algorithms 2 and 3 have no bisection.
+/// The methods for a problem. The paper's Algorithms 2 and 3 have no bisection.
 pub fn of(problem: Problem) -> Vec<Method> {
     let mut methods = if problem.is_accelerated {
         vec![

@@ -1,7 +1,7 @@
 //! Algorithms 4 to 6 as printed, with the roots of `f'` in closed form and bisection to a chosen width.
 //!
-//! The corrections that the print needs in order to run at all are made: the upper limit in Algorithm 6, and the simple root of
-//! two where `f'` has a double one.
+//! Only the corrections that the printed version needs to run at all are made: the upper limit in Algorithm
+//! 6, and the simple root of two if `f'` has a double one.
 
 use super::problem::Pair;
 use carom::physics::overlap::Side;
@@ -69,12 +69,13 @@ fn algorithm_6(pair: &Pair, mut from: f64, width: f64) -> Option<f64> {
     Some(bisect(f, from, from + step, width))
 }
 
-/// The event in a region of interaction: at once where the region begins below zero, otherwise where `f` falls through it.
+/// The event in an interaction region: at its start if that is already below zero, otherwise where `f` falls
+/// through zero.
 fn fall(f: impl Fn(f64) -> f64, from: f64, to: f64, width: f64) -> f64 {
     if f(from) <= 0.0 { from } else { bisect(f, from, to, width) }
 }
 
-/// The valid end of a bracket, once it is as narrow as a part `width` of its upper end.
+/// The valid end of a bracket, bisected until it is as narrow as `width` times its upper end.
 pub fn bisect(f: impl Fn(f64) -> f64, mut valid: f64, mut invalid: f64, width: f64) -> f64 {
     loop {
         let middle = 0.5 * (valid + invalid);

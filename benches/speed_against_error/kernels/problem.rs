@@ -1,4 +1,4 @@
-//! Problems of detection: four of them, one for each of the paper's algorithms.
+//! Four problems of detection, one for each of the paper's algorithms.
 
 use crate::oracle::exact::{Overlap, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State};
 use carom::physics::motion::RelativeState;
@@ -28,14 +28,14 @@ impl Problem {
         }
     }
 
-    /// Overlap function about which the oracle decides.
+    /// The overlap function that the oracle evaluates.
     pub fn overlap(self, state: &State) -> Overlap {
         let roundings = if self.is_accelerated { ROUNDINGS_OF_QUARTIC } else { ROUNDINGS_OF_QUADRATIC };
         Overlap::of_pair(state, self.side, roundings)
     }
 }
 
-/// A pair as a method sees it, and the floats that it was made from.
+/// A pair as a method sees it, and the floating-point numbers from which it was made.
 pub struct Pair {
     pub problem: Problem,
     pub side: Side,
@@ -53,7 +53,7 @@ impl Pair {
         Self { problem, side: problem.side, state, quadratic, quartic }
     }
 
-    /// The overlap function of the pair's side.
+    /// The overlap function on the side of the pair.
     pub fn value(&self, t: f64) -> f64 {
         let positive = if self.problem.is_accelerated { self.quartic.value(t) } else { self.quadratic.value(t) };
         self.side.sign() * positive

@@ -1,4 +1,4 @@
-//! Seeded states: ordinary ones, and those on which codes break.
+//! Seeded states: ordinary ones, and hard ones that break codes.
 
 use super::problem::{Pair, Problem};
 use crate::oracle::cases::FAMILIES;
@@ -24,7 +24,7 @@ impl Class {
 
 const SEED: u64 = 20_240_607;
 
-/// The families of the oracle's tests that are of order one, in time as well, so that fixed steps have a chance.
+/// The families of the oracle's tests that are of order one, also in time, so that fixed steps have a chance.
 const HARD: [&str; 5] = ["contact", "one float from contact", "grazing", "overlapped", "resting contact"];
 
 pub fn pairs(problem: Problem, class: Class, count: usize) -> Vec<Pair> {
@@ -36,7 +36,8 @@ pub fn pairs(problem: Problem, class: Class, count: usize) -> Vec<Pair> {
     (0..count).map(|k| Pair::new(problem, make(k))).collect()
 }
 
-/// A neighbour: up to two diameters away, half of them aimed near the sphere; or somewhere inside of the discontinuity.
+/// A neighbour up to two diameters away, half of the time aimed close to the sphere; or a point somewhere
+/// inside of the discontinuity.
 fn ordinary(random: &mut Random, problem: Problem) -> State {
     let (along, across) = random.directions();
     let (position, velocity) = match problem.side {
@@ -62,7 +63,7 @@ fn hard(random: &mut Random, problem: Problem, k: usize) -> State {
     let (_, family) = FAMILIES.iter().find(|(known, _)| known == name).expect("a family of the oracle");
     let mut state = family(random, problem.is_accelerated);
     if problem.is_accelerated && state.acceleration == Vector::zeros() {
-        // The algorithms' Require line.
+        // The precondition of the algorithms.
         state.acceleration.z = -1.0;
     }
     state

@@ -1,4 +1,5 @@
-//! The ways of textbooks. None of them knows of invalid states: the next event is the next fall of `f` through zero after now.
+//! Textbook methods. None of them handles invalid states: the next event is the next fall of `f` through zero
+//! after now.
 
 use super::paper::bisect;
 use super::problem::Pair;
@@ -15,7 +16,7 @@ pub fn quadratic(pair: &Pair) -> Option<f64> {
     (t >= 0.0 && t.is_finite()).then_some(t)
 }
 
-/// All four roots at once, by Ferrari's formula; the first after now through which `f` falls.
+/// All four roots at once by Ferrari's formula; the first after now at which `f` falls.
 pub fn closed_form_quartic(pair: &Pair) -> Option<f64> {
     let c = &pair.quartic.coefficients;
     let roots = roots::find_roots_quartic(c[4], c[3], c[2], c[1], c[0]);
@@ -23,7 +24,7 @@ pub fn closed_form_quartic(pair: &Pair) -> Option<f64> {
     falls.min_by(f64::total_cmp)
 }
 
-/// Newton's method, started now, until a step is lost in the time.
+/// Newton's method, started now, until a step is below the resolution of the time.
 pub fn newton(pair: &Pair) -> Option<f64> {
     const MOST_STEPS: usize = 100;
     let mut t: f64 = 0.0;
@@ -40,10 +41,10 @@ pub fn newton(pair: &Pair) -> Option<f64> {
     None
 }
 
-/// The last time that is looked at.
+/// The latest time that is searched.
 const HORIZON: f64 = 100.0;
 
-/// Steps of one length until `f` has fallen below zero in one of them, which is then bisected.
+/// Steps of fixed length until `f` is below zero after one of them, which is then bisected.
 pub fn scan(pair: &Pair, step: f64) -> Option<f64> {
     let mut before = pair.value(0.0);
     #[expect(clippy::cast_possible_truncation, reason = "steps are no shorter than 1e-6")]

@@ -1,8 +1,8 @@
-//! Thermodynamic means, which both methods give.
+//! Thermodynamic means, given by both methods.
 
 use carom::Vector;
 
-/// Means over a stretch of time, per particle where they are energies.
+/// Time averages; energies are per particle.
 #[derive(Debug, Clone, Copy)]
 pub struct Thermodynamics {
     pub temperature: f64,
@@ -12,7 +12,7 @@ pub struct Thermodynamics {
 }
 
 impl Thermodynamics {
-    /// One statistic of each quantity.
+    /// Applies a statistic to each quantity.
     pub fn each(statistic: impl Fn(fn(&Self) -> f64) -> f64) -> Self {
         Self {
             temperature: statistic(|x| x.temperature),
@@ -22,7 +22,8 @@ impl Thermodynamics {
         }
     }
 
-    /// From kinetic and potential energy and virial `sum r_ij . F_ij` of `count` particles without net momentum.
+    /// From kinetic energy, potential energy and virial `sum r_ij . F_ij` of `count` particles without total
+    /// momentum.
     pub fn new(count: f64, volume: f64, kinetic: f64, potential: f64, virial: f64) -> Self {
         Self {
             temperature: 2.0 * kinetic / (3.0 * (count - 1.0)),
@@ -38,12 +39,12 @@ pub trait Fluid {
     fn advance(&mut self, time: f64) -> Thermodynamics;
 }
 
-/// Where the runs start.
+/// The state at the start of the runs.
 pub struct State {
     pub box_length: f64,
     pub positions: Vec<Vector>,
     pub velocities: Vec<Vector>,
-    /// Total energy per particle, of the cut and shifted potential.
+    /// Total energy per particle, for the cut and shifted potential.
     pub energy: f64,
 }
 

@@ -9,7 +9,7 @@ use carom::model::potential::Potential;
 use carom::model::space::Space;
 use carom::scene::SceneBuilder;
 
-/// Where the hard core stands: at exp(-50/1.5) no pair has that energy.
+/// Energy at the position of the hard core. With a weight of exp(-50/1.5), no pair reaches it.
 const CORE_ENERGY: f64 = 50.0;
 
 pub struct Stepped {
@@ -19,7 +19,7 @@ pub struct Stepped {
 }
 
 impl Stepped {
-    /// From the positions of a state, with its velocities scaled so that the total energy is the state's.
+    /// Starts from the positions of a state, with velocities scaled to its total energy.
     ///
     /// `None` if the steps are so coarse that the potential energy alone is larger.
     pub fn new(state: &State, steps: usize) -> Outcome<Option<Self>> {
@@ -34,7 +34,7 @@ impl Stepped {
     }
 }
 
-/// Carom's steps, each shifted by as much as the smooth potential.
+/// Carom's steps, each shifted like the smooth potential.
 fn potential(steps: usize) -> Outcome<Potential> {
     let cut = Potential::stepped_lennard_jones(1.0, 1.0, CUTOFF, steps, CORE_ENERGY)?;
     let shift = verlet::energy_of_pair(CUTOFF * CUTOFF);

@@ -1,4 +1,4 @@
-//! The baseline: velocity Verlet with lists of neighbours.
+//! The baseline: velocity Verlet with neighbour lists.
 
 use super::fluid::{Fluid, State, Thermodynamics};
 use super::{CUTOFF, Plan};
@@ -25,7 +25,7 @@ pub struct Verlet {
     virial: f64,
 }
 
-/// The potential before it is shifted, at a squared distance.
+/// The potential at a squared distance, before the shift.
 pub fn energy_of_pair(squared: f64) -> f64 {
     let sixth = (1.0 / squared) * (1.0 / squared) * (1.0 / squared);
     4.0 * sixth * (sixth - 1.0)
@@ -68,7 +68,7 @@ impl Verlet {
             for &j in &self.list.partners[self.list.starts[i]..self.list.starts[i + 1]] {
                 let r = self.periods.separation(&position, &self.positions[j as usize]);
                 let squared = r.norm_squared();
-                // A factor instead of a branch, which would be guessed wrong for every third pair.
+                // A factor instead of a branch, which would be mispredicted for every third pair.
                 let is_near = f64::from(u8::from(squared < CUTOFF * CUTOFF));
                 let inverse = 1.0 / squared;
                 let sixth = inverse * inverse * inverse;
@@ -126,7 +126,7 @@ impl Fluid for Verlet {
     }
 }
 
-/// A fluid near the plan's temperature: from a lattice, at first with velocities scaled to it.
+/// A fluid near the planned temperature: starts from a lattice, with velocities scaled at first.
 pub fn equilibrate(plan: &Plan) -> State {
     let scene = SceneBuilder::new("start")
         .species("atom", 1.0, 1.0)

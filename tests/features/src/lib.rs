@@ -1,1 +1,1 @@
-//! Nothing but features: see `Cargo.toml`.
+//! Only features: see `Cargo.toml`.

@@ -1,4 +1,5 @@
-//! Every kind of feature on every family of states: no verdict is wrong, no time is off by more than rounding.
+//! Every kind of feature on every family of states: no verdict is wrong, and no time is off by more than
+//! rounding.
 
 use super::approach::Target;
 use super::compare::{Comparison, Judgement, compare};
@@ -7,17 +8,17 @@ use super::feature::State;
 use super::rule::{Kind, Verdict};
 use crate::random::Random;
 
-/// States of each family and target: 20 families of them make 5,000.
+/// States of each family and target; with 20 families this gives 5,000.
 const PER_FAMILY: usize = 250;
 
 /// 10^6 states.
 const PER_FAMILY_OF_LONG_RUN: usize = 50_000;
 
-/// Number of wrong answers that are shown, and after which the search stops: confirming each takes a second.
+/// Number of wrong answers that are printed, after which the search stops: confirming each takes a second.
 const SHOWN: usize = 3;
 const ENOUGH: usize = 10;
 
-/// Counts of one target.
+/// Counts for one target.
 #[derive(Debug, Default)]
 struct Tally {
     states: usize,
@@ -29,10 +30,10 @@ struct Tally {
     within_rounding: usize,
     wrong: Vec<(&'static str, State, Comparison)>,
     wrong_count: usize,
-    /// The largest error of a time, and the largest change to a witness, in units of what rounding allows.
+    /// The largest error of a time, and the largest change of a witness, in units of what rounding allows.
     worst_ratio: f64,
     worst_witness: f64,
-    /// Witnesses that need more than half of it.
+    /// Witnesses that need more than half of what rounding allows.
     far_witnesses: usize,
 }
 
@@ -93,7 +94,7 @@ impl Tally {
     }
 }
 
-/// Tries so many states of every family; how many answers are wrong.
+/// Tries a number of states of every family; returns the number of wrong answers.
 fn count_wrong(target: Target, per_family: usize, seed: u64) -> usize {
     let mut tally = Tally::default();
     for (number, (family, _)) in FAMILIES.iter().enumerate() {

@@ -1,11 +1,11 @@
-//! Motions written down at the time of contact, in a frame of the feature, and followed back to where they start.
+//! Motions defined at the time of contact in the frame of the feature, and traced back to their start.
 
 use super::feature::{Feature, State};
 use crate::random::Random;
 use carom::Vector;
 use carom::physics::overlap::Side;
 
-/// The feature that is met.
+/// The feature of the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     Point,
@@ -15,35 +15,36 @@ pub enum Target {
     Plane,
 }
 
-/// A contact. Components are those away from the feature, along it, and across both: for a face the last two are in it.
+/// A contact. Components are perpendicular to the feature, along it, and perpendicular to both; for a face
+/// the last two are in its plane.
 #[derive(Debug, Clone)]
 pub struct Approach {
     pub target: Target,
     pub side: Side,
-    /// Away from the feature, along it, and across both.
+    /// Directions: perpendicular to the feature, along it, and perpendicular to both.
     pub frame: [Vector; 3],
-    /// Whether all numbers are small binary fractions, and the frame is that of the coordinates.
+    /// Whether all numbers are small binary fractions, with the frame along the coordinate axes.
     pub is_exact: bool,
     pub length: f64,
     /// Corners of the face in its plane.
     pub corners: [[f64; 2]; 3],
-    /// Where the foot is.
+    /// Position of the foot.
     pub foot: [f64; 2],
     pub contact: f64,
-    /// Distance less that of contact, in units of it.
+    /// Distance minus that of contact, in units of the latter.
     pub gap: f64,
     pub velocity: [f64; 3],
     pub acceleration: [f64; 3],
-    /// From the start to the contact.
+    /// Time from the start to the contact.
     pub time: f64,
-    /// Where a point of the feature is in coordinates that are rounded.
+    /// Position of a point of the feature, in rounded coordinates.
     pub offset: Vector,
 }
 
 const EXACT_FRAME: [Vector; 3] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
 
 impl Approach {
-    /// Everything of order one, and a foot within.
+    /// Everything of order one, with the foot on the feature.
     pub fn new(random: &mut Random, target: Target) -> Self {
         let is_exact = random.chance(0.35);
         let frame = if is_exact {
@@ -88,7 +89,7 @@ impl Approach {
         approach
     }
 
-    /// A number of `[-1, 1]`.
+    /// A number in `[-1, 1]`.
     pub fn number(&self, random: &mut Random) -> f64 {
         if self.is_exact { (random.below(17) as f64 - 8.0) / 8.0 } else { random.between(-1.0, 1.0) }
     }
@@ -107,7 +108,7 @@ impl Approach {
         }
     }
 
-    /// The foot anywhere on the feature.
+    /// Puts the foot anywhere on the feature.
     pub fn put_inside(&mut self, random: &mut Random) {
         let [a, b, c] = self.corners;
         let (mut p, mut q) = (self.number(random).abs(), self.number(random).abs());
@@ -121,7 +122,7 @@ impl Approach {
         };
     }
 
-    /// The foot on an end, a side or a corner.
+    /// Puts the foot on an end, a side or a corner.
     pub fn put_on_end(&mut self, random: &mut Random) {
         let first = random.below(3);
         let [a, b] = [self.corners[first], self.corners[(first + 1) % 3]];
@@ -133,7 +134,7 @@ impl Approach {
         };
     }
 
-    /// Moves the foot by so much in any direction along the feature.
+    /// Moves the foot by this much in a random direction along the feature.
     pub fn nudge(&mut self, random: &mut Random, size: f64) {
         for x in &mut self.foot {
             *x += size * (random.below(9) as f64 - 4.0) / 4.0;
@@ -147,7 +148,7 @@ impl Approach {
     /// The motion from its start.
     pub fn state(&self, random: &mut Random) -> State {
         let (velocity, acceleration, t) = (self.vector(self.velocity), self.vector(self.acceleration), self.time);
-        // A point has no foot but itself, and a line none aside.
+        // A point has only one foot, and a line has none sideways.
         let foot = match self.target {
             Target::Point => [0.0; 2],
             Target::Line | Target::Segment => [self.foot[0], 0.0],
@@ -166,7 +167,7 @@ impl Approach {
         State { feature, position, velocity: velocity - acceleration * t, acceleration, contact: self.contact }
     }
 
-    /// Positions relative to the corners are rounded one by one, and the normal may point to either side.
+    /// Positions relative to the corners are rounded separately, and the normal may point to either side.
     fn face(&self, random: &mut Random, position: &Vector) -> Feature {
         let corners = self.corners.map(|[x, y]| self.offset + self.vector([0.0, x, y]));
         let along = |side: usize| corners[(side + 1) % 3] - corners[side];

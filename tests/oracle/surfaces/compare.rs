@@ -1,27 +1,28 @@
-//! An answer of Carom against the oracle's, for a feature.
+//! Compares an answer of Carom for a feature with the oracle.
 //!
-//! The answer has to be the oracle's for the exact polynomials, at its time to within the bound that the roots'
-//! condition sets, or, where the input sits within its own rounding of the boundary between two verdicts, the oracle's
-//! for a witness.
+//! The answer must be the oracle's for the exact polynomials, at its time to within the bound from the
+//! condition of the roots. If the input is within its own rounding of the boundary between two verdicts, it
+//! may be the oracle's for a witness.
 
 use super::feature::State;
 use super::rule::{Kind, Verdict, next_event};
 use super::witness::witness;
 use crate::measure::distance;
 
-/// The largest error of a time, in units of what rounding allows ([`crate::measure::Distance::ratio`]): as for pairs
-/// (`tests/oracle/compare.rs`), closed forms and brackets are within their condition and 3 ulp. The time of an entry is
-/// the sum of a rounded time and a closed form: 4.
+/// The largest allowed error of a time, in units of what rounding allows
+/// ([`crate::measure::Distance::ratio`]). As for pairs (`tests/oracle/compare.rs`), closed forms and brackets
+/// are within their condition plus 3 ulp. The time of an entry is the sum of a rounded time and a closed
+/// form: 4.
 pub fn largest_ratio(kind: Kind) -> f64 {
     if matches!(kind, Kind::Entry(_)) { 4.0 } else { 3.0 }
 }
 
-/// How an answer stands.
+/// The verdict on an answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// The oracle's verdict; where it is a time after now, the error in units of what rounding allows.
+    /// The oracle's verdict. For a time after now, the error in units of what rounding allows.
     Right(Option<f64>),
-    /// That of a witness, which is off by such a part of what rounding allows.
+    /// The verdict of a witness, which is off by this fraction of what rounding allows.
     WithinRounding(f64),
     Wrong(&'static str),
 }

@@ -51,7 +51,7 @@ pub fn draw(random: &mut Random, target: Target, number: usize) -> State {
     }
 }
 
-/// Some ulps of order one, or none.
+/// A few ulps of order one, or none.
 fn ulps(random: &mut Random) -> f64 {
     if random.chance(0.3) { 0.0 } else { f64::EPSILON * (random.below(17) as f64 - 8.0) * 0.5 }
 }
@@ -60,7 +60,7 @@ fn beside(random: &mut Random, approach: &mut Approach) {
     approach.nudge(random, 1.0);
 }
 
-/// Closest at contact, to within some ulp or as many square roots of one.
+/// Closest at contact, to within a few ulps or as many square roots of one.
 fn grazing(random: &mut Random, approach: &mut Approach) {
     approach.velocity[0] = 0.0;
     if random.chance(0.3) {
@@ -82,7 +82,7 @@ fn near_end(random: &mut Random, approach: &mut Approach) {
     approach.nudge(random, size);
 }
 
-/// The foot comes to rest on an end and goes back, to within some ulp.
+/// The foot comes to rest on an end and goes back, to within a few ulps.
 fn turns_at_end(random: &mut Random, approach: &mut Approach) {
     approach.put_on_end(random);
     let slip = ulps(random);
@@ -104,7 +104,8 @@ fn inside(random: &mut Random, approach: &mut Approach) {
     approach.acceleration[0] *= if random.chance(0.3) { 0.0 } else { slow };
 }
 
-/// Moves along a line or face, at any distance from it; aside or not, and with an acceleration along or none.
+/// Moves along a line or face at any distance from it, with or without sideways motion and acceleration along
+/// it.
 fn parallel(random: &mut Random, approach: &mut Approach) {
     let noise = |random: &mut Random| if random.chance(0.6) { 0.0 } else { ulps(random) };
     approach.gap = match random.below(4) {
@@ -126,7 +127,7 @@ fn parallel(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// In contact, with no speed or hardly any, pressed on or not.
+/// In contact, with little or no speed, pressed on or not.
 fn resting(random: &mut Random, approach: &mut Approach) {
     approach.time = 0.0;
     approach.gap = ulps(random);
@@ -156,7 +157,7 @@ fn slight_overlap(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The foot is on an end at a time when the sphere is within the distance of contact.
+/// The foot is on an end while the sphere is within the distance of contact.
 fn entering(random: &mut Random, approach: &mut Approach) {
     near_end(random, approach);
     inside(random, approach);
@@ -183,7 +184,7 @@ fn tiny(random: &mut Random, approach: &mut Approach) {
     }
     shrink(approach, [1e-6; 2]);
     if random.chance(0.5) {
-        // Little is needed to pass it.
+        // A small shift is enough to pass it.
         approach.nudge(random, 1e-6);
     }
     if random.chance(0.3) {
@@ -204,7 +205,7 @@ fn sliver(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The feature is far from the origin: what is relative to it has lost its last digits.
+/// The feature is far from the origin: relative positions have lost their last digits.
 fn offset(random: &mut Random, approach: &mut Approach) {
     approach.offset = random.vector() * 1e6;
     match random.below(5) {
@@ -229,7 +230,7 @@ fn far(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// Of the frame's directions one, with or without a rest in the others: of rounding, or little more.
+/// Along one direction of the frame, with or without rounding errors or slightly more in the others.
 fn aligned(random: &mut Random, approach: &mut Approach) {
     let (axis, size) = (random.below(3), random.sign() * random.scale(-2.0, 2.0));
     let rest = match random.below(3) {
@@ -305,7 +306,7 @@ fn of_any_scale(random: &mut Random, mut state: State) -> State {
     if let Feature::Segment(_, length) = &mut state.feature {
         *length = random.scale(-20.0, 20.0);
     }
-    // Half of the time about as far as the sphere is.
+    // Half of the time about as far away as the sphere.
     let near = state.position.norm() * random.scale(-1.0, 1.0);
     state.contact = if random.chance(0.5) { near } else { random.scale(-20.0, 20.0) };
     state

@@ -1,9 +1,10 @@
-//! A sphere and a feature: what Carom is asked, and the exact polynomials by which the answer is judged.
+//! A sphere and a feature: the question to Carom, and the exact polynomials by which the answer is judged.
 //!
-//! Positions, velocities, accelerations, directions and distances are floats and taken as exact, positions relative to
-//! a point of the feature. Exact are then the expressions of the code without rounding: `across(d, x) = x - d (d . x)`
-//! in the overlap function of a line, the height `n . x` of a plane and a face, the extents `d . x` and `L - d . x` of
-//! a segment, and `w . x` of each side of a face. A face is met where `|h| <= s` and `|h|` falls.
+//! Positions, velocities, accelerations, directions and distances are floating-point numbers and taken as
+//! exact, with positions relative to a point of the feature. Exact are then the expressions of the code
+//! without rounding: `across(d, x) = x - d (d . x)` in the overlap function of a line, the height `n . x` of
+//! a plane and a face, the extents `d . x` and `L - d . x` of a segment, and `w . x` for each side of a face.
+//! A face is met where `|h| <= s` and `|h|` falls.
 
 use super::question::{Form, Question, Shape};
 use super::rounded::{Rounded, across, dot, triple};
@@ -35,13 +36,13 @@ pub struct State {
     pub contact: f64,
 }
 
-/// Roundings of the closed forms of Algorithms 2 and 3: the products of `D = B^2 - V2 R2`, as for pairs.
+/// Roundings in the closed forms of Algorithms 2 and 3: the products of `D = B^2 - V2 R2`, as for pairs.
 const OF_QUADRATIC: [u32; 3] = [1, 1, 1];
 
 /// Horner's rule for a quartic, and the factor of its derivative.
 const OF_QUARTIC: [u32; 5] = [1, 3, 5, 8, 8];
 
-/// The products of `D = v^2 - 2 a h`; and the distance that is subtracted from a height.
+/// The products of `D = v^2 - 2 a h`, and the distance that is subtracted from a height.
 const OF_PLANE: [u32; 4] = [1, 1, 1, 0];
 
 /// Extents: Horner's rule gives 1, 3 and 4, the discriminant 2 each, and the rate at the beginning of a stretch 1 and
@@ -119,7 +120,7 @@ impl State {
         Question { shape, forms, without_acceleration }
     }
 
-    /// A component of the motion, exact and as Carom has it.
+    /// A component of the motion, exact and as computed by Carom.
     fn component(&self, direction: &Vector, position: &Vector) -> ([Rounded; 3], Parabola) {
         let d = triple(direction);
         let component = |vector: &Vector| dot(&d, &triple(vector));
@@ -161,7 +162,7 @@ impl State {
         Form::new(&terms, &computed, if is_quadratic { &OF_QUADRATIC } else { &OF_QUARTIC })
     }
 
-    /// This question without an acceleration, which Carom drops where it is what rounding may have left of one along the
+    /// This question without acceleration. Carom drops an acceleration that may be round-off of one along the
     /// line: below 4 epsilon of its size, to which rounding itself adds less than 3.
     fn without_acceleration(&self, direction: &Vector) -> Option<Form> {
         let size = self.acceleration.norm();

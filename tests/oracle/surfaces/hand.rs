@@ -1,4 +1,4 @@
-//! The oracle itself, on motions whose events are known.
+//! Tests of the oracle itself, on motions with known events.
 
 use super::feature::{Feature, State};
 use super::place::{Place, falls, order};
@@ -44,7 +44,7 @@ const BELOW: Kind = Kind::Root { is_below: true };
 
 #[test]
 fn signs_at_roots_and_their_order_are_exact() {
-    // sqrt 2, and parabolas that vanish there, or 2^-200 beside.
+    // sqrt 2, and parabolas that vanish there, or 2^-200 away from it.
     let root = &falls(&polynomial(&[2.0, 0.0, -1.0]))[0];
     let beside = |shift: &Dyadic| Polynomial::new(&[&Dyadic::from(-2.0) + shift, Dyadic::zero(), Dyadic::from(1.0)]);
     let tiny = Dyadic::power_of_two(-200);
@@ -54,7 +54,7 @@ fn signs_at_roots_and_their_order_are_exact() {
         let other = &falls(&Polynomial::new(&[&Dyadic::from(2.0) + &shift, Dyadic::zero(), Dyadic::from(-1.0)]))[0];
         assert_eq!(order(root, other), 0.cmp(&sign));
     }
-    // Where the polynomial turns, above zero, at it and below.
+    // At the turning point of the polynomial, above zero, at zero and below.
     let turn = &falls(&polynomial(&[3.0, -1.0]))[0];
     for (lift, sign) in [(0.125, 1), (0.0, 0), (-0.125, -1)] {
         assert_eq!(Place::At(turn).sign(&polynomial(&[9.0 + lift, -6.0, 1.0])), sign);
@@ -72,7 +72,7 @@ fn an_event_is_the_first_root_with_its_foot_on_the_feature() {
     expect_later(&value(&twice, &[[-3.0, 1.0, 0.0]]), ROOT, 3.0);
     expect_none(&value(&twice, &[[-4.0, 1.0, 0.0]]));
     expect_none(&value(&twice, &[[-1.0, 0.0, 0.0]]));
-    // Between 3 and the turning point after it the foot enters; on the way out it is too late.
+    // The foot enters between 3 and the following turning point; on the way out it is too late.
     expect_later(&value(&twice, &[[-3.25, 1.0, 0.0]]), Kind::Entry(0), 3.25);
     expect_none(&value(&twice, &[[-3.75, 1.0, 0.0]]));
 }
@@ -86,7 +86,7 @@ fn during_a_stretch_the_last_of_the_extents_decides() {
     expect_later(&value(&f, &[[-2.0, 1.0, 0.0], [2.0, -1.0, 0.0]]), Kind::Entry(0), 2.0);
     expect_none(&value(&f, &[[-3.0, 1.0, 0.0], [2.0, -1.0, 0.0]]));
     expect_none(&value(&f, &[[-5.0, 1.0, 0.0]]));
-    // An extent that dips between 1/2 and 3; one that touches zero at 2; one that only just does not.
+    // An extent that dips between 1/2 and 3; one that touches zero at 2; one that just misses it.
     expect_later(&value(&f, &[[1.5, -3.5, 1.0]]), Kind::Entry(0), 3.0);
     expect_later(&value(&f, &[[-4.0, 4.0, -1.0]]), Kind::Touch(0), 2.0);
     expect_none(&value(&f, &[[(-4.0_f64).next_down(), 4.0, -1.0]]));
@@ -113,7 +113,7 @@ fn a_face_is_met_from_both_sides_and_not_from_within_its_plane() {
     expect_none(&height([0.5, 1.0, 0.0], 1.0, &[]));
     expect_none(&height([0.0, 1.0, 0.0], 1.0, &[]));
     expect_none(&height([0.0, 0.0, 0.0], 1.0, &[]));
-    // Up to the plane from above, and no farther.
+    // Down to the plane from above, and no further.
     expect_later(&height([3.0, -1.0, 0.0], 1.0, &[[-2.5, 1.0, 0.0]]), Kind::Entry(0), 2.5);
     expect_none(&height([3.0, -1.0, 0.0], 1.0, &[[-3.0, 1.0, 0.0]]));
     // Thrown up from below the plane: through it, and back from above.
@@ -159,7 +159,7 @@ fn a_wrong_answer_is_seen_as_such() {
     for answer in [None, Some(0.0), Some(1.99), Some(2.0 + 1e-14)] {
         assert_eq!(witness(&question, answer), None, "{answer:?}");
     }
-    // With its foot on the end, both are within rounding; beside it by a little more, only none is.
+    // With its foot on the end, both verdicts are within rounding; slightly beside it, only no event is.
     let position = Vector::new(1.0, 3.0, 0.0);
     let on_end = State { position, velocity: Vector::new(-0.5, -1.0, 0.0), ..state };
     assert!(witness(&on_end.question(), None).is_some_and(|part| part < 1.0));

@@ -1,4 +1,4 @@
-//! Times that are roots of polynomials: signs of other polynomials there, and which of two comes first.
+//! Times that are roots of polynomials: signs of other polynomials there, and the order of two times.
 
 use crate::crossing::{Crossing, first_fall};
 use crate::dyadic::Dyadic;
@@ -6,7 +6,7 @@ use crate::polynomial::Polynomial;
 use crate::sturm::{Chain, common_factor};
 use std::cmp::Ordering;
 
-/// A time at which the rule is looked at.
+/// A time at which the rule is evaluated.
 #[derive(Debug, Clone, Copy)]
 pub enum Place<'a> {
     Now,
@@ -22,7 +22,7 @@ impl Place<'_> {
         }
     }
 
-    /// The sign just after: of the first derivative that is not zero there.
+    /// The sign just after: that of the first derivative that is not zero there.
     pub fn sign_after(&self, g: &Polynomial) -> i32 {
         if g.is_zero() {
             return 0;
@@ -34,13 +34,13 @@ impl Place<'_> {
     }
 }
 
-/// Halvings of a bracket before a search for a common root, which is rare and costs more.
+/// Bisections of a bracket before the search for a common root, which is rare and expensive.
 const HALVINGS: usize = 40;
 
 /// Tries of Budan's theorem. At a turning point of the polynomial it never excludes a root.
 const CHEAP: usize = 4;
 
-/// The sign at a crossing, whose bracket is narrowed until the polynomial has no root in it, or a root in common.
+/// The sign at a crossing. The bracket is narrowed until the polynomial has no root in it, or a common root.
 fn sign_at(g: &Polynomial, crossing: &Crossing) -> i32 {
     if g.degree() == 0 {
         return g.sign_far_away();
@@ -64,7 +64,7 @@ fn sign_at(g: &Polynomial, crossing: &Crossing) -> i32 {
     unreachable!("roots that differ are apart")
 }
 
-/// Budan's theorem: so many roots in `(from, to]`, or fewer by an even number.
+/// Budan's theorem: this many roots in `(from, to]`, or fewer by an even number.
 fn count_at_most(g: &Polynomial, from: &Dyadic, to: &Dyadic) -> usize {
     let variations = |x: &Dyadic| if x.sign() == 0 { g.variations() } else { g.around(x).variations() };
     variations(from) - variations(to)
@@ -75,7 +75,7 @@ fn is_common_root(a: &Polynomial, b: &Polynomial, from: &Dyadic, to: &Dyadic) ->
     common.degree() > 0 && Chain::new(&common).count(from, to) > 0
 }
 
-/// Which of two crossings comes first. Their brackets are narrowed until they are apart, or hold a root in common.
+/// The order of two crossings. Their brackets are narrowed until they are disjoint or hold a common root.
 pub fn order(a: &Crossing, b: &Crossing) -> Ordering {
     for step in 0.. {
         let ((a_lower, a_upper), (b_lower, b_upper)) = (a.bracket(), b.bracket());
@@ -99,7 +99,7 @@ pub fn order(a: &Crossing, b: &Crossing) -> Ordering {
     unreachable!("roots that differ are apart")
 }
 
-/// All times after now at which a polynomial changes its sign from plus to minus.
+/// All times after now at which a polynomial changes sign from plus to minus.
 pub fn falls(f: &Polynomial) -> Vec<Crossing> {
     let mut found = Vec::new();
     let mut after = Dyadic::zero();

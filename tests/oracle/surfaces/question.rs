@@ -1,7 +1,7 @@
 //! Exact polynomials of a motion and a feature, and boxes around their coefficients.
 //!
-//! A box holds every polynomial which an evaluation in floats may have taken for the exact one: what rounding does to
-//! the coefficient, and to its term when the polynomial is evaluated.
+//! A box contains every polynomial that a floating-point evaluation may have used instead of the exact one:
+//! it includes the rounding of the coefficient, and of its term in an evaluation.
 
 use super::rounded::{ROUND_OFF, Rounded};
 use super::rule::{Exact, Kind, Overlap};
@@ -13,12 +13,13 @@ use crate::polynomial::Polynomial;
 pub struct Form {
     pub coefficients: Vec<Dyadic>,
     pub errors: Vec<f64>,
-    /// Coefficients as Carom computes them.
+    /// Coefficients as computed by Carom.
     pub computed: Vec<f64>,
 }
 
 impl Form {
-    /// `roundings[k]`: so many a term of degree `k` goes through when the polynomial is evaluated, or its roots are.
+    /// `roundings[k]` is the number of roundings of a term of degree `k` when the polynomial or its roots are
+    /// evaluated.
     pub fn new(terms: &[Rounded], computed: &[f64], roundings: &[u32]) -> Self {
         let error = |(term, n): (&Rounded, &u32)| term.error + f64::from(*n) * ROUND_OFF * (term.size + term.error);
         Self {
@@ -28,7 +29,7 @@ impl Form {
         }
     }
 
-    /// Where in the box Carom's coefficients are, in parts of its half edges.
+    /// Position of Carom's coefficients in the box, as fractions of its half edges.
     pub fn place_of_computed(&self) -> Vec<f64> {
         let part = |((exact, error), computed): ((&Dyadic, &f64), &f64)| {
             let off = (&Dyadic::from(*computed) - exact).to_f64();
@@ -37,33 +38,34 @@ impl Form {
         self.coefficients.iter().zip(&self.errors).zip(&self.computed).map(part).collect()
     }
 
-    /// Moved by parts of the half edges.
+    /// Shifted by fractions of the half edges.
     pub fn moved(&self, parts: &[f64]) -> Vec<Dyadic> {
         let terms = self.coefficients.iter().zip(&self.errors).zip(parts);
         terms.map(|((c, error), part)| c + &(&Dyadic::from(*error) * &Dyadic::from(*part))).collect()
     }
 }
 
-/// How the coefficients of the first form make an overlap function.
+/// How the coefficients of the first form make up an overlap function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// Coefficients of a height above a plane.
     Linear,
-    /// Coefficients of a squared distance, times this sign: the leading one has it as well.
+    /// Coefficients of a squared distance, times this sign, which is also that of the leading one.
     Square(i32),
     /// Coefficients of a height, and the distance at which the plane is met on either side.
     TwoSided,
 }
 
-/// The place of the distance among the coefficients of a two-sided form.
+/// Index of the distance among the coefficients of a two-sided form.
 pub const DISTANCE: usize = 3;
 
-/// A question: an overlap function, and extents after it.
+/// A question: an overlap function, followed by extents.
 #[derive(Debug, Clone)]
 pub struct Question {
     pub shape: Shape,
     pub forms: Vec<Form>,
-    /// The overlap function of a straight motion, where rounding cannot tell the acceleration across a line from none.
+    /// The overlap function of a straight motion, if rounding cannot distinguish the acceleration across a
+    /// line from zero.
     pub without_acceleration: Option<Form>,
 }
 
@@ -81,7 +83,7 @@ impl Functional {
 }
 
 impl Question {
-    /// The polynomials of the middle of all boxes.
+    /// The polynomials at the centres of all boxes.
     pub fn exact(&self) -> Exact {
         let middles: Vec<_> = self.forms.iter().map(|form| form.coefficients.clone()).collect();
         self.with(&middles).expect("the exact square is one")
@@ -100,7 +102,7 @@ impl Question {
         Some(Self { shape: self.shape, forms, without_acceleration: None })
     }
 
-    /// The polynomials with other coefficients; none if a square would not be one.
+    /// The polynomials with other coefficients; `None` if a square would not be one.
     pub fn with(&self, coefficients: &[Vec<Dyadic>]) -> Option<Exact> {
         let (first, extents) = coefficients.split_first().expect("an overlap function");
         let overlap = match self.shape {
@@ -140,13 +142,13 @@ impl Question {
         Functional { form, weights }
     }
 
-    /// By how much the boxes can move it.
+    /// How far the boxes can shift it.
     pub fn error_of(&self, functional: &Functional) -> f64 {
         let terms = functional.weights.iter().zip(&self.forms[functional.form].errors);
         terms.map(|(weight, error)| weight.to_f64().abs() * error).sum()
     }
 
-    /// All kinds of events that it can have; touching is never computed.
+    /// All kinds of events that it can have. Touching is never computed.
     pub fn kinds(&self) -> Vec<Kind> {
         let below = (self.shape == Shape::TwoSided).then_some(Kind::Root { is_below: true });
         let entries = (0..self.forms.len() - 1).map(Kind::Entry);

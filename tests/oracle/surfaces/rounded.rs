@@ -1,23 +1,23 @@
-//! Exact numbers, each with a bound of the error that floats make on the way to it.
+//! Exact numbers, each with a bound on its floating-point error.
 //!
-//! Running error analysis (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.3): every operation adds
-//! the unit round-off times the size of its result to what the errors of its operands become. Written with these
-//! numbers, an expression of the code is its own analysis.
+//! Running error analysis (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.3): every
+//! operation adds the unit round-off times the size of its result to the propagated errors of its operands.
+//! An expression of the code, written with these numbers, is its own analysis.
 
 use crate::dyadic::Dyadic;
 use carom::Vector;
 use std::ops::{Add, Mul, Sub};
 
-/// Half the distance from 1 to the next float.
+/// Half the distance from 1 to the next floating-point number.
 pub const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
-/// Bounds are themselves floats: rounded down by less than this in each operation.
+/// Bounds are floating-point numbers themselves, rounded down by less than this in each operation.
 const SLACK: f64 = 1.0 + 8.0 * f64::EPSILON;
 
 #[derive(Debug, Clone)]
 pub struct Rounded {
     pub exact: Dyadic,
-    /// A bound of its magnitude.
+    /// A bound on its magnitude.
     pub size: f64,
     pub error: f64,
 }
@@ -32,17 +32,17 @@ impl Rounded {
         Self { exact, size, error: (error + ROUND_OFF * (size + error)) * SLACK }
     }
 
-    /// Half of it: exact in floats.
+    /// Half of it, which is exact.
     pub fn half(&self) -> Self {
         Self { exact: self.exact.half(), size: 0.5 * self.size, error: 0.5 * self.error }
     }
 
-    /// Twice it: exact in floats.
+    /// Twice it, which is exact.
     pub fn double(&self) -> Self {
         Self { exact: &self.exact + &self.exact, size: 2.0 * self.size, error: 2.0 * self.error }
     }
 
-    /// The other sign: exact in floats.
+    /// Its negative, which is exact.
     pub fn negative(&self) -> Self {
         Self { exact: -&self.exact, ..*self }
     }
@@ -82,10 +82,11 @@ pub fn dot(a: &Triple, b: &Triple) -> Rounded {
     &(&x + &y) + &z
 }
 
-/// `x - d (d . x)`, as `carom::physics::detection::feature::across` has it.
+/// `x - d (d . x)`, as in `carom::physics::detection::feature::across`.
 ///
-/// The direction's length misses 1 by rounding. It is taken as it is: what is exact here is this expression, not the
-/// projection onto the plane across the direction, from which it differs by less than its own rounding.
+/// The length of the direction differs from 1 by rounding and is taken as it is. Exact here is this
+/// expression, not the projection onto the plane perpendicular to the direction, from which it differs by
+/// less than its own rounding.
 pub fn across(direction: &Triple, vector: &Triple) -> Triple {
     let along = dot(direction, vector);
     [0, 1, 2].map(|k| &vector[k] - &(&direction[k] * &along))

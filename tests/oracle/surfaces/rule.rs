@@ -2,8 +2,9 @@
 //!
 //! > The first time `t >= 0` at which `f(t) <= 0`, `f` falls just after `t`, and no extent `b_k(t) < 0`.
 //!
-//! The times with `f <= 0` and `f` falling are stretches that their beginnings belong to; where no extent is negative is closed. So there
-//! is a first time, and it is now, the beginning of a stretch, or a time at which an extent stops being negative.
+//! The times with `f <= 0` and `f` falling form intervals that include their starts; the set where no extent
+//! is negative is closed. So there is a first time: now, the start of an interval, or a time at which an
+//! extent stops being negative.
 
 use super::place::{Place, falls, order};
 use crate::crossing::Crossing;
@@ -13,20 +14,20 @@ use crate::polynomial::Polynomial;
 /// Kind of an event after now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The overlap function falls through zero; below a face, the other sign of the height.
+    /// The overlap function falls through zero; below a face, with the other sign of the height.
     Root { is_below: bool },
     /// The overlap function is not positive and stops rising.
     TurningPoint,
-    /// An extent comes back from negative values during a stretch.
+    /// An extent returns from negative values during an interval.
     Entry(usize),
-    /// An extent touches zero from below during a stretch.
+    /// An extent touches zero from below during an interval.
     Touch(usize),
 }
 
-/// A root on the side where overlap functions are written.
+/// A root on the side for which overlap functions are written.
 pub const ROOT: Kind = Kind::Root { is_below: false };
 
-/// When the next event is.
+/// The time of the next event.
 #[derive(Debug, Clone)]
 pub enum Verdict {
     Now,
@@ -61,7 +62,7 @@ impl Overlap {
         match self {
             Self::Value(f) => place.sign(f) <= 0 && place.sign_after(&f.derivative()) < 0,
             Self::Height(height, distance) => {
-                // At height 0 the distance from the plane is the smallest, and does not fall.
+                // At height 0 the distance from the plane is smallest, and does not fall.
                 let side = place.sign(height);
                 side * place.sign_after(&height.derivative()) < 0
                     && Self::gaps(height, distance).iter().all(|gap| place.sign(gap) <= 0)
@@ -69,7 +70,7 @@ impl Overlap {
         }
     }
 
-    /// All times after now at which it may begin to ask for an event.
+    /// All times after now at which an event may start to be due.
     fn beginnings(&self) -> Vec<(Kind, Crossing)> {
         let mut found = Vec::new();
         let mut add = |kind: Kind, f: &Polynomial| found.extend(falls(f).into_iter().map(|crossing| (kind, crossing)));
@@ -114,12 +115,13 @@ pub fn next_event(exact: &Exact) -> Verdict {
     if exact.overlap.asks_at(&Place::Now) && exact.is_on(&Place::Now, None) {
         return Verdict::Now;
     }
-    // Of two at the same time, the first in the list, which has beginnings first.
+    // Of two at the same time, the first in the list, which starts with the intervals.
     let first = possible_events(exact).reduce(|a, b| if order(&a.1, &b.1).is_gt() { b } else { a });
     first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
 }
 
-/// All times after now at which the rule holds and did not just before: each is the next event, were it not for those before it.
+/// All times after now at which the rule holds but did not just before. Each would be the next event without
+/// those before it.
 pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> {
     let Exact { overlap, extents } = exact;
     let mut candidates = overlap.beginnings();
@@ -130,7 +132,7 @@ pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> 
     candidates.into_iter().filter(|(kind, crossing)| {
         let place = Place::At(crossing);
         match kind {
-            // A fall through zero is a beginning by itself.
+            // A fall through zero starts an interval by itself.
             Kind::Root { .. } => exact.is_on(&place, None),
             Kind::TurningPoint => overlap.asks_at(&place) && exact.is_on(&place, None),
             Kind::Entry(k) | Kind::Touch(k) => overlap.asks_at(&place) && exact.is_on(&place, Some(*k)),
@@ -139,7 +141,7 @@ pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> 
 }
 
 impl Exact {
-    /// Whether no extent is negative, except for one that is known to be zero.
+    /// Whether no extent is negative, except one that is known to be zero.
     fn is_on(&self, place: &Place<'_>, zero: Option<usize>) -> bool {
         let mut extents = self.extents.iter().enumerate();
         extents.all(|(k, extent)| zero == Some(k) || place.sign(extent) >= 0)

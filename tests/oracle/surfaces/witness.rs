@@ -1,4 +1,4 @@
-//! Witnesses: polynomials that rounding cannot tell from the exact ones, for which an answer is right.
+//! Witnesses: polynomials indistinguishable from the exact ones by rounding, for which an answer is right.
 
 use super::question::{DISTANCE, Form, Functional, Question, Shape};
 use super::rule::{Kind, Verdict, next_event, possible_events};
@@ -6,12 +6,12 @@ use crate::crossing::Crossing;
 use crate::dyadic::Dyadic;
 use crate::measure::last_place;
 
-/// Parts of the boxes' size at which witnesses are sought, the smallest first.
+/// Fractions of the boxes at which witnesses are searched, smallest first.
 const PARTS: [f64; 4] = [0.0625, 0.25, 0.5, 1.0];
 
-/// The smallest change found, in parts of the boxes' size, after which the oracle has the answer: Carom's own
-/// coefficients, else the middles of the boxes, else overlap functions and extents moved as a whole towards each part
-/// of their size, else tilted extents, else all corners, edges and faces of the boxes.
+/// The smallest shift found, as a fraction of the boxes, for which the oracle gives the answer. It tries
+/// Carom's own coefficients, then the centres of the boxes, then overlap functions and extents shifted as a
+/// whole, then tilted extents, then all corners, edges and faces of the boxes.
 pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     let computed: Vec<_> = question.forms.iter().map(Form::place_of_computed).collect();
     let middle: Vec<_> = computed.iter().map(|parts| vec![0.0; parts.len()]).collect();
@@ -33,8 +33,9 @@ pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     found.or_else(|| pair_of_witnesses(question, answer?))
 }
 
-/// Two witnesses: one that nothing happens before the answer, one that something happens there. Each evaluation
-/// has an error of its own, and a line that is grazed twice may be missed the first time and met the second.
+/// Two witnesses: one in which nothing happens before the answer, one in which the answer happens. Each
+/// evaluation has its own error, and a line that is grazed twice may be missed the first time and met the
+/// second.
 fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     let tried = || PARTS.into_iter().flat_map(|part| directions(question, part, UNIFORM));
     let before = &Dyadic::from(t) - &Dyadic::power_of_two(last_place(t) + SLACK);
@@ -51,20 +52,20 @@ fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     Some(met.max(largest(&free)))
 }
 
-/// Overlap functions as they are, or moved as a whole.
+/// Overlap functions unchanged, or shifted as a whole.
 const UNIFORM: usize = 3;
 
-/// Treatment of extents other than that which makes an event.
+/// Treatment of extents other than the one that makes the event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ends {
     Free,
-    /// Extents that their boxes allow are moved to be just positive at the time of the event.
+    /// Extents are shifted, if their boxes allow it, to be just positive at the time of the event.
     Pinned,
-    /// As they are; events before the one that is sought do not count.
+    /// Unchanged; events before the wanted one do not count.
     AfterOthers,
 }
 
-/// The largest part by which boxes moved, if the oracle's answer is then the one that is sought.
+/// The largest fraction by which boxes are shifted, if the oracle then gives the wanted answer.
 fn size_of_witness(question: &Question, parts: &[Vec<f64>], answer: Option<f64>, ends: Ends) -> Option<f64> {
     if let Some(t) = answer.filter(|t| *t > 0.0) {
         return question.kinds().into_iter().find_map(|kind| event_near(question, parts, (t, kind), ends));
@@ -83,11 +84,11 @@ fn largest(parts: &[Vec<f64>]) -> f64 {
     parts.iter().flatten().fold(0.0, |largest, part| largest.max(part.abs()))
 }
 
-/// A square's leading coefficient has its sign; moved beyond zero it is zero.
+/// The leading coefficient of a square keeps its sign; shifted beyond zero it is zero.
 fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<Dyadic>> {
     if let Shape::Square(sign) = question.shape {
         while coefficients[0].len() > 2 && coefficients[0].last().is_some_and(|leading| leading.sign() == -sign) {
-            // The quartic's cubic term goes with it, as the acceleration does.
+            // The quartic's cubic term goes with it, like the acceleration.
             coefficients[0].pop();
             if coefficients[0].len() == 4 {
                 coefficients[0].pop();
@@ -97,10 +98,12 @@ fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<D
     coefficients
 }
 
-/// The largest distance of a witness's event from the answer, as an exponent of 2 [ulp]: as wide as a closed bracket.
+/// Largest distance of a witness's event from the answer, as an exponent of 2 [ulp]: as wide as a closed
+/// bracket.
 const SLACK: i64 = 2;
 
-/// Moves polynomials of the boxes so that one has a root, or a turning point, at `t`; by how much if that is the next event.
+/// Shifts polynomials in their boxes so that one has a root, or a turning point, at `t`; returns the size of
+/// the shift if that is the next event.
 fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), ends: Ends) -> Option<f64> {
     let functional = question.functional(kind, t);
     let mut coefficients: Vec<_> = question.forms.iter().zip(parts).map(|(form, parts)| form.moved(parts)).collect();
@@ -128,11 +131,11 @@ fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), e
     is_found.then_some(size)
 }
 
-/// In parts of an extent's error: so little that it does not bring an event forward.
+/// As a fraction of an extent's error: too little to bring an event forward.
 const JUST_POSITIVE: f64 = 1e-12;
 
-/// Moves the coefficients of a form, which are off by `parts`, on until a functional has a value, in units of its
-/// error; and the largest part then.
+/// Shifts the coefficients of a form, which are already shifted by `parts`, until a functional has a value,
+/// in units of its error. Also returns the largest fraction.
 fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> Option<(Vec<Dyadic>, f64)> {
     let form = &question.forms[functional.form];
     let error = question.error_of(functional);
@@ -148,7 +151,8 @@ fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> 
     let parts = moved_within(&parts, &effects, -missing(&form.moved(&parts)))?;
     let size = parts.iter().fold(0.0_f64, |largest, part| largest.max(part.abs()));
     let mut coefficients = form.moved(&parts);
-    // The parts are floats and leave a small rest, which is taken from the term that moves the value most.
+    // The fractions are rounded and leave a small remainder, which is taken from the term that changes the
+    // value most.
     let term = (0..weights.len()).max_by(|a, b| effects[*a].abs().total_cmp(&effects[*b].abs()))?;
     for _ in 0..CORRECTIONS {
         let rest = missing(&coefficients) / weights[term];
@@ -160,7 +164,8 @@ fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> 
     Some((coefficients, size))
 }
 
-/// Moves all parts by the same amount, each to the edge of its box at most, until the sum of their effects has grown by so much.
+/// Shifts all fractions by the same amount, each at most to the edge of its box, until the sum of their
+/// effects has grown by this much.
 fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>> {
     let moved = |step: f64| -> Vec<_> {
         let moved = |(part, effect): (&f64, &f64)| match effect {
@@ -179,7 +184,7 @@ fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>>
         return Some(moved(step));
     }
     let (mut lower, mut upper) = (-2.0, 2.0);
-    // Not a number where nothing can be moved.
+    // Not a number if nothing can be shifted.
     if step.is_nan() || grown(lower) > growth || grown(upper) < growth {
         return None;
     }
@@ -193,14 +198,15 @@ fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>>
 /// From 4 to the last place of 1.
 const BISECTIONS: usize = 55;
 
-/// Number of corrections. Each leaves one part in 10^16: a value at `t` can be that much smaller than its own rounding.
+/// Number of corrections. Each leaves one part in 10^16: a value at `t` can be that much smaller than its own
+/// rounding.
 const CORRECTIONS: usize = 4;
 
-/// A part of a box so small that it may be left out of its size: a few roundings of the parts of other boxes.
+/// Fraction of a box that may be left out of its size: a few roundings of the fractions of other boxes.
 const REST: f64 = 1e-9;
 
-/// Corners of the boxes and the middles of their edges and faces. An extent is moved as a whole, up or down at all
-/// times; so is the overlap function in the first three, then each of its coefficients on its own.
+/// Corners of the boxes and midpoints of their edges and faces. An extent is shifted as a whole, up or down
+/// at all times. So is the overlap function in the first three, then each of its coefficients separately.
 fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item = Vec<Vec<f64>>> {
     let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
     let extents: Vec<Vec<Vec<f64>>> = (0..power_of_three(sizes.len() - 1))
@@ -208,7 +214,7 @@ fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item
         .collect();
     let all = power_of_three(sizes[0]);
     let vector = move |code: usize| (0..sizes[0]).map(|k| part * digit(code, k)).collect::<Vec<_>>();
-    // The uniform ones first: they move f as far as it can be moved.
+    // The uniform ones come first: they shift f as far as possible.
     let ordered = std::iter::once(all / 2).chain([0, all - 1]).chain((1..all - 1).filter(move |code| *code != all / 2));
     ordered.take(most).flat_map(move |code| {
         let overlap = vector(code);
@@ -216,8 +222,8 @@ fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item
     })
 }
 
-/// Rates of the extents moved up or down, and overlap functions as a whole: where two extents turn at the same time,
-/// all depends on which is first.
+/// Rates of the extents shifted up or down, and overlap functions as a whole: if two extents turn at the same
+/// time, everything depends on which is first.
 fn tilts(question: &Question, part: f64) -> impl Iterator<Item = Vec<Vec<f64>>> {
     let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
     [0.0, -part, part].into_iter().flat_map(move |shift| {

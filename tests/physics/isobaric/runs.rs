@@ -1,4 +1,5 @@
-//! Runs at constant pressure: chains keep their bonds, pauses change nothing, and stages hand their volume on.
+//! Runs at constant pressure: chains keep their bonds, pauses change nothing, and stages pass on their
+//! volume.
 
 use std::ops::ControlFlow;
 
@@ -62,7 +63,7 @@ fn chains_longer_than_the_box_keep_their_bonds() {
     assert!(least < 0.8 * most, "{least} {most}");
 }
 
-/// Last state and results of a run of a scene, on so many threads, with pauses after so many events.
+/// Last state and results of a run of a scene on a number of threads, with pauses after a number of events.
 fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String) {
     let mut run = Run::new(scene.clone()).threads(threads);
     let mut events = 0;
@@ -133,7 +134,7 @@ fn a_run_goes_on_at_the_volume_that_a_stage_has_left() {
     assert!(finished.volume_moves.is_none() && finished.observable("volume").is_none());
     let volume = finished.simulation.volume();
     assert!(volume < 0.8 * scene.space().volume());
-    // N T / V at the present volume, with the contacts.
+    // N T / V at the current volume, plus the contacts.
     let (pressure, _) = observable(&finished, "pressure");
     let (factor, _) = observable(&finished, "compressibility_factor");
     let (temperature, _) = observable(&finished, "temperature");

@@ -38,12 +38,12 @@ pub fn fingerprint(now: &Snapshot) -> u64 {
     hash.0
 }
 
-/// Hashes of a run: a change of the second or third alone leaves all trajectories as they were.
+/// Hashes of a run. If only the second or third changes, all trajectories are unchanged.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Bits {
     /// Last positions, velocities and time.
     pub state: Hash,
-    /// Time, kind, particles, impulse, energies, positions and velocities of all events, in their order.
+    /// Time, kind, particles, impulse, energies, positions and velocities of all events, in order.
     pub events: Hash,
     /// Event counts, energies, rows and means.
     pub ledger: Hash,
@@ -78,7 +78,7 @@ impl Bits {
             .add([energy.confined, energy.momentum, energy.peculiar_momentum].iter().flat_map(|v| [v.x, v.y, v.z]));
     }
 
-    /// Adds a run that is over, with its means.
+    /// Adds a finished run with its means.
     pub fn end(&mut self, finished: &Finished) {
         self.close(&finished.simulation);
         self.ledger.add(finished.observables.iter().map(|(_, estimate)| estimate.mean));

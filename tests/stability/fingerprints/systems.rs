@@ -1,4 +1,4 @@
-//! Small systems, each with something that acts on trajectories: values that are set in one of three scenes.
+//! Small systems, each with one influence on trajectories: values set in one of three scenes.
 
 use carom::model::Scene;
 
@@ -20,7 +20,7 @@ count = 60
 temperature = 1.3
 "#;
 
-/// Two species of no simple masses, with wells and a shoulder.
+/// Two species with irregular masses, with wells and a shoulder.
 const MIXTURE: &str = r#"
 space.size = [7.0, 7.0, 7.0]
 run.until_events = 4000
@@ -48,7 +48,8 @@ count = 70
 temperature = 1.3
 "#;
 
-/// Chains that hang from a static sphere above a mesh, and a bonded pair whose interaction does not hold it together.
+/// Chains hanging from a static sphere above a mesh, and a bonded pair whose interaction does not hold it
+/// together.
 const BONDED: &str = r#"
 space.size = [6.3, 6.4, 9.0]
 run.until_events = 4000
@@ -92,7 +93,7 @@ position = [5.2, 5.6, 4.0]
 velocity = [0.4, -0.8, 0.9]
 "#;
 
-/// Two spheres with wells in a box where the pair meets in several images at once.
+/// Two spheres with wells in a box in which the pair meets in several images at once.
 const PAIR: &str = r#"
 space.size = [3.3, 3.2, 3.4]
 run.until_events = 4000
@@ -104,7 +105,7 @@ particle = [
 ]
 "#;
 
-/// A system: its name, its scene, and the values that are set in it.
+/// A system: its name, its scene, and the values set in it.
 type System = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 
 const ANDERSEN: (&str, &str) = ("run.thermostat", r#"{ kind = "andersen", temperature = 0.9, rate = 0.7 }"#);

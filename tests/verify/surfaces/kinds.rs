@@ -1,4 +1,4 @@
-//! Scenes at random with surfaces of every kind.
+//! Random scenes with surfaces of every kind.
 
 use carom::Vector;
 use carom::model::{SurfaceShape, TriangleMesh};
@@ -24,7 +24,7 @@ fn surfaces_of_every_kind_are_proven() {
     }
 }
 
-/// A single ball that rolls and hops: contacts that the model of contact times changes, on what is flat and on what is round.
+/// A single ball that rolls and hops: contacts that the TC model changes, on flat and on curved surfaces.
 #[test]
 fn a_ball_that_comes_to_rest_on_a_surface_is_proven() {
     for kind in 0..KINDS {
@@ -58,7 +58,7 @@ fn flat_edges_are_no_obstacle_to_a_proof() {
     }
 }
 
-/// A triangle with two equal corners is a line, with three a point; beside other triangles it is nothing more than they are.
+/// A triangle with two equal corners is a line, with three a point; beside other triangles it adds nothing.
 #[test]
 fn triangles_without_an_area_are_met_and_proven() {
     let at = |x: f64, y: f64, z: f64| super::MIDDLE + Vector::new(x, y, z);

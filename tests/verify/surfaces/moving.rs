@@ -1,4 +1,4 @@
-//! Surfaces that move, and gravity that turns: all of their kinds and motions are proven.
+//! Moving surfaces, and changing gravity: all kinds and motions are proven.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ use super::{KINDS, MIDDLE, around, cuboid, grains, turned};
 use crate::scenes::assert_proven;
 use crate::{Recording, config, prove};
 
-/// Sets of motions of a surface.
+/// Number of sets of motions of a surface.
 pub const MOTIONS: usize = 6;
 
 /// One of the sets of motions.
@@ -27,7 +27,7 @@ pub fn motions(number: usize) -> Vec<SurfaceMotion> {
         axis: Vector::new(1.0, 0.4, -0.3),
         frequency: 0.21,
     };
-    // One after the other, with rests between and without.
+    // One after the other, with and without rests in between.
     let piece = |from, until, kind| SurfaceMotion { from, until, kind };
     match number {
         0 => for_ever(drift),
@@ -80,7 +80,7 @@ fn surfaces_of_every_kind_are_proven_in_every_motion() {
     }
 }
 
-/// A single ball in what moves: it slides and rolls on some, and is carried.
+/// A single ball in moving surfaces: it slides and rolls on some, and is carried.
 #[test]
 fn a_ball_that_is_carried_is_proven() {
     for number in 0..MOTIONS {
@@ -96,7 +96,7 @@ fn a_ball_that_is_carried_is_proven() {
     }
 }
 
-/// Surfaces with motions of their own, between walls.
+/// Surfaces with their own motions, between walls.
 #[test]
 fn surfaces_that_move_through_each_other_are_proven() {
     let space = Space { boundary: [Boundary::walls(0.9); 3], ..Space::periodic_cube(20.0) };
@@ -120,7 +120,8 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
     let wall = Face::Wall { restitution: 1.0 };
     let between = Boundary::Bounded { lower: wall, upper: wall };
     let for_ever = |kind| [SurfaceMotion { from: 0.5, until: f64::INFINITY, kind }];
-    // Up and down between plates, in a box that is periodic to the sides: a block across its corner, a rod, a ball.
+    // Up and down between plates, in a box that is periodic sideways: a block across its corner, a rod, a
+    // ball.
     let block = TriangleMesh::cuboid(&Vector::new(-1.3, -0.9, 1.9), &Vector::new(1.1, 1.4, 3.2));
     let rod =
         SurfaceShape::Cylinder { point: Vector::new(0.0, 3.3, 5.0), axis: Vector::x(), radius: 0.5, is_inside: false };
@@ -139,7 +140,7 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
         let found = assert_moving("plates", moving(gas, shapes, motions, 1.0), 1500);
         assert!(found.counts.surface > 200, "{count}: {:?}", found.counts);
     }
-    // A paddle turns in a pipe about the axis along which the box is periodic; its ends are beside each other.
+    // A paddle turns in a pipe about the periodic axis of the box; its ends are beside each other.
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, Boundary::Periodic], ..Space::periodic_cube(7.0) };
     let turn = MotionKind::Rotation { point: Vector::new(3.5, 3.4, 0.0), axis: Vector::z(), frequency: 0.15 };
     let paddle = TriangleMesh::cuboid(&Vector::new(1.5, 3.2, 1.0), &Vector::new(5.5, 3.5, 5.0));
@@ -178,7 +179,7 @@ fn scenes_of_configs_with_surfaces_that_move_are_proven() {
     let certificate = prove(config("vibrated_box"), 50_000, 1000);
     assert_proven("vibrated box", &certificate, 1000);
     assert!(certificate.counts.surface > 10, "{:?}", certificate.counts);
-    // Where the piston begins.
+    // Where the piston starts.
     let mut parts = config("piston").into_parts();
     parts.surfaces[0].motions[0].from = 0.2;
     let certificate = prove(Scene::new(parts).unwrap(), 0, 2500);
@@ -207,7 +208,7 @@ fn gravity_that_turns_is_proven() {
     }
 }
 
-/// A recording in which gravity turns after some events, and the states then.
+/// A recording in which gravity changes after some events, and the states at that time.
 fn turning() -> (Recording, usize) {
     let down = grains(2, 18).gravity(Vector::new(0.0, 0.0, -1.0));
     let aside = Vector::new(0.8, -0.3, 0.4);
@@ -242,7 +243,7 @@ fn a_world_that_keeps_the_old_gravity_sees_flights_bend() {
         let fault = later.iter().find_map(|(event, states)| verifier.witness(event, states).err());
         assert_eq!(fault.is_none(), is_right, "{gravity:?}: {fault:?}");
     }
-    // It turns where all are, and nowhere else.
+    // Gravity changes where all particles are, and nowhere else.
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
     let mut elsewhere = states.clone();
@@ -250,7 +251,7 @@ fn a_world_that_keeps_the_old_gravity_sees_flights_bend() {
     assert!(verifier.turn_gravity(&aside, &elsewhere).is_err());
 }
 
-/// A ball on a floor that shakes below its weight stays on it.
+/// A ball on a floor that shakes too gently to throw it stays on it.
 #[test]
 fn a_ball_on_a_floor_that_shakes_gently_is_proven_for_many_periods() {
     let frequency = 2.0;
@@ -264,7 +265,7 @@ fn a_ball_on_a_floor_that_shakes_gently_is_proven_for_many_periods() {
     assert!(certificate.duration > 5.0 && certificate.counts.surface == 2000, "{certificate:?}");
 }
 
-/// Motions that come nowhere: the surface rests.
+/// Motions without displacement: the surface rests.
 #[test]
 fn a_surface_of_frequency_zero_is_proven_as_one_at_rest() {
     let forever = |kind| SurfaceMotion { from: 0.0, until: f64::INFINITY, kind };

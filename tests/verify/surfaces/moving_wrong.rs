@@ -1,4 +1,4 @@
-//! Contacts with surfaces that move with one thing wrong, and engines that take one motion for another.
+//! Contacts with moving surfaces with one error, and engines that use the wrong motion.
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};
@@ -10,22 +10,22 @@ use super::moving::{MOTIONS, motions, moving};
 use super::{MIDDLE, around, grains};
 use crate::Recording;
 
-/// Events between which one is tampered with.
+/// Number of events among which one is tampered with.
 const EVENTS: usize = 120;
 const RESTITUTION: f64 = 0.9;
 /// Kinds of surfaces whose contacts are changed: planes, a ball, a pipe, a box, and obstacles in a ball.
 const OF_KINDS: [usize; 5] = [0, 1, 2, 3, 4];
 
-/// Speed at which a particle came to the surface.
+/// Speed at which a particle arrived at the surface.
 fn closing(event: &Event) -> f64 {
     event.normal.dot(&(event.after[0] - event.before[0])) / (1.0 + RESTITUTION)
 }
 
-/// A recording, and the number of its first contact with a surface that moves, from an event on, if it has one.
+/// A recording, and the index of its first contact with a moving surface after an event, if there is one.
 fn recording(number: usize, kind: usize) -> Option<(Recording, usize)> {
     let gas = grains(1, 18).gravity(Vector::new(0.1, -0.2, -0.5));
     let recording = Recording::of(moving(gas, around(kind), &motions(number), RESTITUTION), EVENTS);
-    // The work of a surface says that it moves.
+    // The work of a surface shows that it moves.
     let is_one = |at: &usize| {
         let event = &recording.events[*at].0;
         event.kind == EventKind::Surface && event.energy_step.abs() > 1e-2 && closing(event) > 0.05
@@ -101,7 +101,7 @@ fn a_contact_that_is_invented_is_told() {
             start: original.start.clone(),
             events: original.events.clone(),
         };
-        // Once more, when it already leaves.
+        // Repeated, when it already leaves.
         let mut again = copy();
         let event = again.events[at].clone();
         again.events.insert(at + 1, event);
@@ -159,7 +159,7 @@ fn wrong_numbers_are_told() {
     });
 }
 
-/// The fault of an engine whose surfaces have `wrong` motions for the right ones.
+/// The fault of an engine whose surfaces have `wrong` motions instead of the right ones.
 fn fault_of(kind: usize, right: &[SurfaceMotion], wrong: &[SurfaceMotion]) -> Fault {
     let scene = |motions| moving(grains(2, 18), around(kind), motions, 1.0);
     let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 600) };
@@ -254,7 +254,7 @@ fn an_end_is_one_where_no_surface_will_come() {
         Err(Fault::EndedEarly { contact: Contact::Surface { .. }, due, .. }) => (due - expected).abs() < 1e-9,
         other => panic!("{other:?}"),
     };
-    // The ball is 1.75 above contact. The plate comes later, stops before it, and goes away in the end.
+    // The ball is 1.75 above contact. The plate arrives later, stops before it, or goes away in the end.
     assert!(is_early(ball(0.0, &[by(5.0, 9.0, 0.5, 0.0)]), 8.5));
     assert_eq!(end_of(&ball(0.0, &[by(5.0, 8.0, 0.5, 0.0)])), Ok(()));
     assert_eq!(end_of(&ball(0.0, &[by(5.0, 8.0, 0.5, 0.0), by(9.0, f64::INFINITY, -0.5, -0.1)])), Ok(()));

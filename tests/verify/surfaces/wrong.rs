@@ -1,4 +1,4 @@
-//! Events with surfaces that are wrong in one respect, and engines that mistake one surface for another.
+//! Events with surfaces with one error, and engines that use the wrong surface.
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};
@@ -11,14 +11,14 @@ use carom::scene::SurfaceDraft;
 use super::{KINDS, MIDDLE, around, cuboid, grains, turned, with, without};
 use crate::Recording;
 
-/// Events between which one is tampered with.
+/// Number of events among which one is tampered with.
 const EVENTS: usize = 160;
 
 fn gas(kind: usize) -> Scene {
     with(grains(1, 18).gravity(Vector::new(0.1, -0.2, -0.5)), around(kind), 0.9)
 }
 
-/// A recording, and the number of its first contact with a surface from an event on.
+/// A recording, and the index of its first contact with a surface after an event.
 fn recording(kind: usize, from: usize) -> (Recording, usize) {
     let recording = Recording::of(gas(kind), EVENTS);
     let is_at_surface = |at: &usize| recording.events[*at].0.kind == EventKind::Surface;
@@ -82,7 +82,7 @@ fn a_contact_a_little_early_is_invented_and_a_little_late_missed() {
     println!("{caught} shifted contacts caught");
 }
 
-/// The fault after a change of the first contact with a surface.
+/// The fault after a change to the first contact with a surface.
 fn changed(kind: usize, change: &dyn Fn(&mut Event, &mut States)) -> Fault {
     let (mut recording, at) = recording(kind, 30);
     let (event, states) = &mut recording.events[at];
@@ -126,7 +126,7 @@ fn contacts_of_others_are_told() {
         assert!(matches!(found, Fault::Missed { .. } | Fault::Unknown { .. }), "{found:?}");
         let found = changed(kind, &|event, _| event.distance *= 1.0 + 1e-12);
         assert!(matches!(found, Fault::Unknown { .. }), "{found:?}");
-        // Once more, when it already leaves.
+        // Repeated, when it already leaves.
         let (mut again, at) = recording(kind, 30);
         let event = again.events[at].clone();
         again.events.insert(at + 1, event);
@@ -146,7 +146,7 @@ fn contacts_of_others_are_told() {
     }
 }
 
-/// The fault of an engine that takes `wrong` surfaces for the right ones.
+/// The fault of an engine that uses `wrong` surfaces instead of the right ones.
 fn fault_of(right: Vec<SurfaceShape>, wrong: Vec<SurfaceShape>) -> Fault {
     let scene = |shapes| with(grains(2, 18), shapes, 1.0);
     let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 1500) };
@@ -249,7 +249,7 @@ fn an_end_is_one_where_no_surface_is_met_any_more() {
     assert_eq!(end_of(&ball([3.0, 0.0, 0.0], [0.0, 1.0, 0.0], 0.0, cube())), Ok(()));
     assert!(is_early(ball([0.0, 0.0, 0.0], [1e-9, 0.0, 0.0], 0.0, cube())));
     assert_eq!(end_of(&ball([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 0.0, cube())), Ok(()));
-    // It falls on it, beside it, and off for ever.
+    // It falls on it, beside it, and away for ever.
     assert!(is_early(ball([0.0, 0.0, 3.0], [0.0, 0.0, 2.0], 1.0, cube())));
     assert_eq!(end_of(&ball([1.6, 0.0, 3.0], [0.2, 0.0, 2.0], 1.0, cube())), Ok(()));
     assert_eq!(end_of(&ball([0.0, 0.0, -3.0], [0.0, 0.0, 1.0], 1.0, cube())), Ok(()));
