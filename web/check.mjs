@@ -1,6 +1,8 @@
-// Compares the module with the program, bit for bit, and times both: node web/check.mjs PROGRAM EVENTS [--runs FILE] [--short] SCENE...
-// FILE gets the runs, for tests/browser/bits.py, which repeats them in Chromium. With --short stages have no more events either.
-// Both run the plan of the scene, with so many events in its last stage and few in its equilibration.
+// Compares the module with the program, bit for bit, and times both:
+// node web/check.mjs PROGRAM EVENTS [--runs FILE] [--short] SCENE...
+// FILE receives the runs, for tests/browser/bits.py, which repeats them in Chromium. With --short stages have
+// no more events either. Both run the plan of the scene, with this many events in its last stage and few in
+// its equilibration.
 
 import { spawnSync } from "node:child_process";
 import { appendFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -61,7 +63,7 @@ for (const scene of scenes) {
   const text = readFileSync(scene, "utf8");
   const files = [...text.matchAll(/^path *= *"([^"]+)"/gm)].map(([, name]) => ({ name, content: readFileSync(join(dirname(scene), name)) }));
   files.forEach(({ name, content }) => engine.bring(name, content));
-  // The scene keeps its own end in time, if it comes first.
+  // The scene keeps its own end in time if that comes first.
   const changes = { "run.until_events": String(events) };
   if (/^equilibration_events/m.test(text)) {
     changes["run.equilibration_events"] = "2000";

@@ -1,14 +1,16 @@
-//! Arrays of NumPy around memory that was written once, here, and is not copied.
+//! NumPy arrays of memory that was written once, here, and is not copied.
 //!
-//! NumPy is not linked: an object with the [array interface](https://numpy.org/doc/stable/reference/arrays.interface.html) owns the memory, and
-//! `numpy.asarray` makes an array of it that keeps the object alive. It is for reading only: what is written to a copy of a state is lost.
+//! NumPy is not linked: an object with the [array
+//! interface](https://numpy.org/doc/stable/reference/arrays.interface.html) owns the memory, and
+//! `numpy.asarray` makes an array of it that keeps the object alive. The array is read-only, because changes
+//! to a copy of a state would be lost.
 
 use std::any::Any;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-/// A number that arrays hold.
+/// A number type that arrays can hold.
 pub trait Number: Copy + Send + Sync + 'static {
     /// Its type in the array interface, with the byte order of the machine.
     const KIND: &'static str;
@@ -27,7 +29,7 @@ number!(f64, "f8");
 number!(i32, "i4");
 number!(i64, "i8");
 
-/// Owner of the memory of an array, which nothing writes to from then on.
+/// Owner of the memory of an array, which is never written again.
 #[pyclass(frozen, module = "carom._carom")]
 struct Memory {
     _numbers: Box<dyn Any + Send + Sync>,
@@ -44,19 +46,19 @@ impl Memory {
         all.set_item("version", 3)?;
         all.set_item("typestr", self.kind)?;
         all.set_item("shape", PyTuple::new(py, &self.shape)?)?;
-        // The second one says whether it is for reading only.
+        // The second element says that it is read-only.
         all.set_item("data", (self.address, true))?;
         Ok(all)
     }
 }
 
-/// An array of one axis, or of rows of `columns` numbers where that is given.
+/// An array with one axis, or with rows of `columns` numbers if that is given.
 pub fn array<T: Number>(py: Python<'_>, numbers: Vec<T>, columns: Option<usize>) -> PyResult<Bound<'_, PyAny>> {
     let shape = match columns {
         Some(columns) => vec![numbers.len() / columns, columns],
         None => vec![numbers.len()],
     };
-    // The memory of a vector stays where it is when the vector moves.
+    // The memory of a vector stays in place when the vector moves.
     let address = numbers.as_ptr() as usize;
     let memory = Memory { _numbers: Box::new(numbers), address, kind: T::KIND, shape };
     py.import("numpy")?.call_method1("asarray", (memory,))

@@ -1,4 +1,4 @@
-//! Errors of the library as exceptions of the package, which are classes of `carom._errors`.
+//! Errors of the library as exceptions of the package; their classes are in `carom._errors`.
 
 use std::error::Error;
 
@@ -23,7 +23,7 @@ use toml::de::{DeTable, DeValue};
 /// Columns of a message: what a traceback and a notebook show without wrapping.
 const WIDTH: usize = 100;
 
-/// An exception of the package: the name of its class, its message and its attributes.
+/// An exception of the package, from the name of its class, its message and its attributes.
 pub fn exception(class: &str, message: &str, attributes: &[(&str, Option<String>)]) -> PyErr {
     Python::attach(|py| {
         let made = (|| {
@@ -38,13 +38,13 @@ pub fn exception(class: &str, message: &str, attributes: &[(&str, Option<String>
     })
 }
 
-/// An exception with a cure, which is part of the message.
+/// An exception whose message includes a cure.
 pub fn cured(class: &str, message: &str, cure: Option<&str>) -> PyErr {
     let text = cure.map_or_else(|| message.to_owned(), |cure| format!("{message}\n  help: {cure}"));
     exception(class, &text, &[("cure", cure.map(str::to_owned))])
 }
 
-/// A scene that is wrong: what the program prints, with the place.
+/// A wrong scene: the message of the program, with the position.
 pub fn scene(error: &SceneError) -> PyErr {
     let mut text = String::new();
     let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor()).with_width(WIDTH);
@@ -71,12 +71,12 @@ pub fn scene(error: &SceneError) -> PyErr {
     )
 }
 
-/// Key of a mistake that TOML or serde found, by its place in the text; `None` where it belongs to none.
+/// Key of a mistake found by TOML or serde, from its position in the text; `None` if it belongs to no key.
 fn key_of(error: &SceneError) -> Option<String> {
     let label = error.labels()?.next()?;
     let code = error.source_code()?.read_span(label.inner(), usize::MAX, usize::MAX).ok()?;
     let text = std::str::from_utf8(code.data()).ok()?;
-    // An override is its key and its value; there is nothing else with such a name, which is no path of a file of TOML.
+    // An override consists of its key and its value. No TOML file has a path like this name.
     if code.name() == Some("override") {
         let mut steps = text.split_once('=')?.0.split('.').map(str::trim);
         let first = steps.next()?.to_owned();
@@ -88,7 +88,7 @@ fn key_of(error: &SceneError) -> Option<String> {
     key_in(DeTable::parse(text).ok()?.get_ref(), "", label.offset())
 }
 
-/// Path of the key in a table whose name or value stands at a place of the text.
+/// Path of the key in a table whose name or value is at a position in the text.
 fn key_in(table: &DeTable<'_>, path: &str, at: usize) -> Option<String> {
     table.iter().find_map(|(key, value)| {
         let name = key.get_ref();
@@ -98,7 +98,7 @@ fn key_in(table: &DeTable<'_>, path: &str, at: usize) -> Option<String> {
     })
 }
 
-/// Path of the innermost key in a value whose name or value stands at a place of the text.
+/// Path of the innermost key in a value whose name or value is at a position in the text.
 fn key_within(value: &Spanned<DeValue<'_>>, path: &str, at: usize) -> Option<String> {
     match value.get_ref() {
         DeValue::Table(table) => key_in(table, path, at),
@@ -126,7 +126,7 @@ pub fn saved(error: &SavedError) -> PyErr {
     cured("FolderError", &with_causes(error), Some(error.cure()))
 }
 
-/// A temperature, a rate or a heat bath that cannot be.
+/// An invalid temperature, rate or heat bath.
 pub fn thermostat(error: &ThermostatError) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
@@ -169,7 +169,7 @@ pub fn run(error: &RunError<OutputError>) -> PyErr {
     }
 }
 
-/// A preparation that did not come to its end.
+/// A preparation that did not finish.
 pub fn unprepared(ending: &Ending) -> PyErr {
     let why = ending.trouble().unwrap_or_else(|| "nothing will happen any more before the measurement".to_owned());
     let cure = match ending {

@@ -1,4 +1,4 @@
-//! Replica exchange, in a folder, as `carom exchange` makes it.
+//! Replica exchange in a folder, as in `carom exchange`.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::error;
 use crate::run::{Watch, interval_of, most_bytes};
 use crate::scene::Scene;
 
-/// Runs the replicas of a scene in a folder, or goes on with them. What comes back is what the audits object to.
+/// Runs or continues the replicas of a scene in a folder. Returns the objections of the audits.
 #[pyfunction]
 pub fn exchange(
     py: Python<'_>,
@@ -51,7 +51,8 @@ pub fn exchange(
     })
 }
 
-/// Temperatures of an exchange that is complete with which its swaps would be accepted evenly; none where its density of states is unknown.
+/// Temperatures for equal acceptance of swaps, from a complete exchange; `None` if its density of states is
+/// unknown.
 #[pyfunction]
 pub fn exchange_temperatures(py: Python<'_>, folder: PathBuf, acceptance: f64) -> PyResult<Option<Vec<f64>>> {
     let summary = py.detach(|| ExchangeFolder::read(&folder)).map_err(|error| error::exchange_folder(&error))?;

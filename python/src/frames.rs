@@ -1,4 +1,4 @@
-//! Frames of a trajectory, each read when it is asked for.
+//! Frames of a trajectory, each read on request.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use crate::array::array;
 use crate::error;
 use crate::scene::names;
 
-/// A trajectory in extended XYZ, with the places of its frames in the file.
+/// A trajectory in extended XYZ, with the positions of its frames in the file.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Trajectory {
     path: PathBuf,
@@ -21,7 +21,7 @@ pub struct Trajectory {
 
 #[pymethods]
 impl Trajectory {
-    /// Passes once over the file. A frame that is cut off at its end, as by a kill, is left out.
+    /// Scans the file once. A frame that is cut off at its end, for example by a kill, is left out.
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let places = py.detach(|| frame_places(&path)).map_err(|failure| error::unreadable(&path, &failure))?;
@@ -32,7 +32,7 @@ impl Trajectory {
         self.places.len()
     }
 
-    /// All of a frame, the particles in the order of their ids.
+    /// All data of a frame, with the particles in the order of their ids.
     fn frame<'py>(&self, py: Python<'py>, at: usize) -> PyResult<Bound<'py, PyDict>> {
         let Some(place) = self.places.get(at) else {
             return Err(PyIndexError::new_err(format!("frame {at} of {}", self.places.len())));
@@ -45,7 +45,7 @@ impl Trajectory {
     }
 }
 
-/// A frame as arrays, with its particles in some order.
+/// A frame as arrays, with its particles in a given order.
 pub fn dictionary_of<'py>(py: Python<'py>, frame: &Frame, order: &[usize]) -> PyResult<Bound<'py, PyDict>> {
     let particles = || order.iter().map(|at| &frame.particles[*at]);
     let all = PyDict::new(py);
@@ -79,7 +79,7 @@ pub fn dictionary_of<'py>(py: Python<'py>, frame: &Frame, order: &[usize]) -> Py
     Ok(all)
 }
 
-/// Components one after the other.
+/// The components, one after the other.
 fn flat(vectors: impl Iterator<Item = carom::Vector>) -> Vec<f64> {
     vectors.flat_map(<[f64; 3]>::from).collect()
 }

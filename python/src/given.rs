@@ -14,14 +14,15 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::frames::dictionary_of;
 
-/// A frame, with what is known of it, that takes the place of a file of particles.
+/// A frame that replaces a file of particles, with information on which parts are known.
 #[pyclass(frozen, from_py_object, module = "carom._carom")]
 #[derive(Clone)]
 pub struct Given(pub Arc<GivenParticles>);
 
 #[pymethods]
 impl Given {
-    /// From the parts of a `carom.Frame`, whose arrays are bytes here: of the types `f8` and `i8`, and `i4` for images.
+    /// From the parts of a `carom.Frame`. Its arrays are bytes here, of the types `f8` and `i8`, and `i4` for
+    /// images.
     #[new]
     fn new(name: &str, parts: &Bound<'_, PyDict>, bond: Option<String>, known: [bool; 3]) -> PyResult<Self> {
         let mut given = GivenParticles::new(name, frame_of(parts)?);
@@ -30,7 +31,8 @@ impl Given {
         Ok(Self(Arc::new(given)))
     }
 
-    /// Name, parts of a `carom.Frame`, name of the interaction that holds the bonds, and whether box and radii are known, and z is not.
+    /// Name, parts of a `carom.Frame`, name of the interaction of the bonds, and whether box and radii are
+    /// known, and z is unknown.
     #[allow(clippy::type_complexity, reason = "a tuple of Python")]
     fn parts<'py>(&self, py: Python<'py>) -> PyResult<(&str, Bound<'py, PyDict>, Option<&str>, [bool; 3])> {
         let it = &*self.0;
@@ -63,7 +65,7 @@ fn numbers<T, const SIZE: usize>(
     Ok(bytes.as_bytes().as_chunks::<SIZE>().0.iter().map(|bytes| number(*bytes)).collect())
 }
 
-/// Numbers from 0 that count something.
+/// Non-negative integers.
 fn counts(parts: &Bound<'_, PyDict>, name: &str) -> PyResult<Vec<u32>> {
     let all = numbers(parts, name, i64::from_ne_bytes)?;
     let wrong =
@@ -76,7 +78,7 @@ fn vectors(parts: &Bound<'_, PyDict>, name: &str) -> PyResult<Vec<Vector>> {
     Ok(all.as_chunks::<3>().0.iter().map(|vector| Vector::from(*vector)).collect())
 }
 
-/// Further scalars of each particle.
+/// Additional scalars of each particle.
 fn scalars_of(parts: &Bound<'_, PyDict>, count: usize) -> PyResult<Vec<Scalar>> {
     let all: Bound<'_, PyDict> = part::<Bound<'_, PyAny>>(parts, "scalars")?.cast_into::<PyDict>()?;
     let scalar = |(name, _): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {

@@ -1,7 +1,9 @@
-//! The compiled part of the Python package `carom`: scenes, simulations, runs, sweeps and exchanges of the library, with NumPy arrays.
+//! The compiled part of the Python package `carom`: scenes, simulations, runs, sweeps and exchanges of the
+//! library, with NumPy arrays.
 //!
-//! It is private to the package: the classes and functions that users see, with their documentation, are in the folder `lib/carom` beside this one. Wherever it
-//! simulates it lets other threads of Python run, and looks for signals now and then.
+//! It is private to the package. The documented classes and functions for users are in the folder `lib/carom`
+//! beside this one. During a simulation it lets other Python threads run, and checks for signals now and
+//! then.
 
 mod array;
 mod error;
@@ -51,13 +53,13 @@ mod _carom {
     #[pymodule_export]
     use super::writer::Writer;
 
-    /// The program, as the prompt has it: its exit code.
+    /// The program, as at the prompt; returns its exit code.
     #[pyfunction]
     fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
         py.detach(|| carom::cli::main(&arguments, || None))
     }
 
-    /// Kinds of scenes to start from, each with its text.
+    /// Kinds of example scenes, each with its text.
     #[pyfunction]
     fn examples() -> HashMap<&'static str, &'static str> {
         carom::cli::scenes().collect()

@@ -1,4 +1,4 @@
-//! Functions of a frame that users measure while a run goes on: an instrument of the run, which calls them.
+//! User functions of a frame, measured during a run by an instrument that calls them.
 
 use std::cell::RefCell;
 
@@ -16,27 +16,28 @@ use serde::{Deserialize, Serialize};
 use crate::array::array;
 
 thread_local! {
-    /// Functions of the run that this thread is at. The instruments do not hold them: their state is part of checkpoints.
+    /// Functions of the current run of this thread. The instruments do not hold them, because their state is
+    /// part of checkpoints.
     static FUNCTIONS: RefCell<Option<Functions>> = const { RefCell::new(None) };
 }
 
-/// Functions by name, and what one of them has raised: none is called any more then.
+/// Functions by name, and the exception of one of them, after which none is called any more.
 struct Functions {
     by_name: Vec<(String, Py<PyAny>)>,
     raised: Option<PyErr>,
 }
 
-/// Functions that a run is to be observed with, and how often.
+/// Functions that observe a run, and how often.
 pub struct Observation {
     by_name: Vec<(String, Py<PyAny>)>,
     every: f64,
 }
 
 impl Observation {
-    /// Functions of a frame, as a dictionary of arrays, by name, and the time between two calls.
+    /// Functions of a frame, given as a dictionary of arrays, by name, and the time between two calls.
     ///
     /// # Errors
-    /// `ValueError` for a time that no run has.
+    /// `ValueError` for an invalid time.
     pub fn new(by_name: Vec<(String, Py<PyAny>)>, every: f64) -> PyResult<Self> {
         if !(1e-50..=1e50).contains(&every) {
             return Err(PyValueError::new_err(format!("every: expected a time from 1e-50 to 1e50, found {every}")));
@@ -44,12 +45,12 @@ impl Observation {
         Ok(Self { by_name, every })
     }
 
-    /// Names of what is observed, in their order.
+    /// Names of the observed quantities, in order.
     pub fn names(&self) -> Vec<String> {
         self.by_name.iter().map(|(name, _)| name.clone()).collect()
     }
 
-    /// The run, with an instrument for each function.
+    /// The run with an instrument for each function.
     pub fn of(&self, run: Run) -> Run {
         self.by_name.iter().fold(run, |run, (name, _)| {
             let (name, every) = (name.clone(), self.every);
@@ -74,16 +75,16 @@ impl Observation {
         Functions { by_name, raised: None }
     }
 
-    /// Does what calls the functions, on this thread, and hands out the exception of one of them.
+    /// Does work that calls the functions, on this thread, and returns the exception of one of them.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> (T, Option<PyErr>) {
-        // A function may start a run of its own.
+        // A function may start its own run.
         let before = FUNCTIONS.replace(Some(self.functions()));
         let done = work();
         (done, FUNCTIONS.replace(before).and_then(|functions| functions.raised))
     }
 }
 
-/// Ends what [`Observation::begin`] has begun on this thread, and hands out the exception of a function.
+/// Ends what [`Observation::begin`] started on this thread, and returns the exception of a function.
 pub fn end() -> Option<PyErr> {
     FUNCTIONS.take().and_then(|functions| functions.raised)
 }
@@ -93,7 +94,7 @@ pub fn has_failed() -> bool {
     FUNCTIONS.with_borrow(|functions| functions.as_ref().is_some_and(|functions| functions.raised.is_some()))
 }
 
-/// A function's values during the measurement.
+/// The values of a function during the measurement.
 #[derive(Clone, Serialize, Deserialize)]
 struct Observed {
     name: String,
@@ -133,7 +134,7 @@ impl Instrument for Observed {
     }
 }
 
-/// Value of a function now.
+/// The current value of a function.
 fn value_of(py: Python<'_>, name: &str, sample: &Sample<'_>, system: &SystemDescription) -> PyResult<f64> {
     let function = FUNCTIONS.with_borrow(|functions| {
         let by_name = functions.iter().flat_map(|functions| &functions.by_name);
@@ -145,7 +146,7 @@ fn value_of(py: Python<'_>, name: &str, sample: &Sample<'_>, system: &SystemDesc
     function.bind(py).call1((frame_of(py, sample, system)?,))?.extract()
 }
 
-/// The particles as the keywords of `carom.Frame`.
+/// The particles as the keyword arguments of `carom.Frame`.
 fn frame_of<'py>(py: Python<'py>, sample: &Sample<'_>, system: &SystemDescription) -> PyResult<Bound<'py, PyDict>> {
     let space = &system.space;
     let flat = |vectors: &[Vector]| array(py, vectors.iter().flat_map(|it| <[f64; 3]>::from(*it)).collect(), Some(3));

@@ -1,4 +1,4 @@
-//! Products of the files of a run: other formats, pictures, movies, pages and proofs.
+//! What is made of the files of a run: other formats, pictures, movies, pages and proofs.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -20,14 +20,16 @@ use crate::writer::format_of;
 /// First and last frame.
 type Frames = (u64, Option<u64>);
 
-/// From where: a side, or an azimuth and an elevation in degrees; magnification; whether the box and the ground are drawn.
+/// The view: a side, or an azimuth and an elevation in degrees; the magnification; whether to draw the box
+/// and the ground.
 type Seen = (Option<[f64; 3]>, Option<[f64; 2]>, f64, bool, bool);
 
 fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }
 
-/// The trajectory of a run, and whether a file may be made beside it: none of the run's own, nor a link under a name that was not given.
+/// The trajectory of a run, after checking that a file may be written beside it: not over a file of the run,
+/// nor through a link under a default name.
 fn trajectory(run: &Path, out: &Path, is_named: bool) -> PyResult<PathBuf> {
     if !is_named {
         refuse_link(out).map_err(|failed| error::output(&failed))?;
@@ -36,7 +38,7 @@ fn trajectory(run: &Path, out: &Path, is_named: bool) -> PyResult<PathBuf> {
     Ok(run.join("trajectory.xyz"))
 }
 
-/// Converts the trajectory of a run; the path that was written, and the number of frames.
+/// Converts the trajectory of a run; returns the path written and the number of frames.
 #[pyfunction]
 pub fn convert(
     py: Python<'_>,
@@ -62,7 +64,7 @@ pub fn convert(
     }
 }
 
-/// A style with what is the same for pictures and movies.
+/// A style with the options common to pictures and movies.
 fn style(colour: &str, size: Option<(u32, u32)>, seen: Seen) -> Style {
     let (from, angles, zoom, has_box, has_ground) = seen;
     let colour_by = if colour == "speed" { ColourBy::Speed } else { ColourBy::Species };
@@ -79,7 +81,7 @@ fn style(colour: &str, size: Option<(u32, u32)>, seen: Seen) -> Style {
     style
 }
 
-/// Draws the frame of a run that is nearest to a time, or the last one.
+/// Draws the frame of a run nearest to a time, or the last one.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one method of Python")]
 pub fn render(
@@ -121,7 +123,7 @@ pub fn movie(
 ) -> PyResult<PathBuf> {
     let ((first, last), (every, fps, turn)) = (frames, pace);
     let source = trajectory(&run, &out, true)?;
-    // A movie has the size that was asked for.
+    // A movie has the requested size.
     let style = Style { is_cut: Style::default().is_cut, ..style(colour, Some(size), seen) };
     let follow = follow.map(|id| u32::try_from(id).map_or(Follow::CentreOfMass, |id| Follow::Particle(ParticleId(id))));
     let movie = Movie { style, frames_per_second: fps, first, last, every, turn, follow };
@@ -149,10 +151,12 @@ pub fn write_page(py: Python<'_>, run: PathBuf, out: Option<PathBuf>, force: boo
     Ok(target)
 }
 
-/// Names of files that are equal to those of a replay; of those that differ, with how; of those that were not compared, with the reason.
+/// Names of files equal to those of a replay; of those that differ, with the difference; of those not
+/// compared, with the reason.
 type Files = (Vec<String>, Vec<(String, String)>, Vec<(String, String)>);
 
-/// Proves events of a run: what the program prints, numbers of the certificate, and why it is none with the cure, if it is none.
+/// Proves events of a run. Returns the printed text, numbers of the certificate, and the reason with its cure
+/// if the proof failed.
 #[pyfunction]
 #[allow(clippy::type_complexity, reason = "a tuple of Python")]
 pub fn verify(

@@ -1,4 +1,4 @@
-//! Whole runs, in a folder, as `carom run` makes them.
+//! Whole runs in a folder, as in `carom run`.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -24,7 +24,7 @@ use crate::observe::{self, Observation};
 use crate::scene::{Scene, borrowed};
 use crate::signals::Signals;
 
-/// Tells Python how far a run is, and looks for signals.
+/// Reports the progress of a run to Python, and checks for signals.
 pub struct Watch {
     signals: Signals,
     callback: Option<Py<PyAny>>,
@@ -46,12 +46,12 @@ impl Watch {
         self.tell(stage, progress.fraction(), progress.time, progress.events)
     }
 
-    /// Steps of an engine until the next look at the clock.
+    /// Engine steps until the next check of the clock.
     pub fn steps(&self) -> u64 {
         self.signals.steps()
     }
 
-    /// Calls the callback with these, and looks for signals, if it is time to.
+    /// Calls the callback and checks for signals, if it is time.
     pub fn tell(&mut self, stage: &str, fraction: f64, time: f64, events: u64) -> ControlFlow<()> {
         if self.raised.is_some() || observe::has_failed() {
             return ControlFlow::Break(());
@@ -76,7 +76,7 @@ impl Watch {
     }
 }
 
-/// Largest size that may be written in a folder, where `what` is expected to write `bytes`.
+/// Largest size that may be written in a folder, if `what` is expected to write `bytes`.
 pub fn most_bytes(what: &str, bytes: f64, folder: &Path, force: bool) -> PyResult<f64> {
     if force {
         return Ok(f64::INFINITY);
@@ -110,7 +110,7 @@ pub fn threads_of(threads: Option<&str>) -> PyResult<Option<Threads>> {
     parsed.map_err(|error: String| PyValueError::new_err(format!("threads: {error}")))
 }
 
-/// Runs a scene in a folder. What comes back is why it is not sound, if it is not.
+/// Runs a scene in a folder. Returns why it is not sound, if it is not.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
 pub fn run(
@@ -162,7 +162,7 @@ pub fn run(
     py.detach(|| if is_temporary { without_sync(work) } else { work() })
 }
 
-/// Goes on with the run in a folder, from its last checkpoint.
+/// Continues the run in a folder from its last checkpoint.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
 pub fn resume(

@@ -1,4 +1,4 @@
-//! Companions of the saved state of a simulation: its scene, and what only Python has of it.
+//! Additions to the saved state of a simulation: its scene, and the data that only Python has.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::given::Given;
 use crate::scene::Scene;
 use crate::simulation::State;
 
-/// Everything that is saved beside an engine. Texts are bytes here, which may be of any length.
+/// Everything saved beside an engine. Texts are bytes here, so that they can have any length.
 #[derive(Serialize, Deserialize)]
 pub struct Beside {
     model: Model,
@@ -26,7 +26,7 @@ pub struct Beside {
 
 impl Beside {
     pub fn of(scene: &Scene, state: &State) -> Self {
-        // Relative paths are those of the folder where it is saved.
+        // Relative paths refer to the folder where it is saved.
         let name = std::path::absolute(&scene.name).unwrap_or_else(|_| scene.name.clone());
         Self {
             model: scene.model.clone(),
@@ -40,7 +40,7 @@ impl Beside {
     }
 }
 
-/// The state and the scene that have been saved; on as many threads, or on those of the scene.
+/// The saved state and scene, on a given number of threads or on those of the scene.
 pub fn engine_of((mut engine, beside): (Engine, Beside), threads: Option<Threads>) -> (State, Scene) {
     let Beside { model, text, name, set, given, pending, baths } = beside;
     engine.set_threads(threads.unwrap_or(model.run().threads));
@@ -54,7 +54,7 @@ pub fn engine_of((mut engine, beside): (Engine, Beside), threads: Option<Threads
     (State { engine, pending, baths }, scene)
 }
 
-/// The text of bytes that have been those of one.
+/// The text from its bytes.
 fn string(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned())
 }

@@ -1,4 +1,4 @@
-//! Scenes: from text, and from dictionaries.
+//! Scenes from text and from dictionaries.
 
 use std::path::{Path, PathBuf};
 
@@ -18,26 +18,26 @@ use crate::array::array;
 use crate::error;
 use crate::given::Given;
 
-/// A validated scene, with the text that it was read from.
+/// A validated scene with its text.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Scene {
     pub model: Model,
     pub text: String,
-    /// The file, or what stands for it.
+    /// The file, or the name that represents it.
     pub name: PathBuf,
     pub set: Vec<(String, String)>,
-    /// Particles that it has from arrays.
+    /// Its particles from arrays.
     pub given: Option<Given>,
 }
 
-/// Pairs as the library takes them.
+/// Pairs in the form that the library takes.
 pub fn borrowed(pairs: &[(String, String)]) -> Vec<(&str, &str)> {
     pairs.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
 }
 
 #[pymethods]
 impl Scene {
-    /// Reads a scene from its text; `name` stands for the file.
+    /// Reads a scene from its text; `name` represents the file.
     #[new]
     fn new(
         py: Python<'_>,
@@ -69,18 +69,18 @@ impl Scene {
         Model::species_named_in(text, &name, &borrowed(&set)).map_err(|error| error::scene(&error))
     }
 
-    /// A value as the text of TOML.
+    /// A value as TOML text.
     #[staticmethod]
     fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<String> {
         Ok(value_of(value, place)?.to_string())
     }
 
-    /// The TOML from which it can be made again anywhere.
+    /// TOML from which it can be recreated anywhere.
     fn record(&self, py: Python<'_>) -> PyResult<String> {
         py.detach(|| self.complete_record())
     }
 
-    /// Particles from arrays, if it has some.
+    /// Its particles from arrays, if it has any.
     fn given(&self) -> Option<Given> {
         self.given.clone()
     }
@@ -93,7 +93,7 @@ impl Scene {
         description::warnings(&self.model)
     }
 
-    /// Name, text, file and what was set.
+    /// Name, text, file and overrides.
     fn source(&self) -> (String, PathBuf, Vec<(String, String)>) {
         (self.text.clone(), self.name.clone(), self.set.clone())
     }
@@ -132,7 +132,7 @@ impl Scene {
         (space.lower.into(), space.size.into(), is(Boundary::Periodic), is(Boundary::Flat))
     }
 
-    /// Name, mass (infinite where static) and diameter of each species.
+    /// Name, mass (infinite if static) and diameter of each species.
     fn species_table(&self) -> Vec<(String, f64, f64)> {
         self.model.species().iter().map(|it| (it.name.clone(), it.mass, it.diameter)).collect()
     }
@@ -156,7 +156,7 @@ impl Scene {
         array(py, all, Some(3))
     }
 
-    /// Names of the interactions that hold bonds, and which of them holds each.
+    /// Names of the bond interactions, and the index of each bond's interaction.
     fn bond_kinds<'py>(&self, py: Python<'py>) -> PyResult<(Vec<String>, Bound<'py, PyAny>)> {
         let (names, kinds) = Frame::kinds_of_bonds(&self.model);
         Ok((names, array(py, kinds.into_iter().map(i64::from).collect(), None)?))
@@ -170,24 +170,24 @@ impl Scene {
 }
 
 impl Scene {
-    /// The TOML from which it can be made again, with all of its particles.
+    /// TOML from which it can be recreated, with all of its particles.
     pub fn complete_record(&self) -> PyResult<String> {
         self.record_with(self.given.as_ref().map(|Given(particles)| KeptParticles::InTables(particles)))
     }
 
-    /// The TOML from which it can be made again, with particles that it has from arrays in a file or in tables.
+    /// TOML from which it can be recreated, with its particles from arrays in a file or in tables.
     pub fn record_with(&self, given: Option<KeptParticles<'_>>) -> PyResult<String> {
         let record = self.model.record_with(self.text.clone(), &self.name, &borrowed(&self.set), given);
         record.map_err(|error| error::scene(&error))
     }
 
-    /// Input files of a run: those that its scene reads, and the scene.
+    /// Input files of a run: the scene and the files that it reads.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.model.inputs().iter().map(|input| Path::new(&input.path)).chain([self.name.as_path()])
     }
 }
 
-/// A value of Python as one of TOML; `place` is where it stands, for messages.
+/// A Python value as a TOML value; `place` is its position for messages.
 fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
     if value.is_instance_of::<PyBool>() {
         return Ok(Value::Boolean(value.extract()?));
@@ -207,7 +207,7 @@ fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
     if let Ok(mapping) = value.cast::<PyMapping>() {
         return table_of(mapping, place).map(Value::Table);
     }
-    // Arrays and numbers of NumPy.
+    // NumPy arrays and numbers.
     if value.hasattr("tolist")? {
         return value_of(&value.call_method0("tolist")?, place);
     }
@@ -215,7 +215,7 @@ fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
         return Ok(Value::String(value.extract::<PathBuf>()?.to_string_lossy().into_owned()));
     }
     let is_bytes = value.is_instance_of::<PyBytes>() || value.is_instance_of::<PyByteArray>();
-    // Sets have no order: what is listed in one would not be the same the next time.
+    // Sets have no order, so a list made from one would not be reproducible.
     let is_set = value.is_instance_of::<PySet>() || value.is_instance_of::<PyFrozenSet>();
     if value.is_none() || is_bytes || is_set {
         let kind = value.get_type().name()?.to_string();
@@ -256,7 +256,7 @@ pub fn parse_toml<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny
     object_of(py, Value::Table(table))
 }
 
-/// A value of TOML as one of Python.
+/// A TOML value as a Python value.
 fn object_of(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
     match value {
         Value::String(text) => Ok(text.into_pyobject(py)?.into_any()),

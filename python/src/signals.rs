@@ -1,15 +1,15 @@
-//! Ctrl-C and other signals, while other threads of Python run.
+//! Ctrl-C and other signals, while other Python threads run.
 
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
-/// Between two looks.
+/// Time between two checks.
 const INTERVAL: Duration = Duration::from_millis(50);
-/// Steps of an engine between two looks at the clock: the first time, and at most.
+/// Engine steps between two checks of the clock: at first, and at most.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
-/// Looks for signals now and then.
+/// Checks for signals now and then.
 pub struct Signals {
     looked: Instant,
     steps: u64,
@@ -20,12 +20,13 @@ impl Signals {
         Self { looked: Instant::now(), steps: STEPS[0] }
     }
 
-    /// Steps of an engine until the next look at the clock. Steps can be slow, of particles with very many others near them.
+    /// Engine steps until the next check of the clock. Steps of particles with very many neighbours can be
+    /// slow.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Whether it is time for something that is done as often as signals are looked for.
+    /// Whether something that is done as often as checks for signals is due.
     pub fn is_due(&mut self) -> bool {
         let now = Instant::now();
         if now - self.looked < INTERVAL {
@@ -39,7 +40,7 @@ impl Signals {
         true
     }
 
-    /// Looks for signals, if it is time to.
+    /// Checks for signals, if it is time.
     ///
     /// # Errors
     /// The exception that a signal raises, such as `KeyboardInterrupt`.

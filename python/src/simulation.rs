@@ -1,4 +1,4 @@
-//! A simulation from event to event.
+//! A simulation, event by event.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -24,12 +24,12 @@ use crate::saved::{Beside, engine_of};
 use crate::scene::{Scene, dictionary};
 use crate::signals::Signals;
 
-/// A simulation, with what only Python has of it.
+/// A simulation, with the data that only Python has.
 pub struct State {
     pub engine: Engine,
-    /// Events that were asked for and not handed out because a signal came.
+    /// Requested events that were not returned because a signal came.
     pub pending: Vec<u8>,
-    /// Number of heat baths that have been set. Each has its own random numbers.
+    /// Number of heat baths set so far. Each has its own random numbers.
     pub baths: usize,
 }
 
@@ -42,7 +42,8 @@ impl State {
 /// Temperature, rate and axes of a heat bath.
 type Bath = (f64, f64, [bool; 3]);
 
-/// A simulation. The lock is never waited for with Python's own lock held: another thread that asks in the meantime gets an error.
+/// A simulation. Its lock is never waited for while holding Python's own lock: if another thread calls in the
+/// meantime, it gets an error.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Simulation(Mutex<State>);
 
@@ -54,7 +55,7 @@ impl Simulation {
         })
     }
 
-    /// Numbers of all particles, in the order of their ids: `K` of each, written once.
+    /// Numbers of all particles, in the order of their ids: `K` for each, written once.
     fn numbers<'py, T: Number, const K: usize>(
         &self,
         py: Python<'py>,
@@ -82,7 +83,7 @@ fn word(reason: Reason) -> &'static str {
     }
 }
 
-/// The part of a call that is done: by time or by events, whichever is nearer to its end.
+/// Completed fraction of a call: by time or by events, whichever is closer to its end.
 fn part(of_time: f64, done: u64, events: u64) -> f64 {
     of_time.max(done as f64 / events.max(1) as f64).clamp(0.0, 1.0)
 }
@@ -96,7 +97,8 @@ fn until(time: f64, events: u64) -> PyResult<Until> {
 
 #[pymethods]
 impl Simulation {
-    /// The dynamics of a scene from its start. With a plan, what only a run does is refused; without, it is left out.
+    /// The dynamics of a scene from its start. With `plan`, features that only a run has are rejected;
+    /// without, they are left out.
     #[new]
     fn new(py: Python<'_>, scene: &Scene, plan: bool, threads: Option<&str>) -> PyResult<Self> {
         let model = scene.model.clone();
@@ -109,7 +111,7 @@ impl Simulation {
         Ok(Self(Mutex::new(State::of(engine))))
     }
 
-    /// The dynamics of a scene where its last measurement begins, after all that comes before.
+    /// The dynamics of a scene at the start of its last measurement, after everything before it.
     #[staticmethod]
     fn prepared(py: Python<'_>, scene: &Scene, threads: Option<&str>, callback: Option<Py<PyAny>>) -> PyResult<Self> {
         let (model, threads) = (scene.model.clone(), threads_of(threads)?);
@@ -137,7 +139,7 @@ impl Simulation {
         }
     }
 
-    /// Saves it with its scene in a file.
+    /// Saves it with its scene to a file.
     fn save(&self, py: Python<'_>, scene: &Scene, path: PathBuf, force: bool) -> PyResult<()> {
         let state = self.state()?;
         let existing = if force { Existing::Replace } else { Existing::Keep };
@@ -145,7 +147,7 @@ impl Simulation {
         saved.map_err(|error| error::saved(&error))
     }
 
-    /// The simulation that has been saved in a file, and its scene.
+    /// The simulation and the scene saved in a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, threads: Option<&str>) -> PyResult<(Self, Scene)> {
         let threads = threads_of(threads)?;
@@ -154,14 +156,14 @@ impl Simulation {
         Ok((Self(Mutex::new(state)), scene))
     }
 
-    /// The bytes of that file.
+    /// The bytes of such a file.
     fn to_bytes<'py>(&self, py: Python<'py>, scene: &Scene) -> PyResult<Bound<'py, PyBytes>> {
         let state = self.state()?;
         let bytes = py.detach(|| simulation_to_bytes(&state.engine, &Beside::of(scene, &state)));
         Ok(PyBytes::new(py, &bytes?))
     }
 
-    /// The simulation that has been made bytes, and its scene.
+    /// The simulation and the scene from such bytes.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<(Self, Scene)> {
         let loaded = py.detach(|| simulation_from_bytes::<Beside>(bytes).map(|loaded| engine_of(loaded, None)));
@@ -169,7 +171,7 @@ impl Simulation {
         Ok((Self(Mutex::new(state)), scene))
     }
 
-    /// Draws all velocities again.
+    /// Draws new velocities for all particles.
     fn thermalize(&self, py: Python<'_>, temperature: f64, seed: u64) -> PyResult<()> {
         let mut state = self.state()?;
         let engine = &mut state.engine;
@@ -194,7 +196,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// The present heat bath.
+    /// The current heat bath.
     fn thermostat(&self) -> PyResult<Option<Bath>> {
         Ok(match self.state()?.engine.thermostat() {
             Some(Thermostat::Andersen { temperature, rate, axes }) => Some((temperature, rate, axes)),
@@ -202,13 +204,13 @@ impl Simulation {
         })
     }
 
-    /// Diameter of each species now.
+    /// Current diameter of each species.
     fn diameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let diameters = self.state()?.engine.scene().species().iter().map(|species| species.diameter).collect();
         array::<f64>(py, diameters, None)
     }
 
-    /// Lower corner, edges, and which axes are periodic, of the box now.
+    /// Lower corner, edges, and periodic axes of the current box.
     fn space(&self) -> PyResult<([f64; 3], [f64; 3], [bool; 3])> {
         let state = self.state()?;
         let space = state.engine.scene().space();
@@ -222,7 +224,7 @@ impl Simulation {
         Ok(Self(Mutex::new(copied)))
     }
 
-    /// Goes on until a time or a number of events since the start, and says why it ended.
+    /// Runs until a time or a number of events since the start; returns the reason for its end.
     fn advance(&self, py: Python<'_>, time: f64, events: u64, callback: Option<Py<PyAny>>) -> PyResult<&'static str> {
         let until = until(time, events)?;
         let mut state = self.state()?;
@@ -351,7 +353,7 @@ impl Simulation {
         Ok(self.state()?.engine.energy().momentum.into())
     }
 
-    /// The deepest overlap now, relative to the distance that is needed; 0 if nothing overlaps.
+    /// The deepest current overlap, relative to the required distance; 0 if nothing overlaps.
     fn deepest_overlap(&self, py: Python<'_>) -> PyResult<f64> {
         let state = self.state()?;
         Ok(py.detach(|| state.engine.deepest_overlap()).map_or(0.0, |overlap| overlap.depth))
@@ -373,7 +375,7 @@ impl Simulation {
         self.numbers(py, |particle| [i64::from(particle.species.0)])
     }
 
-    /// Pairs that are captured: lower id, higher id, state.
+    /// Captured pairs: lower id, higher id, state.
     fn captured_pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let state = self.state()?;
         let pairs = py.detach(|| state.engine.captured_pairs());
@@ -400,7 +402,7 @@ impl Simulation {
     }
 }
 
-/// Vectors of the bytes of an array.
+/// Vectors from the bytes of an array.
 fn vectors_of(bytes: &[u8]) -> Vec<Vector> {
     let number = |bytes: &[u8; 8]| f64::from_ne_bytes(*bytes);
     let numbers = bytes.as_chunks::<8>().0;

@@ -1,10 +1,10 @@
-//! Means of correlated series, with the errors and the verdict that a run has.
+//! Means of correlated series, with errors and verdicts like those of a run.
 
 use carom::analysis::statistics::{BlockAverage, Stationarity};
 use pyo3::prelude::*;
 
-/// The mean of numbers of the type `f8` at even times (not a number for none), its standard error, and the word that `summary.json` has for whether
-/// they are stationary.
+/// The mean of numbers of type `f8` at even times (NaN if there are none), its standard error, and the word
+/// used in `summary.json` for its stationarity.
 #[pyfunction]
 pub fn mean_and_error(py: Python<'_>, values: &[u8]) -> (f64, Option<f64>, &'static str) {
     py.detach(|| {

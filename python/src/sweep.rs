@@ -20,7 +20,7 @@ use crate::observe::{self, Observation};
 use crate::run::{Watch, interval_of, most_bytes};
 use crate::scene::borrowed;
 
-/// Between two looks at runs in other threads.
+/// Time between two checks of runs in other threads.
 const PAUSE: Duration = Duration::from_millis(5);
 
 /// A scene with axes.
@@ -30,7 +30,7 @@ pub struct Sweep(Model);
 /// Functions of a frame by name, and the time between two calls.
 type Observed = (Vec<(String, Py<PyAny>)>, f64);
 
-/// Whether more is written than unasked, the time between two checkpoints, and what observes the runs.
+/// Whether files are replaced, the time between two checkpoints, and the observing functions.
 type Observing = ((bool, f64), Observed);
 
 /// Folder of a point with its keys and values.
@@ -38,7 +38,7 @@ type PointOf = (String, Vec<(String, String)>);
 
 #[pymethods]
 impl Sweep {
-    /// A sweep of the scene in a file, or of a text, for which `name` stands for the file.
+    /// A sweep of the scene in a file, or of a text, for which `name` represents the file.
     #[new]
     fn new(name: PathBuf, text: Option<String>, set: Vec<(String, String)>, vary: Vec<String>) -> PyResult<Self> {
         let axes = vary.iter().map(|axis| axis.parse::<Axis>()).collect::<Result<Vec<_>, _>>();
@@ -66,7 +66,7 @@ impl Sweep {
         self.0.short_names()
     }
 
-    /// Finds out what is wrong before anything is made, in a folder that is yet to be, too.
+    /// Checks for mistakes before anything is created, also if the folder does not exist.
     fn check(&self, py: Python<'_>, folder: PathBuf, force: bool) -> PyResult<()> {
         py.detach(|| {
             let scene = self.0.check().map_err(|error| error::sweep(&error))?;
@@ -79,12 +79,13 @@ impl Sweep {
         })
     }
 
-    /// Makes the folder, or opens it again.
+    /// Creates the folder, or opens it again.
     fn begin(&self, folder: PathBuf) -> PyResult<()> {
         SweepFolder::open(folder, &self.0).map(|_| ()).map_err(|error| error::sweep(&error))
     }
 
-    /// Runs one point, by the name of its folder, if it is not there yet: what became of it, and why it failed.
+    /// Runs one point, by the name of its folder, if it has no results. Returns the outcome, and why it
+    /// failed.
     fn run_point(
         &self,
         py: Python<'_>,
@@ -114,7 +115,7 @@ impl Sweep {
         }
     }
 
-    /// Runs all points that are not there yet in threads.
+    /// Runs all points without results, in threads.
     fn run_all(
         &self,
         py: Python<'_>,
@@ -154,7 +155,7 @@ impl Sweep {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
             let names = observation.names();
             let orders = orders_for(jobs, interval, (&folder, force), (&instruments, &names));
-            // Signals come to this thread alone, so that the others simulate.
+            // Signals reach only this thread, so the others simulate.
             let ran = thread::scope(|scope| {
                 let runs = scope.spawn(|| opened.execute(&self.0, &orders, &see));
                 while !runs.is_finished() {
@@ -179,13 +180,13 @@ impl Sweep {
         Ok(fates.into_iter().map(named).collect())
     }
 
-    /// Writes the tables and the page of what there is.
+    /// Writes the tables and the page of the present results.
     fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         py.detach(|| {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
             let results = Results::read(&opened, &self.0);
             opened.write_tables(&self.0, &results).map_err(|error| error::sweep(&error))?;
-            // A run without its page is one all the same.
+            // A run without its page is still a run.
             let _ = report::write_run_pages(&opened, &self.0, &results);
             let page = report::sweep_page(&opened, &self.0, &results);
             let written = report::write(&page, &report::sweep_page_in(&folder), Existing::Replace);
@@ -193,7 +194,7 @@ impl Sweep {
         })
     }
 
-    /// Where each point stands: `done`, `failed` and why, `begun` or `missing`.
+    /// State of each point: `done`, `failed` with the reason, `begun` or `missing`.
     fn standing(&self, py: Python<'_>, folder: PathBuf) -> PyResult<Vec<(String, &'static str, Option<String>)>> {
         py.detach(|| {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
@@ -211,7 +212,7 @@ impl Sweep {
     }
 }
 
-/// Numbers of points that are over, and the part of all that is done.
+/// Number of finished points, and completed fraction of all.
 fn so_far(parts: &[f64]) -> (u64, f64) {
     let done = parts.iter().filter(|part| **part >= 1.0).count();
     (done as u64, parts.iter().sum::<f64>() / parts.len().max(1) as f64)

@@ -1,4 +1,4 @@
-//! Frames in the formats of other programs, one after the other.
+//! Frames in the formats of other programs, written one after the other.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -11,14 +11,14 @@ use pyo3::prelude::*;
 use crate::error;
 use crate::given::Given;
 
-/// Frames of a file or a folder that is written; none when it is complete.
+/// Writes frames to a file or folder; `None` inside once it is complete.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Writer {
     series: Mutex<Option<FrameSeries>>,
     path: PathBuf,
 }
 
-/// The format of this name, or the one that the ending of a path stands for.
+/// The format of this name, or for the extension of a path.
 pub fn format_of(path: &Path, name: Option<&str>) -> PyResult<Format> {
     let names = || Format::ALL.map(Format::name).join(", ");
     if let Some(name) = name {
@@ -52,19 +52,19 @@ impl Writer {
             let mut series = self.series.lock().unwrap_or_else(PoisonError::into_inner);
             let open = series.as_mut().ok_or_else(|| self.closed())?;
             open.write(&frame.0.frame).map_err(|failed| {
-                // A format cannot take back what it has written.
+                // A format cannot undo what it has written.
                 *series = None;
                 error::convert(&failed)
             })
         })
     }
 
-    /// Number of frames so far; none where it is closed.
+    /// Number of frames so far; `None` if it is closed.
     fn frames(&self) -> Option<u64> {
         self.series.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(FrameSeries::frames)
     }
 
-    /// Completes it.
+    /// Completes the file.
     fn finish(&self, py: Python<'_>) -> PyResult<()> {
         py.detach(|| {
             let series = self.series.lock().unwrap_or_else(PoisonError::into_inner).take();
@@ -73,7 +73,7 @@ impl Writer {
         })
     }
 
-    /// Removes what there is of it.
+    /// Removes the incomplete file.
     fn abandon(&self) {
         *self.series.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-#: The repository, where the tests run in one.
+# : The repository, if the tests run in one.
 ROOT = Path(__file__).parents[2]
 
 FLUID = {
@@ -21,7 +21,7 @@ FLUID = {
     "run": {"until_events": 20_000},
 }
 
-#: A ball that comes to rest in infinitely many bounces, which ends a run as a failure.
+# : A ball that comes to rest in infinitely many bounces, which ends a run as a failure.
 FALLING = {
     "name": "stack",
     "species": [{"name": "ball", "mass": 1.0, "diameter": 1.0}],
@@ -31,7 +31,8 @@ FALLING = {
     "run": {"until_time": 100.0},
 }
 
-#: Two species of unequal masses and diameters, wells, walls along one axis, gravity, restitution: every column has something in it.
+# : Two species of unequal masses and diameters, wells, walls along one axis, gravity, restitution: no column
+# is empty.
 MIXTURE = {
     "name": "mixture",
     "seed": 3,

@@ -86,7 +86,7 @@ def test_no_number_is_unsigned(mixture: dict, tmp_path: Path) -> None:
     assert set((bonds[:, 0] - bonds[:, 1]).tolist()) == {-1}
     batch = next(iter(simulation.events(events=50)))
     assert (batch["particle"] - 1).min() >= -1
-    # Aligned, with padding behind the kind.
+    # Aligned, with padding after the kind.
     assert carom.EVENT.isalignedstruct and carom.EVENT.itemsize == 232
 
 
@@ -110,7 +110,7 @@ def test_pandas_has_the_columns(fluid: dict, tmp_path: Path) -> None:
     for frame in (pandas.DataFrame(run.thermo), run.thermo.to_pandas()):
         assert list(frame.columns) == list(run.thermo) and len(frame) == len(run.thermo["time"])
         assert (frame["kinetic"] == run.thermo["kinetic"]).all()
-    # Vectors are no columns of pandas: it says so, where it once made a table of the names.
+    # Vectors are not columns of pandas: it raises an error instead of making a table of the names.
     with pytest.raises(ValueError, match="1-dimensional"):
         pandas.DataFrame(run.events)
     assert run.events is not None

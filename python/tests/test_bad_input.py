@@ -188,7 +188,7 @@ def test_what_is_neither_a_number_nor_a_truth_value(fluid: dict, tmp_path: Path)
         ("checkpoint_every", lambda: carom.resume(tmp_path / "run", checkpoint_every="300")),
         ("checkpoint_every", lambda: carom.sweep(fluid, seeds=1, out=tmp_path / "new", checkpoint_every=True)),
         ("until_time", lambda: carom.run(fluid, tmp_path / "new", until_time=np.True_)),
-        # A run that is there is lost with it.
+        # An existing run is lost with it.
         ("force", lambda: carom.run(fluid, tmp_path / "run", seed=2, force="no")),
         ("force", lambda: carom.sweep(fluid, seeds=1, out=tmp_path / "new", force="no")),
         ("plan", lambda: carom.Simulation(fluid, plan="no")),
@@ -250,7 +250,7 @@ def test_two_threads_do_not_mix(fluid: dict) -> None:
             errors += 1
         time.sleep(0.001)
     thread.join()
-    # This thread went on while the other one simulated: Python's lock was free.
+    # This thread continued while the other one simulated: Python's lock was free.
     assert errors > 10
     assert simulation.event_counts["core"] == 3_000_000
 
@@ -456,7 +456,7 @@ def test_an_exchange_that_is_none(fluid: dict) -> None:
 
 
 def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> None:
-    # Some 10^13 frames.
+    # About 10^13 frames.
     large = {**fluid, "run": {"until_time": 1e4}, "output": {"frame_interval": 1e-9}}
     replicas = {**large, "exchange": {"temperatures": [1.0, 1.2], "interval": 1e-6, "rate": 1.0}, "output": {"frame_interval": 1e-6}}
     calls = [
@@ -468,7 +468,7 @@ def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> Non
         with pytest.raises(carom.FolderError, match=r"would write some .* unasked\n.*force=True"):
             call()
         assert not list(tmp_path.iterdir())
-    # With force it is something else that ends them.
+    # With force it ends for another reason.
     (tmp_path / "sweep").write_text("in the way")
     with pytest.raises(carom.CaromError, match="sweep"):
         calls[1](force=True)

@@ -47,7 +47,7 @@ def test_freud_has_the_same_distances(kind: str, fluid: dict) -> None:
     box, points = simulation.to_freud()
     expected = distances(simulation.frame())
     found = box.compute_all_distances(points, points)
-    # Beyond half of a tilted box freud does not look for the nearest image.
+    # Beyond half of a tilted box freud does not search for the nearest image.
     near = expected < 0.48 * simulation.scene.size.min()
     assert np.allclose(found[near], expected[near], atol=1e-4) and near.sum() > 100
     assert np.isclose(box.volume, np.prod(simulation.scene.size))
@@ -78,7 +78,7 @@ def test_mdanalysis_has_the_times(fluid: dict, tmp_path: Path) -> None:
     pytest.importorskip("MDAnalysis")
     from MDAnalysis.analysis.base import AnalysisFromFunction
 
-    # Those of the frames are even but for the last one, which is where the run ended.
+    # The times of frames are even except the last one, which is at the end of the run.
     run = carom.run(fluid, tmp_path / "run", set={"output.frame_interval": 0.25, "run.until_events": 20_000})
     times = run.frames.times
     assert len(times) > 5 and 0.0 < times[-1] - times[-2] < 0.25
@@ -90,7 +90,7 @@ def test_mdanalysis_has_the_times(fluid: dict, tmp_path: Path) -> None:
         assert [step.time for step in same.trajectory[1:4:2]] == [times[1], times[3]]
     analysis = AnalysisFromFunction(lambda atoms: atoms.positions.mean(), universe.atoms).run()
     assert (analysis.times == times).all()
-    # A frame that is not the first one.
+    # A frame other than the first.
     late = run.frames[-1].to_mdanalysis()
     assert late.trajectory.time == times[-1]
 
@@ -184,7 +184,7 @@ def test_velocities_of_unknown_masses_are_kept(tmp_path: Path) -> None:
 
 
 def test_unwrapped_positions_of_a_sheared_box_are_flights(tmp_path: Path) -> None:
-    # Alone it meets nothing: it flies straight on, and through the sides the box streams past.
+    # A single particle meets nothing: it flies straight on, and through the sides the box streams past.
     alone = {
         "species": [{"name": "A", "mass": 1.0, "diameter": 1.0}],
         "interaction": [{"species": ["A", "A"], "potential": "hard-sphere"}],

@@ -28,7 +28,7 @@ def test_velocities_are_maxwells(fluid: dict) -> None:
     v = simulation.velocities.ravel() / math.sqrt(2.5)
     # Moments of a normal distribution, within four standard errors.
     assert abs((v**4).mean() - 3.0) < 4.0 * math.sqrt(96.0 / v.size) and abs((v**3).mean()) < 4.0 * math.sqrt(15.0 / v.size)
-    # A function of the seed, whatever was before, and none of the start.
+    # A function of the seed, independent of earlier calls and of the start.
     again = carom.Simulation(large(fluid))
     again.thermalize(2.5, seed=7)
     assert np.array_equal(again.velocities, simulation.velocities)
@@ -41,12 +41,12 @@ def test_velocities_are_maxwells(fluid: dict) -> None:
 
 
 def test_velocities_are_those_of_a_start_whatever_is_simulated(fluid: dict, mixture: dict) -> None:
-    # Between walls the momentum is free along their axis, as it is at the start.
+    # Between walls the momentum along their axis is free, as at the start.
     walled = carom.Simulation({**fluid, "space": {"z": "walls"}, "fill": [{**fluid["fill"][0], "arrangement": "random", "packing_fraction": 0.1}]})
     walled.thermalize(1.5, seed=1)
     assert abs(walled.momentum[:2]).max() < 1e-12 < abs(walled.momentum[2])
     assert walled.temperature == pytest.approx(1.5, rel=1e-12)
-    # Each species has the temperature, with gravity there is none of all.
+    # Each species has the temperature; with gravity there is no overall temperature.
     falling = carom.Simulation(mixture)
     falling.thermalize(3.0, seed=2)
     masses = falling.scene.masses[falling.species]
@@ -64,7 +64,7 @@ def test_velocities_are_those_of_a_start_whatever_is_simulated(fluid: dict, mixt
     plane.thermalize(0.7, seed=3)
     assert (plane.velocities[:, 2] == 0.0).all() and (plane.velocities[0] == 0.0).all()
     assert plane.temperature == pytest.approx(0.7, rel=1e-12)
-    # Relative to what streams.
+    # Relative to the streaming.
     sheared = carom.Simulation({**large(fluid), "space": {"shear_rate": 0.5}})
     sheared.thermalize(1.0, seed=4)
     y = sheared.positions[:, 1] - 0.5 * sheared.scene.size[1]
@@ -112,7 +112,7 @@ def test_a_heat_bath_is_that_of_a_scene(fluid: dict) -> None:
     assert plain.event_counts["thermostat"] > 3000
     axes = (plain.velocities**2).mean(axis=0)
     assert plain.temperature == pytest.approx(2.0, rel=0.25) and axes[1] == pytest.approx(axes[0], rel=0.6)
-    # Where it acts the momentum is not conserved, and all components count.
+    # While it acts the momentum is not conserved, and all components count.
     kinetic = plain.energy["kinetic"] - 0.5 * plain.momentum[1] ** 2 / 108
     assert plain.temperature == pytest.approx(2.0 * kinetic / (3 * 108 - 1), rel=1e-12)
     plain.thermostat = None
@@ -139,7 +139,7 @@ def test_each_bath_has_numbers_of_its_own(fluid: dict) -> None:
     first, second = heated(simulation), heated(simulation)
     assert not np.allclose(first, second)
     assert np.array_equal(heated(carom.Simulation(fluid)), first)
-    # Nor are they those of the scene's own.
+    # Nor are they those of the scene's own bath.
     planned = {**fluid, "run": {"until_events": 1, "thermostat": {"kind": "andersen", "temperature": 1.0, "rate": 1.0}}}
     own, copied = carom.Simulation(planned), carom.Simulation(planned)
     copied.thermostat = own.thermostat
@@ -214,7 +214,7 @@ def test_the_box_is_that_after_a_stage_at_constant_pressure(fluid: dict) -> None
     with carom.Writer("compressed.xyz") as writer:
         writer.write(simulation)
     assert np.array_equal(carom.Trajectory("compressed.xyz")[0].size, edges)
-    # The pairs of the frame keep their distance in its box, and particles stay within it.
+    # The pairs of the frame keep their distance in its box, and particles stay inside.
     apart = frame.positions[:, None] - frame.positions
     apart -= edges * np.round(apart / edges)
     assert np.sqrt((apart**2).sum(-1))[np.triu_indices(len(frame), 1)].min() > 1.0 - 1e-12

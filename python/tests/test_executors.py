@@ -40,7 +40,7 @@ def same(one: carom.Sweep, other: carom.Sweep) -> None:
 
 
 def processes(count: int) -> ProcessPoolExecutor:
-    # A process that is forked while threads run may hang.
+    # A process forked while threads run may hang.
     return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
 
 
@@ -110,11 +110,11 @@ def test_a_worker_of_dask_is_killed(fluid: dict, tmp_path: Path) -> None:
 
 
 def test_mpi(undisturbed: carom.Sweep, tmp_path: Path) -> None:
-    # That of the tests' own environment, if it has one.
+    # The one in the tests' own environment, if there is one.
     mpiexec = shutil.which("mpiexec", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]))
     if mpiexec is None:
         pytest.skip("there is no mpiexec")
-    # mpi4py is installed without a library for it, and says so when that is looked for.
+    # mpi4py may be installed without an MPI library, which shows only on import.
     loaded = subprocess.run([sys.executable, "-c", "import mpi4py.futures, mpi4py.MPI"], capture_output=True, text=True)
     if loaded.returncode != 0 and ("cannot load MPI library" in loaded.stderr or "ModuleNotFoundError" in loaded.stderr):
         pytest.skip("there is no MPI")

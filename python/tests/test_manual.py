@@ -17,7 +17,7 @@ from conftest import FLUID, ROOT
 
 MANUAL = ROOT / "docs" / "python.md"
 
-#: Packages that blocks need, by what stands in them.
+# : Packages that blocks need, by words in them.
 NEEDED = {
     "_ase(": "ase",
     ".gsd": "gsd",
@@ -26,10 +26,10 @@ NEEDED = {
     "dask.": "dask.distributed",
 }
 
-#: Blocks for machines that there are elsewhere only; `test_executors` has Dask and MPI.
+# : Blocks for machines that exist elsewhere only; `test_executors` covers Dask and MPI.
 ELSEWHERE = ("SLURMCluster", "mpi4py")
 
-#: Runs the files that it is given, one after the other, with the names of those before.
+# : Runs the given files one after the other, with the names of those before.
 RUN = """
 import sys
 from pathlib import Path

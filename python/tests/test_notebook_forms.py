@@ -70,7 +70,7 @@ def test_tables_of_any_size_are_shown() -> None:
 
 def test_names_of_users_are_escaped(fluid: dict) -> None:
     bad = "<script>alert(1)</script>"
-    # Files of other programs have names that scenes do not take.
+    # Files of other programs contain names that scenes do not accept.
     frame = dataclasses.replace(carom.Simulation(fluid).frame(), species_names=[bad])
     for thing in (frame, carom.Observable(1.0, 0.1, bad), carom.Table({bad: np.array([bad], dtype=object)}, {bad: bad})):
         assert bad in text_of(thing)

@@ -51,7 +51,7 @@ def test_an_observable_and_itself_are_the_same() -> None:
     assert (X - X).error == 0.0 and (X / X).error == 0.0
 
 
-#: Functions of one value, with their derivatives.
+# : Functions of one value, with their derivatives.
 OF_ONE: dict[str, tuple[Callable[[Any], Any], Callable[[float], float]]] = {
     "second virial coefficient": (lambda z: 2 * (z - 1) / z, lambda z: 2 / z**2),
     "value in both terms": (lambda z: z**2 + 3 * z, lambda z: 2 * z + 3),
@@ -77,7 +77,7 @@ def test_what_cancels_leaves_no_error() -> None:
 def test_sums_of_one_value_and_of_several() -> None:
     assert sum([X, X]).error == pytest.approx(0.04, rel=1e-12)
     assert sum([X, Y]).error == pytest.approx(math.hypot(0.02, 0.03), rel=1e-12)
-    # Common parts of two results are known to be the same.
+    # Shared parts of two results are recognised as equal.
     assert ((X + Y) - (X - Y)).error == pytest.approx(0.06, rel=1e-12)
     values = np.array([X, X, Y], dtype=object)
     assert values.sum().error == pytest.approx(math.hypot(0.04, 0.03), rel=1e-12)
@@ -89,7 +89,7 @@ def test_copies_and_pickles_are_the_same_value() -> None:
         assert again == X and (again - X).error == 0.0
     product = pickle.loads(pickle.dumps(X * Y))
     assert (product / X - Y).error == pytest.approx(0.0, abs=1e-15)
-    # One with equal numbers is another value.
+    # Another value with equal numbers is a different value.
     other = Observable(2.5, 0.02, "length", True)
     assert other == X and (other - X).error == pytest.approx(0.02 * math.sqrt(2.0), rel=1e-12)
 

@@ -109,11 +109,11 @@ def test_an_exception_ends_the_run_that_can_go_on(fluid: dict, tmp_path: Path) -
     for observe in ({}, {"other": first_speed}):
         with pytest.raises(carom.SimulationError, match="`v2`.*\n.*give observe"):
             carom.resume(tmp_path / "run", observe=observe, every=0.5 if observe else None, until_events=20_000)
-    # Nothing was changed by what was refused.
+    # The rejected calls changed nothing.
     assert before == {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir() if path.is_file()}
     resumed = carom.resume(tmp_path / "run", observe={"v2": first_speed}, every=0.5, until_events=20_000)
     assert (resumed.frames[-1].positions == whole.frames[-1].positions).all()
-    # But for the value that failed, it is as if it had never stopped.
+    # Apart from the value that failed, it is as if it had never stopped.
     missing = np.isin(whole.curves["v2"].x, resumed.curves["v2"].x, invert=True)
     assert missing.sum() >= 1 and missing[19] and not missing[:19].any()
     assert (whole.curves["v2"].y[~missing] == resumed.curves["v2"].y).all()
@@ -190,7 +190,7 @@ def test_all_points_of_a_sweep_are_observed(how: str, fluid: dict, tmp_path: Pat
         assert (other.curves["v2"].y == alone.curves["v2"].y).all() and len(other.curves["v2"].y) == 40
         assert seen.table["v2"][at] == pytest.approx(other.observables["v2"].mean, rel=1e-6)
     assert seen.mean["v2"].shape == (3,) and "v2" in seen.page()
-    # What is there has it, and is not run again; with another name it is refused.
+    # Existing points have it and are not run again; with another name they are rejected.
     with_others = carom.sweep(fluid, SWEPT, seeds=2, out=tmp_path / "seen", observe={"v2": broken}, every=0.1)
     assert (with_others.mean["v2"] == seen.mean["v2"]).all()
     for out in ("plain", "seen"):

@@ -146,7 +146,7 @@ def test_a_run_keeps_its_arrays_and_is_repeated(program: str) -> None:
     same_bits(Path("moved"), Path("second"))
     again = carom.run("moved/scene.toml", "third")
     same_bits(Path("moved"), again.folder)
-    # The file is one of those of the run: it goes with it.
+    # The file is one of the run's files and is deleted with it.
     carom.run(carom.Scene(BOX, particles=arrays()), "moved", force=True)
     assert Path("moved/particles.xyz").exists()
     carom.run({**BOX, "particle": [{"species": "A", "position": [1, 1, 1], "velocity": [1, 0, 0]}], "run": {"until_time": 1.0}}, "moved", force=True)
@@ -223,7 +223,7 @@ def test_frames_go_on_elsewhere(mixture: dict) -> None:
     scene = carom.Scene({**mixture, "fill": []}, frame=frame)
     assert (scene.velocities == frame.velocities).all() and np.allclose(scene.positions, frame.positions, atol=1e-12)
     assert (np.array(scene.species_names)[scene.species] == np.array(frame.species_names)[frame.species]).all()
-    # The box is the frame's where the scene has none.
+    # If the scene has no box, it takes the frame's.
     fluid = {"species": [{"name": "A", "mass": 1.0, "diameter": 1.0}], "interaction": BOX["interaction"][:1], "run": {"until_time": 1.0}}
     start = carom.Simulation({**fluid, "space": {"size": [9.0, 8.0, 7.0], "lower": [1.0, 2.0, 3.0]}, "particle": [{"species": "A", "position": [2, 3, 4]}]})
     scene = carom.Scene(fluid, frame=start.frame())
@@ -281,7 +281,7 @@ def test_atoms_of_ase_come_back(mixture: dict) -> None:
     simulation = carom.Simulation({**mixture, "space": {**mixture["space"], "lower": [1.0, 2.0, 3.0]}})
     simulation.advance(1.0)
     atoms = simulation.to_ase()
-    # Walls are the scene's own, and so is the box that has them.
+    # Walls are the scene's own, and so is a box with walls.
     scene = carom.Scene.from_ase(atoms, {**mixture, "fill": [], "space": {"z": "walls"}})
     assert np.allclose(scene.positions, simulation.positions, atol=1e-12) and np.allclose(scene.velocities, simulation.velocities, atol=1e-12)
     assert (scene.species == simulation.frame().species).all() and np.allclose(scene.lower, [1.0, 2.0, 3.0])

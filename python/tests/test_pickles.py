@@ -31,7 +31,7 @@ def test_a_run_is_pickled_whatever_was_read(fluid: dict, tmp_path: Path, monkeyp
     read_all(run)
     pickled = pickle.dumps(run)
     assert len(pickled) < 50_000, "a folder, and not what was read from it"
-    # Also where the program runs elsewhere.
+    # Also if the program runs elsewhere.
     os.mkdir("elsewhere")
     monkeypatch.chdir("elsewhere")
     same = pickle.loads(pickled)
@@ -54,7 +54,7 @@ def test_a_temporary_run_stays_with_what_made_it(fluid: dict) -> None:
     frames = run.frames
     sent = again(run)
     assert len(sent.frames) == len(frames)
-    # Copies keep the folder; what was pickled does not.
+    # Copies keep the folder; pickles do not.
     copies = [copy.copy(run), copy.deepcopy(run)]
     del run, frames
     gc.collect()

@@ -40,7 +40,7 @@ class Bar:
 def bars(monkeypatch: pytest.MonkeyPatch) -> type[Bar]:
     clock = itertools.count()
     monkeypatch.setattr(_progress, "_kind_of_bar", lambda: Bar)
-    # Where Python looks at the clock, a second has gone by each time.
+    # Each time Python reads the clock, a second has passed.
     monkeypatch.setattr(_progress, "monotonic", lambda: float(next(clock)))
     Bar.shown, Bar.closed = [], 0
     return Bar

@@ -13,10 +13,10 @@ import pytest
 import carom
 from conftest import ROOT
 
-#: Scenes with gravity, meshes, bonds, wells, chains, shear, walls, growth, thermostats and two dimensions.
+# : Scenes with gravity, meshes, bonds, wells, chains, shear, walls, growth, thermostats and two dimensions.
 SCENES = sorted(path.stem for path in (ROOT / "configs").glob("*.toml") if "\n[exchange]" not in path.read_text())
 SHORT = {"run.until_events": 2000, "run.equilibration_events": 500}
-#: Fewer grains where stages come before that.
+# : Fewer grains in scenes with earlier stages.
 FEWER = {"outlet": {"fill.0.count": 150}, "silo": {"fill.0.count": 150}}
 
 
@@ -37,7 +37,7 @@ def alike(a: Path, b: Path) -> list[str]:
             del stage["speed"]
     if summaries[0] == summaries[1]:
         different.remove("summary.json")
-    # Their lines about the speed, and checkpoints with the time on the clock in them.
+    # Lines about the speed, and checkpoints with the wall time in them.
     return [name for name in different if name not in ("report.txt", "checkpoint", ".carom")]
 
 
@@ -120,7 +120,7 @@ def test_a_sweep_goes_on_with_that_of_the_program(program: str, fluid: dict, tmp
     for name in ("sweep.csv", "sweep-mean.csv", "sweep-columns.csv", "sweep.toml"):
         assert filecmp.cmp(tmp_path / "whole" / name, tmp_path / "half" / name, shallow=False), name
     assert len(result) == 6 and not result.failures
-    # And the other way round: the program finds that all of it is there.
+    # And vice versa: the program finds that everything is there.
     done = subprocess.run([program, "sweep", result.folder], check=True, capture_output=True, text=True)
     assert "6 were there already" in done.stdout
 

@@ -18,7 +18,7 @@ import carom
 
 from test_going_on import staged_growth
 
-#: A heat bath, bonds and wells: all that an engine can have of the past.
+# : A heat bath, bonds and wells: everything that an engine can remember.
 CHAINS = {
     "name": "chains",
     "space": {"size": [9.0, 9.0, 9.0]},
@@ -78,7 +78,7 @@ def test_what_was_set_is_saved(fluid: dict, tmp_path: Path) -> None:
     again = carom.Simulation.load("a")
     assert again.thermostat == simulation.thermostat
     same(simulation, again)
-    # Nor is the next bath that of before.
+    # Nor does the next bath repeat the previous one.
     for it in (simulation, again):
         it.set_thermostat(2.0, rate=1.0)
     same(simulation, again)
@@ -101,7 +101,7 @@ def test_it_is_loaded_where_the_program_runs_elsewhere(fluid: dict, tmp_path: Pa
     monkeypatch.chdir("elsewhere")
     again = carom.Simulation.load("../a")
     assert carom.Simulation(carom.Scene(again.scene, seed=3)).scene.seed == 3
-    # What it reads is in it.
+    # It contains the files that it reads.
     os.remove("../box.stl")
     same(simulation, carom.Simulation.load("../a"), events=5)
 
@@ -224,6 +224,6 @@ def test_everything_public_is_pickled_and_copied(fluid: dict, tmp_path: Path) ->
     assert len(again.frames) == len(run.frames) and again.frames[-1].time == run.frames[-1].time
     assert (copy.deepcopy(run.frames[-1]).positions == run.frames[-1].positions).all()
     assert (copy.deepcopy(run.curves)["radial_distribution"].y == run.curves["radial_distribution"].y).all()
-    # What is read only stays so.
+    # Read-only arrays stay read-only.
     for read in (copy.deepcopy(run.frames[-1]).positions, pickle.loads(pickle.dumps(run.frames[-1])).positions):
         assert not read.flags.writeable or read is not run.frames[-1].positions

@@ -39,7 +39,7 @@ def test_the_potential_of_mean_force_of_a_pair_is_its_potential(tmp_path: Path) 
     w = result.potential_of_mean_force
     inside = w["distance"] < 1.5
     potential, error = w["potential_of_mean_force"], w["potential_of_mean_force_error"]
-    # Zero for the mean density in the last window, which is beyond the well.
+    # Zero for the mean density in the last window, which is outside of the well.
     deviations = (potential - np.where(inside, -DEPTH, 0.0)) / error
     assert np.abs(deviations).max() < 4.5 and (deviations**2).mean() < 3.0
     difference = w["potential_of_mean_force"] - w["free_energy"]
@@ -60,7 +60,7 @@ def test_an_exchange_without_windows_says_so() -> None:
 
 
 def test_a_window_that_cannot_be_reached_is_named() -> None:
-    # A core is refused with the scene; this step is as good as one.
+    # A core is rejected with the scene; this step is equivalent.
     step = {"species": ["A", "A"], "potential": "penetrable", "height": 500.0}
     windows = [[0.5, 0.9], [0.8, 2.0]]
     changed = {"exchange.umbrella": {"between": [[0], [1]], "windows": windows}, "run.until_time": 10.0}

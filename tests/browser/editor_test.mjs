@@ -1,5 +1,5 @@
-// Tests the editor's TOML reader, completion, links and sliders without a browser: node
-// tests/browser/editor_test.mjs
+// Tests the editor's TOML reader, completion, links and sliders without a browser:
+// node tests/browser/editor_test.mjs
 
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";

@@ -1,6 +1,7 @@
-// Compares observables of the live page with exact values and with the program: node
-// tests/browser/observables_test.mjs [PROGRAM] PROGRAM is carom, whose run the module of the page repeats bit
-// for bit. Without it, or without web/carom.module, only exact values are tested.
+// Compares observables of the live page with exact values and with the program:
+// node tests/browser/observables_test.mjs [PROGRAM]
+// PROGRAM is carom, whose run the module of the page repeats bit for bit. Without it, or without
+// web/carom.module, only exact values are tested.
 
 import assert from "node:assert/strict";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Checks pages of `carom report` in a headless Chromium: tests/browser/run.sh PROGRAM [FOLDER FOR SCREENSHOTS]
+# Checks pages of `carom report` in a headless Chromium:
+# tests/browser/run.sh PROGRAM [FOLDER FOR SCREENSHOTS]
 # PROGRAM is carom. Needs Python 3 and Chromium (CHROMIUM names another one); without them no page is tested.
 # Node tests what is drawn between frames.
 set -euo pipefail

@@ -1,4 +1,5 @@
-// Tests without a browser what the worker of a live page makes of states: node tests/browser/worker_test.mjs
+// Tests without a browser what the worker of a live page makes of states:
+// node tests/browser/worker_test.mjs
 
 import assert from "node:assert/strict";
 import test from "node:test";

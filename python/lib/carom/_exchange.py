@@ -93,7 +93,7 @@ def exchange(
         faults = _carom.exchange(made._core, folder, threads, orders, bar.callback)
     result = Exchange(folder, _temporary=temporary)
     if faults:
-        # A temporary folder goes with the exchange.
+        # A temporary folder is deleted with the exchange.
         kept = folder if temporary is None else None
         raise SimulationError(f"the audit failed: {'; '.join(faults)}", folder=kept)
     return result
@@ -147,7 +147,7 @@ class Exchange(InFolder):
         self._temporary = _temporary
         #: The folder.
         self.folder: Path = path_of("folder", folder)
-        #: Content of ``summary.json``.
+        # : Contents of ``summary.json``.
         self.summary: Mapping[str, Any] = json_of(self.folder / "summary.json")
         if "neighbours" not in self.summary:
             raise FolderError(f"{self.folder} is not the folder of a replica exchange")

@@ -11,7 +11,7 @@ import numpy as np
 
 __all__ = ["framed", "number", "table", "unit"]
 
-#: Rows of a table that are shown: those at its beginning and at its end.
+# : Number of table rows shown at the beginning and at the end.
 _SHOWN = 5
 
 

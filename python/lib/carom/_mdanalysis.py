@@ -54,7 +54,7 @@ def universe_of(frames: list[Frame]) -> Any:
         velocities=np.array([frame.velocities for frame in frames]),
         dimensions=_boxes(frames),
         times=times,
-        # Of frames that are not at even times the usual interval: the last one is where the run ended.
+        # If frames are not evenly spaced, the usual interval: the last frame is at the end of the run.
         dt=float(np.median(np.diff(times))) if len(times) > 1 else 1.0,
     )
     return universe

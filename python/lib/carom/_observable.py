@@ -73,10 +73,11 @@ class Observable:
     unit: str
     is_stationary: bool | None = None
     is_conserved: bool = False
-    #: Derivative with respect to each measured value that this one comes from, by its source, and the error of that value.
+    # : For each measured value that this one depends on: by its source, the derivative, and the error of that
+    # value.
     _terms: Mapping[str, tuple[float, float | None]] = field(init=False, compare=False)
 
-    #: Numbers of NumPy leave arithmetic to this class.
+    # : NumPy scalars leave arithmetic to this class.
     __array_ufunc__: ClassVar[None] = None
 
     def __post_init__(self) -> None:
@@ -197,7 +198,7 @@ def _result(mean: float, unit: str, *terms: tuple[float, Observable]) -> Observa
         for name, (inner, error) in it._terms.items():
             before = sources.get(name, (0.0, error))[0]
             sources[name] = (before + slope * inner, error)
-    # What has cancelled does not matter, even if its error is not known.
+    # A term that has cancelled does not matter, even if its error is unknown.
     found = {name: (slope, error) for name, (slope, error) in sources.items() if slope != 0.0}
     errors = [None if error is None else slope * error for slope, error in found.values()]
     known = [error for error in errors if error is not None]

@@ -27,16 +27,17 @@ __all__ = [
 
 _KEYS = ("species", "positions", "velocities", "bonds", "bond")
 
-#: Largest part of an edge by which a box may be askew: single precision leaves as much.
+# : Largest skew of a box relative to an edge: single precision leaves this much.
 _SKEW = 1e-6
 
-#: Above this number of names, sorting the array is faster than a search for each name.
+# : With more names than this, sorting the array is faster than searching for each name.
 _FEW_NAMES = 64
 
-#: Given particles as they are pickled: their word in messages, the frame, the interaction of its bonds, and what is known of it.
+# : Given particles in pickled form: their word in messages, the frame, the interaction of its bonds, and
+# which parts are known.
 State = tuple[str, Frame, Union[str, None], tuple[bool, bool, bool]]
 
-#: Names of the species of a scene, for species that are given by number.
+# : Names of the species of a scene, for species given by number.
 Names = Callable[[], list[str]]
 
 
@@ -96,8 +97,8 @@ def given_of_ase(atoms: Any, species: Any, names: Names) -> _carom.Given:
     else:
         found, numbers = np.unique(atoms.numbers, return_inverse=True)
         species_names = [chemical_symbols[number] for number in found]
-    # As Frame.to_ase has them. A trajectory of Carom that ASE has read has a corner, positions that are not moved, columns `type`, `velo` and
-    # `radius`, and a cell that has an extent along flat axes.
+    # As written by Frame.to_ase. A trajectory of Carom read by ASE has a corner, positions that are not
+    # moved, columns `type`, `velo` and `radius`, and a cell with an extent along flat axes.
     origin = np.asarray(atoms.info.get("origin", np.zeros(3)), dtype=np.float64).reshape(3)
     corner = np.asarray(atoms.info.get("Origin", np.zeros(3)), dtype=np.float64).reshape(3) + origin
     masses = _mass_of_each("atoms", atoms.get_masses(), numbers, species_names) if atoms.has("masses") else None
@@ -139,7 +140,7 @@ def given_of_gsd(path: str | os.PathLike[str], frame: int, species: Any, bond: s
                 raise IndexError(f"frame {frame} of {count} in {file}")
             at = frame % count
             snapshot = trajectory[at]
-            # What is not in the file has the default of HOOMD-blue.
+            # Chunks missing in the file have the default of HOOMD-blue.
             has = {name: any(trajectory.file.chunk_exists(it, f"particles/{name}") for it in (0, at)) for name in _OPTIONAL}
     except (OSError, RuntimeError) as error:
         raise FolderError(f"cannot read {file}: {error}") from error

@@ -14,7 +14,7 @@ __all__ = ["Progress"]
 class Progress:
     """A bar of tqdm, where that is installed and wanted: on a terminal, and in notebooks with widgets. In files of output it would be a line for each state."""
 
-    #: What is counted, where that is not events.
+    # : The counted quantity, if it is not events.
     COUNTED = {"sweeping": "runs done", "exchanging": "attempts"}
 
     def __init__(self, wanted: bool, title: str) -> None:

@@ -188,7 +188,7 @@ def _ended(run: Run, trouble: str | None, functions: list[tuple[str, Any]], ever
             message = f"observe: {', '.join(uncalled)} has no value, because the measurement is shorter than every = {every:g}: give a smaller every, or run for longer"
             warnings.warn(message, CaromWarning, stacklevel=3)
         return run
-    # Its files outlive the exception only where the user has named the folder.
+    # Its files outlive the exception only if the user has named the folder.
     folder = run.folder if run._temporary is None else None
     raise SimulationError(trouble, folder=folder)
 
@@ -220,7 +220,8 @@ class Results:
         for it in self._measured.get("numbers", []):
             if it["mean"] is not None:
                 own = self._number(it)
-                # An instrument that measures an observable more exactly has no verdict: that of the observable holds for the same time.
+                # An instrument that measures an observable more precisely has no verdict: that of the
+                # observable applies to the same time.
                 known = found.get(it["name"])
                 found[it["name"]] = own if known is None or own.is_stationary is not None else replace(own, is_stationary=known.is_stationary)
         run = source(self._summary.get("seed"), self._summary["observables"])
@@ -327,7 +328,7 @@ class Run(Outputs, InFolder, Results):
     def __getstate__(self) -> dict[str, Any]:
         state = super().__getstate__()
         if self._temporary is not None and not self._is_closed:
-            # What the folder may take with it.
+            # Data that vanish with the folder.
             state["_measured"] = self._measured
         return state
 

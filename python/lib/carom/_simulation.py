@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["EVENT", "EVENT_KINDS", "Simulation"]
 
-#: Kinds of events, in the order of their numbers in the field ``kind``.
+# : Kinds of events, in the order of their numbers in the field ``kind``.
 EVENT_KINDS: tuple[str, ...] = (
     "core",
     "capture",
@@ -193,7 +193,7 @@ class Simulation(State, Driven):
             core = _carom.Simulation.prepared(made._core, threads_of(threads), bar.callback)
         return cls._of(core, made)
 
-    # Going on
+    # Advancing
 
     def _refuse_while_asking(self) -> None:
         if self._is_asking:
@@ -394,7 +394,7 @@ class Simulation(State, Driven):
             if reason is not None:
                 return
 
-    # Looking
+    # Reading the state
 
     @property
     def scene(self) -> Scene:

@@ -25,10 +25,10 @@ from carom._tables import Table
 
 __all__ = ["Sweep", "sweep"]
 
-#: Functions of a frame, and the time between two calls, as users give them.
+# : Functions of a frame, and the time between two calls, as given by users.
 _Observed = tuple[Union[Functions, None], Union[float, None]]
 
-#: Digits of a number that varies, as in the ranges of the program.
+# : Digits of a number in a range, as in the program.
 _DIGITS = 12
 
 
@@ -131,7 +131,7 @@ def sweep(
             try:
                 core.run_all(folder, threads, (orders, observed(*functions)), bar.callback)
             except BaseException:
-                # The tables show what is there; the same call goes on.
+                # The tables show what exists; the same call continues.
                 core.write(folder)
                 raise
     else:
@@ -232,7 +232,7 @@ def _submit(
                 future.cancel()
             raise
     if lost is not None:
-        # The tables show what is there; the same call goes on.
+        # The tables show what exists; the same call continues.
         core.write(folder)
         raise lost
 

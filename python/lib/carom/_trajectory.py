@@ -45,7 +45,7 @@ class Trajectory(Sequence[Frame]):
 
     def __init__(self, path: str | os.PathLike[str], *, _owner: Any = None) -> None:
         self._path = path_of("path", path)
-        # Keeps a temporary folder.
+        # Keeps a temporary folder alive.
         self._owner = _owner
         # Errors of the file are raised here, not at the first frame.
         self._core  # noqa: B018
@@ -202,7 +202,7 @@ class EventLog(Columns):
 
     def __init__(self, folder: Path, owner: Any = None) -> None:
         self._folder = folder
-        # Keeps a temporary folder.
+        # Keeps a temporary folder alive.
         self._owner = owner
         super().__init__({name: _column(folder / f"{name}.npy") for name in self.COLUMNS})
 
@@ -217,7 +217,7 @@ def _column(path: Path) -> NDArray[Any]:
     try:
         column: NDArray[Any] = np.load(path, mmap_mode="r")
     except ValueError:
-        # There is nothing to map where there are no events.
+        # There is nothing to map if there are no events.
         column = np.load(path)
     except OSError as error:
         raise FolderError(f"cannot read {path}: {error}") from error

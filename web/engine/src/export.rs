@@ -1,16 +1,16 @@
-//! The present state as a scene of its own.
+//! The current state as a new scene.
 
 use carom::engine::Simulation;
 use toml::{Table, Value};
 
-/// Tables that say what a scene begins with.
+/// Tables that define the start of a scene.
 const START: [&str; 5] = ["particle", "file", "chain", "fill", "bond"];
 
-/// Keys of `[run]` that come before the measurement.
+/// Keys of `[run]` for the time before the measurement.
 const EQUILIBRATION: [&str; 3] = ["equilibration", "equilibration_time", "equilibration_events"];
 
-/// Text of a scene that begins with the positions and velocities of a simulation; without what comes before the measurement, where that is over. Static
-/// meshes stay as they are written.
+/// Text of a scene that starts with the positions and velocities of a simulation. If the measurement has
+/// begun, the parts before it are left out. Static meshes are kept as written.
 pub fn scene(text: &str, simulation: &Simulation, is_measuring: bool) -> Result<String, String> {
     if simulation.scale() != 1.0 {
         return Err("the diameters have grown, expected a stage before they grow".to_owned());

@@ -1,8 +1,9 @@
-//! Carom's engine as WebAssembly: the text of a scene goes in, positions and velocities come out, with the bits of the program.
+//! Carom's engine as WebAssembly: it takes the text of a scene and returns positions and velocities, with the
+//! bits of the program.
 //!
-//! The module has no imports. A page writes a request in JSON into [`room`], makes a call, and reads the answer in JSON at [`message`]; positions and
-//! velocities are at [`numbers`] after [`look`]. Pointers hold until the next call. One simulation at a time; a page that wants several makes as many
-//! instances.
+//! The module has no imports. A page writes a request in JSON into [`room`], makes a call, and reads the
+//! answer in JSON at [`message`]; positions and velocities are at [`numbers`] after [`look`]. Pointers are
+//! valid until the next call. There is one simulation at a time; for several, a page makes several instances.
 
 mod export;
 mod page;
@@ -23,7 +24,7 @@ fn answer(of: impl FnOnce(&mut Page) -> Result<serde_json::Value, serde_json::Va
     })
 }
 
-/// Room for a request of a number of bytes.
+/// Memory for a request of a number of bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn room(length: usize) -> *mut u8 {
     PAGE.with_borrow_mut(|page| {
@@ -32,25 +33,26 @@ pub extern "C" fn room(length: usize) -> *mut u8 {
     })
 }
 
-/// Gives scenes a file: the room holds its name, with a number of bytes, and then its content.
+/// Gives scenes a file: the room contains its name, of a number of bytes, followed by its content.
 #[unsafe(no_mangle)]
 pub extern "C" fn bring(name_length: usize) {
     PAGE.with_borrow_mut(|page| page.bring(name_length));
 }
 
-/// Starts the scene `{"text", "changes"}`: 1, and what there is in it; or 0, and the error, its line and its cure.
+/// Starts the scene `{"text", "changes"}`. Returns 1 and a description, or 0 and the error, its line and its
+/// cure.
 #[unsafe(no_mangle)]
 pub extern "C" fn start() -> u32 {
     answer(Page::start)
 }
 
-/// Whether the scene `{"text", "changes"}` has no mistake; the simulation stays as it is.
+/// Whether the scene `{"text", "changes"}` has no mistake; the simulation is not changed.
 #[unsafe(no_mangle)]
 pub extern "C" fn check() -> u32 {
     answer(Page::check)
 }
 
-/// Goes on with the scene `{"text", "changes"}` from where everything is.
+/// Continues with the scene `{"text", "changes"}` from the current state.
 #[unsafe(no_mangle)]
 pub extern "C" fn change() -> u32 {
     answer(Page::change)
@@ -62,50 +64,51 @@ pub extern "C" fn set() -> u32 {
     answer(Page::set)
 }
 
-/// The next events, which a copy runs ahead for.
+/// The next events, found by running a copy ahead.
 #[unsafe(no_mangle)]
 pub extern "C" fn upcoming(count: u32) -> u32 {
     answer(|page| page.upcoming(count))
 }
 
-/// The scene `{"text"}` with the present positions and velocities in place of those that it begins with.
+/// The scene `{"text"}` with the current positions and velocities as its start.
 #[unsafe(no_mangle)]
 pub extern "C" fn scene() -> u32 {
     answer(Page::scene)
 }
 
-/// Where the surfaces are now.
+/// Current positions of the surfaces.
 #[unsafe(no_mangle)]
 pub extern "C" fn poses() -> u32 {
     answer(|page| Ok(page.poses()))
 }
 
-/// Runs for a number of physical events more, or until a simulated time, and says which came first: 0 the events, 1 the time, 2 nothing happens any more,
-/// 3 the dynamics cannot go on, which the message explains, 4 the run that the scene plans is over. After that one it goes on without a plan.
+/// Runs for a number of physical events, or until a simulated time. Returns which came first: 0 the events, 1
+/// the time, 2 nothing happens any more, 3 the dynamics cannot continue, as explained in the message, 4 the
+/// planned run is over. After 4 it continues without a plan.
 #[unsafe(no_mangle)]
 pub extern "C" fn advance(events: f64, time: f64) -> u32 {
     PAGE.with_borrow_mut(|page| page.advance(events, time)) as u32
 }
 
-/// Puts the state into the numbers; how many there are.
+/// Writes the state into the numbers; returns their count.
 #[unsafe(no_mangle)]
 pub extern "C" fn look() -> usize {
     PAGE.with_borrow_mut(Page::look)
 }
 
-/// Where the numbers are that [`look`] has put there.
+/// Address of the numbers written by [`look`].
 #[unsafe(no_mangle)]
 pub extern "C" fn numbers() -> *const f64 {
     PAGE.with_borrow(|page| page.numbers.as_ptr())
 }
 
-/// Where the periods travelled are, three of each particle, that [`look`] has put there.
+/// Address of the periods travelled, three for each particle, written by [`look`].
 #[unsafe(no_mangle)]
 pub extern "C" fn images() -> *const i32 {
     PAGE.with_borrow(|page| page.images.as_ptr())
 }
 
-/// Where the answer of the last call is, UTF-8.
+/// Address of the answer of the last call, in UTF-8.
 #[unsafe(no_mangle)]
 pub extern "C" fn message() -> *const u8 {
     PAGE.with_borrow(|page| page.message.as_ptr())

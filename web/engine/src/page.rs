@@ -21,7 +21,7 @@ pub const FILE: &str = "scene.toml";
 /// Numbers of a state before the positions.
 const HEADER: usize = 24;
 
-/// The most events that are foreseen.
+/// Largest number of upcoming events.
 const MOST_UPCOMING: u32 = 1000;
 
 /// Ends of [`Page::advance`].
@@ -47,7 +47,7 @@ pub struct Page {
     pub images: Vec<i32>,
     run: Option<Run>,
     shown: Option<Shown>,
-    /// Whether the run has come to the end that it plans.
+    /// Whether the run has reached its planned end.
     is_over: bool,
 }
 
@@ -59,7 +59,7 @@ impl Page {
     pub fn bring(&mut self, name_length: usize) {
         let mut name = std::mem::take(&mut self.room);
         let content = name.split_off(name_length.min(name.len()));
-        // Elsewhere the disk has the files.
+        // Elsewhere the files are on disk.
         #[cfg(target_family = "wasm")]
         carom::scene::bring(Path::new(&*String::from_utf8_lossy(&name)), content);
         #[cfg(not(target_family = "wasm"))]
@@ -68,7 +68,7 @@ impl Page {
 
     pub fn start(&mut self) -> Result<Value, Value> {
         let request = self.request()?;
-        // One simulation at a time has memory.
+        // There is memory for one simulation at a time.
         (self.run, self.shown) = (None, None);
         self.show(Run::new(scene_of(&request)?))
     }
@@ -88,7 +88,7 @@ impl Page {
         self.show(changed)
     }
 
-    /// Takes a run over, and describes it.
+    /// Takes over a run, and describes it.
     fn show(&mut self, run: Run) -> Result<Value, Value> {
         let shown = Shown::of(run.simulation());
         let head = serde_json::from_str(&shown.head).map_err(|error| failure(&error.to_string()));
@@ -119,7 +119,7 @@ impl Page {
         let mut events = Vec::new();
         let most = count.min(MOST_UPCOMING) as usize;
         let until = Until::events(ahead.event_counts().physical().saturating_add(u64::from(count)));
-        // Where it cannot go on, there are fewer.
+        // If it cannot continue, there are fewer.
         let _ = ahead.advance_with(until, |event| {
             events.push(told(event));
             if events.len() < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -144,7 +144,7 @@ impl Page {
             self.message = nothing().to_string();
             return End::Failed;
         };
-        // Saturates at what nobody reaches.
+        // Saturates at a number that is never reached.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "`as` saturates")]
         let events = run.simulation().event_counts().physical().saturating_add(events as u64);
         let until = Until { time, events };
@@ -190,9 +190,11 @@ impl Page {
         End::Failed
     }
 
-    /// Time, physical events, kinetic and potential energy, collisional virial, number of the stage among those of the head, whether the plan is over,
-    /// displacement of a sheared box, factor of growth, acceleration (3), numbers of events (core, capture, release, bounce, wall, thermostat), energy dissipated
-    /// and supplied; then, from number 24 on, positions and velocities, three numbers of each particle in the order of their ids.
+    /// Time, physical events, kinetic and potential energy, collisional virial, index of the stage in the
+    /// description, whether the plan is over, displacement of a sheared box, growth factor, acceleration (3),
+    /// numbers of events (core, capture, release, bounce, wall, thermostat), energy dissipated and supplied;
+    /// then, from index 24 on, positions and velocities, three numbers for each particle in the order of
+    /// their ids.
     pub fn look(&mut self) -> usize {
         self.numbers.clear();
         self.images.clear();
@@ -227,7 +229,7 @@ fn nothing() -> Value {
     failure("there is no simulation")
 }
 
-/// Mistake in a scene: what, where, and what helps.
+/// A mistake in a scene: what, where, and the cure.
 fn mistake(error: &SceneError) -> Value {
     let help = error.help().map(|help| help.to_string());
     let span = error.labels().and_then(|mut labels| labels.next());

@@ -1,7 +1,8 @@
-//! Packs the engine for pages: `carom-pack MODULE.wasm OUT`.
+//! Compresses the engine for pages: `carom-pack MODULE.wasm OUT`.
 //!
-//! A packed engine is a line `carom engine FINGERPRINT`, with the fingerprint of the sources that decide the bits of a run, and then LZMA in its
-//! `.lzma` format, with the length of what is packed in its header. A third smaller than gzip, and undone by a page in a quarter of a second.
+//! A compressed engine is a line `carom engine FINGERPRINT`, with the fingerprint of the sources that
+//! determine the bits of a run, followed by LZMA in its `.lzma` format, with the uncompressed length in its
+//! header. It is a third smaller than gzip, and a page decompresses it in a quarter of a second.
 
 use std::error::Error;
 use std::fs;

@@ -1,4 +1,4 @@
-//! Documents of the repository as pages: `docs`, and all that they link to.
+//! Documents of the repository as pages: `docs`, and everything that they link to.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::{fs, io};
@@ -11,7 +11,7 @@ use crate::links::{escaped, relative, resolve};
 use crate::markdown::{Targets, Text, read};
 use crate::scene::ScenePage;
 
-/// Documents in the order in which one reads them; others follow.
+/// Documents in reading order; others follow.
 const ORDER: [&str; 15] = [
     "tutorial",
     "scene",
@@ -44,7 +44,7 @@ struct Linked<'a> {
     scenes: &'a [ScenePage],
     /// Files of the repository that it links to, with the heading.
     found: Vec<(String, String)>,
-    /// Links that lead nowhere.
+    /// Links without a target.
     broken: Vec<String>,
 }
 
@@ -94,7 +94,7 @@ impl Targets for Linked<'_> {
 }
 
 impl Library {
-    /// Reads the documents. Links to files or headings that are not there are an error.
+    /// Reads the documents. Links to missing files or headings are an error.
     pub fn of(site: &Site, scenes: &[ScenePage]) -> io::Result<Self> {
         let mut waiting: VecDeque<String> =
             site.names("docs", "md")?.into_iter().map(|name| format!("docs/{name}")).collect();
@@ -232,7 +232,7 @@ fn lead(text: &Text) -> String {
     plain.split_once(". ").map_or(plain.clone(), |(first, _)| format!("{first}."))
 }
 
-/// A file that a document links to: a picture as it is, a folder as a list, and text as a page.
+/// A file that a document links to: a picture is copied, a folder becomes a list, and text becomes a page.
 fn write_file(site: &Site, path: &str) -> io::Result<()> {
     let place = site.root.join(path);
     let address = address_of(path, place.is_dir());

@@ -1,8 +1,8 @@
-//! The shell of a page: its head, the navigation of the site, the end.
+//! The shell of a page: its head, the navigation of the site, and its end.
 
 use crate::links::{escaped, relative};
 
-/// Pages that every page leads to: address and name.
+/// Pages linked from every page: address and name.
 const PLACES: [(&str, &str); 4] = [
     ("index.html", "Carom"),
     ("scenes/index.html", "Scenes"),
@@ -10,12 +10,12 @@ const PLACES: [(&str, &str); 4] = [
     ("docs/index.html", "Documents"),
 ];
 
-/// No scripts, and nothing from elsewhere.
+/// No scripts, and nothing from other sites.
 const POLICY: &str = "default-src 'none'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-src 'self'";
 
 /// A page without its frame of navigation.
 pub struct Page<'a> {
-    /// Its address from the root of the site.
+    /// Its address relative to the root of the site.
     pub address: &'a str,
     pub title: &'a str,
     /// One sentence for lists of pages.

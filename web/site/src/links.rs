@@ -1,6 +1,6 @@
 //! Links between pages: relative, so that the site works in any folder of any host, and from a file.
 
-/// Path of a file from the folder of another one, both from the root of the site.
+/// Path of a file relative to the folder of another one, both given from the root of the site.
 pub fn relative(from: &str, to: &str) -> String {
     let mut steps: Vec<&str> = from.split('/').collect();
     steps.pop();
@@ -15,7 +15,7 @@ pub fn relative(from: &str, to: &str) -> String {
     format!("{}{rest}", "../".repeat(steps.len() - start))
 }
 
-/// Path from the root that a path means that stands in a file; nothing if it leads out of the root.
+/// Path from the root for a path written in a file; `None` if it leads out of the root.
 pub fn resolve(from: &str, target: &str) -> Option<String> {
     let mut steps: Vec<&str> = from.split('/').collect();
     steps.pop();
@@ -31,7 +31,7 @@ pub fn resolve(from: &str, target: &str) -> Option<String> {
     Some(steps.join("/"))
 }
 
-/// Name of a heading in links: small letters, digits and underscores, hyphens for spaces.
+/// Anchor of a heading: lower-case letters, digits and underscores, with hyphens for spaces.
 pub fn anchor(heading: &str) -> String {
     let letters = heading.trim().chars().filter_map(|letter| match letter {
         ' ' => Some('-'),

@@ -1,4 +1,4 @@
-//! Pages on which a scene runs, and pictures of scenes.
+//! Pages that run a scene, and pictures of scenes.
 
 use std::io;
 
@@ -15,26 +15,26 @@ use crate::layout::{Page, navigation};
 use crate::links::{escaped, relative};
 use crate::scene::ScenePage;
 
-/// Events after which a picture is taken, or earlier where a third of the time of the scene has passed.
+/// Number of events before a picture is taken, unless a third of the scene's time passes first.
 const PICTURE_EVENTS: u64 = 40_000;
 
 /// Width and height of a picture, in pixels.
 const PICTURE_SIZE: [u32; 2] = [960, 720];
 
-/// Scene that runs on the home page, and the one that the editor begins with.
+/// The scene that runs on the home page, and the one in the editor at first.
 const GAS: &str = "maxwell";
 
-/// The picture alone, as large as its frame.
+/// Only the picture, as large as its frame.
 const BARE: &str = "body { padding: 0; } .live { display: block; max-width: none; } .live-head, .live-beside, .live-editor, .live .scale, .live .controls \
                     { display: none !important; } .live .player { border: 0; border-radius: 0; } .live #live-view { height: calc(100vh - 2.6rem); }";
 
-/// Text beside the picture on windows that are wide enough.
+/// Text beside the picture in wide windows.
 const BESIDE: &str = "@media (min-width: 62rem) { .live:has(> .live-editor:not([hidden])) { grid-template-columns: minmax(0, 1fr) minmax(0, 1fr); \
                       max-width: none; } .live > .live-head { grid-column: 1 / -1; } .live > .live-figure { grid-column: 1; position: static; } \
                       .live > .live-editor { grid-column: 2; grid-row: 2 / span 2; } .live > .live-beside { grid-column: 1; } \
                       #live-view { height: 52vh; } }";
 
-/// A page on which a scene runs, within the site.
+/// A page of the site that runs a scene.
 struct Frames<'a> {
     address: &'a str,
     style: &'a str,
@@ -44,7 +44,7 @@ struct Frames<'a> {
 }
 
 impl Frames<'_> {
-    /// The page; nothing without the engine.
+    /// The page; `None` without the engine.
     fn around(&self, site: &Site, shown: &ScenePage) -> Option<String> {
         let engine = live::Engine::of(site.module.as_ref()?)?;
         let page = live::page(&shown.scene, &shown.live, engine).html;
@@ -60,7 +60,7 @@ impl Frames<'_> {
     }
 }
 
-/// The page on which a scene runs; nothing without the engine, or for replicas.
+/// The page that runs the scene; `None` without the engine, or for replicas.
 pub fn scene_page(site: &Site, page: &ScenePage, scenes: &[ScenePage]) -> Option<String> {
     if page.scene.exchange().is_some() {
         return None;
@@ -78,7 +78,7 @@ pub fn scene_page(site: &Site, page: &ScenePage, scenes: &[ScenePage]) -> Option
     Frames { address: &address, style: "", has_navigation: true, below }.around(site, page)
 }
 
-/// The gas of the home page; its address.
+/// Writes the gas of the home page; returns its address.
 pub fn write_gas(site: &Site, scenes: &[ScenePage]) -> io::Result<Option<String>> {
     let address = "gas.html";
     let Some(gas) = scenes.iter().find(|scene| scene.name == GAS) else { return Ok(None) };
@@ -88,7 +88,7 @@ pub fn write_gas(site: &Site, scenes: &[ScenePage]) -> io::Result<Option<String>
     Ok(Some(address.to_owned()))
 }
 
-/// The page on which one writes a scene of one's own.
+/// Writes the page with the editor for new scenes.
 pub fn write_editor(site: &Site, scenes: &[ScenePage]) -> io::Result<()> {
     let (address, about) = ("editor.html", "Write a scene and see it run: a link carries it.");
     let frames = Frames { address, style: BESIDE, has_navigation: true, below: String::new() };
@@ -101,7 +101,7 @@ pub fn write_editor(site: &Site, scenes: &[ScenePage]) -> io::Result<()> {
     site.write(address, Page { address, title: "Editor", about, aside: String::new(), body }.html().as_bytes())
 }
 
-/// Draws a scene some time after its start. False where there is nothing to draw.
+/// Draws a scene some time after its start. Returns false if there is nothing to draw.
 pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
     let frame = later(scene);
     let meshes: Vec<_> = mesh::shown(scene).map(|(_, mesh)| mesh).collect();
@@ -115,7 +115,8 @@ pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
     Ok(true)
 }
 
-/// The particles after some events; those of the start where the scene does not run so far, or where most have left the box by then.
+/// The particles after some events; those of the start if the scene does not run that far, or if most have
+/// left the box by then.
 fn later(scene: &Scene) -> Frame {
     let mut frame = Frame::start_of(scene);
     let time = scene.run().limit.time.map_or(f64::INFINITY, |time| time / 3.0);
@@ -134,7 +135,7 @@ fn later(scene: &Scene) -> Frame {
     if 2 * inside < frame.particles.len() { Frame::start_of(scene) } else { frame }
 }
 
-/// Whether a place is in the box of a frame, to which the picture is fitted.
+/// Whether a position is in the box of a frame, to which the picture is fitted.
 fn is_inside(frame: &Frame, place: Vector) -> bool {
     (0..3).all(|axis| frame.size[axis] == 0.0 || (0.0..=frame.size[axis]).contains(&(place[axis] - frame.lower[axis])))
 }

@@ -1,7 +1,8 @@
-//! Carom's web site: a static folder that any host serves, and that opens from a file as well.
+//! Carom's web site: a static folder that any host can serve, and that also opens from a file.
 //!
-//! `cargo run -p carom-site` writes `web/site/out`: a home page, the documents of `docs` and what they link to, and a page for each scene of `configs`.
-//! `carom-site ROOT OUT` reads another repository or writes elsewhere.
+//! `cargo run -p carom-site` writes `web/site/out`: a home page, the documents of `docs` and what they link
+//! to, and a page for each scene in `configs`. `carom-site ROOT OUT` reads another repository or writes
+//! elsewhere.
 
 mod document;
 mod gallery;
@@ -18,13 +19,13 @@ use std::{env, fs, io};
 use crate::document::Library;
 use crate::scene::ScenePage;
 
-/// Folder of the pages.
+/// The site: its sources and its output folder.
 struct Site {
     /// The repository.
     root: PathBuf,
-    /// Where the pages go.
+    /// Folder for the pages.
     out: PathBuf,
-    /// The engine for browsers, which `web/build` makes; without it no scene runs on the pages.
+    /// The engine for browsers, built by `web/build`; without it no scene runs on the pages.
     module: Option<Vec<u8>>,
 }
 
@@ -44,7 +45,7 @@ impl Site {
         self.write(to, &bytes)
     }
 
-    /// Names of the files of a folder with an ending, in order.
+    /// Names of the files with an extension in a folder, in order.
     fn names(&self, folder: &str, ending: &str) -> io::Result<Vec<String>> {
         let mut names = Vec::new();
         for entry in fs::read_dir(self.root.join(folder)).map_err(|error| named(folder, &error))? {
@@ -75,7 +76,7 @@ fn build(site: &Site) -> io::Result<usize> {
     Ok(library.len() + scenes.len() + 3)
 }
 
-/// The style of the report's pages, and what a site has beside them.
+/// The style of the report pages, with additions for the site.
 fn style() -> String {
     format!("{}\n{}", include_str!("../../../src/view/report/page.css"), include_str!("site.css"))
 }

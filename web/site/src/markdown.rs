@@ -21,16 +21,16 @@ pub struct Text {
     pub body: String,
 }
 
-/// Where a link or code of a text leads to.
+/// Targets of links and of code in a text.
 pub trait Targets {
     /// Address of a link or picture.
     fn link(&mut self, address: &str) -> String;
 
-    /// Address of a page about what stands in code, such as the path of a scene.
+    /// Address of a page about something named in code, such as the path of a scene.
     fn code(&mut self, code: &str) -> Option<String>;
 }
 
-/// Reads a text. Markup within it is shown as text.
+/// Reads a text. Markup in it is shown as text.
 pub fn read(source: &str, targets: &mut dyn Targets) -> Text {
     let options = Options::ENABLE_TABLES | Options::ENABLE_STRIKETHROUGH | Options::ENABLE_FOOTNOTES;
     let mut events: Vec<Event> = Parser::new_ext(source, options).collect();
@@ -53,7 +53,7 @@ pub fn read(source: &str, targets: &mut dyn Targets) -> Text {
     Text { title, headings, body }
 }
 
-/// Whether each event stands within a link.
+/// Whether each event is inside a link.
 fn links_around(events: &[Event]) -> Vec<bool> {
     let mut depth = 0_usize;
     let mut within = Vec::with_capacity(events.len());

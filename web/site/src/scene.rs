@@ -1,4 +1,4 @@
-//! Scenes of `configs` as pages: what each teaches, its picture, the scene that runs, its text.
+//! Scenes in `configs` as pages: the lesson, the picture, the running scene, and the text.
 
 use std::io;
 
@@ -13,7 +13,7 @@ use crate::{Site, gallery};
 
 /// A scene of `configs`.
 pub struct ScenePage {
-    /// Name of its file without the ending.
+    /// Name of its file without the extension.
     pub name: String,
     pub title: String,
     /// Its lesson, in HTML.
@@ -48,7 +48,7 @@ fn titled(name: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// The first sentence of a text; a colon ends one as well.
+/// The first sentence of a text; a colon also ends it.
 fn sentence(text: &str) -> String {
     let line = text.split("\n\n").next().unwrap_or_default().replace(['\n', '`'], " ");
     let end = [". ", ": "].iter().filter_map(|mark| line.find(mark)).filter(|at| *at > 20).min().unwrap_or(line.len());
@@ -90,7 +90,7 @@ impl ScenePage {
         format!("scenes/{}.png", self.name)
     }
 
-    /// Its page: that on which it runs, or its picture and text where it does not run in a browser.
+    /// Writes its page: the running scene, or its picture and text if it does not run in a browser.
     pub fn write(&self, site: &Site, scenes: &[Self]) -> io::Result<()> {
         let address = self.address();
         if let Some(page) = crate::live::scene_page(site, self, scenes) {
@@ -119,7 +119,7 @@ impl ScenePage {
         )
     }
 
-    /// A card that leads to it.
+    /// A card that links to it.
     pub fn card(&self, from: &str) -> String {
         let picture = if self.has_picture {
             format!(
