@@ -171,7 +171,7 @@ impl Ending {
             Self::Blocked(blocked) => Some(blocked.to_string()),
             Self::Arrested(arrest) => Some(arrest.to_string()),
             Self::Broken(broken) => Some(broken.to_string()),
-            Self::GaveUp => Some("nothing has happened for a million rows, or for very long".to_owned()),
+            Self::GaveUp => Some("nothing has happened for a million rows, or for a very long time".to_owned()),
             Self::Unsettled => Some("the equilibration did not come to an end by itself".to_owned()),
             Self::Time | Self::Events | Self::Condition | Self::Idle | Self::Interrupted => None,
         }

@@ -64,7 +64,7 @@ fn a_checkpoint_of_other_sources_is_refused_and_left_as_it_is() {
         let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
         assert_eq!(output.status.code(), Some(2), "{message}");
         assert!(
-            message.contains("which may go on otherwise") && message.contains("version that wrote it"),
+            message.contains("which may continue differently") && message.contains("version that wrote it"),
             "{message}"
         );
         assert!(folder.join("summary.json").exists() && fs::read(&path).unwrap() == other);

@@ -174,7 +174,7 @@ fn a_run_does_not_go_on_with_other_instruments() {
         assert!(matches!(&error, InstrumentError::NotRegistered { name } if name == "probe"));
         assert_eq!(
             error.to_string(),
-            "the run began with the instrument `probe`, expected it to be registered before the run goes on"
+            "the run began with the instrument `probe`, expected it to be registered before the run continues"
         );
         let more = probed(resumed(), 1).instrument("other", |setup| Probe::new(setup.sample.time, 1));
         let error = more.finish().unwrap_err();

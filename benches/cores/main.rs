@@ -197,7 +197,7 @@ fn median(mut numbers: Vec<f64>) -> f64 {
 
 fn report(rows: &[Row]) -> Outcome<String> {
     let mut text = String::from(
-        "| system | one thread, k/s | two | ratio, median of the turns | all ratios | steps for each one needed | windows undone |\n|---|---|---|---|---|---|---|\n",
+        "| system | one thread, k/s | two | ratio, median of the turns | all ratios | steps per necessary step | windows undone |\n|---|---|---|---|---|---|---|\n",
     );
     for Row { name, turns, work, .. } in rows {
         let of = |k: usize| turns.iter().map(|turn| turn[k]).collect::<Vec<f64>>();
@@ -215,7 +215,7 @@ fn report(rows: &[Row]) -> Outcome<String> {
             100.0 * undone
         )?;
     }
-    text.push_str("\n| system | cores | speed in that of one thread | steps for each one needed | mean domain in the slowest | comparison and exchange in the slowest |\n|---|---|---|---|---|---|\n");
+    text.push_str("\n| system | cores | speed in that of one thread | steps per necessary step | mean domain in the slowest | comparison and exchange in the slowest |\n|---|---|---|---|---|---|\n");
     for Row { name, cores, .. } in rows {
         for Estimate { cores, speedup, steps, balance, others } in cores {
             writeln!(

@@ -59,7 +59,7 @@ def test_threads_have_the_bits_of_one(fluid: dict, tmp_path: Path) -> None:
         assert alike(tmp_path / "one", tmp_path / name) == [], name
     one = carom.resume(tmp_path / "one", until_events=30_000)
     two = carom.resume(tmp_path / "three", until_events=30_000, threads=2)
-    assert " steps for each one needed" in two.report and " steps for each one needed" not in one.report
+    assert " steps per necessary step" in two.report and " steps per necessary step" not in one.report
     assert alike(tmp_path / "one", tmp_path / "three") == []
     simulations = [carom.Simulation(fluid, plan=False, threads=threads) for threads in (1, 2)]
     for simulation in simulations:

@@ -145,10 +145,10 @@ def test_what_is_damaged_is_refused(fluid: dict, tmp_path: Path) -> None:
         "its end is missing": good[:-1],
         "end is missing": good[:20],
         "checksum is wrong": bytes(flipped),
-        "does not begin like one": Path("run/checkpoint").read_bytes(),
-        "does not begin": b"",
+        "does not start like one": Path("run/checkpoint").read_bytes(),
+        "does not start": b"",
         "carom 9.9.9": resealed(good[:16] + b"9.9.9".ljust(12, b"\0") + good[28:]),
-        "which may go on otherwise": resealed(good[:28] + bytes([good[28] ^ 1]) + good[29:]),
+        "which may continue differently": resealed(good[:28] + bytes([good[28] ^ 1]) + good[29:]),
         "damaged one": resealed(good[:36] + bytes(200) + (200).to_bytes(8, "little") + b"1234"),
     }
     for message, content in wrong.items():

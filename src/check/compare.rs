@@ -77,17 +77,17 @@ impl CompareError {
 }
 
 const CHECKSUM: &str = "only its checksum";
-const REPLAYED: &str = "it is what was replayed";
-const CHECKPOINT: &str = "only its checksum, as it holds times of the clock";
+const REPLAYED: &str = "it was the input of the replay";
+const CHECKPOINT: &str = "only its checksum, because it contains wall times";
 const NEWER: &str = "another build of Carom wrote it";
-const OWN: &str = "the run had instruments of its own, which a replay has not";
+const OWN: &str = "the run had registered instruments, which a replay lacks";
 const LIST: &str = "the list of the files";
 const MADE: &str = "made from the other files";
 const FOREIGN: &str = "not written by the run of the scene";
-const SUMMARY: &str = "all but version, engine and speed";
-const REPORT: &str = "all but the lines about engine and speed";
+const SUMMARY: &str = "everything except version, engine and speed";
+const REPORT: &str = "everything except the lines about engine and speed";
 const OTHER_SCENE: &str = "the scene is not that of the run";
-const FREE_TEXT: &str = "a text for people that is not the program's";
+const FREE_TEXT: &str = "a text that the program did not write";
 
 /// State of the run according to the checkpoint in the folder.
 #[derive(Debug, Default)]
@@ -127,7 +127,7 @@ pub fn compare(
         Replayed::Complete => {}
         Replayed::Stopped => return Ok(Comparison { is_interrupted: true, ..Comparison::default() }),
         Replayed::GoesOn => {
-            let why = format!("the replay goes on beyond t = {}, the end of the run", recorded.time);
+            let why = format!("the replay continues beyond t = {}, the end of the run", recorded.time);
             comparison.differences.push((Folder::SUMMARY.to_owned(), Difference::Damaged(why)));
             return Ok(comparison);
         }

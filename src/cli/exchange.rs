@@ -97,11 +97,11 @@ impl ExchangeCommand {
             let (message, help) = if summary.umbrella.is_some() {
                 (format!("{folder} has the same temperature in all windows"), "name an exchange of several")
             } else if summary.density_of_states.is_empty() {
-                (format!("{folder} has no density of states from which temperatures follow"), NO_DENSITY)
+                (format!("{folder} has no density of states to derive temperatures from"), NO_DENSITY)
             } else {
                 let acceptance = digits(acceptance);
                 (
-                    format!("an acceptance of {acceptance} takes more than a thousand temperatures"),
+                    format!("an acceptance of {acceptance} needs more than a thousand temperatures"),
                     "ask for a lower one",
                 )
             };
@@ -151,7 +151,7 @@ impl ExchangeCommand {
         }
         if !self.changes.are_none() || self.out.is_some() {
             let help = format!("for another exchange of its scene: carom exchange {}, with --out", file.display());
-            let message = "an exchange goes on as it was: --seed, --set, --from and --out are for scenes";
+            let message = "an exchange continues unchanged: --seed, --set, --from and --out are for scenes";
             return Err(Failure::bad_input(message, Some(&help)));
         }
         let unreadable =
@@ -190,7 +190,7 @@ impl ExchangeCommand {
             let again = Again::new("exchange", path).option("jobs", self.jobs).checkpoint_every(self.checkpoint_every);
             let again = again.flags([("force", self.force), ("quiet", self.quiet)]);
             let help = format!("the same command goes on, or: {again}");
-            return Err(Failure::failed("interrupted; what was simulated is kept", Some(&help)));
+            return Err(Failure::failed("interrupted; the simulated part is kept", Some(&help)));
         }
         end(&folder.complete(&exchange)?, path, false)
     }

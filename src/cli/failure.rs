@@ -156,7 +156,7 @@ impl From<RunError<OutputError>> for Failure {
         match error {
             RunError::Recorder(error) => error.into(),
             error => {
-                let cure = "go on with the program that began the run, which has the instrument";
+                let cure = "continue with the program that started the run, which has the instrument";
                 Self::bad_input(error.to_string(), Some(cure))
             }
         }

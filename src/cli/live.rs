@@ -45,7 +45,7 @@ impl Live {
     pub fn execute(&self) -> Result<(), Failure> {
         let scene = self.scene.load()?;
         if scene.predecessor().is_some() {
-            let help = "read that run's trajectory.xyz with [[file]] and frame = -1, its last one";
+            let help = "read the last frame of that run's trajectory.xyz with [[file]] and frame = -1";
             let message = format!("the scene {} starts from a run, which a page does not carry", scene.name());
             return Err(Failure::bad_input(message, Some(help)));
         }
@@ -61,7 +61,7 @@ impl Live {
             return Err(Failure::bad_input(message, None));
         };
         if !engine.is_of_these_sources() {
-            super::warn("note: the module was made from other sources than this program: make it anew with web/build");
+            super::warn("note: the module was built from other sources than this program: rebuild it with web/build");
         }
         let inputs = scene.inputs().iter().map(|input| PathBuf::from(&input.path));
         refuse_input(&self.out, inputs.chain([self.scene.scene.clone()]))?;

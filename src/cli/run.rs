@@ -207,12 +207,12 @@ fn not_a_run(path: &Path, error: OutputError) -> Failure {
     let folder = path.display();
     let (what, cure) = match &error {
         OutputError::Checkpoint(CheckpointError::Missing(_)) if ExchangeFolder::is_one(path) => {
-            ("a replica exchange", format!("go on with it: carom exchange {folder}"))
+            ("a replica exchange", format!("continue it: carom exchange {folder}"))
         }
         OutputError::Checkpoint(CheckpointError::Missing(_)) if SweepFolder::existing(path).is_ok() => (
             "a sweep",
             format!(
-                "go on with all of its runs: carom sweep {folder}; with one of them: carom run --resume {folder}/RUN"
+                "continue all of its runs: carom sweep {folder}; with one of them: carom run --resume {folder}/RUN"
             ),
         ),
         _ => return error.into(),
@@ -275,8 +275,8 @@ fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> R
     }
     let cure = match &done.kept {
         _ if failures.is_empty() => return Ok(()),
-        None => "the rest is complete; `carom convert` does it when nothing is in the way any more".to_owned(),
-        Some(_) => format!("`{again_here}` does it when nothing is in the way any more"),
+        None => "everything else is complete; run `carom convert` once nothing is in the way".to_owned(),
+        Some(_) => format!("run `{again_here}` once nothing is in the way"),
     };
     Err(Failure::failed(unconverted, Some(&cure)))
 }
@@ -286,13 +286,13 @@ fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -
     let Some(kept) = &done.kept else { return String::new() };
     let run = kept.display();
     let new = done.folder.display();
-    let why = if done.failures.is_empty() { "has not come to a good end" } else { "is not complete" };
+    let why = if done.failures.is_empty() { "did not end well" } else { "is not complete" };
     let next = if finished.can_go_on() {
         format!("`{}` finishes the new one, which then replaces it; ", again(kept))
     } else {
         format!("To keep the new one, move {new} elsewhere; ")
     };
-    format!("The run in {run} is as it was: the new one {why}\n{next}`--force` begins another\n")
+    format!("The run in {run} is unchanged: the new one {why}\n{next}`--force` begins another\n")
 }
 
 /// Checks whether the run reached its end and its audit is sound.
@@ -309,21 +309,19 @@ fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {
         }
         Ending::GaveUp => Err(Failure::failed(
             format!(
-                "gave up at time {}: nothing has happened for a million rows, or for very long",
+                "gave up at time {}: nothing has happened for a million rows, or for a very long time",
                 finished.simulation.time()
             ),
             Some("set run.until_time, or longer intervals in [output]"),
         )),
         Ending::Unsettled => Err(Failure::failed(
             format!(
-                "gave up at time {}: the equilibration was to end by itself, and after {} events per particle something still drifts, \
+                "gave up at time {}: the equilibration did not end by itself, and after {} events per particle something still drifts, \
                  or cannot be told",
                 finished.simulation.time(),
                 run::MOST_EVENTS_PER_PARTICLE
             ),
-            Some(
-                "set run.equilibration_time or run.equilibration_events; what loses energy needs something that supplies it",
-            ),
+            Some("set run.equilibration_time or run.equilibration_events; a system that loses energy needs a supply"),
         )),
         Ending::Interrupted => {
             Err(Failure::failed("interrupted; the files are complete up to there", Some(&format!("{again} goes on"))))

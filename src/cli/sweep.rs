@@ -140,7 +140,7 @@ impl SweepCommand {
         let scene = sweep.check()?;
         super::refuse_exchange(
             &scene,
-            "a sweep varies runs: `carom exchange` takes --set and --seed, so that a loop over them varies exchanges",
+            "a sweep varies runs; for exchanges, loop over `carom exchange` with --set and --seed",
         )?;
         if self.force {
             return Ok(());
@@ -192,7 +192,7 @@ impl SweepCommand {
         }
         if is_interrupted {
             let help = format!("the same command goes on, or: {}", self.again(folder.path()));
-            return Err(Failure::failed("interrupted; what is complete stays", Some(&help)));
+            return Err(Failure::failed("interrupted; complete runs are kept", Some(&help)));
         }
         Ok(())
     }

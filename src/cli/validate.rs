@@ -163,7 +163,7 @@ impl Notes {
             let _ = writeln!(text, "  {:<18} {}", source.short, source.full);
         }
         if !self.reasons.is_empty() {
-            let _ = writeln!(text, "allowances besides four standard errors (se)");
+            let _ = writeln!(text, "allowances in addition to four standard errors (se)");
         }
         for (index, reason) in self.reasons.iter().enumerate() {
             let _ = writeln!(text, "  [{}] {reason}", index + 1);
@@ -174,7 +174,7 @@ impl Notes {
 
 fn verdict(count: usize, bad: usize) -> Result<(), Failure> {
     if bad > 0 {
-        let message = format!("{bad} of {count} comparisons not as published");
+        let message = format!("{bad} of {count} comparisons do not agree");
         let help = "another seed separates chance from error: one comparison in 16,000 fails by chance";
         return Err(Failure::failed(message, Some(help)));
     }

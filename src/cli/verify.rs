@@ -79,7 +79,7 @@ impl Verify {
         let file = Folder::scene_of(&self.run);
         if file.exists() && !self.changes.are_none() {
             let help = format!("prove a changed scene from its file: carom verify {}", file.display());
-            return Err(Failure::bad_input("a run is proven as it was: --seed and --set are for scenes", Some(&help)));
+            return Err(Failure::bad_input("a run is proven unchanged: --seed and --set are for scenes", Some(&help)));
         }
         let (scene, recorded) = load_run(&self.run)?;
         Ok((scene, Some(recorded)))
@@ -265,7 +265,7 @@ struct Recorded {
 impl Recorded {
     fn read(run: &Path) -> Result<Self, Failure> {
         if ExchangeFolder::is_one(run) {
-            let help = "its replicas have heat baths, of which no event can be proven; verify a run of one of them";
+            let help = "its replicas have heat baths, so no event can be proven; verify a run of one of them";
             let message = format!("{} is the folder of a replica exchange", run.display());
             return Err(Failure::bad_input(message, Some(help)));
         }
@@ -368,7 +368,7 @@ fn words(certificate: &Certificate) -> String {
             "NOTHING PROVEN: a thermostat, a barostat, a growth, a sheared box, a thermal wall or a thermal surface acts".to_owned()
         }
         End::OpenStages => {
-            "NOTHING PROVEN: nothing says when the surfaces of a stage come or go, or gravity turns".to_owned()
+            "NOTHING PROVEN: the plan does not say when the surfaces of a stage appear or vanish, or gravity changes".to_owned()
         }
         End::Departed { .. } => "NOT PROVEN: the events above are those of another run".to_owned(),
         End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),
@@ -412,15 +412,16 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
         End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), Some(arrest.cure()))),
         End::Broken(broken) => Err(Failure::failed(broken.to_string(), Some(InvariantBroken::CURE))),
         End::Driven => {
-            let help = "leave it out: surfaces that move and gravity that turns are proven";
+            let help = "leave it out: moving surfaces and changing gravity can be proven";
             Err(Failure::bad_input("only runs without heat, growth and shear from outside can be proven", Some(help)))
         }
         End::OpenStages => {
-            let help = "give the stage until_time or until_events in place of an end by what it measures, or surfaces and gravity to all stages";
-            let what = "surfaces come or go, or gravity turns, after a stage that ends by what it measures";
+            let help =
+                "give the stage until_time or until_events instead, or the same surfaces and gravity to all stages";
+            let what = "surfaces appear or vanish, or gravity changes, after a stage that ends by its measurements";
             Err(Failure::bad_input(what, Some(help)))
         }
-        End::Interrupted => Err(Failure::failed("interrupted; what is above is proven", None)),
+        End::Interrupted => Err(Failure::failed("interrupted; the events above are proven", None)),
         _ => Ok(()),
     }
 }

@@ -63,7 +63,7 @@ impl fmt::Display for Standstill {
                 write!(f, "{events} events while time advances by {advance:.1e}, the last of")
             }
             Self::Speed { approach } => {
-                write!(f, "inelastic collapse, down to an approach speed of {approach:.1e} that rounding swallows, of")
+                write!(f, "inelastic collapse, down to an approach speed of {approach:.1e} below round-off, of")
             }
         }
     }
@@ -127,7 +127,7 @@ impl Arrest {
             (has_contact_time, Standstill::Time { .. } | Standstill::Speed { .. })
                 if self.moving.is_some() && (has_contact_time || !self.has_losses) =>
             {
-                "a surface that moves leaves the particles no room: end its motion earlier, or give them more room; spheres do not yield"
+                "a moving surface leaves the particles no room: end its motion earlier, or give them more room"
             }
             (false, _) if !self.has_losses => {
                 "start without particles at rest in contact or overlapping: put them a little apart, or give them a velocity"
@@ -140,7 +140,7 @@ impl Arrest {
                  without particles at rest in contact or overlapping"
             }
             (_, Standstill::Storm { .. }) => {
-                "start without particles that rest in contact: put them apart by some `a tc^2 / 8`, where `a` is the gravity and `tc` is \
+                "start without particles that rest in contact: put them apart by about `a tc^2 / 8`, where `a` is the gravity and `tc` is \
                  dynamics.contact_time, so that contacts lose energy at first"
             }
             (true, _) => {

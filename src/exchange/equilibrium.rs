@@ -43,7 +43,7 @@ impl ExchangeResults {
         let same: Vec<&TemperatureResult> =
             self.temperatures.iter().filter(|at| changes && constant(at).is_some()).collect();
         if !same.is_empty() {
-            let what = "the potential energy never changed, so that nothing is known of its error";
+            let what = "the potential energy never changed, so its error is unknown";
             warnings.push(format!("{}: {what}", temperatures(&same)));
         }
         let trips: u64 = self.round_trips.iter().sum();
@@ -51,7 +51,7 @@ impl ExchangeResults {
             let trips = if trips == 0 {
                 "no replica made a round trip".to_owned()
             } else {
-                format!("the replicas made {} only", plural(trips, "round trip"))
+                format!("the replicas made only {}", plural(trips, "round trip"))
             };
             warnings.push(format!(
                 "equilibrium is not shown: {trips} between the {}; run it for longer",

@@ -62,7 +62,7 @@ pub enum ExchangeError<E> {
     NoOverlap,
     /// After half of the equilibration, a replica has not reached its window.
     #[error(
-        "window {}, from {} to {}: the distance has come to {} only, in half of the equilibration",
+        "window {}, from {} to {}: the distance has only reached {} in half of the equilibration",
         window + 1,
         digits(ends[0]),
         digits(ends[1]),
@@ -103,7 +103,7 @@ pub enum ExchangeFolderError {
     #[error("{} exists and holds something that is not a replica exchange", .0.display())]
     Occupied(PathBuf),
     /// The folder holds an exchange of another scene.
-    #[error("{} holds the exchange of another scene: its scene.toml is not what this one would be", .0.display())]
+    #[error("{} holds the exchange of another scene: its scene.toml differs", .0.display())]
     Other(PathBuf),
     /// The exchange in the folder is already beyond the requested end.
     #[error("{} holds an exchange that has measured a time of {measured} already, expected a later end than {asked}", path.display())]
@@ -116,7 +116,7 @@ pub enum ExchangeFolderError {
         asked: f64,
     },
     /// The exchange in the folder has no results yet.
-    #[error("{} holds a replica exchange that has not come to its end", .0.display())]
+    #[error("{} holds an unfinished replica exchange", .0.display())]
     Incomplete(PathBuf),
     /// A file in the folder cannot be read.
     #[error("cannot read {}", path.display())]
@@ -151,9 +151,9 @@ impl ExchangeFolderError {
         Some(match self {
             Self::Occupied(_) => "choose another folder with --out",
             Self::Other(_) => {
-                "go on with it, `carom exchange DIR`, or choose another folder with --out; remove the folder if nothing of it is needed"
+                "continue it with `carom exchange DIR`, or choose another folder with --out; remove the folder if nothing of it is needed"
             }
-            Self::Incomplete(_) => "go on with it, `carom exchange DIR`",
+            Self::Incomplete(_) => "continue it with `carom exchange DIR`",
             Self::Passed { .. } => "ask for a later end with --until-time, or choose another folder with --out",
             Self::Start(StartError::NoPlan) => {
                 "add [exchange] with temperatures, interval and rate; `carom run` runs a scene without it"
@@ -162,7 +162,7 @@ impl ExchangeFolderError {
             Self::Read { .. } => "make it readable, or choose another folder with --out",
             Self::Output(OutputError::Busy(_)) => "wait for it, or choose another folder with --out",
             Self::Table { .. } => {
-                "bring it back; or remove summary.json: `carom exchange DIR` then makes the tables again from exchange.checkpoint"
+                "restore it; or remove summary.json: `carom exchange DIR` then makes the tables again from exchange.checkpoint"
             }
             Self::Output(OutputError::Checkpoint(error)) => cure_of(error),
             Self::Output(error) => return error.cure(),
@@ -174,15 +174,15 @@ impl ExchangeFolderError {
 fn cure_of(error: &CheckpointError) -> &'static str {
     match error {
         CheckpointError::Missing(_) => {
-            "bring exchange.checkpoint back; or begin again, in another folder with --out or here without summary.json"
+            "restore exchange.checkpoint; or begin again, in another folder with --out or here without summary.json"
         }
         CheckpointError::Unreadable { .. } => "make the file readable",
-        CheckpointError::Input { .. } => "bring the file back, or remove it: the checkpoint does not need it",
+        CheckpointError::Input { .. } => "restore the file, or remove it: the checkpoint does not need it",
         CheckpointError::OtherVersion { .. } => {
-            "go on with the version that wrote it; or begin again, in another folder with --out or here without exchange.checkpoint and summary.json"
+            "continue with the version that wrote it; or begin again, in another folder with --out or here without exchange.checkpoint and summary.json"
         }
         _ => {
-            "bring back what was there; or begin again, in another folder with --out or here without exchange.checkpoint and summary.json"
+            "restore the files; or begin again, in another folder with --out or here without exchange.checkpoint and summary.json"
         }
     }
 }

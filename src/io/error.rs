@@ -19,7 +19,7 @@ pub enum OutputError {
     #[error("{} exists and holds something that is not a run of carom", .0.display())]
     Occupied(PathBuf),
     /// The target is an input file, or contains one.
-    #[error("{} would take the place of {}, which is read", target.display(), input.display())]
+    #[error("{} would overwrite {}, which is read", target.display(), input.display())]
     Input {
         /// Path of the output.
         target: PathBuf,
@@ -57,7 +57,7 @@ pub enum OutputError {
     #[error("another run writes to {}", .0.display())]
     Busy(PathBuf),
     /// The files of a run exceed the permitted size.
-    #[error("the files in {} take {}, more than the {} that a run writes unasked", path.display(), size(*bytes), size(*most))]
+    #[error("the files in {} take {}, more than the {} that a run may write without --force", path.display(), size(*bytes), size(*most))]
     TooMuch {
         /// The folder.
         path: PathBuf,
@@ -84,13 +84,13 @@ pub enum OutputError {
         expected: &'static str,
     },
     /// The folder holds an unfinished run that can be resumed.
-    #[error("{} holds a run that has not ended", .0.display())]
+    #[error("{} holds an unfinished run", .0.display())]
     Unfinished(PathBuf),
     /// The folder holds a run, and an unfinished or unsound run that was to replace it.
-    #[error("{} holds a run, and in it one that was to replace it and has not come to its end", .0.display())]
+    #[error("{} holds a run and its unfinished replacement", .0.display())]
     Replacing(PathBuf),
     /// Something else is at the path of a run that replaces another one.
-    #[error("{} is where the new run would be written, and holds something else", .0.display())]
+    #[error("{} is needed for the new run, and holds something else", .0.display())]
     NotReplacement(PathBuf),
     /// The folder is inside the folder of a run.
     #[error("{} is within {}, the folder of a run", target.display(), run.display())]
@@ -118,23 +118,23 @@ impl OutputError {
         Some(match self {
             Self::Occupied(_) => "choose another folder with --out, or remove it",
             Self::Unfinished(_) => {
-                "go on with it, `carom run --resume DIR`; or choose another folder with --out, or replace it with --force"
+                "continue it with `carom run --resume DIR`; or choose another folder with --out, or replace it with --force"
             }
             Self::Finished(_) => {
                 "choose another folder with --out, or replace it with --force; `carom run --resume DIR --until-time T` makes it longer"
             }
-            Self::TooMuch { .. } => "if that is wanted, go on with `carom run --force --resume DIR`",
+            Self::TooMuch { .. } => "if you want that, continue with `carom run --force --resume DIR`",
             Self::Replacing(_) => {
-                "go on with the new one, `carom run --resume DIR`; or choose another folder with --out, or begin again with --force"
+                "continue the new one with `carom run --resume DIR`; or choose another folder with --out, or begin again with --force"
             }
             Self::WithinRun { .. } => "choose another folder with --out",
             Self::Foreign(_) | Self::NotReplacement(_) => "move it away, or choose another folder with --out",
             Self::NotPlain { .. } => {
-                "put in its place what it was, move it away, or choose another folder with --out: carom writes through no link in a folder of its own"
+                "restore the file, move the link away, or choose another folder with --out: carom never writes through a link in its own folders"
             }
             Self::Busy(_) => "wait for the other run, or choose another folder with --out",
             Self::Checkpoint(error) => error.cure(),
-            Self::Instrument(_) => "go on with the program that began the run, which has the instrument",
+            Self::Instrument(_) => "continue with the program that started the run, which has the instrument",
             Self::Convert(error) => return error.cure(),
             Self::Input { .. } => "choose another place with --out",
             Self::NotFolder(_) => "choose another folder with --out",
@@ -158,7 +158,7 @@ pub(crate) fn cure_of(error: &io::Error) -> &'static str {
     const TOO_MANY_OPEN: [i32; 2] = [23, 24];
     match error.kind() {
         StorageFull | QuotaExceeded | FileTooLarge => {
-            "make space; what has written a checkpoint then goes on, to the same bits: a run with `carom run --resume DIR`, a sweep or an exchange \
+            "free some space; after a checkpoint the work continues to the same bits: a run with `carom run --resume DIR`, a sweep or an exchange \
              with its own command"
         }
         ReadOnlyFilesystem => {

@@ -208,7 +208,7 @@ fn frame_bytes(scene: &Scene) -> f64 {
 
 /// The expected output exceeds the size permitted without --force.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("would write some {}, and writes no more than {} unasked", size(*.bytes), size(*.most))]
+#[error("would write about {}, more than the {} allowed without --force", size(*.bytes), size(*.most))]
 pub struct TooLarge {
     /// Expected size `[bytes]`.
     pub bytes: f64,

@@ -45,7 +45,7 @@ pub enum SavedError {
         why: String,
     },
     /// It was written by another version of carom, or by a build from other sources.
-    #[error("carom {found} wrote {name}, and this is carom {} ({here}), which may go on otherwise", env!("CARGO_PKG_VERSION"))]
+    #[error("carom {found} wrote {name}, and this is carom {} ({here}), which may continue differently", env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The file.
         name: String,

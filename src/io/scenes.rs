@@ -90,14 +90,14 @@ fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
         |problem: String, cure: String| Err(SceneErrorKind::NoStart { path: folder.to_owned(), problem, cure });
     if !is_run(folder) {
         let problem = if folder.is_dir() { "it is not the folder of a run" } else { "there is no such folder" };
-        return refused(problem.to_owned(), "name the folder of a run that is over, such as runs/fluid".to_owned());
+        return refused(problem.to_owned(), "name the folder of a finished run, such as runs/fluid".to_owned());
     }
-    let resume = || format!("carom run --resume {} goes on with it", folder.display());
+    let resume = || format!("carom run --resume {} continues it", folder.display());
     if !folder.join(SUMMARY).exists() {
         let problem = if folder.join(SUMMARY_BEFORE).exists() {
-            "the run goes on, and is not over"
+            "the run is still in progress"
         } else {
-            "the run is not over"
+            "the run is not finished"
         };
         return refused(problem.to_owned(), resume());
     }
@@ -110,7 +110,7 @@ fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
     let mut checkpoint = Checkpoint::read(&path).map_err(failed)?;
     let checksum = Checkpoint::stated_checksum(&path).map_err(failed)?;
     if !checkpoint.has_ended() {
-        let problem = "the run was interrupted before its end, or could not go on";
+        let problem = "the run was interrupted before its end, or could not continue";
         return refused(
             problem.to_owned(),
             format!("{}, to another end with --until-time or --until-events", resume()),
@@ -134,10 +134,10 @@ fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
 fn cure(error: &CheckpointError) -> String {
     match error {
         CheckpointError::OtherVersion { .. } => {
-            "make that run again with this version, or start from its last frame, without the bits of its engine: [[file]] with the path of its \
+            "repeat that run with this version, or start from its last frame, which does not continue its bits: [[file]] with the path of its \
              trajectory.xyz and frame = -1"
         }
-        CheckpointError::Missing(_) | CheckpointError::Damaged { .. } => "make that run again",
+        CheckpointError::Missing(_) | CheckpointError::Damaged { .. } => "repeat that run",
         error => error.cure(),
     }
     .to_owned()

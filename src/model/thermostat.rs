@@ -48,10 +48,10 @@ pub enum ThermostatError {
     #[error("the heat bath has flat axes only, expected an axis along which particles move")]
     FlatAxes,
     /// A heat bath has no moving particle to act on.
-    #[error("the heat bath acts on particles that move, and there are none")]
+    #[error("the heat bath needs moving particles, and there are none")]
     NothingMoves,
     /// A rescaling has no temperature to scale: particles accelerate, or fewer than two move.
-    #[error("to scale velocities takes a temperature, that of two or more particles that move without gravity")]
+    #[error("scaling velocities needs a temperature: two or more moving particles, without gravity")]
     NoTemperature,
     /// Rescaling is left to the caller. It is not a heat bath of a simulation.
     #[error(

@@ -32,7 +32,7 @@ pub enum RunError<E> {
 /// instruments.
 ///
 /// # Errors
-/// The recorder's. A simulation that cannot continue is not an error here, but an [`Ending`](super::Ending).
+/// The recorder's. A simulation that cannot continue is not an error here, but an [`Ending`].
 pub fn run<R: Recorder>(
     scene: Scene,
     recorder: &mut R,
@@ -162,7 +162,7 @@ impl Run {
     /// # Errors
     /// [`RunError::Recorder`] if something cannot be recorded, and [`RunError::Instrument`] if the registered
     /// instruments differ from those at the beginning of the run. A simulation that cannot continue is not an
-    /// error here, but an [`Ending`](super::Ending).
+    /// error here, but an [`Ending`].
     pub fn execute<R: Recorder>(
         self,
         recorder: &mut R,

@@ -17,7 +17,7 @@ pub(crate) const MOST_BYTES: f64 = 2e8;
 /// Reason for the limit, in words, also if a single frame exceeds it.
 const REASON: &str = "no more than fit into 200 MB, because output.frame_interval is not given";
 const REASON_BEYOND: &str =
-    "the last one only, which takes more than the 200 MB that frames get where output.frame_interval is not given";
+    "only the last one, which takes more than the 200 MB for frames without output.frame_interval";
 
 /// Maximum number of frames of each measured stage, from their size on disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -35,7 +35,7 @@ pub struct MeasuredStage {
     pub volume_moves: Option<VolumeMoves>,
 }
 
-/// Values by the name of an observable. A checkpoint stores its index in [`OBSERVABLES`].
+/// Values by the name of an observable. A checkpoint stores its index in `OBSERVABLES`.
 mod by_place {
     use serde::de::{Deserialize, Deserializer, Error};
     use serde::ser::{Serialize, Serializer};

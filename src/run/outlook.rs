@@ -32,19 +32,19 @@ const FEWEST: f64 = 30.0;
 #[non_exhaustive]
 pub enum NoRate {
     /// Gravity, and dissipative contacts.
-    #[error("what falls and loses energy collects and comes to rest, in ever more contacts")]
+    #[error("particles that fall and lose energy come to rest, in more and more contacts")]
     Collects,
     /// Open sides.
     #[error("particles can leave")]
     Leaves,
     /// Gravity.
-    #[error("what falls becomes faster")]
+    #[error("falling particles keep getting faster")]
     Falls,
     /// Dissipative contacts without an energy supply.
-    #[error("contacts lose energy and nothing supplies any, so that there are ever fewer")]
+    #[error("contacts lose energy and nothing supplies any, so they become rarer")]
     Cools,
     /// Too few events, or too many particles for a trial.
-    #[error("too little of it can be tried")]
+    #[error("a trial run covers too little of it")]
     Untried,
 }
 

@@ -113,7 +113,7 @@ pub enum SceneErrorKind {
     #[error("{}: {problem}", path.display())]
     Mesh { path: PathBuf, problem: Box<MeshFileProblem> },
     /// A coordinate file with another checksum than the scene requires.
-    #[error("{} is not the file that it was: its checksum is {found}, expected {expected}", path.display())]
+    #[error("{} has changed: its checksum is {found}, expected {expected}", path.display())]
     InputChanged { path: PathBuf, found: String, expected: String },
     /// A scene that starts from a run, where runs cannot be read.
     #[error("the scene starts from the run in {}, expected one with particles of its own", path.display())]
@@ -122,7 +122,7 @@ pub enum SceneErrorKind {
     #[error("nothing can start from {}: {problem}", path.display())]
     NoStart { path: PathBuf, problem: String, cure: String },
     /// A run whose state differs from the one the scene starts from.
-    #[error("the run in {} is not at the state that it was: the checksum of its checkpoint is {found}, expected {expected}", path.display())]
+    #[error("the run in {} has changed: the checksum of its checkpoint is {found}, expected {expected}", path.display())]
     RunChanged { path: PathBuf, found: String, expected: String },
     /// An override of something that does not exist.
     #[error("cannot set `{key}`: {problem}")]
@@ -177,14 +177,14 @@ impl SceneErrorKind {
                     .to_owned(),
             ),
             Self::InputChanged { .. } => Some(
-                "bring the file back that the run started from, or start a new run from this one; without `checksum` any file will do"
+                "restore the file from which the run started, or start a new run from this one; without `checksum` any file is accepted"
                     .to_owned(),
             ),
             Self::NeedsRun { .. } => Some("in a program, read such a scene with io::read_scene".to_owned()),
             Self::NoStart { cure, .. } => Some(cure.clone()),
             Self::RunChanged { .. } => Some(
-                "it has gone on since, or another one has taken its place: make that run again, from its scene and to the same end, or start a \
-                 new run from this one; without `checksum` any state will do"
+                "that run went on since, or another run replaced it: repeat it from its scene to the same end, or start a new run from this \
+                 scene; without `checksum` any state is accepted"
                     .to_owned(),
             ),
             Self::Empty => Some("a scene needs [[species]], an [[interaction]] of each pair of them, and particles, such as a [[fill]]; a [run] with an end, to be run. `carom new hopper` prints one".to_owned()),

@@ -1,7 +1,7 @@
 //! The file format of a scene: its TOML, key by key, before validation.
 //!
-//! The comments of the fields, with their units, and the ranges beside them are also what an editor shows: they are the
-//! descriptions and the limits of [`schema`](fn@crate::scene::schema).
+//! Editors show the comments and ranges of the fields: they become the descriptions and limits of
+//! [`schema`](fn@crate::scene::schema). So each comment says what the key means to a user, with its unit.
 
 mod diameter;
 mod drive;
@@ -31,8 +31,8 @@ use crate::model::Format;
 use crate::scene::names::{SCENE, WORD, WORDS};
 use crate::scene::parse::plan::AUTOMATIC;
 
-/// A scene of Carom: what is simulated, for how long, and what is measured and written. Reduced units: lengths, masses
-/// and energies are what the scene makes them, and Boltzmann's constant is 1.
+/// A scene of Carom: what is simulated, for how long, and what is measured and written. Units are reduced: the scene
+/// chooses the units of length, mass and energy, and Boltzmann's constant is 1.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(title = "Carom scene", extend(
@@ -44,7 +44,8 @@ pub(crate) struct SceneFile {
     /// Name of the folder of a run: up to 100 letters, digits, `-` and `_`. The name of the file if not given.
     #[schemars(regex(pattern = SCENE))]
     pub name: Option<String>,
-    /// Text about the scene, in Markdown; the page of `carom live` shows it, or the comment that the file begins with.
+    /// Text about the scene in Markdown, shown on the page of `carom live`. Without it the page shows the comment at
+    /// the top of the file.
     pub description: Option<String>,
     /// Seed of the random numbers that place particles and draw velocities.
     #[schemars(extend("default" = 1))]
@@ -53,18 +54,20 @@ pub(crate) struct SceneFile {
     /// Simulated time at the start `[time]`.
     #[schemars(extend("default" = 0.0))]
     pub start_time: Option<f64>,
-    /// Whether particles may overlap at the start; the stable rule parts them.
+    /// Whether particles may overlap at the start. The stable rule lets no overlap grow deeper. Overlaps disappear
+    /// unless gravity or
+    /// wells hold them.
     pub allow_invalid_start: bool,
-    /// The run that this one starts from, in place of particles.
+    /// The run from which this one starts, instead of particles.
     pub start: Option<StartFile>,
     /// The box and its sides.
     pub space: Option<SpaceFile>,
     /// Gravity, and the TC model.
     pub dynamics: Option<DynamicsFile>,
-    /// The kinds of particles, at least one; with `start`, those of that run if not given.
+    /// Species of particles, at least one. With `start`, the species of that run if not given.
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
-    /// Interactions of two species, or of two bonded particles; with `start`, those of that run if not given.
+    /// Interactions of two species or of two bonded particles. With `start`, the interactions of that run if not given.
     pub interaction: Vec<InteractionFile>,
     /// Single particles.
     pub particle: Vec<ParticleFile>,
@@ -72,21 +75,22 @@ pub(crate) struct SceneFile {
     pub file: Vec<CoordinatesFile>,
     /// Chains of bonded particles.
     pub chain: Vec<ChainFile>,
-    /// Many particles in the box or in a part of it.
+    /// Many particles in the box or in part of it.
     pub fill: Vec<FillFile>,
     /// Surfaces made of static particles.
     pub mesh: Vec<MeshFile>,
-    /// Surfaces that particles meet, besides the walls of the box; with `start`, those of that run if not given.
+    /// Surfaces that particles collide with, in addition to the walls of the box. With `start`, the surfaces of that
+    /// run if not given.
     pub surface: Option<Vec<SurfaceFile>>,
     /// Single bonds.
     pub bond: Vec<BondFile>,
-    /// When the audit of a run fails, in place of the limits that follow from round-off.
+    /// Limits of the audit of a run, instead of those that follow from round-off.
     pub audit: AuditFile,
-    /// Stages before the run, in their order.
+    /// Stages before the run, in order.
     pub stage: Vec<StageFile>,
     /// How long to run.
     pub run: Option<RunFile>,
-    /// Replicas at several temperatures, swapped now and then, in place of one run.
+    /// Replicas at several temperatures or in several windows that are swapped at intervals, instead of one run.
     pub exchange: Option<ExchangeFile>,
     /// Measurements.
     pub measure: MeasureFile,
@@ -97,7 +101,7 @@ pub(crate) struct SceneFile {
 }
 
 impl SceneFile {
-    /// The scene with the last state of a run in place of particles, bonds and time of its own.
+    /// The scene with the last state of a run instead of its own particles, bonds and time.
     pub fn starting_from(self, run: &str) -> Self {
         let start = Some(StartFile { from: run.to_owned(), checksum: None });
         let (particle, file, chain, fill, mesh, bond) = Default::default();
@@ -109,9 +113,10 @@ impl SceneFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StartFile {
-    /// The folder of the run; a relative path starts at the folder of the scene.
+    /// Folder of the run. A relative path starts at the folder of the scene.
     pub from: String,
-    /// The checksum that the run's checkpoint ends with: `crc32:` and eight hexadecimal digits. Runs keep it with their scene.
+    /// The checksum at the end of that run's checkpoint: `crc32:` and eight hexadecimal digits. Runs store it with
+    /// their scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
 }
@@ -120,41 +125,43 @@ pub(crate) struct StartFile {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DynamicsFile {
-    /// Acceleration of every species that moves and has none of its own `[length / time^2]`.
+    /// Acceleration of every moving species without an acceleration of its own `[length / time^2]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub gravity: Option<[f64; 3]>,
-    /// Contact time of the TC model `[time]`; without it the model is off.
+    /// Contact time of the TC model `[time]`. Without it the model is off.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub contact_time: Option<f64>,
 }
 
-/// `[[species]]`: a kind of particles.
+/// `[[species]]`: a species of particles.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SpeciesFile {
-    /// Name, unique in the scene: up to 64 letters, digits and any of `_ - + . ( )`, beginning with a letter or a digit.
+    /// Name, unique in the scene. Up to 64 letters, digits and any of `_ - + . ( )`. The first character is a letter
+    /// or a digit.
     #[schemars(regex(pattern = WORD))]
     pub name: String,
-    /// Diameter `[length]`, or how the diameters are distributed.
+    /// Diameter or distribution of diameters `[length]`.
     pub diameter: DiameterFile,
-    /// Mass `[mass]`; every species that moves has one. That of the mean diameter where diameters are distributed.
+    /// Mass `[mass]`. Every moving species needs one. With a distribution of diameters, it is the mass at the mean
+    /// diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass: Option<f64>,
-    /// Whether its particles never move.
+    /// Whether the particles of the species never move.
     #[serde(default, rename = "static")]
     pub is_static: bool,
     /// Constant acceleration `[length / time^2]`; gravity if not given.
     pub acceleration: Option<[f64; 3]>,
 }
 
-/// `[audit]`: relative limits in place of those of round-off.
+/// `[audit]`: relative limits instead of those that follow from round-off.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct AuditFile {
-    /// Largest error of the energy ledger, relative.
+    /// Largest relative error of the energy ledger.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub energy: Option<f64>,
-    /// Largest drift of the momentum, relative.
+    /// Largest relative drift of the momentum.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub momentum: Option<f64>,
     /// Deepest overlap, relative to the distance of the discontinuity.
@@ -162,17 +169,17 @@ pub(crate) struct AuditFile {
     pub overlap: Option<f64>,
 }
 
-/// `[run]`: how long to run: `until_time`, `until_events`, or whichever is first.
+/// `[run]`: length of the run. It ends at `until_time` or `until_events`, whichever comes first.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RunFile {
-    /// `auto` ends the equilibration when no observable drifts, at its time or number of events at the latest.
+    /// With `auto`, the equilibration ends when no observable drifts. It never exceeds its time or number of events.
     #[schemars(extend("enum" = AUTOMATIC))]
     pub equilibration: Option<String>,
-    /// Duration simulated first, not measured `[time]`.
+    /// Duration simulated before the measurement `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub equilibration_time: Option<f64>,
-    /// Number of events simulated first, not measured.
+    /// Number of events simulated before the measurement.
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub equilibration_events: Option<u64>,
@@ -183,13 +190,14 @@ pub(crate) struct RunFile {
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub until_events: Option<u64>,
-    /// Gravity of the equilibration and the measurement `[length / time^2]`; that of `[dynamics]` if not given.
+    /// Gravity of the equilibration and the measurement `[length / time^2]`; the gravity of `[dynamics]` if not given.
     pub gravity: Option<[f64; 3]>,
-    /// Thermostat while the run is measured; none if not given.
+    /// Thermostat during the measurement; none if not given.
     pub thermostat: Option<ThermostatFile>,
-    /// Barostat while the run is equilibrated and measured, beside a thermostat of the kind `andersen`; none if not given.
+    /// Barostat during equilibration and measurement; none if not given. It needs a thermostat of the kind `andersen`.
     pub barostat: Option<BarostatFile>,
-    /// Threads that everything runs on, with the same bits for any number; 1 if not given, as many as there are cores where it pays for `auto`.
+    /// Number of threads of the run; 1 if not given. With `auto`, one per core where it pays. Any number gives the
+    /// same bits.
     pub threads: Option<ThreadsFile>,
 }
 
@@ -197,20 +205,21 @@ pub(crate) struct RunFile {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct OutputFile {
-    /// Between two rows of `thermo.csv` `[time]`, in all stages; some 200 rows in each if not given.
+    /// Time between two rows of `thermo.csv` `[time]`, in all stages. If not given, each stage gets about 200 rows.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub thermo_interval: Option<f64>,
-    /// Between two frames of `trajectory.xyz` `[time]`; some 20 frames if not given, no more than fit into 200 MB.
+    /// Time between two frames of `trajectory.xyz` `[time]`. If not given, about 20 frames are written, but at most
+    /// 200 MB.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frame_interval: Option<f64>,
     /// Whether every physical event is written to `contacts.csv`.
     pub contacts: bool,
-    /// Whether every event is written to the folder `events`, by columns, with positions and velocities.
+    /// Whether every event is written to the folder `events` with positions and velocities, one file for each column.
     pub events: bool,
-    /// Formats into which the trajectory is converted at the end of the run.
+    /// Formats to which the trajectory is converted at the end of the run.
     #[schemars(extend("items" = json!({ "type": "string", "enum": Format::ALL.map(Format::name) }), "default" = json!([])))]
     pub formats: Vec<String>,
-    /// Boxes in which particles are counted, each a column of `thermo.csv`.
+    /// Boxes and meshes in which particles are counted. Each becomes a column of `thermo.csv`.
     pub count: Vec<CountFile>,
 }
 
@@ -218,25 +227,27 @@ pub(crate) struct OutputFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CountFile {
-    /// Name of the column, unique: up to 100 letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit.
+    /// Name of the column, unique. Up to 100 letters, digits, blanks and any of `_ - + . ( )`. The first character is
+    /// a letter or a digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: String,
     /// Lower corner of a box `[length]`.
     pub lower: Option<[f64; 3]>,
     /// Upper corner of a box `[length]`.
     pub upper: Option<[f64; 3]>,
-    /// File of a closed mesh in place of a box, STL or OBJ; a relative path starts at the folder of the scene.
+    /// STL or OBJ file of a closed mesh, instead of a box. Its path is relative to the folder of the scene.
     pub path: Option<String>,
-    /// Vertices of the file that are nearer to each other than this part of the largest extent of the mesh become one; none if not given.
+    /// Distance within which vertices of the file are merged, as a fraction of the largest extent of the mesh. No
+    /// vertices are merged if not given.
     #[schemars(range(min = 0, max = 0.01))]
     pub weld: Option<f64>,
-    /// Factor by which the mesh of the file is made larger, first.
+    /// Factor by which the mesh is scaled. Scaling comes before rotation.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,
-    /// Direction about which the mesh of the file is turned, and by how many degrees, second.
+    /// Axis and angle in degrees by which the mesh is rotated, after scaling.
     pub rotation: Option<RotationFile>,
-    /// How far the mesh of the file is moved, last `[length]`.
+    /// Vector by which the mesh is moved, after rotation `[length]`.
     pub translation: Option<[f64; 3]>,
-    /// The checksum of the file, `crc32:` and eight hexadecimal digits. Runs keep it with their scene.
+    /// Checksum of the file: `crc32:` and eight hexadecimal digits. Runs store it with their scene.
     pub checksum: Option<String>,
 }

@@ -199,7 +199,7 @@ mod tests {
         // A replaced file does not match the record, although the scene alone accepts it.
         std::fs::write(directory.path().join("start.xyz"), coordinates.replace("4 4 4 1", "4 4 4 2")).unwrap();
         let error = Scene::from_toml(record, "elsewhere/scene.toml").unwrap_err().to_string();
-        assert!(error.contains("start.xyz is not the file that it was: its checksum is crc32:"), "{error}");
+        assert!(error.contains("start.xyz has changed: its checksum is crc32:"), "{error}");
         assert_ne!(Scene::from_file(&scene).unwrap().inputs, built.inputs);
         assert!(built.inputs[0].changed().unwrap().is_some());
         std::fs::write(directory.path().join("start.xyz"), coordinates).unwrap();

@@ -31,7 +31,7 @@ pub enum SweepError {
         value: String,
     },
     /// Two keys refer to the same value, or the second to a value that contains or is inside the first.
-    #[error("`{first}` and `{second}` are the same value of the scene: what the first one gives would be lost")]
+    #[error("`{first}` and `{second}` are the same value of the scene: the first one would have no effect")]
     SamePlace {
         /// The key that comes first.
         first: String,
@@ -70,7 +70,7 @@ pub enum SweepError {
         source: Box<toml::de::Error>,
     },
     /// The scene of a sweep has changed since the sweep began.
-    #[error("{} is not the scene that the sweep in {} began with", scene.display(), folder.display())]
+    #[error("{} is not the scene of the sweep in {}", scene.display(), folder.display())]
     Changed {
         /// The scene.
         scene: PathBuf,
@@ -79,7 +79,7 @@ pub enum SweepError {
     },
     /// A file that the runs start from has changed since the sweep began.
     #[error(
-        "{path} is not the file that it was when the sweep in {} began: its checksum is {found}, expected {expected}",
+        "{path} has changed since the sweep in {} began: its checksum is {found}, expected {expected}",
         folder.display()
     )]
     Input {
@@ -115,17 +115,17 @@ impl SweepError {
         Some(match self {
             Self::NoAxis => "give an axis, such as --vary seed=1..3",
             Self::Twice(_) => "give each key once; keys that change together are separated by `;`",
-            Self::SameValue { .. } => "give each value once; repeated runs are those of other seeds",
+            Self::SameValue { .. } => "give each value once; for repeated runs, vary the seed",
             Self::SamePlace { .. } => "give one of them; keys that change together are separated by `;`",
             Self::SameRuns { .. } => {
-                "leave the seeds out; repetitions need a start that is drawn at random, a heat bath, or each a run of its own in start.from"
+                "leave the seeds out; repetitions need a random start, a heat bath, or a different run in start.from for each"
             }
-            Self::Input { .. } => "bring the file back, or begin another sweep with --out",
+            Self::Input { .. } => "restore the file, or begin another sweep with --out",
             Self::File { .. } => {
                 "it has the keys scene = \"fluid.toml\", vary = [\"fill.0.packing_fraction=0.1..0.4/4\", \"seed=1..3\"] and, if \
                  wanted, set = [\"run.until_events=100000\"]"
             }
-            Self::Changed { .. } => "bring the scene back, or begin another sweep with --out",
+            Self::Changed { .. } => "restore the scene, or begin another sweep with --out",
             Self::Other { .. } | Self::Occupied(_) => "choose another folder with --out",
             Self::Output(error) => return error.cure(),
             Self::Axis(_) | Self::TooMany(_) | Self::Scene(_) | Self::Read { .. } => return None,

@@ -52,7 +52,7 @@ pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
         rows.push(Row::told("energy dissipated", how, digits(energy.dissipated)));
     }
     if energy.supplied != 0.0 {
-        let how = "by thermostats, walls, growth or shear, less what they took; counted in the ledger";
+        let how = "by thermostats, walls, growth or shear, minus what they removed; counted in the ledger";
         rows.push(Row::told("energy supplied", how, digits(energy.supplied)));
     }
     rows

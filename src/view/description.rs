@@ -114,7 +114,7 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     let system = SystemDescription::of(scene);
     let pressure = plan.pressure_tensor.is_some() && !system.has_volume();
     let pressure = pressure.then(|| {
-        "measure.pressure_tensor gives rates of events and no pressure: with static particles it is not known which volume is that of the others".to_owned()
+        "measure.pressure_tensor gives rates of events and no pressure: with static particles the volume of the others is unknown".to_owned()
     });
     let transport = plan.transport.as_ref().and_then(|_| system.obstacle_to_transport()).map(|obstacle| {
         format!(
@@ -140,7 +140,7 @@ pub fn unreached(scene: &Scene) -> Vec<String> {
     let told = |it| match it {
         Unreached::Time { key, time, stage, duration } => {
             let of = stage.map_or_else(|| "all that is measured".to_owned(), |stage| format!("the stage `{stage}`"));
-            format!("{key} of {} is longer than {of}, {}, in which it never comes", digits(time), digits(duration))
+            format!("{key} of {} is longer than {of}, {}, so it is never reached", digits(time), digits(duration))
         }
         Unreached::Amplitude { moves, fewest } => format!(
             "{} volume moves before the measurement are too few to find an amplitude: make them {} at least, or give one in barostat",
@@ -324,7 +324,7 @@ mod tests {
         assert_eq!(
             never(&run, ""),
             [
-                "barostat.interval of 0.5 is longer than the stage `measurement`, 0.4, in which it never comes",
+                "barostat.interval of 0.5 is longer than the stage `measurement`, 0.4, so it is never reached",
                 "39 volume moves before the measurement are too few to find an amplitude: make them 40 at least, or give one in barostat"
             ]
         );
@@ -334,15 +334,14 @@ mod tests {
         let given = run.replace("interval = 0.5", "interval = 0.5, amplitude = 0.1").replace("20.0", "1.0");
         assert_eq!(never(&given, ""), [""; 0]);
         let scaled = "run = { thermostat = { kind = \"rescaling\", temperature = 1.0, interval = 2.0 }, equilibration_time = 1.0, until_time = 8.0 }";
-        let of_stage =
-            ["thermostat.interval of 2 is longer than the stage `equilibration`, 1, in which it never comes"];
+        let of_stage = ["thermostat.interval of 2 is longer than the stage `equilibration`, 1, so it is never reached"];
         assert_eq!(never(scaled, ""), of_stage);
         let measure = "diffusion = { interval = 0.5, span = 8.5 }\nspeeds = { window = 8.0 }\nflow = [{ name = \"gate\", axis = \"z\", at = 1.0, interval = 9.0 }]";
         let run = "run = { until_time = 8.0 }";
         let late = ["measure.diffusion.span of 8.5", "measure.flow[0].interval of 9"];
         assert_eq!(
             never(run, measure),
-            late.map(|it| format!("{it} is longer than all that is measured, 8, in which it never comes"))
+            late.map(|it| format!("{it} is longer than all that is measured, 8, so it is never reached"))
         );
         // The duration of a given number of events is unknown.
         assert_eq!(never("run = { until_events = 100 }", measure), [""; 0]);

@@ -91,11 +91,11 @@ fn ending(finished: &Finished) -> String {
         Ending::Condition => format!("at t = {time}, where an instrument ended it"),
         Ending::Idle => format!("at t = {time}, because nothing will happen any more"),
         Ending::GaveUp => {
-            format!("GAVE UP at t = {time}{stage}: nothing has happened for a million rows, or for very long")
+            format!("GAVE UP at t = {time}{stage}: nothing has happened for a million rows, or for a very long time")
         }
         Ending::Unsettled => {
             format!(
-                "GAVE UP at t = {time}{stage}: the equilibration was to end by itself, and something never became stationary"
+                "GAVE UP at t = {time}{stage}: the equilibration did not end by itself, because something never became stationary"
             )
         }
         Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),

@@ -217,7 +217,7 @@ fn check_and_run_estimate_by_the_same_rule_whatever_the_clock_says() {
     let output = place.carom(&["run", "scene.toml"]);
     assert_eq!(code(&output), 2, "{}", words(&output));
     let bytes = first.rsplit(", ").next().unwrap().trim_start_matches("some ");
-    assert!(errors(&output).contains(&format!("would write some {bytes}")), "{first}: {}", errors(&output));
+    assert!(errors(&output).contains(&format!("would write about {bytes}")), "{first}: {}", errors(&output));
 }
 
 #[test]

@@ -54,7 +54,7 @@ fn a_run_whose_files_may_grow_no_further_says_so_and_can_be_resumed() {
     let output = limited("run scene.toml --quiet");
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     let text = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(text.contains("File too large") && text.contains("make space"), "{text}");
+    assert!(text.contains("File too large") && text.contains("free some space"), "{text}");
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet", "--force"])), 0);
 }
 

@@ -206,7 +206,7 @@ fn what_is_complete_stays_and_what_is_something_else_is_not_touched() {
         assert!(line(&output).contains(expected), "{arguments:?}: {}", line(&output));
     };
     refused(&with(&["--seed", "8"]), "holds the exchange of another scene");
-    refused(&["exchange", "runs/chain-exchange", "--seed", "8"], "an exchange goes on as it was");
+    refused(&["exchange", "runs/chain-exchange", "--seed", "8"], "an exchange continues unchanged");
     std::fs::create_dir(place.path().join("thesis")).unwrap();
     place.write("thesis/thesis.tex", "");
     refused(&with(&["--out", "thesis"]), "holds something that is not a replica exchange");

@@ -49,7 +49,7 @@ fn a_complete_exchange_goes_on_to_a_later_end_as_one_that_was_meant_to_come_ther
     };
     refused(&["exchange", "parts", "--until-time", "150"], "has measured a time of 300 already");
     refused(&["exchange", "parts", "--until-time", "450.7"], "until_time");
-    refused(&["exchange", "parts", "--until-time", "450", "--seed", "8"], "an exchange goes on as it was");
+    refused(&["exchange", "parts", "--until-time", "450", "--seed", "8"], "an exchange continues unchanged");
     refused(&with(&["--out", "parts", "--until-time", "450", "--seed", "8"]), "holds the exchange of another scene");
     // Its present end, written differently.
     done(&["exchange", "parts", "--until-time", "3e2"], "It was complete already");
@@ -103,7 +103,7 @@ fn an_interrupted_exchange_goes_on_to_the_same_bytes() {
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(code(&output), 1, "{}", errors(&output));
-    assert!(line(&output).contains("interrupted; what was simulated is kept"), "{}", line(&output));
+    assert!(line(&output).contains("interrupted; the simulated part is kept"), "{}", line(&output));
     assert!(line(&output).contains("or: carom exchange runs/chain-exchange --jobs 2"), "{}", line(&output));
     let output = place.carom(&["exchange", "runs/chain-exchange", "--jobs", "1"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));

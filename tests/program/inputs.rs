@@ -48,7 +48,7 @@ fn a_file_that_was_replaced_is_not_that_of_the_run() {
         let output = place.carom(command);
         assert_eq!(code(&output), 2, "{command:?}: {}", errors(&output));
         let said = plain(&errors(&output));
-        assert!(said.contains("start.xyz") && said.contains("isnotthefilethatitwas:itschecksumiscrc32:"), "{said}");
+        assert!(said.contains("start.xyz") && said.contains("haschanged:itschecksumiscrc32:"), "{said}");
     }
     assert_eq!(place.read("runs/a/thermo.csv"), before);
     fs::write(place.path().join("start.xyz"), START).unwrap();

@@ -30,7 +30,7 @@ fn a_page_has_the_scene_as_it_was_written_and_what_is_changed() {
     let changed = ["scene.toml", "--seed", "7", "--set", "fill.0.count=32"];
     let output = live(&place, &changed);
     assert_eq!((code(&output), words(&output).trim()), (0, "live.html"), "{}", errors(&output));
-    assert!(errors(&output).contains("the module was made from other sources"), "{}", errors(&output));
+    assert!(errors(&output).contains("the module was built from other sources"), "{}", errors(&output));
     let page = place.read("live.html");
     assert_eq!(told(&page)["text"], place.read("scene.toml"));
     assert_eq!(told(&page)["changes"], serde_json::json!({ "seed": "7", "fill.0.count": "32" }));

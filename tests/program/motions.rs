@@ -114,7 +114,7 @@ name = "it"
     let floor = "shape = \"plane\"\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 2.0]";
     let moved = |shape: &str, motion: &str| format!("{shape}\nmotion = [{{ kind = {motion} }}]");
     let beyond = Some("surface `it` is beyond the walls of x: no particle meets it");
-    let along = Some("surface `it` moves along itself only, which no smooth sphere notices");
+    let along = Some("surface `it` moves only along itself, which has no effect on smooth spheres");
     for (surface, expected) in [
         (plate(1.0, 7.0), beyond),
         (plate(1.0, -3.0), beyond),
@@ -176,6 +176,6 @@ until_time = 20.0
     assert_eq!(code(&output), 1, "{told}");
     assert!(told.contains("dynamical arrest at time 8.9") || told.contains("dynamical arrest at time 9"), "{told}");
     assert!(told.contains("surface `piston`"), "{told}");
-    assert!(told.contains("help: a surface that moves leaves the particles no room"), "{told}");
+    assert!(told.contains("help: a moving surface leaves the particles no room"), "{told}");
     assert!(!told.contains("restitution"), "it is 1: {told}");
 }

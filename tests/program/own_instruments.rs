@@ -41,7 +41,7 @@ fn the_program_refuses_them_before_anything_is_changed() {
         let output = place.carom(&[&["run", "--resume", path.to_str().unwrap()], end].concat());
         assert_eq!(code(&output), 2, "{}", line(&output));
         assert!(line(&output).contains("the run began with the instrument `probe`"), "{}", line(&output));
-        assert!(line(&output).contains("go on with the program that began the run"), "{}", line(&output));
+        assert!(line(&output).contains("continue with the program that started the run"), "{}", line(&output));
         assert!(contents(&path) == before, "{stage:?}");
         // The other one still can.
         let (mut files, checkpoint) = when_free(|| Folder::resume(&path, None));

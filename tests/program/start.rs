@@ -287,7 +287,7 @@ fn a_run_that_started_from_another_is_resumed_without_it() {
     assert_eq!(code(&place.carom(&["verify", "runs/whole", "--events", "300"])), 0);
     // It continues, and is no longer at the point where the others started.
     run(&place, &["--resume", "runs/a", "--until-time", "1.5"]);
-    let expected = ["is not at the state that it was", "without `checksum` any state will do"];
+    let expected = ["has changed: the checksum of its checkpoint", "without `checksum` any state is accepted"];
     refused(&place, &["verify", "runs/whole"], &expected);
     refused(&place, &["run", "runs/whole/scene.toml", "--out", "runs/b"], &expected);
     run(&place, &["--resume", "runs/whole", "--until-time", "2.5"]);
@@ -319,7 +319,7 @@ fn what_nothing_can_start_from_is_refused() {
     started(&place, "next", &run_until("0.5"));
     let next = |text: String| started(&place, "bad", &text);
     let from = |folder: &'static str| ["run", "next.toml", "--from", folder, "--out", "runs/b"];
-    refused(&place, &from("runs/none"), &["there is no such folder", "name the folder of a run that is over"]);
+    refused(&place, &from("runs/none"), &["there is no such folder", "name the folder of a finished run"]);
     fs::create_dir(place.path().join("empty")).unwrap();
     refused(&place, &from("empty"), &["is not the folder of a run"]);
     let bad = ["run", "bad.toml", "--from", "runs/a", "--out", "runs/b"];
@@ -328,7 +328,7 @@ fn what_nothing_can_start_from_is_refused() {
     next(format!("{CHAINS}{CHAIN}{start}{}", run_until("0.5")));
     refused(&place, &check, &["chain[0]", "expected none: particles and bonds are those of the run"]);
     next(format!("start_time = 3.0\n{start}{}", run_until("0.5")));
-    refused(&place, &check, &["start_time", "time goes on"]);
+    refused(&place, &check, &["start_time", "time continues"]);
     let set = ["check", "scene.toml", "--from", "runs/a", "--set", "chain.0.count=3"];
     refused(&place, &set, &["chain.0.count", "particles, bonds and time are those of the run that it starts from"]);
     next(format!("{}{}", CHAINS.replace("bead", "other"), run_until("0.5")));
@@ -350,14 +350,14 @@ fn what_nothing_can_start_from_is_refused() {
     refused(&place, &bad, &["`interaction` is missing"]);
     // It looks as if killed before its end.
     fs::rename(place.path().join("runs/a/summary.json"), place.path().join("runs/a/aside")).unwrap();
-    refused(&place, &from("runs/a"), &["the run is not over", "carom run --resume"]);
+    refused(&place, &from("runs/a"), &["the run is not finished", "carom run --resume"]);
     fs::rename(place.path().join("runs/a/aside"), place.path().join("runs/a/summary.json")).unwrap();
     let checkpoint = place.path().join("runs/a/checkpoint");
     let good = fs::read(&checkpoint).unwrap();
     let mut damaged = good.clone();
     damaged[good.len() / 2] ^= 1;
     fs::write(&checkpoint, &damaged).unwrap();
-    refused(&place, &from("runs/a"), &["is damaged", "make that run again"]);
+    refused(&place, &from("runs/a"), &["is damaged", "repeat that run"]);
     fs::write(&checkpoint, &good).unwrap();
     assert!(!place.path().join("runs/b").exists());
 }

@@ -341,7 +341,7 @@ fn bad_input_is_refused_with_its_cure_before_anything_is_made() {
         &["another sweep", "varies seed", "--out"],
     );
     place.write("other.toml", &FLUID.replace("0.3", "0.2"));
-    refused(&["sweep", "other.toml", "--vary", "seed=1,2", "--out", "s"], &["began with", "--out"]);
+    refused(&["sweep", "other.toml", "--vary", "seed=1,2", "--out", "s"], &["is not the scene of the sweep", "--out"]);
     fs::create_dir(place.path().join("full")).unwrap();
     place.write("full/thesis.tex", "");
     refused(&["sweep", "scene.toml", "--vary", "seed=1,2", "--out", "full"], &["not a sweep", "--out"]);

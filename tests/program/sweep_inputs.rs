@@ -40,7 +40,7 @@ fn a_file_that_is_replaced_between_two_calls_is_not_the_same_sweep() {
     for times in ["run.until_time=10,20", "run.until_time=10,20,30"] {
         let other = sweep(times);
         assert_eq!(code(&other), 2, "{}", words(&other));
-        assert!(errors(&other).contains("start.xyz is not the file that it was"), "{}", errors(&other));
+        assert!(errors(&other).contains("start.xyz has changed"), "{}", errors(&other));
     }
     let by_folder = place.carom(&["sweep", "s", "--quiet"]);
     assert_eq!(code(&by_folder), 2, "{}", words(&by_folder));
@@ -63,7 +63,7 @@ fn a_run_that_is_replaced_between_two_calls_is_not_the_same_start() {
     assert_eq!(code(&run("2")), 0);
     let other = place.carom(&vary);
     assert_eq!(code(&other), 2, "{}", words(&other));
-    assert!(errors(&other).contains("checkpoint is not the file"), "{}", errors(&other));
+    assert!(errors(&other).contains("checkpoint has changed"), "{}", errors(&other));
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn what_any_point_starts_from_is_kept() {
     place.write("other.xyz", &start(2.0));
     let other = sweep();
     assert_eq!(code(&other), 2, "{}", words(&other));
-    assert!(errors(&other).contains("other.xyz is not the file that it was"), "{}", errors(&other));
+    assert!(errors(&other).contains("other.xyz has changed"), "{}", errors(&other));
 }
 
 #[test]

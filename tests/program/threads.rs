@@ -29,7 +29,7 @@ fn rows_frames_contacts_and_means_are_the_same_on_any_number_of_threads() {
         assert_eq!(measured(&place, folder), measured(&place, "one"), "{threads}");
         let log = |folder: &str| fs::read(place.path().join(folder).join("contacts.csv")).unwrap();
         assert!(log(folder) == log("one"), "{threads}");
-        let says = place.read(&format!("{folder}/report.txt")).contains(" steps for each one needed");
+        let says = place.read(&format!("{folder}/report.txt")).contains(" steps per necessary step");
         assert_eq!(says, threads != "auto", "{threads}");
     }
 }

@@ -81,10 +81,14 @@ fn a_window_that_cannot_be_reached_is_named() {
     let place = Place::with(&scene.replace("equilibration_time = 15.0", "equilibration_time = 150.0"));
     let output = place.carom(&exchange(&[]));
     assert_eq!(code(&output), 1, "{}", errors(&output));
-    assert!(errors(&output).contains("window 3, from 3.9 to 4.4: the distance has come to 3."), "{}", errors(&output));
+    assert!(
+        errors(&output).contains("window 3, from 3.9 to 4.4: the distance has only reached 3."),
+        "{}",
+        errors(&output)
+    );
     assert!(errors(&output).contains("give a longer equilibration_time"), "{}", errors(&output));
     let output = place.carom(&["report", "runs/chain-exchange"]);
-    assert!(code(&output) == 2 && line(&output).contains("has not come to its end"), "{}", errors(&output));
+    assert!(code(&output) == 2 && line(&output).contains("unfinished replica exchange"), "{}", errors(&output));
     // It has stored nothing, so the corrected windows replace these.
     place.write("scene.toml", &scene.replace("], [3.9, 4.4]]", "]]").replace("time = 15.0", "time = 150.0"));
     let output = place.carom(&exchange(&["--until-time", "30"]));

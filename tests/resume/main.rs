@@ -226,7 +226,7 @@ fn a_run_that_can_write_no_more_keeps_its_checkpoint() {
         assert_eq!(output.status.code(), Some(1), "{message}");
         assert!(message.contains("cannot write") && message.contains(longest), "{message}");
         assert!(message.contains("File too large"), "{message}");
-        assert!(message.contains("make space") && message.contains("--resume"), "{message}");
+        assert!(message.contains("free some space") && message.contains("--resume"), "{message}");
         assert!(!parts.join("summary.json").exists() && parts.join("checkpoint").exists());
         finish(resume(&parts));
         assert_same(&whole, &parts, scene);

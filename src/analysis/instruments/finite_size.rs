@@ -28,8 +28,8 @@ const LARGEST_TAIL: f64 = 0.1;
 /// Corrects each diffusion coefficient of a fluid that conserves momentum in a periodic box.
 ///
 /// [`VelocityTail`] gives the part that the span misses; it is added to the error. In a cube with a measured
-/// viscosity, the coefficient of an infinite system follows, `(1 - m / M) (D + D_tail) + xi T / (6 pi eta L)
-/// * nu / (nu + D + D_tail)` with `xi = 2.837297` and `nu = eta / rho`, at the mean temperature of the
+/// viscosity, the coefficient of an infinite system follows, `(1 - m / M) (D + D_tail) +
+/// xi T / (6 pi eta L) * nu / (nu + D + D_tail)` with `xi = 2.837297` and `nu = eta / rho`, at the mean temperature of the
 /// measurement: see [`finite_size_of_diffusion`]. It is not defined if `L / 2 pi` is below the mean free
 /// path.
 ///

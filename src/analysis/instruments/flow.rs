@@ -219,11 +219,11 @@ impl Instrument for Flow {
     }
 }
 
-const COUNT: &str = "Passages in the direction of the flow less those against it since the start of the measurement.";
-const RATE: &str = "What passed after the first passage by the time from the first to the last one; the error is that of the rates in the stretches \
-    of the curve between them.";
+const COUNT: &str = "Passages in the direction of the flow minus those against it since the start of the measurement.";
+const RATE: &str = "Passages after the first one, divided by the time from the first to the last one. The error comes from the rates in pieces of the \
+    curve between them.";
 const RATE_IN_WINDOW: &str =
-    "What passed in the window by its length; the error is that of the rates in the stretches of the curve in it.";
+    "Passages in the window divided by its length; the error comes from the rates in pieces of the curve in it.";
 
 #[cfg(test)]
 mod tests;

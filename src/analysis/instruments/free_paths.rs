@@ -200,9 +200,9 @@ fn curve(name: &str, [variable, unit]: [&str; 2], ended: &EndedFlights, method: 
 }
 
 const TIME: &str = "Time between two successive Core events of a particle.";
-const PATH: &str = "Length of the way between two successive Core events of a particle, where momentum is conserved relative to the centre of mass; \
-     force-free flight in a box at rest only.";
-const EXPONENTIAL: &str = "Exact if each particle collided at a rate of its own that never changes. In a dilute gas fast particles collide more \
+const PATH: &str = "Length of the path between two successive Core events of a particle, relative to the centre of mass where momentum is conserved. Only \
+     without gravity, in a box at rest.";
+const EXPONENTIAL: &str = "Exact if each particle collided at its own constant rate. In a dilute gas fast particles collide more \
     often, which leaves more of the longest times: Visco, van Wijland and Trizac, Phys. Rev. E 77, 041117 (2008), \
     doi:10.1103/PhysRevE.77.041117";
 

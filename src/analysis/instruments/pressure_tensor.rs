@@ -203,7 +203,7 @@ impl Instrument for PressureTensor {
 const IN_SHEAR: &str = "eta = - P_xy / (dv_x / dy), with peculiar velocities in the pressure tensor.";
 
 fn rate(name: &str, title: &str, estimate: Option<Estimate>) -> Number {
-    let method = "Events of the kind that a moving particle takes part in, by time: n / (N t), where one of two such particles counts twice.";
+    let method = "Rate of events of this kind per moving particle: n / (N t), where an event of two moving particles counts twice.";
     Number::estimated(name, title, "1 / time", estimate, method)
 }
 
@@ -211,7 +211,7 @@ const TENSOR: &str = "P_ab V = <sum m v_a v_b> + (1/t) sum r_a J_b over all pair
     the frame of the centre of mass, with N / (N - 1), or between walls sum c_i / sum c_i (1 - m_i / M), where c_i is one over the volume of i; it is exact between events.";
 const TRACE: &str =
     "The mean of the pressure tensor's diagonal over the axes, between walls over those across which there are walls.";
-const COMPRESSIBILITY: &str = "Z = p / (rho T): the mean of the pressure over that of its kinetic part.";
+const COMPRESSIBILITY: &str = "Z = p / (rho T): the mean of the pressure divided by that of its kinetic part.";
 
 #[cfg(test)]
 mod tests {

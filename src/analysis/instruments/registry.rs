@@ -20,7 +20,7 @@ pub enum InstrumentError {
         name: String,
     },
     /// The run started with an instrument that is no longer registered.
-    #[error("the run began with the instrument `{name}`, expected it to be registered before the run goes on")]
+    #[error("the run began with the instrument `{name}`, expected it to be registered before the run continues")]
     NotRegistered {
         /// Its name.
         name: String,
@@ -32,7 +32,7 @@ pub enum InstrumentError {
         name: String,
     },
     /// The stored state does not fit the instrument's type.
-    #[error("the checkpoint has a state of the instrument `{name}` that its type cannot be made from")]
+    #[error("the state of the instrument `{name}` in the checkpoint does not fit its type")]
     State {
         /// Its name.
         name: String,

@@ -157,7 +157,7 @@ impl Instrument for SurfaceForces {
                 let column: Vec<Option<Estimate>> = surface.bins.iter().map(per_length).collect();
                 curve = curve
                     .series(name, "mass / time^2", &column)
-                    .normalised(Normalisation::of("the force on a bin by its width"));
+                    .normalised(Normalisation::of("the force on a bin divided by its width"));
             }
             measured.curves.push(curve);
         }
@@ -166,11 +166,12 @@ impl Instrument for SurfaceForces {
 
 const FORCE: &str = "F = - sum J / t over contacts with the surface, with the impulse J on the particle.";
 const NORMAL: &str =
-    "Sum of the impulses along the normal by time: of a curved surface more than the length of the force.";
-const PRESSURE: &str = "The normal force by the area of the surface itself, from which centres keep a radius away.";
-const RATE: &str = "Contacts with the surface by time.";
+    "Sum of the impulses along the normal per time; for a curved surface it exceeds the magnitude of the force.";
+const PRESSURE: &str =
+    "The normal force divided by the area of the surface itself; centres stay a radius away from it.";
+const RATE: &str = "Contacts with the surface per time.";
 const ALONG: &str =
-    "Sum of the impulses along the normal by time and by length, by the position of the centre of the particle.";
+    "Sum of the impulses along the normal per time and length, at the position of the particle's centre.";
 
 #[cfg(test)]
 mod tests;

@@ -62,8 +62,7 @@ pub struct Equilibrium {
 
 impl Equilibrium {
     /// The reason if energy is lost and not supplied.
-    pub(crate) const COOLS: &str =
-        "energy is lost in contacts and nothing supplies it, so that there is no steady state";
+    pub(crate) const COOLS: &str = "energy is lost in contacts and nothing supplies it, so there is no steady state";
 
     /// The reason for equal hard particles on a line.
     const EXCHANGES: &str = "equal particles on a line only exchange velocities, so means depend on the start: \

@@ -3,9 +3,9 @@
 //! A moving particle sets up a flow that later drags it along. By mode-coupling theory, once its own
 //! collisions are forgotten, a component of its velocity decays like the transverse flows of the box (Ernst,
 //! Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254, 1970,
-//! [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254)): `<v_x(0) v_x(t)> = (d -
-//! 1) / d T / M sum_k exp(-(nu + D) k^2 t)` over all `k = 2 pi (n_x / L_x, ...)` except 0, with the mass `M`
-//! of the whole system. It does not depend on the particle.
+//! [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254)): the correlation
+//! `<v_x(0) v_x(t)>` is `(d - 1) / d T / M sum_k exp(-(nu + D) k^2 t)`, summed over all `k = 2 pi (n_x / L_x, ...)`
+//! except 0. `M` is the mass of the whole system. The result does not depend on the particle.
 
 use std::f64::consts::{PI, TAU};
 

@@ -96,7 +96,7 @@ pub enum Fault {
         speed: f64,
     },
     /// An event at a discontinuity, a wall or a particle that does not exist.
-    #[error("{contact} had an event at the distance {distance}, where nothing is for their pair state {state}")]
+    #[error("{contact} had an event at the distance {distance}, where their pair state {state} has no discontinuity")]
     Unknown {
         /// The contact.
         contact: Contact,
@@ -147,7 +147,7 @@ pub enum Fault {
     },
     /// A particle travels around the box in less time than the simulated time resolves.
     #[error(
-        "particle {} is so fast ({speed:.3e}) that it goes round the box in less than the digits of the time resolve: nothing can \
+        "particle {} is so fast ({speed:.3e}) that it crosses the box in less than the resolution of the time: nothing can \
         be proven", particle.0
     )]
     TooFast {

@@ -99,7 +99,7 @@ impl fmt::Display for DomainWork {
         write!(
             f,
             "{windows} windows of {:.0} steps, {undone} undone; domains cut {cuts} times, {serial} stretches in one thread\n\
-             {:.2} steps for each one needed; {simulating:.1} s simulating, {waiting:.1} s waiting, {comparing:.1} s comparing, {exchanging:.1} s exchanging, \
+             {:.2} steps per necessary step; {simulating:.1} s simulating, {waiting:.1} s waiting, {comparing:.1} s comparing, {exchanging:.1} s exchanging, \
              {gathering:.1} s gathering, {cutting:.1} s cutting, {moving:.1} s in new epochs",
             own / (*windows).max(1) as f64,
             if own > 0.0 { all / own } else { 1.0 },

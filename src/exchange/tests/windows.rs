@@ -107,7 +107,7 @@ fn a_window_that_no_replica_can_come_into_ends_the_exchange() {
         panic!("{ended:?}")
     };
     assert!((1.0..1.1).contains(&distance), "{distance}");
-    let expected = format!("window 1, from 0.5 to 0.9: the distance has come to {distance:.5} only");
+    let expected = format!("window 1, from 0.5 to 0.9: the distance has only reached {distance:.5}");
     assert!(error.to_string().starts_with(&expected[..60]), "{error}");
 }
 

@@ -29,7 +29,7 @@ pub enum CheckpointError {
         why: String,
     },
     /// It was written by another version of carom, or by a build from other sources.
-    #[error("carom {found} wrote the checkpoint {}, and this is carom {} ({here}), which may go on otherwise",
+    #[error("carom {found} wrote the checkpoint {}, and this is carom {} ({here}), which may continue differently",
         path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The file.
@@ -71,9 +71,7 @@ pub enum CheckpointError {
         expected: u32,
     },
     /// A file that the scene read has changed.
-    #[error(
-        "{path}, which the run started from, is not the file that it was: its checksum is {found}, expected {expected}"
-    )]
+    #[error("{path}, from which the run started, has changed: its checksum is {found}, expected {expected}")]
     Input {
         /// The file.
         path: String,
@@ -123,13 +121,13 @@ impl CheckpointError {
                 "if there is a checkpoint.previous, rename it to checkpoint and resume from there; else start the run again"
             }
             Self::OtherVersion { .. } => "resume with the version that wrote it, or start the run again",
-            Self::File { .. } | Self::FileUnreadable { .. } => "bring the file back, or start the run again",
+            Self::File { .. } | Self::FileUnreadable { .. } => "restore the file, or start the run again",
             Self::Passed { .. } => {
-                "give --until-time or --until-events at least what is measured; a shorter run is a new one, with --out"
+                "set --until-time or --until-events beyond the measured part; a shorter run is a new one, with --out"
             }
-            Self::Input { .. } => "bring the file back, or remove it: the checkpoint does not need it",
+            Self::Input { .. } => "restore the file, or remove it: the checkpoint does not need it",
             Self::Content { .. } | Self::Scene { .. } => {
-                "is it the file, or the checkpoint, of another run? bring back what belongs together, or start the run again"
+                "is it the file, or the checkpoint, of another run? restore the files that belong together, or start the run again"
             }
         }
     }

@@ -21,13 +21,13 @@ pub(crate) enum DiameterFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("distribution", &DISTRIBUTIONS)))]
 pub(crate) struct DistributionFile {
-    /// Its kind.
+    /// Kind of distribution.
     #[schemars(extend("enum" = words(&DISTRIBUTIONS)))]
     pub distribution: String,
     /// The smallest diameter, of a uniform distribution `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub lower: Option<f64>,
-    /// The largest one `[length]`.
+    /// The largest diameter `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub upper: Option<f64>,
     /// Mean diameter `[length]`.
@@ -38,9 +38,9 @@ pub(crate) struct DistributionFile {
     pub deviation: Option<f64>,
     /// The diameters of a list `[length]`.
     pub diameters: Option<Vec<f64>>,
-    /// Their shares, which need not add up to one; equal if not given.
+    /// Number shares of the listed diameters, which need not add up to one. Equal shares if not given.
     pub shares: Option<Vec<f64>>,
-    /// Number of species that stand for the distribution; 16 if not given.
+    /// Number of species that approximate the distribution; 16 if not given.
     #[serde(default, deserialize_with = "whole::given")]
     pub classes: Option<u64>,
 }

@@ -15,18 +15,20 @@ use crate::scene::names::WORDS;
 use crate::scene::parse::plan::{AUTOMATIC, ENSEMBLES, THERMOSTATS};
 use crate::scene::schema::{keys_by_kind, words};
 
-/// `[[stage]]`: a stretch before the run, until a time, a number of events or the end of growth.
+/// `[[stage]]`: a part of the run before the final one. It ends at a time, after a number of events or when growth
+/// ends.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StageFile {
-    /// Name of the stage in reports and in the column `stage` of `thermo.csv`; neither `equilibration` nor `measurement`. Up to 100
-    /// letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit.
+    /// Name of the stage in reports and in the column `stage` of `thermo.csv`. It may not be `equilibration` or
+    /// `measurement`.
+    /// Up to 100 letters, digits, blanks and any of `_ - + . ( )`. The first character is a letter or a digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: String,
-    /// Whether the stage is measured: its means, its curves and its frames are kept as those of the run are.
+    /// Whether the stage is measured. If so, its means, curves and frames are written as for the run itself.
     #[serde(default)]
     pub measure: bool,
-    /// `auto` ends the equilibration of a measured stage when no observable drifts.
+    /// With `auto`, the equilibration of a measured stage ends when no observable drifts.
     #[schemars(extend("enum" = AUTOMATIC))]
     pub equilibration: Option<String>,
     /// Duration simulated before a measured stage is measured `[time]`.
@@ -36,24 +38,25 @@ pub(crate) struct StageFile {
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub equilibration_events: Option<u64>,
-    /// Longest duration of the stage, of a measured one that of its measurement `[time]`.
+    /// Duration of the stage at most. For a measured stage, duration of its measurement at most `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub until_time: Option<f64>,
-    /// Largest number of events of the stage, of a measured one that of its measurement.
+    /// Number of events of the stage at most. For a measured stage, number of events of its measurement at most.
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub until_events: Option<u64>,
-    /// Gravity during the stage `[length / time^2]`; that of `[dynamics]` if not given.
+    /// Gravity during the stage `[length / time^2]`; the gravity of `[dynamics]` if not given.
     pub gravity: Option<[f64; 3]>,
     /// Thermostat during the stage; none if not given.
     pub thermostat: Option<ThermostatFile>,
-    /// Barostat during the stage, beside a thermostat of the kind `andersen`; none if not given.
+    /// Barostat during the stage; none if not given. It needs a thermostat of the kind `andersen`.
     pub barostat: Option<BarostatFile>,
     /// Hard spheres that grow during the stage.
     pub grow: Option<GrowthFile>,
 }
 
-/// `{ kind = "andersen", temperature = 1.0, rate = 0.5 }` or `{ kind = "rescaling", temperature = 1.0, interval = 1.0 }`
+/// `{ kind = "andersen", temperature = 1.0, rate = 0.5 }` or
+/// `{ kind = "rescaling", temperature = 1.0, interval = 1.0 }`
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("kind", &THERMOSTATS)))]
@@ -67,7 +70,7 @@ pub(crate) struct ThermostatFile {
     /// How often a particle gets a new velocity `[1 / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: Option<f64>,
-    /// Axes along which velocities are drawn anew; all if not given. Flat ones are left out.
+    /// Axes along which the thermostat draws new velocities; all axes if not given. Flat axes are skipped.
     #[schemars(length(min = 1), extend("items" = json!({ "type": "string", "enum": AXES }), "default" = AXES))]
     pub axes: Option<Vec<String>>,
     /// Time between two scalings `[time]`.
@@ -82,10 +85,10 @@ pub(crate) struct BarostatFile {
     /// Pressure `[energy / length^D]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub pressure: f64,
-    /// Time between two moves of the volume `[time]`.
+    /// Time between two volume moves `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: f64,
-    /// Largest change of the logarithm of the volume in a move; found in the equilibration if not given.
+    /// Largest change of the logarithm of the volume in one move. If not given, the equilibration finds it.
     #[schemars(range(max = LARGEST_AMPLITUDE), extend("exclusiveMinimum" = 0))]
     pub amplitude: Option<f64>,
 }
@@ -109,7 +112,8 @@ impl<'de> Deserialize<'de> for ThreadsFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct GrowthFile {
-    /// Rate of growth `[1 / time]`: diameters grow by this fraction of those at the start of the stage.
+    /// Rate of growth `[1 / time]`: in a unit of time a diameter grows by this fraction of its value at the start of
+    /// the stage.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
     /// Packing fraction at which growth ends.
@@ -120,24 +124,27 @@ pub(crate) struct GrowthFile {
     pub compressibility_factor: Option<f64>,
 }
 
-/// `[exchange]`: replica exchange, in which a replica at each temperature, or in each window of a distance, is swapped with its neighbours now and then.
+/// `[exchange]`: replica exchange. There is one replica at each temperature, or in each window of a distance.
+/// Neighbouring replicas try to swap at intervals.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ExchangeFile {
-    /// Temperatures, ascending or descending, all different; of windows one `[energy]`.
+    /// Temperatures, all different, ascending or descending. One temperature for windows `[energy]`.
     #[schemars(length(min = 1, max = MOST_TEMPERATURES), extend("items" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub temperatures: Vec<f64>,
-    /// Between two attempts to swap `[time]`.
+    /// Time between two attempts to swap `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: f64,
     /// How often a particle gets a new velocity from the heat bath of its replica `[1 / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
-    /// Ensemble that is measured: `canonical` at each temperature, with swaps, one `multicanonical` ensemble of all replicas, which visits all energies between those of the temperatures equally often, or
+    /// Ensemble that is measured. `canonical`: a canonical ensemble at each temperature, with swaps.
+    /// `multicanonical`: one ensemble of all replicas, which visits all energies of the range of temperatures equally
+    /// often.
     /// `umbrella`: a canonical ensemble in each window of a distance, at one temperature, with swaps.
     #[schemars(extend("enum" = words(&ENSEMBLES), "default" = "canonical"))]
     pub ensemble: Option<String>,
-    /// The distance, and its windows, of the ensemble `umbrella`.
+    /// The distance of the ensemble `umbrella`, and its windows.
     pub umbrella: Option<UmbrellaFile>,
 }
 
@@ -145,14 +152,18 @@ pub(crate) struct ExchangeFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct UmbrellaFile {
-    /// The ids of the particles of two groups: the distance is that of two particles, or of the centres of mass of groups of several, which are bonded together in a periodic box. Ids count from 0.
+    /// The ids of the particles of two groups. The distance is between the centres of mass of the groups. In a
+    /// periodic box
+    /// the particles of a group must be bonded together. Ids count from 0.
     #[schemars(inner(length(min = 1, max = MOST_MEMBERS), inner(range(min = 0, max = u32::MAX))))]
     #[serde(deserialize_with = "whole::lists")]
     pub between: [Vec<u32>; 2],
-    /// Lower and upper end of each window, both ascending; each window overlaps with the next one `[length]`.
+    /// Lower and upper end of each window. Both ascend from window to window, and each window overlaps the next one
+    /// `[length]`.
     #[schemars(length(min = 2, max = MOST_TEMPERATURES), inner(inner(range(min = 0))))]
     pub windows: Vec<[f64; 2]>,
-    /// Bins of the potential of mean force over all windows together, about: ends of windows are edges of bins.
+    /// Approximate number of bins of the potential of mean force over all windows. The ends of windows are edges of
+    /// bins.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = USUAL_BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<usize>,

@@ -10,20 +10,20 @@ use crate::scene::names::WORD;
 use crate::scene::parse::interaction::POTENTIALS;
 use crate::scene::schema::{keys_by_kind, words};
 
-/// `[[interaction]]`: what two particles do to each other. It has `species`, or a `name` for bonds, or both.
+/// `[[interaction]]`: the potential between two particles. It has `species`, or a `name` for bonds, or both.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("potential", &POTENTIALS)))]
 pub(crate) struct InteractionFile {
-    /// Name for bonds and chains, unique among interactions; as those of species.
+    /// Name for bonds and chains, unique among interactions. The same rules hold as for names of species.
     #[schemars(regex(pattern = WORD))]
     pub name: Option<String>,
     /// The two species that interact like this.
     pub species: Option<[String; 2]>,
-    /// The potential; it decides which of the other keys there are.
+    /// The potential. It decides which other keys are allowed.
     #[schemars(extend("enum" = words(&POTENTIALS)))]
     pub potential: String,
-    /// Distance of contact `[length]`; half the sum of the diameters of the species if not given.
+    /// Contact distance `[length]`; the mean diameter of the two species if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub diameter: Option<f64>,
     /// Outer end of a well, shoulder or bond, in diameters.
@@ -43,7 +43,8 @@ pub(crate) struct InteractionFile {
     /// Radii of the steps `[length]`, the outermost first.
     #[schemars(length(min = 1), extend("items" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub radii: Option<Vec<f64>>,
-    /// Energies `[energy]`: outside of the first radius, then inside of each; `inf` first or last is a barrier.
+    /// Energies `[energy]`: one outside the first radius, then one inside each radius. `inf` as the first or last
+    /// energy is a barrier.
     #[schemars(length(min = 2), with = "Option<Vec<Option<f64>>>")]
     // JSON has no infinity. Programs that convert TOML to JSON turn `inf` into null.
     pub energies: Option<Vec<f64>>,
@@ -54,7 +55,7 @@ pub(crate) struct InteractionFile {
     #[schemars(range(min = 1, max = MOST_STEPS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub steps: Option<u64>,
-    /// Energy at which a Lennard-Jones potential gets its hard core `[energy]`.
+    /// Energy at which the hard core of a Lennard-Jones potential begins `[energy]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub core_energy: Option<f64>,
     /// Ratio of the normal speeds after and before a contact with an infinite barrier.

@@ -18,23 +18,23 @@ pub(crate) struct LiveFile {
     pub colour: Option<String>,
     /// Azimuth and elevation of the camera, in degrees.
     pub view: Option<[f64; 2]>,
-    /// Sliders of the page; some that it chooses if not given.
+    /// Sliders of the page; if not given, the page chooses some.
     pub slider: Vec<SliderFile>,
 }
 
-/// `[[live.slider]]`: a value that the page lets one vary.
+/// `[[live.slider]]`: a value that can be changed on the page.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SliderFile {
-    /// Path of its key, as `--set` has it: `dynamics.gravity.2`.
+    /// Path of the key as in `--set`, such as `dynamics.gravity.2`.
     pub key: String,
-    /// Name beside it; the key if not given.
+    /// Name beside the slider; the key if not given.
     pub label: Option<String>,
-    /// Value at its lower end.
+    /// Value at the lower end of the slider.
     pub from: f64,
-    /// Value at its upper end.
+    /// Value at the upper end of the slider.
     pub to: f64,
-    /// Whether equal steps are equal differences or equal factors.
+    /// Whether equal steps of the slider are equal differences or equal factors.
     #[schemars(extend("enum" = words(&SCALES), "default" = "linear"))]
     pub scale: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! Measurements in the file of a scene: for each kind `true`, or a table of what is to differ.
+//! Measurements in the file of a scene. Each kind is `true`, or a table of settings.
 
 use std::borrow::Cow;
 
@@ -17,7 +17,7 @@ use crate::model::measurement_plan::{
 pub(crate) struct MeasureFile {
     /// Pressure tensor, compressibility factor and rates of events.
     pub pressure_tensor: Switch<PressureTensor>,
-    /// Radial distribution functions of each two species.
+    /// Radial distribution function of each pair of species.
     pub radial_distribution: Switch<RadialDistribution>,
     /// Static structure factor.
     pub structure_factor: Switch<StructureFactor>,
@@ -35,13 +35,13 @@ pub(crate) struct MeasureFile {
     pub bond_order: Switch<BondOrder>,
     /// Density, velocity and temperature on grids.
     pub profile: Vec<Profile>,
-    /// Particles that pass planes.
+    /// Flow of particles through planes.
     pub flow: Vec<Flow>,
     /// Forces on walls and other surfaces.
     pub surface_forces: Switch<SurfaceForces>,
 }
 
-/// `true`, `false`, or a table that says how.
+/// `true`, `false`, or a table of settings.
 #[derive(Debug, Default)]
 pub(crate) struct Switch<T>(pub Option<T>);
 

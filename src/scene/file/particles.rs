@@ -29,19 +29,21 @@ pub(crate) struct ParticleFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CoordinatesFile {
-    /// The file; a relative path starts at the folder of the scene.
+    /// Path of the file, relative to the folder of the scene.
     pub path: String,
-    /// Which frame of the file, from 0; from -1, the last one, backwards.
+    /// Frame of the file, counted from 0. Negative numbers count from the end; -1 is the last frame.
     #[serde(default, deserialize_with = "whole::number")]
     pub frame: i64,
-    /// Name of the interaction that holds the bonds of the file; if not given, each is held by the one whose name the file has.
+    /// Name of the interaction for the bonds of the file. If not given, each bond uses the interaction that the file
+    /// names.
     pub bond: Option<String>,
-    /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. Runs keep it with their scene.
+    /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. Runs store it with their scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
 }
 
-/// `[[chain]]`: chains of bonded particles, grown at random, or a straight one from `start` along `direction`.
+/// `[[chain]]`: chains of bonded particles. They are grown at random, or one straight chain goes from `start` along
+/// `direction`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ChainFile {
@@ -57,65 +59,67 @@ pub(crate) struct ChainFile {
     pub count: Option<u64>,
     /// Name of the interaction that bonds each particle to the next.
     pub bond: String,
-    /// Distance of neighbours at the start `[length]`; the middle of what the bond allows if not given.
+    /// Bond length at the start `[length]`; the middle of the allowed lengths if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing: Option<f64>,
     /// First particle of a straight chain `[length]`.
     pub start: Option<[f64; 3]>,
-    /// Direction of a straight chain, of any length.
+    /// Direction of a straight chain. Its length does not matter.
     pub direction: Option<[f64; 3]>,
-    /// Temperature of Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
+    /// Temperature of Maxwell velocities `[energy]`. Without it and without `speed`, the particles are at rest.
     #[schemars(range(min = 0))]
     pub temperature: Option<f64>,
-    /// Equal speed of all, in random directions, in place of a temperature `[length / time]`.
+    /// Equal speed of all particles, in random directions, instead of a temperature `[length / time]`.
     #[schemars(range(min = 0))]
     pub speed: Option<f64>,
 }
 
-/// `[[fill]]`: many particles, by two of a count, a density and a volume.
+/// `[[fill]]`: many particles. Two of count, density and volume determine the third.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FillFile {
-    /// Name of the species; `composition` for several.
+    /// Name of the species. For several species, use `composition`.
     pub species: Option<String>,
     /// Species and their shares, which need not add up to 1.
     #[schemars(extend("additionalProperties" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub composition: Option<BTreeMap<String, f64>>,
-    /// On a lattice that is stretched to fit, or at random where nothing overlaps.
+    /// `lattice` puts the particles on a lattice that is stretched to fit, `random` at random positions without
+    /// overlaps.
     #[schemars(extend("enum" = words(&ARRANGEMENTS)))]
     pub arrangement: String,
     /// Number of particles.
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub count: Option<u64>,
-    /// Particles per volume `[1 / length^D]`, `D` the number of axes that are not flat.
+    /// Number density `[1 / length^D]`, where `D` is the number of axes that are not flat.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub number_density: Option<f64>,
-    /// Fraction of the volume that the particles fill.
+    /// Packing fraction.
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
     pub packing_fraction: Option<f64>,
-    /// Whether fewer will do: as many as find a place one by one, at most those of the count or the density, if one is given. At random only.
+    /// Whether fewer particles are accepted. If so, particles are added one by one until no more fit, or until the
+    /// count or density is reached. For random arrangements only.
     #[serde(default)]
     pub as_many_as_fit: bool,
-    /// The part of the box to fill; all of it if not given.
+    /// Part of the box to fill; the whole box if not given.
     pub region: Option<RegionFile>,
-    /// Temperature of Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
+    /// Temperature of Maxwell velocities `[energy]`. Without it and without `speed`, the particles are at rest.
     #[schemars(range(min = 0))]
     pub temperature: Option<f64>,
-    /// Equal speed of all, in random directions, in place of a temperature `[length / time]`.
+    /// Equal speed of all particles, in random directions, instead of a temperature `[length / time]`.
     #[schemars(range(min = 0))]
     pub speed: Option<f64>,
-    /// Velocity that is added to all `[length / time]`.
+    /// Velocity that is added to all particles `[length / time]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub velocity: Option<[f64; 3]>,
 }
 
-/// The inside of a box that is aligned with the axes, of a cylinder, a cone or a sphere.
+/// The inside of a box aligned with the axes, of a cylinder, a cone or a sphere.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("shape", &REGIONS)))]
 pub(crate) struct RegionFile {
-    /// The shape; it decides which of the other keys there are.
+    /// The shape. It decides which other keys are allowed.
     #[schemars(extend("enum" = words(&REGIONS), "default" = "box"))]
     pub shape: Option<String>,
     /// Lower corner of a box `[length]`.
@@ -124,9 +128,9 @@ pub(crate) struct RegionFile {
     pub upper: Option<[f64; 3]>,
     /// Centre of the first end of a cylinder or cone `[length]`.
     pub base: Option<[f64; 3]>,
-    /// Direction from the first end to the second, of any length.
+    /// Direction from the first end to the second. Its length does not matter.
     pub axis: Option<[f64; 3]>,
-    /// Distance of the ends `[length]`.
+    /// Distance between the ends `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub length: Option<f64>,
     /// Radii of the two ends of a cone `[length]`.
@@ -144,15 +148,17 @@ pub(crate) struct RegionFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("surface", &SURFACES)))]
 pub(crate) struct MeshFile {
-    /// Name in messages: up to 100 letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit.
+    /// Name in messages. Up to 100 letters, digits, blanks and any of `_ - + . ( )`. The first character is a letter
+    /// or a digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: Option<String>,
     /// Name of a static species.
     pub species: String,
-    /// The shape; it decides which of the other keys there are.
+    /// The shape. It decides which other keys are allowed.
     #[schemars(extend("enum" = words(&SURFACES)))]
     pub surface: String,
-    /// Largest distance of neighbouring particles `[length]`; chosen so that nothing leaks if not given.
+    /// Largest distance between neighbouring particles `[length]`. If not given, it is chosen so that no particle
+    /// gets through.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing: Option<f64>,
     /// Corner of a plane `[length]`.
@@ -165,14 +171,14 @@ pub(crate) struct MeshFile {
     pub lower: Option<[f64; 3]>,
     /// Upper corner of a box or rectangle `[length]`.
     pub upper: Option<[f64; 3]>,
-    /// Sides of a box or rectangle that are left out; x leads to the right, y to the back, z to the top.
+    /// Sides of a box or rectangle that are left out. x points to the right, y to the back, z to the top.
     #[schemars(extend("items" = json!({ "type": "string", "enum": words(&BoxSide::NAMES) }), "default" = json!([])))]
     pub open: Option<Vec<String>>,
     /// Centre of the first end of a cylinder or cone `[length]`.
     pub base: Option<[f64; 3]>,
-    /// Direction from the first end to the second, of any length.
+    /// Direction from the first end to the second. Its length does not matter.
     pub axis: Option<[f64; 3]>,
-    /// Distance of the ends `[length]`.
+    /// Distance between the ends `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub length: Option<f64>,
     /// Radii of the two ends of a cone `[length]`.
@@ -196,10 +202,10 @@ pub(crate) struct MeshFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BondFile {
-    /// Their ids. Ids count from 0: first particles, then files, chains, fills and meshes.
+    /// Ids of the two particles. Ids count from 0: first single particles, then files, chains, fills and meshes.
     #[schemars(inner(range(min = 0, max = u32::MAX)))]
     #[serde(deserialize_with = "whole::several")]
     pub particles: [u32; 2],
-    /// Name of the interaction that holds them.
+    /// Name of the interaction between them.
     pub interaction: String,
 }

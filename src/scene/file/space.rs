@@ -11,14 +11,14 @@ use crate::scene::schema::words;
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SpaceFile {
-    /// Edges of the box `[length]`; 0 along flat axes. If not given, they follow from the one fill with a count and a
-    /// density, or without a fill from the box of a file.
+    /// Edges of the box `[length]`; 0 along flat axes. If not given, they follow from a single fill with a count and a
+    /// density. Without a fill, they follow from the box of a file.
     #[schemars(inner(range(min = 0)))]
     pub size: Option<[f64; 3]>,
     /// Lower corner of the box `[length]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub lower: Option<[f64; 3]>,
-    /// Shear rate `dv_x / dy` of Lees-Edwards boundaries `[1 / time]`, not 0; at rest if not given.
+    /// Shear rate `dv_x / dy` of Lees-Edwards boundaries `[1 / time]`, not 0. Without it the boundaries are at rest.
     pub shear_rate: Option<f64>,
     /// Boundary conditions along x.
     #[schemars(extend("default" = "periodic"))]
@@ -43,15 +43,16 @@ pub(crate) enum AxisFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SidesFile {
-    /// The side at the lower corner: a word, or the table of a wall of its own.
+    /// The side at the lower corner: a word, or a table of this wall.
     pub lower: SideFile,
-    /// The side at the upper corner: a word, or the table of a wall of its own.
+    /// The side at the upper corner: a word, or a table of this wall.
     pub upper: SideFile,
     /// Ratio of the normal speeds after and before a contact with a side that is `"wall"`.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
-    /// Temperature of the sides that are `"wall"` `[energy]`, instead of a restitution: a particle leaves them with a velocity of this
-    /// temperature.
+    /// Temperature of the sides that are `"wall"` `[energy]`, instead of a restitution. A particle leaves them with a
+    /// new velocity,
+    /// drawn at this temperature.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,
 }
@@ -64,14 +65,15 @@ pub(crate) enum SideFile {
     Wall(WallFile),
 }
 
-/// A wall of its own.
+/// One wall with its own values.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WallFile {
     /// Ratio of the normal speeds after and before a contact with this wall.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
-    /// Temperature of this wall `[energy]`, instead of a restitution: a particle leaves it with a velocity of this temperature.
+    /// Temperature of this wall `[energy]`, instead of a restitution. A particle leaves it with a new velocity, drawn
+    /// at this temperature.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,
 }

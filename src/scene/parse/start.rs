@@ -34,14 +34,14 @@ pub(super) fn parse_start(
         return refuse(ConfigPath::root().key(given.name.clone()), "given", expected);
     }
     if file.start_time.is_some() {
-        let expected = "not given: time goes on from that of the run that [start] names";
+        let expected = "no start_time: time continues from the run that [start] names";
         return refuse(ConfigPath::root().key("start_time"), "given", expected);
     }
     if file.interaction.is_empty() && !file.species.is_empty() {
         return Err(missing(
             &ConfigPath::root(),
             "interaction",
-            "with species of its own, a scene says what they do to each other; leave out both for those of the run",
+            "a scene with its own species needs interactions; leave out both to keep those of the run",
         ));
     }
     let at = ConfigPath::root().key("start");

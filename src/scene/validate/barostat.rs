@@ -73,7 +73,7 @@ pub(super) fn check_barostats(scene: &Scene) -> Result<(), SceneError> {
         is_changed = true;
         is_found |= phase.is_prepared && barostat.amplitude.is_none();
         if phase.is_measured && barostat.amplitude.is_none() && !is_found {
-            let why = "the largest change of ln V in a move; or an equilibration with the barostat, in which one is found that is accepted in 40 % of all moves";
+            let why = "the largest change of ln V in a move; or an equilibration with the barostat, which adjusts it to accept 40 % of the moves";
             return Err(missing(&phase.at.key("barostat"), "amplitude", why));
         }
     }
@@ -171,7 +171,7 @@ fn check_output(scene: &Scene) -> Result<(), SceneError> {
     match instrument(&scene.measure) {
         Some(key) => {
             let expected = format!(
-                "none in a measurement with a barostat, which has {} only: measure the density at this pressure first, and give it to a scene without the barostat",
+                "none in a measurement with a barostat, which allows only {}: first measure the density at this pressure, and use it in a scene without the barostat",
                 OF_ANY_VOLUME.join(" and ")
             );
             refuse(root.key("measure").key(key), "given", expected)

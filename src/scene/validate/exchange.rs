@@ -37,7 +37,7 @@ impl SceneParts {
             return Err(missing(
                 &run,
                 "until_time",
-                "replicas are swapped at even times, so that an [exchange] ends at one",
+                "replicas are swapped at even times, and an [exchange] must end at one of them",
             ));
         }
         let events = [(self.run.limit.events, "until_events"), (self.run.equilibration.events, "equilibration_events")];
@@ -130,7 +130,7 @@ impl SceneParts {
             return refuse(at.key("formats"), "given", expected);
         }
         if self.allow_invalid_start {
-            let expected = "false beside [exchange], which averages over valid states: let `carom run` part the particles, and start from \
+            let expected = "false beside [exchange], which averages over valid states: let `carom run` separate the particles, and start from \
                             the end of that run, start.from";
             return refuse(root.key("allow_invalid_start"), "true", expected);
         }

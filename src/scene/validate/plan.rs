@@ -166,7 +166,8 @@ fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), Scen
             refuse(at.key("kind"), "\"andersen\" in a scene in which nothing moves", "none, or particles that move")
         }
         ThermostatError::NoTemperature | ThermostatError::Rescaling => {
-            let expected = "\"andersen\": to scale velocities takes a temperature, that of two or more particles that move without gravity";
+            let expected =
+                "\"andersen\": scaling velocities needs a temperature: two or more moving particles, without gravity";
             refuse(at.key("kind"), "\"rescaling\"", expected)
         }
     }

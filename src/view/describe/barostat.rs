@@ -9,7 +9,7 @@ pub fn barostat(barostat: &Barostat) -> String {
     let (pressure, interval) = (digits(barostat.pressure), digits(barostat.interval));
     let amplitude = match barostat.amplitude {
         Some(amplitude) => format!("by up to {}", digits(amplitude)),
-        None => "by as much as lets some 40 % of the moves be accepted, found where nothing is measured".to_owned(),
+        None => "adjusted outside of measurements to accept about 40 % of the moves".to_owned(),
     };
     format!("the volume is moved every {interval} at a pressure of {pressure}, its logarithm {amplitude}")
 }

@@ -68,7 +68,7 @@ fn shear(rate: f64) -> String {
 }
 
 /// How `auto` chooses the number of threads.
-pub(crate) const AUTO_THREADS: &str = "as many as there are cores, but one for each 250000 particles at most";
+pub(crate) const AUTO_THREADS: &str = "as many as there are cores, at most one per 250000 particles";
 
 /// The number of threads that the scene asks for, and why only one is used if it asks for several.
 fn threads(scene: &Scene) -> Option<String> {

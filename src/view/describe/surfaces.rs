@@ -114,7 +114,7 @@ fn nearly_closed(surface: &SceneSurface, mesh: &TriangleMesh, report: &MeshRepor
     let left = if count > 0 { merged.edges().iter().filter(|uses| uses.len() == 1).count() } else { open };
     (left < open).then(|| {
         format!(
-            "mesh `{}`: {} of the {open} edges at its rim close if vertices within 1e-6 of its extent are one: add weld = 1e-6",
+            "mesh `{}`: {} of the {open} edges at its rim would close if vertices within 1e-6 of its extent were merged: add weld = 1e-6",
             surface.name,
             open - left
         )
@@ -131,8 +131,10 @@ pub fn idle_surfaces(scene: &Scene) -> Vec<String> {
         }
         let is_smooth = surface.law.temperature().is_none() && !surface.motions.is_empty();
         if is_smooth && surface.motions.iter().all(|motion| is_along_itself(&surface.shape, motion)) {
-            warnings
-                .push(format!("surface `{}` moves along itself only, which no smooth sphere notices", surface.name));
+            warnings.push(format!(
+                "surface `{}` moves only along itself, which has no effect on smooth spheres",
+                surface.name
+            ));
         }
     }
     warnings

@@ -21,7 +21,7 @@ const HALF_VIEW: f32 = 0.267_949_2;
 const RIM: f32 = 0.035;
 
 /// Angle between two directions at which the framed region is fitted into the image. In between it extends by
-/// at most a thousandth of its distance from the axis, far less than the margin [degrees].
+/// at most a thousandth of its distance from the axis, far less than the margin, in degrees.
 const LARGEST_STEP: f64 = 4.0;
 
 /// Nothing closer than this is drawn, in half diagonals; the framed region begins well behind it.
@@ -294,7 +294,7 @@ fn upwards(frame: &Frame, style: &Style) -> Vector {
     style.up.map(|up| up.normalize()).or(against).unwrap_or_else(|| if is_y { Vector::y() } else { Vector::z() })
 }
 
-/// Azimuth and elevation of the camera [radians], given the direction that points right if both are 0.
+/// Azimuth and elevation of the camera in radians, given the direction that points right if both are 0.
 fn angles(style: &Style, right: &Vector, up: &Vector) -> [f64; 2] {
     let azimuth = style.azimuth.to_radians();
     let Some(from) = style.from.and_then(|from| from.try_normalize(0.0)) else {

@@ -8,7 +8,7 @@ use super::stroke::Stroke;
 use super::{ColourBy, Style};
 use crate::base::numbers::{single, trunc_to_i32};
 
-/// Smallest height of a row with readable text [pixels].
+/// Smallest height of a row with readable text, in pixels.
 const LEAST_ROW: f32 = 32.0;
 
 /// Largest height of a row, relative to the image.
@@ -20,9 +20,9 @@ const LONGEST_BAR: f64 = 0.16;
 /// The rows below an image.
 #[derive(Debug, Clone)]
 pub(super) struct Caption {
-    /// Height of all rows [pixels].
+    /// Height of all rows in pixels.
     pub height: f32,
-    /// Height of one row [pixels]. The lowest row is for the scale of speeds, if there is one.
+    /// Height of one row in pixels. The lowest row is for the scale of speeds, if there is one.
     pub row: f32,
     /// A round length and its size in pixels.
     bar: Option<(f64, f32)>,

@@ -314,7 +314,7 @@ fn entropy(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String> {
     let titles = ["temperature [energy]".to_owned(), "entropy per particle".to_owned()];
     let points = between(summary, "entropy_per_particle");
     let curves = measured_curve("Entropy per particle", titles, is_logarithmic, points);
-    curves_figure(&curves.label, &curves, &format!("Less that at the highest temperature, in units of k_B. {TOGETHER}"))
+    curves_figure(&curves.label, &curves, &format!("Relative to the highest temperature, in units of k_B. {TOGETHER}"))
 }
 
 fn density_of_states(summary: &ExchangeSummary) -> Option<String> {
@@ -358,7 +358,7 @@ fn populations(summary: &ExchangeSummary) -> Option<String> {
     };
     let is_binned = temperatures.iter().flat_map(|at| &at.populations).any(|it| it.width > 0.0);
     let what =
-        if is_binned { "Of bins of the potential energy" } else { "Of the exact levels of the potential energy" };
+        if is_binned { "For bins of the potential energy" } else { "For the exact levels of the potential energy" };
     let text = format!("{what}, all particles together. Error bars: standard errors. From <code>energies.csv</code>.");
     let titles = ["potential energy".to_owned(), "population".to_owned()];
     let lines = temperatures.iter().step_by(step).map(line).collect();

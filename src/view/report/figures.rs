@@ -68,7 +68,7 @@ fn strip(curves: &Curves) -> String {
         (_, [_, _, ..]) => " of the same series".to_owned(),
         _ => String::new(),
     };
-    format!("Below: Δ / σ, the measured less the published value{which} over its standard error; shaded: ±2. ")
+    format!("Below: Δ / σ, the measured minus the published value{which} over its standard error; shaded: ±2. ")
 }
 
 /// The figures of a measured curve: one for all series with the same unit, or a map for each.

@@ -96,8 +96,8 @@ fn about(recording: &Recording) -> String {
         format!("All {all} frames of trajectory.xyz. ")
     };
     text.push_str(
-        "Between two of them a particle that met nothing is drawn where it flew. Where one did meet something the file does not say: it goes from place to \
-         place on a smooth curve, on which it may overlap others. ",
+        "Between two frames a particle without an event is drawn on its exact path. The file does not tell where events took place: there a \
+         particle moves on a smooth curve, on which it may overlap others. ",
     );
     let step = head.frames.iter().flat_map(|frame| frame.field[1]).fold(0.0, f64::max) / 131_068.0;
     let step = number(&format!("{step:.0e}"));

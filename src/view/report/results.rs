@@ -14,16 +14,16 @@ use crate::view::describe;
 /// How an observable that every run has is measured; empty for one that a later version may have added.
 fn method_of(observable: &str) -> &'static str {
     match observable {
-        "temperature" => "2 (K - P^2 / 2 M) / (D N - c), with the momentum P along the c axes on which it is conserved",
+        "temperature" => "2 (K - P^2 / 2 M) / (D N - c), where the momentum P has c conserved components",
         "pressure" => PRESSURE,
         "compressibility_factor" => {
             "Z = p / (rho T), of the mean pressure and temperature; P <V> / (N T) with the pressure of a barostat"
         }
         "collision_rate" => {
-            "n / (N t), where n counts the core events that each particle takes part in: two do, or one and a static one"
+            "n / (N t), where n counts the particles in core events: two in each, or one if the other is static"
         }
-        "potential_energy_per_particle" => "energy of all pairs over N",
-        "volume" => "<V>, over the time",
+        "potential_energy_per_particle" => "energy of all pairs divided by N",
+        "volume" => "<V>, averaged over time",
         "number_density" => "<N / V>, over the time",
         "packing_fraction" => "<1 / V> times the volume of the particles",
         "isothermal_compressibility" => "(<V^2> - <V>^2) / (<V> T), with the temperature T of the heat bath",
@@ -35,8 +35,8 @@ fn method_of(observable: &str) -> &'static str {
 
 const PRESSURE: &str = "(N T + W / (D t)) / V, where W sums r_ij . J over the events of a time t; between walls the mean over their axes of \
     <sum m v_x^2 / V> + (1 / t) sum x J / V, where V is what centres can reach";
-const ON_WALL: &str = "momentum that the wall gives by time and by the area that centres can reach";
-const THROUGH_WALL: &str = "energy that the wall supplies, less what it takes, by time and by its area";
+const ON_WALL: &str = "momentum that the wall gives, per time and per area that centres can reach";
+const THROUGH_WALL: &str = "energy that the wall supplies minus what it removes, per time and area";
 
 /// Largest number of lines for rates.
 const MOST_RATES: usize = 50;
@@ -111,7 +111,7 @@ fn rates(results: &Results<'_>) -> String {
         0 => String::new(),
         more => format!("<p class=\"aside\">And {more} more in <code>summary.json</code>.</p>\n"),
     };
-    let heads = [("", "what"), ("n", "number"), ("", "by time, for each particle that takes part")];
+    let heads = [("", "what"), ("n", "number"), ("", "per time, for each participating particle")];
     table("results", "Events by kind and species", heads, &lines) + &more
 }
 

@@ -193,6 +193,6 @@ const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over a
     by mode-coupling theory. Not corrected for the size of the box.";
 const WALLED: &str = "Axes with walls are left out of r and v, and of d: nothing diffuses towards a wall.";
 const ENCLOSED: &str =
-    "There are walls along all axes: the mean squared displacement comes to an end, and there is no coefficient.";
+    "There are walls along all axes: the mean squared displacement is bounded, and there is no coefficient.";
 const SHEARED: &str = "In this sheared box r and v are their components across the flow, along y and z, where nothing streams and momentum is conserved \
     unless Andersen collisions change it; the axes count without x.";

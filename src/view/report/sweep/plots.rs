@@ -139,13 +139,13 @@ pub(super) fn section(sweep: &Sweep, results: &Results) -> String {
         let temperatures = stages.iter().flat_map(|series| series.points.iter().map(|(temperature, _)| *temperature));
         let is_logarithmic = is_long(temperatures);
         let title = html::quantity(TEMPERATURE, "energy");
-        let words = "Of each measured stage against its mean temperature. ";
+        let words = "For each measured stage against its mean temperature. ";
         let (figures, _) = self::figures(results, &Along { title, is_logarithmic, words }, &stages, Some(TEMPERATURE));
         format!("<h3>Measured stages against their temperature</h3>\n<div class=\"plots\">\n{figures}</div>\n")
     };
     if figures.is_empty() && of_stages.is_empty() {
         let why = match horizontal(sweep) {
-            None => "No value that varies is a number with more than one value: there is nothing to plot against.",
+            None => "No varied value is a number with more than one value: there is nothing to plot against.",
             Some(_) => "Nothing has been measured yet.",
         };
         return format!("<p>{why}</p>\n");
