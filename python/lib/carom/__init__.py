@@ -1,9 +1,11 @@
 """Event-driven particle dynamics: hard spheres, square wells, bonds, stepped potentials, gravity and granular flow.
 
-Reduced units: lengths, masses and energies are what the scene makes them, and Boltzmann's constant is 1. ``[length]``, ``[mass]``, ``[energy]`` and
-``[time]`` name the dimension of a quantity. A run is a function of its scene and seed: the same bits as those of the program, every time.
+The package uses reduced units: the scene defines the units of length, mass and energy, and Boltzmann's
+constant is 1. ``[length]``, ``[mass]``, ``[energy]`` and ``[time]`` name the dimension of a quantity. A run
+depends only on its scene and seed. Its results are always the same, and bitwise identical to those of the
+program.
 
-The examples of this package use ``carom``, ``np`` (NumPy) and these dictionaries::
+The examples of this package use ``carom``, ``np`` (NumPy) and this dictionary::
 
     fluid = {
         "name": "fluid",
@@ -16,18 +18,18 @@ The examples of this package use ``carom``, ``np`` (NumPy) and these dictionarie
         "run": {"until_events": 20_000},
     }
 
-and ``pair``, the scene of the example of :func:`exchange`.
+They also use ``pair``, the scene of the example of :func:`exchange`.
 
 ======================  ==========================================================
 to                      use
 ======================  ==========================================================
-describe what is        :class:`Scene`, from a file, TOML, a dictionary or arrays; :func:`example` has some to start from
-simulate step by step   :class:`Simulation`: advance, look, change, see every event
-run and measure         :func:`run`, and :func:`resume` to go on
-run many                :func:`sweep`, with any executor; :func:`exchange`
-read what is there      :func:`open`, whichever program made it
-average a series        :func:`mean_and_error`, with the errors of runs
-write for others        :class:`Writer`, :meth:`Run.convert`, :meth:`Run.movie`
+describe a system       :class:`Scene`, from a file, TOML, a dictionary or arrays; :func:`example` to start
+simulate step by step   :class:`Simulation`: advance, inspect, change, see every event
+run and measure         :func:`run`, and :func:`resume` to continue
+run many simulations    :func:`sweep`, with any executor; :func:`exchange`
+read results            :func:`open`, for results of this package or of the program
+average a series        :func:`mean_and_error`, with the same error estimate as runs
+export                  :class:`Writer`, :meth:`Run.convert`, :meth:`Run.movie`
 ======================  ==========================================================
 """
 
@@ -93,17 +95,18 @@ def __dir__() -> list[str]:
 
 
 def open(folder: str | os.PathLike[str]) -> Run | Sweep | Exchange:
-    """Opens what is in a folder: a run, a sweep or a replica exchange, made by this package or by the program.
+    """Opens a folder with a run, a sweep or a replica exchange of this package or of the program.
 
     Parameters
     ----------
     folder : path
-        Such as ``runs/fluid``.
+        The folder, such as ``runs/fluid``.
 
     Raises
     ------
     FolderError
-        If there is none of these, or a run that is not over: :func:`resume` goes on with that.
+        If the folder contains none of these, or if its run or exchange has not finished. :func:`resume`
+        continues an unfinished run, and :func:`exchange` an unfinished exchange.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The program `carom`, which the package brings: also `python -m carom`."""
+"""The program `carom` that comes with the package, also available as `python -m carom`."""
 
 import sys
 
@@ -6,7 +6,7 @@ from carom import _carom
 
 
 def main() -> None:
-    """Does what was typed, and ends with the program's exit code."""
+    """Runs the program with the command-line arguments, and exits with its exit code."""
     sys.exit(_carom.main(["carom", *sys.argv[1:]]))
 
 

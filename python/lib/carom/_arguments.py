@@ -1,4 +1,4 @@
-"""Arguments of users, checked: text and truth values are no numbers, and numbers are no truth values."""
+"""Checks of user arguments: strings and booleans are not numbers, and numbers are not booleans."""
 
 from __future__ import annotations
 
@@ -15,13 +15,16 @@ __all__ = ["finite", "flag", "is_number", "path_of", "real", "shown", "threads_o
 
 
 def shown(value: Any) -> str:
-    """A value that a message names: of an array or a long list the beginning, and its type."""
+    """Text of a value for a message: for a long array or list, only the beginning and the type."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else f"{text[:60]} ... of the type {type(value).__name__}"
 
 
 def is_number(value: Any) -> bool:
-    """Whether it is one real number, also one of NumPy: strings of NumPy have ``__float__``, too."""
+    """Whether the value is a real number, including NumPy scalars.
+
+    NumPy strings are not numbers, although they have ``__float__``.
+    """
     if isinstance(value, bool) or not (hasattr(value, "__float__") or hasattr(value, "__index__")):
         return False
     kind = getattr(getattr(value, "dtype", None), "kind", "f")
@@ -29,7 +32,7 @@ def is_number(value: Any) -> bool:
 
 
 def real(name: str, value: Any) -> float:
-    """A real number."""
+    """Checks for a real number and returns it."""
     if not is_number(value):
         raise TypeError(f"{name}: expected a number, found {shown(value)}")
     try:
@@ -39,7 +42,7 @@ def real(name: str, value: Any) -> float:
 
 
 def finite(name: str, value: Any) -> float:
-    """A real number that is finite."""
+    """Checks for a finite real number and returns it."""
     number = real(name, value)
     if not math.isfinite(number):
         raise ValueError(f"{name}: expected a finite number, found {number}")
@@ -47,7 +50,7 @@ def finite(name: str, value: Any) -> float:
 
 
 def whole(name: str, value: Any, least: int = 0) -> int:
-    """A whole number, also as a float such as ``1e6``."""
+    """Checks for a whole number and returns it. Floats such as ``1e6`` are accepted."""
     wrong = TypeError(f"{name}: expected a whole number, found {shown(value)}")
     if not is_number(value):
         raise wrong
@@ -63,7 +66,7 @@ def whole(name: str, value: Any, least: int = 0) -> int:
 
 
 def threads_of(value: Any) -> str | None:
-    """A number of threads, ``"auto"``, or ``None`` for what the scene says."""
+    """Checks a number of threads, ``"auto"``, or ``None`` for the setting of the scene."""
     if value is None or (isinstance(value, str) and value == "auto"):
         return value
     if isinstance(value, str):
@@ -75,14 +78,14 @@ def threads_of(value: Any) -> str | None:
 
 
 def flag(name: str, value: Any) -> bool:
-    """A truth value. Text is none: ``"no"`` is true for Python."""
+    """Checks for a boolean and returns it. Strings are rejected, because ``"no"`` is true in Python."""
     if not isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name}: expected True or False, found {shown(value)}")
     return bool(value)
 
 
 def path_of(name: str, path: Any) -> Path:
-    """A path. An empty one would be the folder where the program runs."""
+    """Checks a path and returns it. An empty path is rejected: it would mean the working directory."""
     if not isinstance(path, (str, os.PathLike)):
         raise TypeError(f"{name}: expected a path, found {type(path).__name__}")
     text = os.fspath(path)
@@ -94,7 +97,7 @@ def path_of(name: str, path: Any) -> Path:
 
 
 def vectors(name: str, value: ArrayLike, count: int) -> bytes:
-    """Three real numbers for each particle."""
+    """Checks an array with three real numbers for each particle, and returns its bytes."""
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected real numbers, found an array of {array.dtype}")

@@ -1,4 +1,8 @@
-"""Arrays that are copies of what they show: for reading only, so that a value that is assigned to a part of one is not lost without a word."""
+"""Read-only arrays.
+
+These arrays are copies of the data. They are read-only, because an assignment to their elements would be lost
+silently.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +16,6 @@ _Array = TypeVar("_Array", bound=NDArray[Any])
 
 
 def fixed(array: _Array) -> _Array:
-    """The array, for reading only from now on: ``array.copy()`` can be written to."""
+    """Makes the array read-only and returns it. ``array.copy()`` is writable."""
     array.flags.writeable = False
     return array

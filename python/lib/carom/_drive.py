@@ -1,4 +1,4 @@
-"""Drive of simulations from outside: temperatures, and heat baths."""
+"""External control of simulations: temperatures and thermostats."""
 
 from __future__ import annotations
 
@@ -14,29 +14,31 @@ _AXES = "xyz"
 
 
 class Driven:
-    """Simulation whose velocities and heat bath can be changed."""
+    """Simulation whose velocities and thermostat can be changed."""
 
     __slots__ = ()
 
     _core: _carom.Simulation
 
     def thermalize(self, temperature: float, *, seed: int) -> None:
-        """Draws new velocities for all particles that move, as ``temperature`` of a ``[[fill]]`` does at the start.
+        """Draws new velocities for all moving particles, like ``temperature`` of a ``[[fill]]`` at the start.
 
-        They have Maxwell's distribution and exactly this temperature. As a whole they are at rest, along axes on which nothing changes the momentum. In a sheared
-        box they are those relative to what streams. The energy that this supplies is counted.
+        The velocities follow Maxwell's distribution and have exactly this temperature. The total momentum is
+        zero along axes on which momentum is conserved. In a sheared box, the velocities are drawn relative to
+        the streaming velocity. The energy supplied by this call is counted.
 
         Parameters
         ----------
         temperature : float
             `[energy]`.
         seed : int
-            Seed of the random numbers: the same one gives the same velocities, which are not those of a scene with that seed.
+            Seed of the random numbers. The same seed gives the same velocities. These differ from the initial
+            velocities of a scene with that seed.
 
         Raises
         ------
         ValueError, TypeError
-            If the temperature is not positive, or nothing moves; the simulation is as it was then.
+            If the temperature is not positive, or no particle moves. The simulation then stays unchanged.
 
         Examples
         --------
@@ -48,9 +50,11 @@ class Driven:
         self._core.thermalize(finite("temperature", temperature), whole("seed", seed))
 
     def rescale(self, temperature: float) -> None:
-        """Scales all velocities to a temperature, once, relative to what :attr:`Simulation.temperature` leaves out. The energy that this supplies is counted.
+        """Scales all velocities once, to a given temperature.
 
-        A thermostat that does so at even times is a loop with :meth:`Simulation.advance`.
+        The velocities are scaled relative to the motion that :attr:`Simulation.temperature` excludes. The
+        energy supplied by this call is counted. For a thermostat that rescales at regular intervals, call
+        this method and :meth:`Simulation.advance` in a loop.
 
         Parameters
         ----------
@@ -60,7 +64,8 @@ class Driven:
         Raises
         ------
         ValueError, TypeError
-            If the temperature is not positive, or there is none to scale: with gravity, with fewer than two particles that move, or at rest.
+            If the temperature is not positive, or the simulation has no temperature to scale: with gravity,
+            with fewer than two moving particles, or if all particles are at rest.
 
         Examples
         --------
@@ -75,13 +80,16 @@ class Driven:
 
     @property
     def thermostat(self) -> dict[str, Any] | None:
-        """Heat bath that there is now, with the keys of ``[run.thermostat]`` in a scene: ``kind``, ``temperature``, ``rate`` and ``axes``, without flat ones;
-        ``None`` without one. It can be assigned, too, without ``axes`` for all.
+        """Present thermostat, or ``None`` if the simulation has no thermostat.
+
+        The dictionary has the keys of ``[run.thermostat]`` in a scene: ``kind``, ``temperature``, ``rate``
+        and ``axes``. Flat axes are left out. A thermostat can also be assigned; without ``axes``, it acts
+        along all axes.
 
         Raises
         ------
         ValueError, TypeError
-            As :meth:`set_thermostat`, also for another kind or key.
+            As for :meth:`set_thermostat`, and if the assigned dictionary has another kind or an unknown key.
 
         Examples
         --------
@@ -114,24 +122,26 @@ class Driven:
         self.set_thermostat(thermostat["temperature"], thermostat.get("rate"), thermostat.get("axes", _AXES))
 
     def set_thermostat(self, temperature: float | None, rate: float | None = None, axes: Iterable[str] = _AXES) -> None:
-        """Starts a heat bath in place of the one that there is: an Andersen thermostat, as that of a scene.
+        """Starts an Andersen thermostat, which replaces the present one, if any.
 
-        Its collisions are events of the kind ``thermostat``, and the energy that they supply is counted. Each bath has random numbers of its own, of the seed of the
-        scene.
+        It works like the thermostat of a scene. Its collisions are events of the kind ``thermostat``, and the
+        energy that they supply is counted. Each thermostat has its own random numbers, derived from the seed
+        of the scene.
 
         Parameters
         ----------
         temperature : float or None
-            `[energy]`; ``None`` ends the bath that there is.
+            `[energy]`; ``None`` removes the present thermostat.
         rate : float
-            How often each particle gets a new velocity, in the mean `[1 / time]`.
+            Mean rate at which each particle gets a new velocity `[1 / time]`.
         axes : list of str
-            Axes along which velocities are drawn anew: some of ``"x"``, ``"y"`` and ``"z"``.
+            Axes along which new velocities are drawn: any of ``"x"``, ``"y"`` and ``"z"``.
 
         Raises
         ------
         ValueError, TypeError
-            If a number is not positive, nothing moves along the axes, or there is no rate; the simulation, and the bath that it has, are as they were then.
+            If a number is not positive, no particle moves along the axes, or no rate is given. The simulation
+            and its thermostat then stay unchanged.
 
         Examples
         --------

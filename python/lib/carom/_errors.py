@@ -28,7 +28,7 @@ _MOST = 240
 
 
 def _argument(option: re.Match[str]) -> str:
-    """An option as the argument of a function."""
+    """A command-line option as a function argument."""
     name = option[1]
     if name is None:
         return option[0]
@@ -36,26 +36,27 @@ def _argument(option: re.Match[str]) -> str:
 
 
 def in_python(text: str) -> str:
-    """A message of the program with the arguments of Python in place of options, and with lines of a length that can be read."""
+    """Adapts a message of the program: Python arguments instead of options, and lines of a readable length."""
     for of_program, of_python in _IN_PYTHON:
         text = re.sub(of_program.replace(" ", r"\s+"), of_python, text)
     return _shortened(_OPTION.sub(_argument, text))
 
 
 def _shortened(text: str, most: int = _MOST) -> str:
-    """The text, of each line so many characters at most."""
+    """Shortens each line of the text to at most ``most`` characters."""
     return "\n".join(line if len(line) <= most else f"{line[: most - 4]} ..." for line in text.split("\n"))
 
 
 class CaromError(Exception):
     """Base class of the exceptions of Carom.
 
-    Wrong arguments, such as an array of another shape, raise the ``TypeError`` or ``ValueError`` of Python instead.
+    Wrong arguments, such as an array of the wrong shape, raise the built-in ``TypeError`` or ``ValueError``
+    instead.
 
     Attributes
     ----------
     cure : str or None
-        What to do about it; it is also the last line of the message.
+        How to fix the problem; also the last line of the message.
 
     Examples
     --------
@@ -83,20 +84,22 @@ def _again(kind: type[CaromError], arguments: tuple[object, ...], attributes: di
 
 
 class SceneError(CaromError, ValueError):
-    """A scene is wrong. The message is that of the program, with the line and a mark under the value.
+    """A scene is invalid.
+
+    The message is the message of the program. It shows the line, with a mark under the value.
 
     Attributes
     ----------
     problem : str or None
         What is wrong, in one line.
     key : str or None
-        Where it stands: ``species[0].mass``; ``None`` where no single one is to blame.
+        Key of the wrong value, such as ``species[0].mass``; ``None`` if no single key is to blame.
     missing : str or None
-        Key that is not there and has to be: ``run.until_time``; ``None`` where nothing is missing.
+        Required key that is missing, such as ``run.until_time``; ``None`` if no key is missing.
     line : int or None
-        The line of the scene's text, from 1.
+        Line number in the text of the scene, from 1.
     cure : str or None
-        What to do about it.
+        How to fix the problem.
 
     Examples
     --------
@@ -124,19 +127,21 @@ class SceneError(CaromError, ValueError):
 
 
 class SimulationError(CaromError, RuntimeError):
-    """A simulation cannot go on, or a run has failed its own audit.
+    """A simulation cannot continue, or a run has failed its own audit.
 
     Attributes
     ----------
     folder : pathlib.Path or None
-        The folder of the run, which :func:`carom.open` opens: its files are complete up to there. Of a run that was to replace another one it is
-        ``replacement`` in the folder of that one, which stays as it was.
+        Folder of the run, which :func:`carom.open` opens. Its files are complete up to the failure. If the
+        run was meant to replace another run, this is the subfolder ``replacement`` of the folder of the other
+        run, which stays unchanged.
     cure : str or None
-        What to do about it.
+        How to fix the problem.
 
     Examples
     --------
-    Where every particle loses energy and nothing supplies any, the dynamics may come to rest in infinitely many events:
+    If every particle loses energy and nothing supplies energy, the dynamics may come to rest only after
+    infinitely many events:
 
     >>> issubclass(carom.SimulationError, carom.CaromError)
     True
@@ -148,12 +153,15 @@ class SimulationError(CaromError, RuntimeError):
 
 
 class FolderError(CaromError, OSError):
-    """A folder cannot be written or read: it holds something else, another process writes there, or the disk is full.
+    """A folder cannot be read or written.
+
+    For example, the folder contains something else, another process writes to the folder, or the disk is
+    full.
 
     Attributes
     ----------
     cure : str or None
-        What to do about it.
+        How to fix the problem.
 
     Examples
     --------
@@ -169,12 +177,12 @@ class FolderError(CaromError, OSError):
 
 
 class SweepError(CaromError, ValueError):
-    """A sweep is wrong: an axis, or a folder that holds another sweep.
+    """A sweep is invalid: an axis is wrong, or the folder contains another sweep.
 
     Attributes
     ----------
     cure : str or None
-        What to do about it.
+        How to fix the problem.
 
     Examples
     --------
@@ -187,7 +195,7 @@ class SweepError(CaromError, ValueError):
 
 
 class CaromWarning(UserWarning):
-    """Something that is worth a look, and ends nothing: points of a sweep that have failed.
+    """A problem that deserves attention but stops nothing, such as failed points of a sweep.
 
     Examples
     --------

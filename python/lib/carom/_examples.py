@@ -1,4 +1,4 @@
-"""Scenes to start from, which come with the package."""
+"""Example scenes that come with the package."""
 
 from __future__ import annotations
 
@@ -13,21 +13,24 @@ __all__ = ["example"]
 
 
 def example(kind: str, *, seed: int | None = None, set: Mapping[str, Any] | None = None) -> Scene:
-    """A scene to start from, as ``carom new`` prints it: ``to_toml`` has its text.
+    """An example scene to start from, as printed by ``carom new``.
+
+    :meth:`Scene.to_toml` returns its text.
 
     Parameters
     ----------
     kind : str
-        ``"fluid"``, ``"well"``, ``"hopper"``, ``"polymer"``, ``"granular"`` and more: an unknown one lists them.
+        ``"fluid"``, ``"well"``, ``"hopper"``, ``"polymer"``, ``"granular"`` and more. The error for an
+        unknown kind lists all of them.
     seed, set
         As for :class:`Scene`.
 
     Raises
     ------
     ValueError
-        If there is no such kind.
+        If there is no example of this kind.
     SceneError
-        If ``set`` is wrong.
+        If ``set`` makes the scene invalid.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Replica exchange: replicas of a scene at several temperatures, or in windows of a distance, which are swapped."""
+"""Replica exchange: swaps replicas of a scene between temperatures or between windows of a distance."""
 
 from __future__ import annotations
 
@@ -38,31 +38,34 @@ def exchange(
     checkpoint_every: float = 300.0,
     progress: bool = True,
 ) -> Exchange:
-    """Runs the replicas of a scene that has the table ``[exchange]``, as ``carom exchange`` does: the same files, the same bits, for any number of jobs.
+    """Runs the replicas of a scene with the table ``[exchange]``, like ``carom exchange``.
+
+    The files are bit-identical to those of the program, for any number of jobs.
 
     Parameters
     ----------
     scene : Scene, path or dict
         As for :class:`Scene`.
     out : path, optional
-        Folder of the results, a temporary one if not given. One that was interrupted goes on; one that is complete is read.
+        Folder of the results; a temporary folder if not given. If the folder contains an interrupted
+        exchange, the exchange resumes. If the folder contains a complete exchange, its results are read.
     seed, set
         As for :class:`Scene`.
     jobs : int, optional
-        Threads; as many as there are processors if not given.
+        Number of threads; the number of processors if not given.
     force : bool
-        Writes also more than 10 GB, or a tenth of what is free on the disk.
+        Whether the exchange may write more than 10 GB, or more than a tenth of the free disk space.
     checkpoint_every, progress
         As for :func:`run`.
 
     Raises
     ------
     SceneError
-        If the scene is wrong, or has no ``[exchange]``.
+        If the scene is invalid, or has no table ``[exchange]``.
     FolderError
-        If the folder holds something else, or the files would be too large.
+        If the folder contains something else, or the files would be too large.
     SimulationError
-        If a replica cannot go on, or an audit failed.
+        If a replica cannot continue, or an audit failed.
 
     Examples
     --------
@@ -100,7 +103,9 @@ def exchange(
 
 
 class AtTemperature(Results):
-    """Results of an exchange at one of its temperatures, over whichever replica was there: means, and what instruments have measured there.
+    """Results of an exchange at one of its temperatures: means and the measurements of instruments.
+
+    The results are taken over all replicas that were at this temperature.
 
     Examples
     --------
@@ -120,21 +125,21 @@ class AtTemperature(Results):
 
 
 class Exchange(InFolder):
-    """A replica exchange that is complete, in its folder.
+    """A complete replica exchange in its folder.
 
     Parameters
     ----------
     folder : path
-        Made by :func:`exchange` or by the program.
+        The folder of an exchange made by :func:`exchange` or by the program.
 
     Raises
     ------
     FolderError
-        If there is no such exchange.
+        If the folder contains no replica exchange.
 
     Examples
     --------
-    :func:`exchange` returns one:
+    :func:`exchange` returns an :class:`Exchange`:
 
     >>> result = carom.exchange(pair)
     >>> result.temperatures
@@ -154,7 +159,9 @@ class Exchange(InFolder):
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
-        """The temperatures, in the order of the scene; of windows that of each, which is the same `[energy]`.
+        """The temperatures, in the order of the scene `[energy]`.
+
+        An exchange between windows has one entry for each window, all with the same temperature.
 
         Examples
         --------
@@ -169,12 +176,13 @@ class Exchange(InFolder):
         Parameters
         ----------
         name : str
-            Such as ``potential_energy_per_particle`` `[energy]` or ``heat_capacity_per_particle`` (in units of k_B).
+            Name of the quantity, such as ``potential_energy_per_particle`` `[energy]` or
+            ``heat_capacity_per_particle`` (in units of k_B).
 
         Raises
         ------
         KeyError
-            If it was not measured.
+            If the quantity was not measured.
 
         Examples
         --------
@@ -186,7 +194,7 @@ class Exchange(InFolder):
 
     @cached_property
     def results(self) -> list[AtTemperature]:
-        """Means with standard errors, and the curves of instruments, at each temperature, in the order of the temperatures.
+        """Means with standard errors and curves of instruments, in the order of the temperatures.
 
         Examples
         --------
@@ -203,7 +211,7 @@ class Exchange(InFolder):
 
     @property
     def acceptance(self) -> list[Observable]:
-        """Part of the attempted swaps between each temperature or window and the next that were accepted.
+        """Fraction of accepted swap attempts between each temperature or window and the next.
 
         Examples
         --------
@@ -216,7 +224,10 @@ class Exchange(InFolder):
 
     @property
     def round_trips(self) -> NDArray[np.int64]:
-        """Round trips from the highest temperature to the lowest and back, or from the last window to the first and back, by replica.
+        """Number of round trips of each replica.
+
+        A round trip leads from the highest temperature to the lowest and back, or from the last window to the
+        first and back.
 
         Examples
         --------
@@ -227,7 +238,9 @@ class Exchange(InFolder):
 
     @cached_property
     def populations(self) -> Table:
-        """Populations of the levels of the potential energy: ``temperature``, ``energy`` and ``width`` of the level `[energy]`, ``population`` and
+        """Populations of the levels of the potential energy.
+
+        The columns are ``temperature``, ``energy`` and ``width`` of the level `[energy]`, ``population`` and
         ``population_error``.
 
         Raises
@@ -244,10 +257,14 @@ class Exchange(InFolder):
 
     @cached_property
     def curves(self) -> Table:
-        """Curves between the temperatures, from the energies at all of them together (MBAR): ``temperature`` `[energy]`, and with their errors, as
-        ``heat_capacity_per_particle_error``, ``potential_energy_per_particle`` `[energy]`, ``heat_capacity_per_particle`` (in units of k_B), ``entropy_per_particle`` and
-        ``reduced_free_energy_per_particle``, the last two less those at the highest temperature; of a scene with bonds also ``mean_square_radius_of_gyration`` and
-        ``mean_square_end_to_end_distance`` `[length^2]`.
+        """Curves between the temperatures, from the energies at all temperatures together (MBAR).
+
+        The columns are ``temperature`` `[energy]`, ``potential_energy_per_particle`` `[energy]`,
+        ``heat_capacity_per_particle`` (in units of k_B), ``entropy_per_particle`` and
+        ``reduced_free_energy_per_particle``. The last two are relative to their values at the highest
+        temperature. A scene with bonds also has ``mean_square_radius_of_gyration`` and
+        ``mean_square_end_to_end_distance`` `[length^2]`. Each quantity except the temperature has a column
+        with its error, such as ``heat_capacity_per_particle_error``.
 
         Raises
         ------
@@ -264,8 +281,11 @@ class Exchange(InFolder):
 
     @cached_property
     def density_of_states(self) -> Table:
-        """Density of states of the levels of the potential energy: ``energy`` `[energy]`, ``log_density_of_states`` and ``log_density_of_states_error``, the natural logarithm of
-        ``g(E)``, with ``sum g(E) exp(-E / T) = 1`` at the highest temperature ``T``.
+        """Density of states ``g(E)`` of the levels of the potential energy.
+
+        The columns are ``energy`` `[energy]`, ``log_density_of_states``, which is the natural logarithm of
+        ``g(E)``, and its error ``log_density_of_states_error``. The normalisation is
+        ``sum g(E) exp(-E / T) = 1`` at the highest temperature ``T``.
 
         Raises
         ------
@@ -280,7 +300,7 @@ class Exchange(InFolder):
         return self._table("density_of_states.csv", "density of states")
 
     def _table(self, name: str, what: str, *, of_windows: bool = False) -> Table:
-        """A table that an exchange between windows has, or one between temperatures."""
+        """Reads a table that only an exchange between windows, or only one between temperatures, has."""
         if (len(self.windows) > 0) != of_windows:
             between = "temperatures" if of_windows else "windows of a distance"
             raise FolderError(f"{self.folder} has no {what}: its exchange is one between {between}")
@@ -288,7 +308,9 @@ class Exchange(InFolder):
 
     @property
     def windows(self) -> NDArray[np.float64]:
-        """Lower and upper end of each window of a distance, of an exchange with ``ensemble = "umbrella"`` `[length]`; of another one none.
+        """Lower and upper end of each window of a distance `[length]`.
+
+        Only an exchange with ``ensemble = "umbrella"`` has windows. For other exchanges the array is empty.
 
         Examples
         --------
@@ -300,9 +322,13 @@ class Exchange(InFolder):
 
     @cached_property
     def potential_of_mean_force(self) -> Table:
-        """Free energies along the distance of windows, from all of them together: ``distance`` (the middle of a bin) and its ``width`` `[length]`, ``free_energy``, that is
-        ``F(r) = -T ln p(r)`` with the probability density ``p(r)`` of the distance, and ``potential_of_mean_force``, ``w(r) = F(r) + (D - 1) T ln r`` in ``D`` dimensions `[energy]`, each
-        with its error, as ``free_energy_error``, and zero where it is lowest, among bins that have an error.
+        """Free energies along the distance, from all windows together.
+
+        The columns ``distance`` and ``width`` contain the middle and the width of each bin `[length]`. The
+        column ``free_energy`` contains ``F(r) = -T ln p(r)`` with the probability density ``p(r)`` of the
+        distance, and ``potential_of_mean_force`` contains ``w(r) = F(r) + (D - 1) T ln r`` in ``D``
+        dimensions `[energy]`. Both have a column with their error, such as ``free_energy_error``, and both
+        are zero for the mean density in the last window.
 
         Raises
         ------
@@ -321,7 +347,9 @@ class Exchange(InFolder):
 
     @property
     def distances(self) -> NDArray[np.float64]:
-        """Distance of the replica in each window at each attempt, of the shape ``(windows, attempts)`` `[length]`; of an exchange without windows there are none.
+        """Distance of the replica in each window at each attempt `[length]`.
+
+        The array has the shape ``(windows, attempts)``. For an exchange without windows the array is empty.
 
         Examples
         --------
@@ -332,18 +360,21 @@ class Exchange(InFolder):
         return fixed(np.array([rows[f"distance_{at}"] for at in range(1, len(self.windows) + 1)], dtype=float))
 
     def temperatures_for(self, acceptance: float) -> NDArray[np.float64]:
-        """Temperatures from the lowest to the highest one with the same acceptance of all swaps, as few as there can be where it is at least the one asked for: by the density of states
-        `[energy]`.
+        """Temperatures between which all swaps have the same acceptance `[energy]`.
+
+        The temperatures extend from the lowest to the highest temperature of the exchange, and follow from
+        its density of states. Their number is the smallest for which the acceptance is at least the requested
+        one.
 
         Parameters
         ----------
         acceptance : float
-            Between 0 and 1.
+            The requested acceptance, between 0 and 1.
 
         Raises
         ------
         ValueError
-            If the number is no such one, or nothing is known of the density of states.
+            If the number is not between 0 and 1, or the density of states is unknown.
 
         Examples
         --------
@@ -360,7 +391,10 @@ class Exchange(InFolder):
 
     @property
     def warnings(self) -> list[str]:
-        """Why the exchange may not be in equilibrium: temperatures that are frozen, too few round trips; empty where nothing speaks against it.
+        """Reasons why the exchange may not be in equilibrium.
+
+        Examples are frozen temperatures and too few round trips. The list is empty if there are no such
+        reasons.
 
         Examples
         --------
@@ -371,7 +405,9 @@ class Exchange(InFolder):
 
     @cached_property
     def attempts(self) -> Table:
-        """Rows of ``exchange.csv``, one for each attempt to swap: ``time``, and at each temperature or in each window ``replica_1``, ``potential_1`` and so on.
+        """Table ``exchange.csv``, with one row for each attempt to swap.
+
+        The columns are ``time``, and ``replica_1``, ``potential_1`` and so on for each temperature or window.
 
         Examples
         --------
@@ -382,8 +418,9 @@ class Exchange(InFolder):
 
     @property
     def potential_energies(self) -> NDArray[np.float64]:
-        """Potential energy of the replica at each temperature at each attempt `[energy]`, of the shape ``(temperatures, attempts)``: what WHAM and
-        MBAR reweight.
+        """Potential energy of the replica at each temperature at each attempt `[energy]`.
+
+        The array has the shape ``(temperatures, attempts)``. WHAM and MBAR reweight these energies.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""The folder of a run or an exchange, which may be a temporary one."""
+"""The folder of a run or an exchange, which may be temporary."""
 
 from __future__ import annotations
 
@@ -21,19 +21,26 @@ __all__ = ["InFolder", "TemporaryFolder", "json_of"]
 
 
 class TemporaryFolder:
-    """A temporary folder, which goes with its owner without a warning: runs without ``out`` need not be closed."""
+    """A temporary folder that is deleted together with its owner.
+
+    No warning is issued, so runs without ``out`` need not be closed.
+    """
 
     def __init__(self) -> None:
         self.name = tempfile.mkdtemp(prefix="carom-")
         self._removal = weakref.finalize(self, shutil.rmtree, self.name, ignore_errors=True)
 
     def cleanup(self) -> None:
-        """Removes it now."""
+        """Removes the folder immediately."""
         self._removal()
 
 
 class InFolder:
-    """Content of a folder. It is pickled as that folder, whose path is absolute then; a temporary one stays with the object that made it and its copies."""
+    """Content of a folder.
+
+    The object is pickled as the absolute path of the folder. A temporary folder still belongs to the object
+    that made it and to the copies of that object.
+    """
 
     _temporary: TemporaryFolder | None
 

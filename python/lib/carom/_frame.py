@@ -17,40 +17,44 @@ __all__ = ["Frame"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Frame:
-    """All particles at one time, in the order of their ids, and the box. Its arrays are for reading only; ``array.copy()`` can be written to.
+    """All particles at one time, sorted by id, and the box.
+
+    The arrays are read-only; use ``array.copy()`` for a writable copy.
 
     Attributes
     ----------
     time : float
         Simulated time `[time]`.
     positions : array, shape (n, 3)
-        `[length]`, within the box along periodic axes but for round-off.
+        `[length]`; along periodic axes they lie within the box, up to round-off.
     velocities : array, shape (n, 3)
         `[length / time]`.
     images : array of int, shape (n, 3), or None
-        Periods travelled since the start.
+        Net number of box periods that each particle has travelled along each axis since the start; ``None``
+        if unknown.
     ids : array of int, shape (n,)
-        Names of the particles in every output.
+        Numbers that identify the particles in every output.
     species : array of int, shape (n,)
         Indices into ``species_names``.
     radii : array, shape (n,)
         `[length]`.
     species_names : list of str
     species_masses : array
-        `[mass]`; infinite where a species is static, not a number where a file does not say.
+        `[mass]`; infinite for static species, NaN if the file does not contain the mass.
     lower, size : array, shape (3,)
-        Lower corner and edges of the box `[length]`; an edge is 0 along a flat axis.
+        Lower corner and edge lengths of the box `[length]`; the edge length along a flat axis is 0.
     periodic : array of bool, shape (3,)
     displacement : float
-        Of the next image of the box up along y, along x, in a sheared box `[length]`.
+        Displacement along x of the next image of the box in the direction of +y, if the box is sheared
+        `[length]`.
     bonds : array of int, shape (bonds, 2)
-        Ids of the two ends.
+        Ids of the two bonded particles.
     bond_names : list of str
-        Names of the interactions that hold bonds; empty where a file does not say.
+        Names of the interactions that hold the bonds; empty if the file does not contain them.
     bond_kinds : array of int, shape (bonds,)
-        Indices into ``bond_names``; of no bonds where these are empty.
+        Indices into ``bond_names``; empty if ``bond_names`` is empty.
     scalars : dict of str to array, shape (n,)
-        What else was measured of each particle.
+        Other quantities that were measured for each particle, by name.
 
     Examples
     --------
@@ -98,12 +102,14 @@ class Frame:
 
     @property
     def unwrapped(self) -> NDArray[np.float64]:
-        """Where particles would be if they had never been wrapped `[length]`, of the shape ``(n, 3)``.
+        """Unwrapped positions `[length]`, an array of shape ``(n, 3)``.
+
+        These are the positions that the particles would have without periodic wrapping.
 
         Raises
         ------
         ValueError
-            If the images are not known.
+            If ``images`` is ``None``.
 
         Examples
         --------
@@ -121,7 +127,7 @@ class Frame:
 
     @property
     def masses(self) -> NDArray[np.float64]:
-        """Mass of each particle `[mass]`, of the shape ``(n,)``.
+        """Mass of each particle `[mass]`, an array of shape ``(n,)``.
 
         Examples
         --------
@@ -132,7 +138,9 @@ class Frame:
 
     @property
     def cell(self) -> NDArray[np.float64]:
-        """Vectors of the box as rows `[length]`, of the shape ``(3, 3)``; along flat axes as thick as the largest particle.
+        """Box vectors as rows `[length]`, an array of shape ``(3, 3)``.
+
+        Along flat axes, the cell is as thick as the largest particle.
 
         Examples
         --------
@@ -145,11 +153,15 @@ class Frame:
         return fixed(cell)
 
     def to_ase(self) -> Any:
-        """The frame as ``ase.Atoms``: positions, velocities, masses, cell and periodicity, with ``ids``, ``species`` and their names
-        ``species_names``, and ``radii`` as arrays.
+        """Converts the frame to ``ase.Atoms``.
 
-        The chemical symbol is ``X``; ASE has no species of other names. What is static is held by ``FixAtoms``. That, and what has no known mass, has the
-        mass 1 of an ``X``: ASE keeps momenta, and of no mass there would be no velocity. Files in extended XYZ have all of it but ``species``.
+        The atoms have the positions, velocities, masses, cell and periodicity of the frame. ``ids``,
+        ``species``, the names of the species ``species_names``, and ``radii`` are stored as arrays.
+
+        The chemical symbol of all particles is ``X``, because ASE has no species with other names. Static
+        particles are fixed by ``FixAtoms``. Static particles and particles of unknown mass get the mass 1 of
+        an ``X``, because ASE stores momenta and could not recover the velocity without a mass. If ASE writes
+        the atoms to an extended XYZ file, the file contains everything except ``species``.
 
         Raises
         ------
@@ -188,9 +200,12 @@ class Frame:
         return atoms
 
     def to_mdanalysis(self) -> Any:
-        """The frame as an ``MDAnalysis.Universe`` of one frame, with types, masses, radii, ids, velocities and bonds.
+        """Converts the frame to an ``MDAnalysis.Universe`` with a single frame.
 
-        A box of MDAnalysis is periodic along all axes: there is none where no axis is.
+        The universe has positions, types, masses, radii, ids, velocities and bonds.
+
+        A box in MDAnalysis is periodic along all axes. If no axis of the frame is periodic, the universe has
+        no box.
 
         Warns
         -----
@@ -213,9 +228,10 @@ class Frame:
         return universe_of([self])
 
     def to_freud(self) -> tuple[Any, NDArray[np.float64]]:
-        """The frame as ``(box, points)`` for freud: a ``freud.box.Box``, and positions in it `[length]`, of the shape ``(n, 3)``.
+        """Converts the frame to ``(box, points)`` for freud.
 
-        freud puts the middle of the box at the origin.
+        ``box`` is a ``freud.box.Box``, and ``points`` are the positions in the box `[length]`, an array of
+        shape ``(n, 3)``. In freud, the centre of the box is at the origin.
 
         Raises
         ------

@@ -1,4 +1,7 @@
-"""Forms that notebooks show: small tables in the colours of the page, dark or light, and pages in cells."""
+"""HTML output for notebooks: small tables, and pages embedded in cells.
+
+The tables use the colours of the notebook, dark or light.
+"""
 
 from __future__ import annotations
 
@@ -16,25 +19,25 @@ _SHOWN = 5
 
 
 def framed(page: str, height: int = 700) -> str:
-    """A page in a cell of a notebook."""
+    """HTML that embeds a page in a notebook cell."""
     style = f"width:100%;height:{height}px;border:0"
     return f'<iframe srcdoc="{escape(page)}" style="{style}" sandbox="allow-scripts"></iframe>'
 
 
 def unit(text: str) -> str:
-    """A unit with its powers raised; nothing for a pure number."""
+    """A unit with its exponents as superscripts; an empty string for a pure number."""
     return "" if text == "1" else re.sub(r"\^([-.\w]+)", r"<sup>\1</sup>", escape(text))
 
 
 def number(value: Any) -> str:
-    """A number with six digits, nothing for what is not known; other values as text."""
+    """Formats a float with six digits, NaN as an empty string, and other values as text."""
     if isinstance(value, (float, np.floating)):
         return "" if np.isnan(value) else f"{value:.6g}"
     return escape(" ".join(str(value).split()))
 
 
 def table(caption: str, heads: Sequence[str], rows: Sequence[Iterable[str]]) -> str:
-    """A table of cells that are HTML; of many rows the first and the last."""
+    """A table of cells that contain HTML. If there are many rows, only the first and last rows are shown."""
     cells = [list(row) for row in rows]
     if len(cells) > 2 * _SHOWN + 1:
         cells[_SHOWN:-_SHOWN] = [["&#8942;"] * len(heads)]

@@ -1,4 +1,4 @@
-"""Frames in MDAnalysis; imported when it is asked for."""
+"""Conversion of frames to MDAnalysis; this module is imported only on demand."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["FrameReader", "universe_of"]
 
 
 class FrameReader(MemoryReader):  # type: ignore[misc]
-    """Frames in memory at their own times; those of MDAnalysis are at even ones."""
+    """Frames in memory, each with its own time. The reader of MDAnalysis assumes evenly spaced times."""
 
     def __init__(self, *arguments: Any, times: NDArray[np.float64], **keywords: Any) -> None:
         # The first frame is read before the other class is ready.
@@ -33,7 +33,7 @@ class FrameReader(MemoryReader):  # type: ignore[misc]
 
 
 def universe_of(frames: list[Frame]) -> Any:
-    """A universe with these frames."""
+    """Creates an ``MDAnalysis.Universe`` with these frames."""
     first = frames[0]
     if any(len(frame) != len(first) or (frame.ids != first.ids).any() for frame in frames):
         raise ValueError("MDAnalysis needs the same particles in all frames")
@@ -61,7 +61,10 @@ def universe_of(frames: list[Frame]) -> Any:
 
 
 def _boxes(frames: list[Frame]) -> NDArray[np.float32] | None:
-    """The boxes, none where no axis is periodic: all axes of one are for MDAnalysis."""
+    """Box of each frame in the format of MDAnalysis, or ``None`` if no axis is periodic.
+
+    A box in MDAnalysis is periodic along all axes.
+    """
     first = frames[0]
     through = [axis for axis, periodic, size in zip("xyz", first.periodic, first.size) if not periodic and size > 0.0]
     if not first.periodic.any():
@@ -76,7 +79,7 @@ def _boxes(frames: list[Frame]) -> NDArray[np.float32] | None:
 
 
 def _lengths_and_angles(cell: NDArray[np.float64]) -> list[float]:
-    """Edges and angles in degrees of a box, as MDAnalysis has them."""
+    """Edge lengths of a box and its angles in degrees, in the order of MDAnalysis."""
     lengths = np.linalg.norm(cell, axis=1)
     cosines = [cell[a] @ cell[b] / (lengths[a] * lengths[b]) for a, b in ((1, 2), (0, 2), (0, 1))]
     return [*lengths.tolist(), *np.degrees(np.arccos(cosines)).tolist()]

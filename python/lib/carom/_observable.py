@@ -1,4 +1,4 @@
-"""Means with standard errors, and what is calculated from them."""
+"""Means with standard errors, and arithmetic with them."""
 
 from __future__ import annotations
 
@@ -24,37 +24,43 @@ _DIGITS = 15
 class Observable:
     """A mean with its standard error.
 
-    Observables are added, subtracted, multiplied, divided and raised to powers, with each other and with numbers. Errors propagate to first order:
-    each result carries its derivatives with respect to the measured values that it comes from, so ``2 * (z - 1) / z`` has the error ``2 / z**2``
-    times that of ``z``, and ``z - z`` is exactly 0. Different measured values count as independent. This holds for values of different runs. It
-    does not hold for two observables of the same run, such as its pressure and its energy: their covariance is not known, and the error of a
-    function of both may be too large or too small.
+    Observables can be added, subtracted, multiplied, divided and raised to powers, with each other and with
+    numbers. Errors propagate to first order. Each result carries its derivatives with respect to the measured
+    values from which it was calculated. The error of ``2 * (z - 1) / z`` is therefore ``2 / z**2`` times the
+    error of ``z``, and ``z - z`` is exactly 0. Different measured values are treated as independent. This is
+    correct for values of different runs. It is not correct for two observables of the same run, such as the
+    pressure and the energy: their covariance is unknown, and the error of a function of both may be too large
+    or too small.
 
-    A measured value keeps its identity in copies, pickles and arrays. The same observable of a run is the same value each time the run is opened,
-    and two runs of the same scene with the same seed give the same values. An ``Observable`` that is constructed, and each result of
-    :func:`mean_and_error`, is a new value, independent of all others; ``==`` compares numbers and units only.
+    A measured value keeps its identity in copies, pickles and arrays. An observable of a run is the same
+    measured value each time the run is opened, and two runs of the same scene with the same seed give the
+    same measured values. An ``Observable`` that the caller constructs, and each result of
+    :func:`mean_and_error`, is a new measured value, independent of all others. ``==`` compares only the
+    attributes, not this identity.
 
-    Units are multiplied and divided as they are written. The terms of a sum need the same unit; a number that is added takes the unit of the other
-    term. A result is stationary, or conserved, if all values are that it comes from.
+    Units are multiplied and divided symbolically, without conversion. The terms of a sum must have the same
+    unit; a number that is added takes the unit of the other term. A result is stationary if all values from
+    which it was calculated are stationary, and conserved if all of them are conserved.
 
     Attributes
     ----------
     mean : float
     error : float or None
-        Standard error of the mean; 0 of what is conserved, ``None`` where the run is too short for one.
+        Standard error of the mean; 0 for a conserved quantity, ``None`` if the run is too short to estimate
+        the error.
     unit : str
         Unit; ``1`` for a pure number.
     is_stationary : bool or None
-        Whether it was stationary while it was measured; ``None`` where that cannot be told.
+        Whether the quantity was stationary during the measurement; ``None`` if this cannot be determined.
     is_conserved : bool
-        Whether it did not change at all.
+        Whether the quantity was exactly constant.
 
     Raises
     ------
     ValueError
-        If units do not go together, or a power is none of real numbers.
+        If units are incompatible, or if a power has no real result.
     ZeroDivisionError
-        If a mean that something is divided by is 0.
+        If the mean of a divisor is 0.
 
     Examples
     --------
@@ -165,7 +171,7 @@ def _exponent(number: float) -> int:
 
 
 def _observable(value: Any, unit: str = "1") -> Observable | None:
-    """An observable, also of a number, which has no error; ``None`` for what is neither."""
+    """Converts a number to an observable without error. Other types than observables give ``None``."""
     if isinstance(value, Observable):
         return value
     return Observable(float(value), 0.0, unit, True, True) if is_number(value) else None
@@ -190,7 +196,7 @@ def _power(base: Observable, power: Observable) -> Observable:
 
 
 def _result(mean: float, unit: str, *terms: tuple[float, Observable]) -> Observable:
-    """Mean of a function of observables, of each its derivative with respect to it."""
+    """Result of a function of observables, given its mean and its derivative by each observable."""
     verdicts = [it.is_stationary for _, it in terms]
     is_stationary = False if False in verdicts else None if None in verdicts else True
     sources: dict[str, tuple[float, float | None]] = {}
@@ -212,10 +218,10 @@ def _with(terms: Mapping[str, tuple[float, float | None]], observable: Observabl
 
 
 def source(*what: Any) -> str:
-    """Name of a measured value: a digest of what tells it from all others."""
+    """Name of a measured value: a digest of the data that identify this value uniquely."""
     return hashlib.sha256(json.dumps(what, sort_keys=True, default=str).encode()).hexdigest()[:32]
 
 
 def measured(name: str, observable: Observable) -> Observable:
-    """The observable as the measured value of this name, which is the same one wherever it is read."""
+    """The observable as the measured value with this name. Equal names denote the same measured value."""
     return _with({} if observable.error == 0.0 else {name: (1.0, observable.error)}, observable)

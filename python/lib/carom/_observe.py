@@ -1,4 +1,4 @@
-"""Functions of a frame that are measured while a run goes on."""
+"""User-defined functions of a frame that are evaluated during a run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Functions = Mapping[str, Callable[[Frame], float]]
 
 
 def observed(observe: Functions | None, every: float | None) -> tuple[list[tuple[str, Callable[[dict[str, Any]], float]]], float]:
-    """Functions and the time between two calls, as the compiled part takes them."""
+    """Returns the functions and the time between two calls, in the form that the compiled part expects."""
     if not observe:
         if every is not None:
             raise ValueError("every: is the time between two calls of the functions in observe, which has none")

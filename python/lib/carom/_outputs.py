@@ -1,4 +1,4 @@
-"""Outputs that are made of the files of a run: other formats, pictures, movies, pages and proofs."""
+"""Outputs made from the files of a run: other formats, pictures, movies, pages and proofs."""
 
 from __future__ import annotations
 
@@ -25,16 +25,19 @@ _SIDES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 @dataclass(frozen=True)
 class FileComparison:
-    """Comparison of the files of a run with those of a second simulation of it. :meth:`Run.verify` returns it as :attr:`Proof.files`.
+    """Comparison of the files of a run with the files of a second simulation of the same run.
+
+    :meth:`Run.verify` returns the comparison as :attr:`Proof.files`.
 
     Attributes
     ----------
     equal : tuple of str
-        Names of the files that are identical.
+        Names of the identical files.
     changed : dict
-        The first difference in each file that is not identical, by name. Always empty here: :meth:`Run.verify` raises an error if there is any.
+        The first difference in each file that is not identical, by file name. The dictionary is always empty
+        here, because :meth:`Run.verify` raises an error if any file differs.
     not_compared : dict
-        Why a file was not compared, or only in part, by name.
+        The reason why a file was not compared or only partly compared, by file name.
 
     Examples
     --------
@@ -50,18 +53,18 @@ class FileComparison:
 
 @dataclass(frozen=True)
 class Proof:
-    """A proof that events of a run are right; :meth:`Run.verify` makes it.
+    """A proof that events of a run are correct, returned by :meth:`Run.verify`.
 
     Attributes
     ----------
     is_proven : bool
-        Whether all events that were asked for, or all up to the end of the run, are proven.
+        Whether all requested events, or all events up to the end of the run, are proven.
     first_event : int
-        Number of the first one, from 1.
+        Number of the first verified event, counted from 1.
     events : int
-        How many are proven.
+        Number of proven events.
     largest_gap : float
-        Largest distance from the discontinuity at an event, relative to that of the discontinuity.
+        Largest distance from the discontinuity at an event, relative to the distance of the discontinuity.
     text : str
         The table that ``carom verify`` prints.
     files : FileComparison or None
@@ -88,7 +91,7 @@ class Proof:
 
 
 class Outputs:
-    """Products of the files of a run."""
+    """Outputs made from the files of a run."""
 
     def _open(self) -> Path:
         raise NotImplementedError
@@ -103,31 +106,32 @@ class Outputs:
     ) -> Path:
         """Writes the trajectory in the format of another program, as ``carom convert`` does.
 
-        While it is written, other threads of Python run; Ctrl-C leaves nothing of it.
+        Other Python threads continue during the conversion. Ctrl-C leaves no partial output.
 
         Parameters
         ----------
         to : str
-            ``"lammps"``, a text dump; ``"gsd"``, that of HOOMD-blue; ``"vtk"``, a folder for ParaView; ``"npy"``, a folder of arrays; ``"csv"``, a
-            table; ``"xyz"``, extended XYZ again.
+            The format: ``"lammps"``, a text dump; ``"gsd"``, the format of HOOMD-blue; ``"vtk"``, a folder
+            for ParaView; ``"npy"``, a folder of arrays; ``"csv"``, a table; or ``"xyz"``, extended XYZ, the
+            same format as the trajectory.
         out : path, optional
-            The file or folder to write; beside the trajectory, in the folder of the run, if not given.
+            The file or folder to write. By default, it is next to the trajectory, in the folder of the run.
         frames : int or (int or None, int or None), optional
-            One frame, or the first and the last one, itself included; all if not given. They count from 0.
+            One frame, or the first and the last frame (inclusive), counted from 0. By default, all frames.
         force : bool
-            Whether a file is replaced, or a folder with nothing but files of the format.
+            Whether to replace an existing file, or a folder that contains only files of the format.
 
         Returns
         -------
         pathlib.Path
-            What was written.
+            The file or folder that was written.
 
         Raises
         ------
         FolderError
-            If there is something under that name, it cannot be written, or there is no such frame.
+            If the output already exists or cannot be written, or if a frame does not exist.
         ValueError
-            If there is no such format.
+            If the format is unknown.
 
         Examples
         --------
@@ -154,29 +158,31 @@ class Outputs:
         no_ground: bool = False,
         force: bool = False,
     ) -> Path:
-        """Draws a frame as a PNG, as ``carom render`` does. While it is drawn, other threads of Python run.
+        """Draws a frame as a PNG, as ``carom render`` does.
+
+        Other Python threads continue during the drawing.
 
         Parameters
         ----------
         out : path, optional
-            The file to write; ``picture.png`` in the folder of the run if not given.
+            The file to write. By default, ``picture.png`` in the folder of the run.
         time : float, optional
-            Simulated time; the frame nearest to it is drawn, otherwise the last one `[time]`.
+            Simulated time. The frame nearest to this time is drawn; by default, the last frame `[time]`.
         colour : str
-            Quantity that colours show: ``"species"`` or ``"speed"``.
+            Quantity that the colours show: ``"species"`` or ``"speed"``.
         size : (int, int), optional
-            Pixels across and down; without it as many as the scene takes of 1600 by 1200.
+            Width and height in pixels. By default, the part of 1600 by 1200 pixels that the scene fills.
         view : str or (float, float), optional
-            From where the scene is seen: ``"x"``, ``"y"``, ``"z"``, ``"-x"``, ``"-y"`` or ``"-z"``, or an azimuth and an elevation in degrees. Flat scenes
-            are seen from the front.
+            Direction from which the scene is seen: ``"x"``, ``"y"``, ``"z"``, ``"-x"``, ``"-y"`` or ``"-z"``,
+            or an azimuth and an elevation in degrees. Flat scenes are seen from the front.
         zoom : float
-            Magnification about the middle, 0.01 to 100.
+            Magnification about the centre of the picture, 0.01 to 100.
         no_box : bool
-            Whether the edges of the box are left out.
+            Whether to omit the edges of the box.
         no_ground : bool
-            Whether the ground is left out that catches shadows where there is gravity.
+            Whether to omit the ground, which catches shadows in scenes with gravity.
         force : bool
-            Whether a file that is there is replaced.
+            Whether to replace an existing file.
 
         Returns
         -------
@@ -186,9 +192,9 @@ class Outputs:
         Raises
         ------
         FolderError
-            If there is such a file, it cannot be written, or the run has no frame that can be drawn.
+            If the file already exists or cannot be written, or if the run has no frame that can be drawn.
         ValueError
-            If an option has another value.
+            If an option has an invalid value.
 
         Examples
         --------
@@ -220,28 +226,30 @@ class Outputs:
     ) -> Path:
         """Draws all frames as a movie, as ``carom movie`` does.
 
-        While it is drawn, other threads of Python run; Ctrl-C leaves nothing of it.
+        Other Python threads continue during the drawing. Ctrl-C leaves no partial output.
 
         Parameters
         ----------
         out : path
-            The file to write; its ending is the format: ``.mp4``, which needs the program ffmpeg, ``.gif`` or ``.apng``.
+            The file to write. Its extension selects the format: ``.mp4``, which needs the program ffmpeg,
+            ``.gif`` or ``.apng``.
         frames
             As for :meth:`convert`.
         every : int
-            Uses every frame of this number.
+            Draws only every n-th frame, where n is this number.
         fps : int
-            Frames that are shown in a second, 1 to 120.
+            Frames per second, 1 to 120.
         colour, view, zoom, no_box, no_ground, force
             As for :meth:`render`.
         size : (int, int)
-            Pixels across and down.
+            Width and height in pixels.
         turn : float
-            How far the camera walks around the scene from the first frame to the last, in degrees; before flat scenes it stands still.
+            Angle by which the camera turns around the scene between the first and the last frame, in degrees.
+            The camera does not move in flat scenes.
         follow : int or "com", optional
-            Middle of the picture: the id of a particle, or the centre of mass of all that moves.
+            Centre of the picture: the id of a particle, or the centre of mass of all moving particles.
         progress : bool
-            Whether a bar is shown, where tqdm is installed.
+            Whether to show a progress bar, if tqdm is installed.
 
         Returns
         -------
@@ -251,9 +259,10 @@ class Outputs:
         Raises
         ------
         FolderError
-            If there is such a file, it cannot be written, there is no ffmpeg for an MP4, or an option has a value that no movie can have.
+            If the file already exists or cannot be written, if ffmpeg is missing for an MP4, or if a
+            movie cannot be made with the value of an option.
         ValueError
-            If an option has another value.
+            If an option has an invalid value.
 
         Examples
         --------
@@ -273,30 +282,34 @@ class Outputs:
     def verify(
         self, *, events: int = 100_000, from_events: int | None = None, files: bool = True, progress: bool = True
     ) -> Proof:
-        """Proves events of the run, and compares its files with those of a replay, as ``carom verify`` does.
+        """Proves events of the run and compares its files with those of a replay, as ``carom verify`` does.
 
-        It replays the events and holds each against the paper's Algorithm 1, asked over all pairs, walls and features of surfaces, without the engine's
-        cells, predictions or memory. The cost of an event grows with the number of particles. Other threads of Python run meanwhile.
+        The method replays the events and checks each event against the paper's Algorithm 1. The algorithm is
+        applied to all pairs, walls and features of surfaces, without the cells, predictions or memory of the
+        engine. The cost of an event grows with the number of particles. Other Python threads continue
+        meanwhile.
 
         Parameters
         ----------
         events : int
-            How many physical events, or all up to the end of the run if there are fewer.
+            Number of physical events to prove. If the run has fewer, all events up to its end are proven.
         from_events : int, optional
-            Only replays this many events first; pair states at their end are then the engine's.
+            Number of events to replay first without a proof. The pair states after these events are taken
+            from the engine.
         files : bool
-            Whether to simulate the run again and compare its files with the new ones. This takes as long as the run did.
+            Whether to simulate the run again and compare its files with the new files. This takes as long as
+            the run itself.
         progress : bool
-            Whether a bar is shown, where tqdm is installed.
+            Whether to show a progress bar, if tqdm is installed.
 
         Raises
         ------
         SimulationError
-            If an event is not proven, or a file is not what the run writes.
+            If an event is not proven, or a file differs from the file that the replay writes.
         FolderError
-            If the run has no scene, or is none that can be proven.
+            If the run has no scene or is of a kind that cannot be proven.
         KeyboardInterrupt
-            At Ctrl-C.
+            If Ctrl-C is pressed.
 
         Examples
         --------
@@ -321,16 +334,17 @@ class Outputs:
         return Proof(*numbers, text, FileComparison(tuple(equal), dict(changed), dict(left_out)))
 
     def write_page(self, out: str | os.PathLike[str] | None = None, *, force: bool = False) -> Path:
-        """Writes the page about the run, as ``carom report`` does: results, audit, plots and the moving particles in one file for a browser.
+        """Writes the page about the run, as ``carom report`` does.
 
-        :meth:`page` has it as text; ``run.report`` is the final table.
+        The page is a single file for a browser, with the results, the audit, plots and an animation of the
+        particles. :meth:`page` returns the page as text; ``run.report`` is the final table.
 
         Parameters
         ----------
         out : path, optional
-            The file to write; ``report.html`` in the folder of the run if not given.
+            The file to write. By default, ``report.html`` in the folder of the run.
         force : bool
-            Whether another file that is there is replaced.
+            Whether to replace an existing file with different content.
 
         Returns
         -------
@@ -340,7 +354,7 @@ class Outputs:
         Raises
         ------
         FolderError
-            If there is such a file, it cannot be written, or a file of the run is damaged.
+            If the file already exists or cannot be written, or if a file of the run is damaged.
 
         Examples
         --------
@@ -355,7 +369,7 @@ def _named(out: Any) -> Path | None:
 
 
 def _range(frames: Any) -> tuple[int, int | None]:
-    """First and last frame, as the compiled part takes them."""
+    """Returns the first and the last frame in the form that the compiled part expects."""
     if frames is None:
         return 0, None
     if not isinstance(frames, (tuple, list)):
@@ -386,7 +400,7 @@ def _colour(colour: Any) -> str:
 
 
 def _follow(follow: Any) -> int | None:
-    """The id of a particle; -1 for the centre of mass."""
+    """Returns the id of a particle, or -1 for the centre of mass."""
     if isinstance(follow, str) and follow == "com":
         return -1
     if follow is None:
@@ -400,7 +414,7 @@ _Seen = tuple[Union[tuple[float, float, float], None], Union[tuple[float, float]
 
 
 def _seen(view: Any, zoom: Any, no_box: Any, no_ground: Any) -> _Seen:
-    """Camera of a picture, as the compiled part takes it."""
+    """Returns the camera of a picture in the form that the compiled part expects."""
     side, angles = None, None
     factor = real("zoom", zoom)
     if not 0.01 <= factor <= 100.0:

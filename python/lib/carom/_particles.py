@@ -1,4 +1,4 @@
-"""Particles that a scene has from arrays, and from objects and files of other packages."""
+"""Particles for a scene, read from arrays and from objects and files of other packages."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ Names = Callable[[], list[str]]
 
 
 def given_of_arrays(particles: Mapping[str, Any], names: Names) -> _carom.Given:
-    """Particles of a dictionary of arrays."""
+    """Particles from a dictionary of arrays."""
     if not isinstance(particles, Mapping):
         kind = type(particles).__name__
         raise TypeError(f"particles: expected a dictionary with 'species' and 'positions', found {kind}")
@@ -186,7 +186,7 @@ def _given_of_snapshot(snapshot: Any, has: Mapping[str, bool], named: tuple[Any,
 
 
 def given_of_mdanalysis(atoms: Any, species: Any, bond: str | None, names: Names) -> _carom.Given:
-    """Particles, bonds and box of a universe, or of some of its atoms, at its present time."""
+    """Particles, bonds and box of a universe or a group of its atoms, at the current time step."""
     group = getattr(atoms, "atoms", None)
     if group is None or not hasattr(group, "universe"):
         raise TypeError(f"atoms: expected a Universe or an AtomGroup of MDAnalysis, found {type(atoms).__name__}")
@@ -233,7 +233,7 @@ def _frame(
     bond_names: list[str] | None = None,
     bond_kinds: Any = None,
 ) -> Frame:
-    """A frame of which some parts are not known."""
+    """A frame in which missing parts get default values."""
     count = len(positions)
     return Frame(
         time=0.0,
@@ -256,7 +256,11 @@ def _frame(
 
 
 def _given(name: str, frame: Frame, bond: str | None, known: tuple[bool, bool, bool]) -> _carom.Given:
-    """The frame in the compiled part, with whether its box and its radii are known and its z is not."""
+    """Passes the frame to the compiled module.
+
+    ``known`` tells whether the box is known, whether the radii are known, and whether the positions have only
+    x and y.
+    """
     kinds = {"positions": "f8", "velocities": "f8", "radii": "f8", "species_masses": "f8"}
     kinds |= {"ids": "i8", "species": "i8", "bonds": "i8", "bond_kinds": "i8"}
     parts: dict[str, Any] = {it: np.asarray(getattr(frame, it), dtype=kind).tobytes() for it, kind in kinds.items()}
@@ -271,12 +275,12 @@ def _given(name: str, frame: Frame, bond: str | None, known: tuple[bool, bool, b
 
 
 def given_again(state: State) -> _carom.Given:
-    """Particles that were pickled."""
+    """Restores particles from their pickled state."""
     return _given(*state)
 
 
 def state_of(given: _carom.Given) -> State:
-    """Particles that are to be pickled."""
+    """State of the particles for pickling."""
     name, parts, bond, (has_box, has_radii, is_plane) = given.parts()
     return name, Frame._of(parts), bond, (has_box, has_radii, is_plane)
 
@@ -295,7 +299,7 @@ def _array(name: str, value: Any) -> NDArray[Any]:
 
 
 def _rows(name: str, value: Any, columns: tuple[int, ...], count: int | None = None) -> NDArray[Any]:
-    """Real numbers in rows, of one of some numbers of columns."""
+    """Checks for a 2D array of real numbers, whose number of columns is one of ``columns``."""
     array = _array(name, value)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected real numbers, found an array of {array.dtype}")
@@ -309,7 +313,7 @@ def _rows(name: str, value: Any, columns: tuple[int, ...], count: int | None = N
 
 
 def _in_space(rows: NDArray[Any]) -> NDArray[np.float64]:
-    """Three columns, the last of which is 0 where there are two."""
+    """Rows with three columns; if there are only two, the third is filled with 0."""
     if rows.shape[1] == 3:
         return rows.astype(np.float64, copy=False)
     space = np.zeros((len(rows), 3))
@@ -318,7 +322,7 @@ def _in_space(rows: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def _pairs(name: str, value: Any, count: int) -> NDArray[np.int64]:
-    """Numbers of particles in pairs."""
+    """Checks for pairs of particle indices."""
     array = _array(name, value)
     if array.size == 0:
         return np.zeros((0, 2), dtype=np.int64)
@@ -332,7 +336,7 @@ def _pairs(name: str, value: Any, count: int) -> NDArray[np.int64]:
 
 
 def _species(name: str, value: ArrayLike, count: int, names: Names) -> tuple[list[str], NDArray[np.int64]]:
-    """Names of species, and the number among them of the species of each particle."""
+    """Names of the species, and for each particle the index of its species in these names."""
     if isinstance(value, str):
         return [value], np.zeros(count, dtype=np.int64)
     array = _array(name, value)
@@ -352,7 +356,7 @@ def _species(name: str, value: ArrayLike, count: int, names: Names) -> tuple[lis
 
 
 def _numbered(name: str, array: NDArray[Any]) -> tuple[list[str], NDArray[np.int64]]:
-    """Names, each once, and the number of each of an array."""
+    """Unique names in the array, and for each entry the index of its name."""
     found: list[str] = []
     numbers = np.full(len(array), -1, dtype=np.int64)
     first = 0
@@ -373,7 +377,10 @@ def _numbered(name: str, array: NDArray[Any]) -> tuple[list[str], NDArray[np.int
 
 
 def _mass_of_each(name: str, masses: Any, species: NDArray[np.int64], names: list[str]) -> NDArray[np.float64]:
-    """Mass of each species, which all of its particles have; not a number where it is none, as of what is static."""
+    """Mass of each species, which all particles of the species must share.
+
+    The mass is NaN if a species has no particles or no positive mass, such as a static species.
+    """
     all_masses = np.asarray(masses, dtype=np.float64)
     of_each = np.full(len(names), np.nan)
     for number, of_name in enumerate(names):
@@ -387,7 +394,10 @@ def _mass_of_each(name: str, masses: Any, species: NDArray[np.int64], names: lis
 
 
 def _displacement(name: str, cell: NDArray[np.float64]) -> float:
-    """How far the next image up of a box is displaced along x; a box that is askew in any other way is refused."""
+    """Displacement along x of the next image of the box in the direction of +y.
+
+    Raises an error if the box is skewed in any other way.
+    """
     askew = cell - np.diag(cell.diagonal())
     askew[1, 0] = 0.0
     if (np.abs(askew) > _SKEW * np.abs(cell).max(initial=0.0)).any() or (cell.diagonal() < 0.0).any():

@@ -1,4 +1,4 @@
-"""How far a run is: a bar of tqdm, where that is installed."""
+"""Progress of a run: a tqdm progress bar, if tqdm is installed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ __all__ = ["Progress"]
 
 
 class Progress:
-    """A bar of tqdm, where that is installed and wanted: on a terminal, and in notebooks with widgets. In files of output it would be a line for each state."""
+    """A tqdm progress bar, if tqdm is installed and the bar is wanted.
+
+    The bar is shown on a terminal and in notebooks with widgets. It is not shown if the output goes to a
+    file, where each update would add a line.
+    """
 
     # : The counted quantity, if it is not events.
     COUNTED = {"sweeping": "runs done", "exchanging": "attempts"}
@@ -28,15 +32,18 @@ class Progress:
 
     @property
     def callback(self) -> Callable[[str, float, float, int], None] | None:
-        """Callback for the compiled part, if there is anything to show."""
+        """Callback for the compiled part, or ``None`` if no bar is shown."""
         return None if self._bar is None else self._see
 
     def is_due(self) -> bool:
-        """Whether there is anything to show, and it is as long ago as between two looks of the compiled part that something was."""
+        """Whether a bar is shown and its next update is due.
+
+        The interval between two updates is the same as between two checks of the compiled part.
+        """
         return self._bar is not None and monotonic() - self._shown > 0.05
 
     def show(self, stage: str, fraction: float, time: float, events: int) -> None:
-        """Shows how far something is, by its own account."""
+        """Updates the bar with the progress that the caller reports."""
         self._shown = monotonic()
         self._see(stage, fraction, time, events)
 

@@ -1,4 +1,4 @@
-"""Runs: a scene with its stages, its equilibration and its measurement, in a folder with all files."""
+"""Runs: the stages, equilibration and measurement of a scene, with all files in one folder."""
 
 from __future__ import annotations
 
@@ -50,49 +50,56 @@ def run(
     every: float | None = None,
     progress: bool = True,
 ) -> Run:
-    """Runs a scene with all that it plans, as ``carom run`` does: the same files, the same bits.
+    """Runs a scene with all its stages, as ``carom run`` does.
 
-    While it runs, other threads of Python run. Ctrl-C ends it with complete files up to there; :func:`resume` goes on.
+    The files are the same as those of ``carom run``, bit for bit. Other Python threads continue during the
+    run. Ctrl-C stops the run, and its files are complete up to that point. :func:`resume` continues the run.
 
     Parameters
     ----------
     scene : Scene, path or dict
         As for :class:`Scene`.
     out : path, optional
-        Folder of the results. Without one they are in a temporary folder, which goes with the :class:`Run`.
+        Folder for the results. By default, they are written to a temporary folder, which is deleted together
+        with the :class:`Run`.
     seed, set
         As for :class:`Scene`.
     until_time : float, optional
-        Measures for this simulated time, whatever the scene says `[time]`.
+        Simulated time of the measurement, instead of the limit in the scene `[time]`.
     until_events : int, optional
-        Measures for this many physical events, whatever the scene says; the first of the two ends the run.
+        Number of physical events in the measurement, instead of the limit in the scene. If both limits are
+        given, the run ends at whichever is reached first.
     force : bool
-        Whether a run that is in the folder is replaced when the new one is complete, and more than 10 GB are written.
+        Whether to replace an existing run in the folder once the new run is complete, and to allow the run to
+        write more than 10 GB or a tenth of the free disk space.
     checkpoint_every : float
         Wall time between two checkpoints `[seconds]`.
     threads : int or "auto", optional
-        Simulates on so many threads, whatever the scene says, with the same bits as on one; ``"auto"`` takes as many as there are cores, but one for
-        each 250,000 particles at most.
+        Number of threads, instead of the number in the scene. The results are the same as on one thread, bit
+        for bit. ``"auto"`` uses one thread per core, but at most one per 250,000 particles.
     observe : dict of str to callable, optional
-        Own measurements by name: functions that take a :class:`Frame` and return a number. They are called at even times of the last measurement,
-        not in an equilibration or a stage before it; :attr:`Run.observables` has the mean, the error and the verdict of each, as
-        :func:`mean_and_error` finds them, and :attr:`Run.curves` its values along the time. The bits and the other files of the run are the same
-        with them and without. An exception in one of them ends the run as Ctrl-C does.
+        User-defined measurements by name: functions that take a :class:`Frame` and return a number. They are
+        called at regular intervals during the final measurement, not during the equilibration or earlier
+        stages. :attr:`Run.observables` contains the mean, error and verdict of each function, as computed by
+        :func:`mean_and_error`. :attr:`Run.curves` contains its values as a function of time. The functions
+        do not change the simulation (not a single bit) or the other files of the run. An exception in a
+        function stops the run in the same way as Ctrl-C.
     every : float, optional
-        Simulated time between two calls `[time]`; needed with ``observe``.
+        Simulated time between two calls `[time]`; required with ``observe``.
     progress : bool
-        Whether a bar is shown, where tqdm is installed.
+        Whether to show a progress bar, if tqdm is installed.
 
     Raises
     ------
     SceneError
-        If the scene is wrong.
+        If the scene is invalid.
     FolderError
-        If the folder holds something else, another process writes there, or a file cannot be written.
+        If the folder contains something else, another process is writing to it, or a file cannot be written.
     SimulationError
-        If the run came to no good end, or its audit failed; ``error.folder`` has the files.
+        If the run did not end properly, or its audit failed. ``error.folder`` is the folder with the files,
+        if ``out`` was given.
     KeyboardInterrupt
-        At Ctrl-C.
+        If Ctrl-C is pressed.
 
     Examples
     --------
@@ -100,7 +107,7 @@ def run(
     >>> print(run.observables["compressibility_factor"])
     3.972 +- 0.025 [1]
 
-    A measurement of one's own, the mean square of a component of the velocities:
+    A user-defined measurement, the mean square of one velocity component:
 
     >>> run = carom.run(fluid, observe={"vx2": lambda frame: (frame.velocities[:, 0] ** 2).mean()}, every=0.2)
     >>> bool(abs(run.observables["vx2"].mean - 107 / 108) < 5 * run.observables["vx2"].error)
@@ -136,26 +143,29 @@ def resume(
     every: float | None = None,
     progress: bool = True,
 ) -> Run:
-    """Goes on with a run from its last checkpoint, to the same bits as if it had never stopped.
+    """Resumes a run from its last checkpoint, with the same bits as if it had never stopped.
 
     Parameters
     ----------
     run : path or Run
-        The folder of a run that was interrupted or killed, or one that is over, with another end. A :class:`Run` is as it was when it was opened, and what comes
-        back as it is then; both have the same folder, also if it is a temporary one.
+        The folder of a run that was interrupted or killed, or of a finished run, which then needs a new
+        limit. A :class:`Run` that is passed in keeps the state in which it was opened. The returned
+        :class:`Run` has the new state. Both share the same folder, even if the folder is temporary.
     until_time, until_events
-        Another end of the measurement, as for :func:`run`.
+        New limits of the measurement, as for :func:`run`.
     force : bool
-        Whether more than a tenth of what is free on the disk, or 10 GB, is written.
+        Whether to allow the run to write more than 10 GB or a tenth of the free disk space.
     checkpoint_every, threads, observe, every, progress
-        As for :func:`run`. A run that was begun with ``observe`` needs the same names: functions are not in its checkpoints, the values so far are.
+        As for :func:`run`. A run that was started with ``observe`` needs functions with the same names,
+        because its checkpoints contain the values measured so far, but not the functions.
 
     Raises
     ------
     FolderError
-        If there is no run that can go on: another version of Carom began it, or a file that it reads has changed.
+        If there is no run that can be resumed: for example, another version of Carom started the run, or
+        one of its input files has changed.
     SimulationError
-        As :func:`run`.
+        As for :func:`run`.
 
     Examples
     --------
@@ -176,7 +186,11 @@ def resume(
 
 
 def _written(folder: Path) -> Path:
-    """The folder that a run has written to: one that was to replace another run and did not come to a good end stays within that one's."""
+    """Returns the folder with the files of a run.
+
+    A run that was meant to replace another run, but did not end properly, stays in a subfolder of the old
+    run.
+    """
     within = folder / "replacement"
     return within if (within / "summary.json").is_file() else folder
 
@@ -202,7 +216,9 @@ class Results:
 
     @cached_property
     def observables(self) -> Named[Observable]:
-        """Means with standard errors by name, of the observables and of the numbers that instruments report; those that are not known are left out.
+        """Means with standard errors of all observables and of the numbers that instruments report, by name.
+
+        Quantities with an unknown mean are left out.
 
         Examples
         --------
@@ -228,7 +244,10 @@ class Results:
         return Named("observable", {name: measured(source(run, name), it) for name, it in found.items()})
 
     def _number(self, it: Mapping[str, Any]) -> Observable:
-        """A number that an instrument reports. One of the user's own has its values beside it, which tell whether it is stationary."""
+        """Returns a number that an instrument reports.
+
+        For a user-defined measurement, the time series of its values shows whether it is stationary.
+        """
         plain = Observable(it["mean"], it["standard_error"], it["unit"])
         series = self.curves.get(it["name"])
         if series is None or list(series.variables) != ["time"] or not np.isfinite(series.y).all():
@@ -238,7 +257,7 @@ class Results:
 
     @cached_property
     def curves(self) -> Named[Curve]:
-        """Curves that instruments have measured, by name.
+        """Curves measured by instruments, by name.
 
         Examples
         --------
@@ -250,7 +269,9 @@ class Results:
 
     @property
     def published(self) -> list[dict[str, Any]]:
-        """Published values, of theory and other simulations, of the measured quantities: ``quantity``, ``value``, ``label`` and ``source`` of each.
+        """Published values of the measured quantities, from theory and other simulations.
+
+        Each entry has the keys ``quantity``, ``value``, ``label`` and ``source``.
 
         Examples
         --------
@@ -262,7 +283,7 @@ class Results:
 
 
 class Stage(Results):
-    """A measured stage of a run: its name and what was measured in it.
+    """A measured stage of a run: its name and its results.
 
     Examples
     --------
@@ -282,20 +303,22 @@ class Stage(Results):
 
 
 class Run(Outputs, InFolder, Results):
-    """A run in its folder: parameters, results, trajectory and events. What is large is read when it is asked for.
+    """A run in its folder: parameters, results, trajectory and events. Large data are read on demand.
 
-    It can be used in a ``with`` statement, which removes a temporary folder at its end; otherwise that goes with the object. A run is pickled as its folder,
-    with its observables and curves; a temporary folder stays with the object that made it.
+    A run can be used in a ``with`` statement, which removes a temporary folder at its end. Otherwise, a
+    temporary folder is deleted together with the object. A pickled run stores the path of the folder. For a
+    temporary folder, it also stores the observables and curves, because the folder still belongs to the
+    original object.
 
     Parameters
     ----------
     folder : path
-        The folder of a run that is over, made by :func:`run` or by the program.
+        The folder of a finished run, made by :func:`run` or by the program.
 
     Raises
     ------
     FolderError
-        If there is no such run.
+        If the folder does not contain such a run.
 
     Examples
     --------
@@ -367,7 +390,7 @@ class Run(Outputs, InFolder, Results):
 
     @property
     def is_sound(self) -> bool:
-        """Whether it came to an end that the scene asks for, and its audit has nothing to object to.
+        """Whether the run ended as the scene specifies, and its audit found no fault.
 
         Examples
         --------
@@ -379,14 +402,14 @@ class Run(Outputs, InFolder, Results):
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene as it was run.
+        """The scene that was run, including all changes.
 
         Raises
         ------
         FolderError
-            If the run was made in Rust, from a scene without a text.
+            If the run was made in Rust, from a scene without a scene file.
         SceneError
-            If a file that it reads is gone.
+            If a file that the scene reads no longer exists.
 
         Examples
         --------
@@ -400,7 +423,9 @@ class Run(Outputs, InFolder, Results):
 
     @cached_property
     def parameters(self) -> dict[str, Any]:
-        """The scene as it was run, as a dictionary with the tables and keys of a scene file; empty where it was made in code.
+        """The scene that was run, as a dictionary with the tables and keys of a scene file.
+
+        The dictionary is empty if the scene was made in code.
 
         Examples
         --------
@@ -411,14 +436,20 @@ class Run(Outputs, InFolder, Results):
         return _carom.parse_toml(path.read_text(encoding="utf-8")) if path.exists() else {}
 
     def _end(self) -> dict[str, Any]:
-        """The scene that goes on from the end of the run: what it leaves out is as it was in the run. The volume stays: only runs have a barostat."""
+        """Returns a scene that continues from the end of the run.
+
+        Everything that this scene leaves out is taken from the run. The volume stays constant, because only
+        runs have a barostat.
+        """
         plan = {key: value for key, value in self.parameters.get("run", {"until_events": 1}).items() if "equilibration" not in key and key != "barostat"}
         kept = {key: value for key, value in self.parameters.items() if key in ("name", "surface")}
         return {**kept, "start": {"from": os.path.abspath(self._open())}, "run": plan}
 
     @cached_property
     def thermo(self) -> Table:
-        """Rows of ``thermo.csv``: energies, pressure and more at even times, of all stages, with units.
+        """The rows of ``thermo.csv``: energies, pressure and more at regular intervals, with units.
+
+        The rows cover all stages.
 
         Examples
         --------
@@ -431,7 +462,7 @@ class Run(Outputs, InFolder, Results):
 
     @cached_property
     def frames(self) -> Trajectory:
-        """The frames, each read from the file when it is asked for.
+        """The frames of the trajectory. Each frame is read from the file on demand.
 
         Examples
         --------
@@ -442,7 +473,7 @@ class Run(Outputs, InFolder, Results):
 
     @cached_property
     def events(self) -> EventLog | None:
-        """All events, as memory maps by column, where the scene asks for them with ``output.events``; otherwise ``None``.
+        """All events, as one memory map per column, or ``None`` if ``output.events`` is not set in the scene.
 
         Examples
         --------
@@ -455,7 +486,7 @@ class Run(Outputs, InFolder, Results):
 
     @cached_property
     def stages(self) -> list[Stage]:
-        """The measured stages before the last measurement, in their order.
+        """The measured stages before the final measurement, in order.
 
         Examples
         --------
@@ -478,7 +509,9 @@ class Run(Outputs, InFolder, Results):
         return (self._open() / "report.txt").read_text(encoding="utf-8")
 
     def page(self) -> str:
-        """The page of ``carom report`` as HTML, with results, plots and the moving particles; it needs no other file.
+        """Returns the page of ``carom report`` as self-contained HTML.
+
+        The page shows the results, plots and an animation of the particles.
 
         Raises
         ------
@@ -493,7 +526,9 @@ class Run(Outputs, InFolder, Results):
         return _carom.page(self._open())
 
     def to_mdanalysis(self) -> Any:
-        """All frames as an ``MDAnalysis.Universe``, in memory, at their own times; see :meth:`Trajectory.to_mdanalysis`.
+        """Returns all frames as an in-memory ``MDAnalysis.Universe``, at their original times.
+
+        See :meth:`Trajectory.to_mdanalysis`.
 
         Raises
         ------
@@ -508,7 +543,9 @@ class Run(Outputs, InFolder, Results):
         return self.frames.to_mdanalysis()
 
     def close(self) -> None:
-        """Removes the folder, if it is a temporary one. What has been read stays; all else raises ``ValueError``.
+        """Removes the folder if it is temporary.
+
+        Data that were already read remain available. Access to other data raises ``ValueError``.
 
         Examples
         --------

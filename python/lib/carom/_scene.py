@@ -1,4 +1,4 @@
-"""Scenes: what is simulated."""
+"""Scenes: descriptions of the systems to simulate."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SceneLike = Union["Scene", Mapping[str, Any], str, "os.PathLike[str]"]
 
 
 def overrides(seed: int | None, set: Mapping[str, Any] | None) -> list[tuple[str, str]]:
-    """Overrides of a scene, as the compiled part takes them."""
+    """Overrides of a scene, in the form that the compiled module expects."""
     pairs: list[tuple[str, str]] = []
     if set is not None and not isinstance(set, Mapping):
         raise TypeError(f"set: expected a dictionary, such as {{'run.until_time': 10.0}}, found {shown(set)}")
@@ -50,38 +50,44 @@ def overrides(seed: int | None, set: Mapping[str, Any] | None) -> list[tuple[str
 
 
 class Scene:
-    """A validated scene: species, interactions, particles, the box, and what a run of it does.
+    """A validated scene: species, interactions, particles, the box and the settings of a run.
 
     Parameters
     ----------
     source : path, dict or Scene
-        The path of a scene file, or a dictionary with the same tables and keys (arrays of NumPy are lists), or another scene. The keys are those of
-        ``docs/scene.md``. Relative paths in a file start at its folder, those in a dictionary where the program runs.
+        The path of a scene file, a dictionary with the same tables and keys, or another scene. NumPy arrays
+        in a dictionary count as lists. ``docs/scene.md`` documents the keys. Relative paths in a file start
+        at the folder of the file. Relative paths in a dictionary start at the working directory.
     seed : int, optional
-        Replaces the seed of the random numbers.
+        Seed of the random numbers; replaces the seed of the source.
     set : dict, optional
-        Replaces or adds values: keys with dots between tables, entries of lists by number (from 0) or by name, as
-        ``--set`` of the program takes them.
+        Values to replace or add. Dots in a key separate tables. Entries of lists are given by number (from 0)
+        or by name. The option ``--set`` of the program uses the same keys.
     particles : dict of arrays, optional
-        Particles besides those of the source, without a way through text: ``positions`` of the shape (n, 3), or (n, 2) where z is flat `[length]`;
-        ``species``, one name for all, or for each its name or its number among those of the source; ``velocities`` of the shape of the positions, at
-        rest if not given `[length / time]`; ``bonds`` of the shape (m, 2), pairs of rows, which the interaction with the name ``bond`` holds. Their ids
-        follow those of ``[[particle]]``. Positions beyond a periodic side are wrapped into the box.
+        Particles in addition to those of the source. They are not converted to text. The keys are
+        ``positions`` of the shape (n, 3), or (n, 2) if z is flat `[length]`; ``species``, either one name for
+        all particles, or for each particle the name or the index of its species in the source; ``velocities``
+        of the same shape as the positions `[length / time]`, zero by default; ``bonds`` of the shape (m, 2),
+        pairs of row indices; and ``bond``, the name of the interaction that holds these bonds. The ids of the
+        particles follow the ids of ``[[particle]]``. Positions beyond a periodic side are wrapped into the
+        box.
     frame : Frame, optional
-        Particles, velocities and bonds of a frame, such as ``run.frames[-1]``, in place of ``particles``, with the species of the same names; and its
-        box, unless the source gives the box a size or has a ``[[fill]]``. Time and images start anew.
+        A frame, such as ``run.frames[-1]``, to use instead of ``particles``. The scene takes its particles,
+        velocities and bonds, and matches species by name. The scene also takes the box of the frame, unless
+        the source gives the box a size or has a ``[[fill]]``. Time and images are reset.
     bond : str, optional
-        Name of the interaction that holds all bonds of the frame; the one whose name the frame has if not given.
+        Name of the interaction that holds all bonds of the frame. By default, each bond has the interaction
+        that the frame names.
 
     Raises
     ------
     SceneError
-        With the first mistake: its key, its line, what was expected and the nearest valid key. That of a particle has its row:
-        ``particles.positions[7][2]``.
+        If the scene is invalid. The error describes the first mistake: its key, its line, what was expected
+        and the nearest valid key. For a particle, the key includes the row: ``particles.positions[7][2]``.
     TypeError
-        If a value is none that a scene file can hold, or an array has something else than numbers or names.
+        If a scene file cannot hold a value, or an array contains anything other than numbers or names.
     ValueError
-        If an array has another shape.
+        If an array has the wrong shape.
 
     Examples
     --------
@@ -91,7 +97,7 @@ class Scene:
     >>> round(scene.packing_fraction, 12)
     0.4
 
-    With particles from arrays; a run keeps them in its folder, as ``particles.xyz``:
+    Particles from arrays. A run stores them in its folder as ``particles.xyz``:
 
     >>> lattice = 2.0 * np.indices((5, 5, 5)).reshape(3, -1).T
     >>> box = {**fluid, "fill": [], "space": {"size": [10.0, 10.0, 10.0]}}
@@ -99,7 +105,7 @@ class Scene:
     >>> carom.Scene(box, particles={"species": "sphere", "positions": lattice, "velocities": velocities})
     <Scene fluid: 125 particles in 3 dimensions, seed 1>
 
-    With those of a frame, in its box:
+    Particles from a frame, in the box of the frame:
 
     >>> run = carom.run(fluid)
     >>> carom.Scene({**fluid, "fill": []}, frame=run.frames[-1]).size.round(3)
@@ -145,29 +151,32 @@ class Scene:
         seed: int | None = None,
         set: Mapping[str, Any] | None = None,
     ) -> Scene:
-        """Makes a scene with the particles of ``ase.Atoms``: their positions and velocities, and their cell.
+        """Makes a scene from ``ase.Atoms``, with their positions, velocities and cell.
 
-        The cell and its periodic axes are the box, unless the source gives the box a size or has a ``[[fill]]``. Axes that the source calls flat have
-        no extent. Masses and radii that the atoms have of their own, ``atoms.arrays["masses"]`` and ``["radii"]``, have to be those of the species.
+        The cell and its periodic axes become the box, unless the source gives the box a size or has a
+        ``[[fill]]``. Axes that are flat in the source have no extent. If the atoms have their own masses and
+        radii (``atoms.arrays["masses"]`` and ``["radii"]``), these must equal the masses and radii of the
+        species.
 
         Parameters
         ----------
         atoms : ase.Atoms
-            Such as ``ase.io.read("start.xyz")`` or :meth:`Frame.to_ase`.
+            The atoms, for example from ``ase.io.read("start.xyz")`` or :meth:`Frame.to_ase`.
         source : path, dict or Scene
-            What else the scene has; see :class:`Scene`.
+            Everything else in the scene; see :class:`Scene`.
         species : str or array, optional
-            One name for all, or for each atom its name or its number among the species of the source. If not given: the array ``species_names`` of the
-            atoms, or else their chemical symbols.
+            One name for all atoms, or for each atom the name or the index of its species in the source.
+            Defaults to the array ``species_names`` of the atoms, or else to their chemical symbols.
         seed, set
             As for :class:`Scene`.
 
         Raises
         ------
         SceneError
-            With the first mistake; that of an atom has its index.
+            If the scene is invalid. The error describes the first mistake; for an atom, it includes the
+            index.
         ValueError
-            If the cell is not rectangular, or atoms of one species have different masses.
+            If the cell is not rectangular, or if atoms of the same species have different masses.
         ImportError
             If ASE is not installed.
 
@@ -194,35 +203,40 @@ class Scene:
         seed: int | None = None,
         set: Mapping[str, Any] | None = None,
     ) -> Scene:
-        """Makes a scene with the particles of a GSD file, as HOOMD-blue and Carom write it: positions, velocities, bonds and the box.
+        """Makes a scene from a GSD file, with its positions, velocities, bonds and box.
 
-        The box is that of the file unless the source gives it a size or has a ``[[fill]]``. It is periodic, but for axes of which Carom has noted
-        otherwise, and flat along z in two dimensions. Masses and diameters in the file have to be those of the species. A file has single precision:
-        spheres that were in contact may overlap by its rounding, which ``allow_invalid_start = true`` lets the dynamics part.
+        HOOMD-blue and Carom write such files. The scene takes the box of the file, unless the source gives
+        the box a size or has a ``[[fill]]``. The box is periodic, except along axes that Carom has marked
+        otherwise in the file, and flat along z in two dimensions. Masses and diameters in the file must equal
+        those of the species. GSD files have single precision, so spheres in contact may overlap because of
+        rounding. With ``allow_invalid_start = true``, the scene accepts such overlaps, and the dynamics
+        separates the spheres.
 
         Parameters
         ----------
         path : path
             The file.
         source : path, dict or Scene
-            What else the scene has; see :class:`Scene`.
+            Everything else in the scene; see :class:`Scene`.
         frame : int
-            Which frame, from 0; from -1, the last one, backwards.
+            Index of the frame, from 0. Negative indices count from the end: -1 is the last frame.
         species : str or array, optional
-            As for :meth:`from_ase`; the types of the file if not given.
+            As for :meth:`from_ase`. Defaults to the particle types of the file.
         bond : str, optional
-            Name of the interaction that holds all bonds; the one with the name of their type if not given.
+            Name of the interaction that holds all bonds. By default, each bond has the interaction with the
+            name of its bond type.
         seed, set
             As for :class:`Scene`.
 
         Raises
         ------
         SceneError
-            With the first mistake; that of a particle has its index.
+            If the scene is invalid. The error describes the first mistake; for a particle, it includes the
+            index.
         FolderError
             If the file cannot be read.
         IndexError
-            If it has no such frame.
+            If the file has no such frame.
         ValueError
             If the box is not rectangular.
         ImportError
@@ -249,30 +263,35 @@ class Scene:
         seed: int | None = None,
         set: Mapping[str, Any] | None = None,
     ) -> Scene:
-        """Makes a scene with the atoms of an ``MDAnalysis.Universe``, or some of them, at its present time: positions, velocities and the box.
+        """Makes a scene from an ``MDAnalysis.Universe`` or a group of its atoms.
 
-        The box is that of the universe, periodic along all axes, unless the source gives it a size or has a ``[[fill]]``. MDAnalysis has single
-        precision: see :meth:`from_gsd`. Its masses may be guesses: they are not looked at.
+        The scene takes the positions, velocities and box of the current time step. The box is periodic along
+        all axes. If the source gives the box a size or has a ``[[fill]]``, the box of the universe is not
+        used. MDAnalysis has single precision; see :meth:`from_gsd`. The masses are ignored because MDAnalysis
+        may have guessed them.
 
         Parameters
         ----------
         atoms : MDAnalysis.Universe or AtomGroup
             The atoms.
         source : path, dict or Scene
-            What else the scene has; see :class:`Scene`.
+            Everything else in the scene; see :class:`Scene`.
         species : str or array, optional
-            As for :meth:`from_ase`; the types of the atoms if not given.
+            As for :meth:`from_ase`. Defaults to the types of the atoms.
         bond : str, optional
-            Name of the interaction that holds their bonds; without it they have none.
+            Name of the interaction that holds the bonds of the atoms. Without it, the scene has no bonds
+            between these atoms.
         seed, set
             As for :class:`Scene`.
 
         Raises
         ------
         SceneError
-            With the first mistake; that of an atom has its index.
+            If the scene is invalid. The error describes the first mistake; for an atom, it includes the
+            index.
         ValueError
-            If the box has angles that are not right ones, or the atoms have no types.
+            If the angles of the box are not right angles, or if the atoms have no types and ``species`` is
+            not given.
 
         Examples
         --------
@@ -290,7 +309,7 @@ class Scene:
         replaced: tuple[int | None, Mapping[str, Any] | None],
         make: Callable[[Names], _carom.Given],
     ) -> Scene:
-        """A scene with particles that are made with the names of its species."""
+        """Makes a scene; ``make`` creates its particles from the species names of the source."""
         text, name, pairs, _ = _parts(source, overrides(*replaced))
         scene = cls.__new__(cls)
         scene._core = _carom.Scene(text, name, pairs, make(lambda: _carom.Scene.species_named_in(text, name, pairs)))
@@ -310,16 +329,16 @@ class Scene:
         Parameters
         ----------
         text : str
-            TOML.
+            The scene in TOML.
         name : str
-            What stands for the file in messages, and as the place where relative paths start.
+            File name to show in messages. Relative paths start at the folder of this file name.
         seed, set
             As for :class:`Scene`.
 
         Raises
         ------
         SceneError
-            With the first mistake.
+            If the scene is invalid. The error describes the first mistake.
 
         Examples
         --------
@@ -339,13 +358,16 @@ class Scene:
         return scene
 
     def to_toml(self) -> str:
-        """The text from which the scene can be made again anywhere: everything replaced that was to be, with absolute paths. Particles from arrays
-        are listed one by one in it.
+        """TOML text from which the scene can be recreated anywhere.
+
+        The text includes all replaced values and uses absolute paths. It lists particles from arrays one by
+        one.
 
         Raises
         ------
         SceneError
-            If a file that it reads has changed; or if particles are from a frame of a sheared box, whose displacement no list can have.
+            If a file that the scene reads has changed, or if the particles come from a frame of a sheared box
+            with displaced images. A list of particles cannot represent this displacement.
 
         Examples
         --------
@@ -355,7 +377,7 @@ class Scene:
         return self._core.record()
 
     def to_dict(self) -> dict[str, Any]:
-        """Record of the scene as a dictionary, with the tables and keys of a scene file.
+        """The scene as a dictionary, with the tables and keys of a scene file.
 
         Examples
         --------
@@ -365,7 +387,9 @@ class Scene:
         return _carom.parse_toml(self._core.record())
 
     def describe(self) -> str:
-        """Description of the scene in words, with warnings of settings that are allowed and probably not meant, as ``carom check`` prints it.
+        """Describes the scene in words, as ``carom check`` does.
+
+        The description includes warnings about settings that are valid but probably unintended.
 
         Examples
         --------
@@ -377,7 +401,7 @@ class Scene:
 
     @property
     def name(self) -> str:
-        """Name of the scene, which runs have as that of their folder.
+        """Name of the scene, which also names the folders of its runs.
 
         Examples
         --------
@@ -410,7 +434,7 @@ class Scene:
 
     @property
     def packing_fraction(self) -> float | None:
-        """Part of the box that the particles which move fill; ``None`` where a side is open.
+        """Fraction of the box that the particles fill; ``None`` if a side of the box is open.
 
         Examples
         --------
@@ -421,7 +445,7 @@ class Scene:
 
     @property
     def size(self) -> NDArray[np.float64]:
-        """Edges of the box `[length]`, of the shape ``(3,)``; 0 along flat axes.
+        """Edge lengths of the box `[length]`, of the shape ``(3,)``; 0 along flat axes.
 
         Examples
         --------
@@ -454,7 +478,7 @@ class Scene:
 
     @property
     def species_names(self) -> list[str]:
-        """Names of the species; :attr:`species` has indices into it.
+        """Names of the species; :attr:`species` contains indices into this list.
 
         Examples
         --------
@@ -465,7 +489,7 @@ class Scene:
 
     @property
     def masses(self) -> NDArray[np.float64]:
-        """Mass of each species `[mass]`, infinite where it is static.
+        """Mass of each species `[mass]`; infinite for static species.
 
         Examples
         --------
@@ -476,7 +500,7 @@ class Scene:
 
     @property
     def diameters(self) -> NDArray[np.float64]:
-        """Diameter of each species at the start `[length]`.
+        """Initial diameter of each species `[length]`.
 
         Examples
         --------
@@ -487,7 +511,7 @@ class Scene:
 
     @property
     def species(self) -> NDArray[np.int64]:
-        """Species of each particle, of the shape ``(n,)``.
+        """Index of the species of each particle, of the shape ``(n,)``.
 
         Examples
         --------
@@ -498,7 +522,7 @@ class Scene:
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Positions at the start `[length]`, of the shape ``(n, 3)``.
+        """Initial positions `[length]`, of the shape ``(n, 3)``.
 
         Examples
         --------
@@ -509,7 +533,7 @@ class Scene:
 
     @property
     def velocities(self) -> NDArray[np.float64]:
-        """Velocities at the start `[length / time]`, of the shape ``(n, 3)``.
+        """Initial velocities `[length / time]`, of the shape ``(n, 3)``.
 
         Examples
         --------
@@ -555,7 +579,10 @@ class Scene:
 
 
 def endless(source: SceneLike, seed: int | None, set: Mapping[str, Any] | None) -> Scene:
-    """A scene that needs no end, because a simulation has none: without ``[run]``, or without an end in it, it gets one."""
+    """A scene for a simulation, which needs no end of the run.
+
+    If ``[run]`` or its end is missing in the source, the scene gets ``run.until_events = 1``.
+    """
     try:
         return Scene(source, seed=seed, set=set)
     except SceneError as error:
@@ -565,7 +592,7 @@ def endless(source: SceneLike, seed: int | None, set: Mapping[str, Any] | None) 
 
 
 def _parts(source: SceneLike, pairs: list[tuple[str, str]]) -> tuple[str, Path, list[tuple[str, str]], _carom.Given | None]:
-    """Text of a scene, what stands for its file, all that replaces values, and particles that it has besides."""
+    """Text of a scene, its file name, all overrides, and its additional particles."""
     if isinstance(source, Scene):
         text, name, before = source._core.source()
         replaced = {key for key, _ in pairs}

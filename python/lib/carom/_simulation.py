@@ -1,4 +1,4 @@
-"""A simulation: a scene in motion, from event to event."""
+"""Simulations, which advance a scene from event to event."""
 
 from __future__ import annotations
 
@@ -92,20 +92,26 @@ def _events_of(found: bytearray) -> NDArray[np.void]:
 
 
 class Simulation(State, Driven):
-    """A simulation: a scene in motion. It goes on to the same bits however often it is stopped, looked at or copied.
+    """A simulation, which advances a scene in time.
 
-    While it advances, other threads of Python run, and Ctrl-C ends the call in good order: the simulation is at the event that it had come to, and
-    can go on. Two threads cannot use the same simulation at the same time; each can have a :meth:`copy`.
+    The results are bitwise the same however often the simulation is stopped, inspected or copied.
+
+    Other Python threads run while the simulation advances. Ctrl-C ends the call cleanly: the simulation stays
+    at the last event that it reached, and can be continued. Two threads cannot use the same simulation at the
+    same time, but each thread can use its own :meth:`copy`.
 
     Parameters
     ----------
     scene : Scene, path, dict or Run
-        As for :class:`Scene`, also without ``[run]``, in whose place it has ``until_events = 1`` then. From the end of a :class:`Run` its particles, bonds and time go on, with the states of all pairs and the thermostat
-        of its measurement; its equilibration and stages are over, and events are counted from zero. Only runs move the volume: after a
-        measurement at constant pressure the simulation keeps the last box.
+        As for :class:`Scene`. A scene without ``[run]`` is also accepted, and gets ``until_events = 1``
+        instead. If a :class:`Run` is given, the simulation continues from the end of the run, with its
+        particles, bonds, time, the states of all pairs, and the thermostat of its measurement. The
+        equilibration and the stages of the run are not repeated, and events are counted from zero. Only runs
+        change the volume: after a measurement at constant pressure, the simulation keeps the final box.
     plan : bool
-        Whether a scene is refused that plans what only a run does: stages, growth, an equilibration, a thermostat that scales velocities. ``False``
-        leaves the plan out, with its thermostat, and takes the dynamics alone; :meth:`prepared` carries it out.
+        Whether to reject a scene that plans something only a run can do: stages, growth, an equilibration, or
+        a thermostat that scales velocities. ``False`` ignores the plan and its thermostat, and uses only the
+        dynamics. :meth:`prepared` carries out the plan.
     seed, set
         As for :class:`Scene`.
     threads : int or "auto", optional
@@ -114,7 +120,7 @@ class Simulation(State, Driven):
     Raises
     ------
     SceneError
-        If the scene is wrong, or needs a run.
+        If the scene is invalid, or needs a run.
 
     Examples
     --------
@@ -124,7 +130,7 @@ class Simulation(State, Driven):
     >>> simulation.event_counts["core"]
     20000
 
-    On from the end of a run:
+    Continue from the end of a run:
 
     >>> run = carom.run(fluid)
     >>> carom.Simulation(run).time == run.summary["time"]
@@ -158,10 +164,14 @@ class Simulation(State, Driven):
         threads: int | Literal["auto"] | None = None,
         progress: bool = True,
     ) -> Simulation:
-        """Simulates all that a scene plans before its measurement, and hands over where that begins, with its heat bath and its gravity, to the bits of :func:`run`.
+        """Simulates everything that a scene plans before its measurement.
 
-        Stages with their thermostats, growth, gravity and surfaces, and the equilibration are done by the driver of runs as a whole; of stages that are measured, the
-        measurements are not kept. What is to be seen on the way is for :func:`run`. Other threads of Python run meanwhile.
+        Returns the simulation at the start of the measurement, with the thermostat and the gravity of the
+        measurement. The state is bitwise the same as in :func:`run`.
+
+        The call carries out the stages, with their thermostats, growth, gravity and surfaces, and the
+        equilibration, with the same driver as a run. Measurements made during stages are not kept. To observe
+        the preparation, use :func:`run`. Other Python threads run meanwhile.
 
         Parameters
         ----------
@@ -175,11 +185,12 @@ class Simulation(State, Driven):
         Raises
         ------
         SceneError
-            If the scene is wrong, or its measurement has a thermostat that scales velocities.
+            If the scene is invalid, or its measurement has a thermostat that scales velocities.
         SimulationError
-            If it comes to no good end before: spheres that jam while they grow, an equilibration that does not end.
+            If the preparation fails: for example, spheres jam during growth, or the equilibration does not
+            end.
         KeyboardInterrupt
-            At Ctrl-C.
+            On Ctrl-C.
 
         Examples
         --------
@@ -231,40 +242,43 @@ class Simulation(State, Driven):
         kinds: str | Iterable[str] | None = None,
         progress: bool = False,
     ) -> str:
-        """Goes on, until the first of what is given.
+        """Advances the simulation until the first of the given limits is reached.
 
         Parameters
         ----------
         duration : float
             Simulated time from now `[time]`.
         events : int
-            Number of physical events from now: all but those of thermostats.
+            Number of physical events from now, which are all events except those of thermostats.
         until : float
             Simulated time since the start of the scene `[time]`.
         stop : callable
-            Is asked after each event of ``kinds``, with the event as an entry of type :data:`EVENT`; the call ends there if the answer is true. The
-            simulation is at that event when it is asked: it can be looked at and copied there, and be given other positions and velocities, with
-            which it goes on as between two calls. It cannot be advanced there. Some 3 microseconds for each event.
+            Function called after each event of ``kinds``, with the event as an entry of type :data:`EVENT`.
+            If it returns true, the simulation stops at that event. The function can inspect and copy the
+            simulation, and can set its positions and velocities; the simulation then continues from these, as
+            between two calls. The function cannot advance the simulation. Each call costs about 3
+            microseconds.
         kinds : str or list of str
-            Some of :data:`EVENT_KINDS`, or ``"wall"``; all if not given.
+            Any of :data:`EVENT_KINDS`, or ``"wall"`` for all walls. All kinds by default.
         progress : bool
-            Whether a bar is shown, as by :func:`run`, where the call takes more than half a second.
+            Whether to show a progress bar, as in :func:`run`, if the call takes more than half a second.
 
         Returns
         -------
         str
-            Why it ended: ``"time"``, ``"events"``, ``"stop"``, or ``"idle"`` if nothing will ever happen again.
+            Why the call ended: ``"time"``, ``"events"``, ``"stop"``, or ``"idle"`` if no further event will
+            ever happen.
 
         Raises
         ------
         SimulationError
             If the dynamics come to rest in a way that needs infinitely many events.
         ValueError, TypeError
-            If nothing says where to end, or a number is negative, not finite or none.
+            If no limit is given, or if a value is negative, not finite or not a number.
         RuntimeError
-            If ``stop`` advances the simulation that asks it, or another thread does.
+            If ``stop`` advances the simulation that calls it, or another thread is advancing it.
         KeyboardInterrupt
-            At Ctrl-C; the simulation can go on.
+            On Ctrl-C. The simulation can be continued.
 
         Examples
         --------
@@ -334,39 +348,43 @@ class Simulation(State, Driven):
         batch: int = 65536,
         columns: Iterable[str] | None = None,
     ) -> Iterator[Any]:
-        """Goes on as :meth:`advance` does, and hands out all events, a batch at a time.
+        """Advances the simulation as :meth:`advance` does, and yields all events in batches.
 
-        The simulation is at the last event of a batch when that is handed out; a loop that is left early leaves it there. Events of calls that advance
-        it within the loop are not handed out.
+        When a batch is yielded, the simulation is at the last event of the batch. If a loop over the batches
+        ends early, the simulation stays there. If other calls advance the simulation within the loop, their
+        events are not yielded.
 
         Parameters
         ----------
         duration, events, until
-            Where it ends, as for :meth:`advance`.
+            Limits, as for :meth:`advance`.
         kinds : str or list of str
-            Only events of these kinds; all if not given.
+            Yield only events of these kinds. All kinds by default.
         batch : int
-            Most events at a time; each takes 232 bytes.
+            Maximum number of events in a batch. Each event takes 232 bytes.
         columns : list of str
-            Fields of :data:`EVENT`. Each batch is then a dictionary with an array of each: contiguous, writable and independent of the batch, as PyTorch and
-            DLPack need them.
+            Fields of :data:`EVENT`. If given, each batch is a dictionary with one array for each field. These
+            arrays are contiguous, writable and independent of the batch, as PyTorch and DLPack require.
 
         Yields
         ------
         array of :data:`EVENT`, shape (m,)
-            ``time`` `[time]`; ``kind``, a number that :data:`EVENT_KINDS` names; ``particle`` and ``partner``, ids, -1 where there is no
-            partner; of both ``positions`` `[length]` within the box, ``velocities_before`` and ``velocities_after`` `[length / time]`,
-            of the shape (2, 3), 0 for no partner; ``energy_step``, the potential energy gained `[energy]`, of a thermostat the kinetic energy that it gave;
-            ``dissipated``, the kinetic energy lost to restitution `[energy]`; ``normal``, the unit vector from the partner to the particle; ``impulse``, the
-            momentum that the particle gained along it `[mass length / time]`; ``distance`` of the discontinuity `[length]`.
+            The fields are: ``time`` `[time]`; ``kind``, an index into :data:`EVENT_KINDS`; ``particle`` and
+            ``partner``, the ids of the two particles, with -1 for no partner; ``positions`` of both particles
+            `[length]`, within the box, and their ``velocities_before`` and ``velocities_after``
+            `[length / time]`, each of shape (2, 3), with 0 for no partner; ``energy_step``, the gain in
+            potential energy `[energy]`, or for a thermostat event the kinetic energy that it supplied;
+            ``dissipated``, the kinetic energy lost to restitution `[energy]`; ``normal``, the unit vector
+            from the partner to the particle; ``impulse``, the momentum that the particle gained along
+            ``normal`` `[mass length / time]`; ``distance``, the distance of the discontinuity `[length]`.
 
         Raises
         ------
-        As :meth:`advance`.
+        The same exceptions as :meth:`advance`.
 
         Examples
         --------
-        The pressure of hard spheres by the virial, from the events:
+        Compute the pressure of hard spheres from the virial of the events:
 
         >>> simulation = carom.Simulation(fluid, seed=2)
         >>> _ = simulation.advance(events=20_000)
@@ -398,7 +416,7 @@ class Simulation(State, Driven):
 
     @property
     def scene(self) -> Scene:
-        """The scene that it started from.
+        """The scene from which the simulation started.
 
         Examples
         --------
@@ -420,8 +438,9 @@ class Simulation(State, Driven):
 
     @property
     def size(self) -> NDArray[np.float64]:
-        """Edges of the box now `[length]`, of the shape ``(3,)``; 0 along flat axes. After a stage at constant pressure they differ from
-        ``scene.size``, those of the start.
+        """Current edges of the box `[length]`, of shape ``(3,)``; 0 along flat axes.
+
+        After a stage at constant pressure, they differ from the initial edges in ``scene.size``.
 
         Examples
         --------
@@ -432,7 +451,7 @@ class Simulation(State, Driven):
 
     @property
     def engine(self) -> str:
-        """The engine that was chosen for the scene, in words.
+        """Description of the engine chosen for the scene.
 
         Examples
         --------
@@ -443,8 +462,10 @@ class Simulation(State, Driven):
 
     @property
     def event_counts(self) -> dict[str, int]:
-        """How often each kind of event has happened since the start: ``core``, ``capture``, ``release``, ``bounce``, ``wall``, ``thermostat``, and
-        ``transition``, the moves between cells and lists of neighbours, which are not physical.
+        """Number of events of each kind since the start.
+
+        The kinds are ``core``, ``capture``, ``release``, ``bounce``, ``wall``, ``thermostat`` and
+        ``transition``. Transitions are moves between cells and neighbour lists, and are not physical events.
 
         Examples
         --------
@@ -455,8 +476,11 @@ class Simulation(State, Driven):
 
     @property
     def energy(self) -> dict[str, float]:
-        """Energies now `[energy]`: ``kinetic``; ``thermal``, without what streams in a sheared box; ``potential``; ``pair``, the part of
-        that which comes from pairs; and ``dissipated`` and ``supplied`` since the start. ``kinetic + potential + dissipated - supplied`` is
+        """Current energies `[energy]`.
+
+        They are ``kinetic``; ``thermal``, the kinetic energy without the streaming motion in a sheared box;
+        ``potential``; ``pair``, the part of the potential energy that comes from pairs; and the energies
+        ``dissipated`` and ``supplied`` since the start. ``kinetic + potential + dissipated - supplied`` is
         conserved.
 
         Examples
@@ -468,8 +492,11 @@ class Simulation(State, Driven):
 
     @property
     def temperature(self) -> float | None:
-        """Kinetic temperature now `[energy]`, as runs measure it: without the common velocity along axes on which the momentum is conserved, and
-        without what streams in a sheared box. ``None`` with gravity, and for fewer than two particles that move.
+        """Current kinetic temperature `[energy]`, as measured in runs.
+
+        The temperature excludes the centre-of-mass velocity along axes on which momentum is conserved, and
+        the streaming velocity in a sheared box. It is ``None`` with gravity, and with fewer than two moving
+        particles.
 
         Examples
         --------
@@ -480,7 +507,7 @@ class Simulation(State, Driven):
 
     @property
     def momentum(self) -> NDArray[np.float64]:
-        """Total momentum `[mass length / time]`, of the shape ``(3,)``.
+        """Total momentum `[mass length / time]`, of shape ``(3,)``.
 
         Examples
         --------
@@ -491,7 +518,9 @@ class Simulation(State, Driven):
 
     @property
     def deepest_overlap(self) -> float:
-        """The deepest overlap now of all pairs and walls, relative to the distance that is needed; round-off, some 1e-15, in a sound simulation.
+        """Current deepest overlap of all pairs and walls, relative to the required distance.
+
+        In a sound simulation, the overlap is only round-off, about 1e-15.
 
         Examples
         --------
@@ -502,16 +531,17 @@ class Simulation(State, Driven):
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Positions now `[length]`, of the shape ``(n, 3)``, in the order of the ids; within the box along periodic axes but for round-off.
+        """Current positions `[length]`, of shape ``(n, 3)``, in the order of the ids.
 
-        What is read is a new array, made in one pass, for reading only. What is assigned is checked as the positions of a scene are, and the states of pairs follow from
-        the distances; the energy that this supplies is counted.
+        Along periodic axes, the positions are within the box, except for round-off. Reading returns a new
+        read-only array, made in one pass. Assigned positions are checked like the positions of a scene, and
+        the states of the pairs follow from the distances. The energy supplied by the assignment is counted.
 
         Raises
         ------
         ValueError, TypeError
-            If an array is assigned of another shape, with numbers that are not finite, or in which particles overlap, leave a sheared box or move along
-            a flat axis; the simulation is as it was then.
+            If an assigned array has the wrong shape or contains numbers that are not finite, or if particles
+            in it overlap, leave a sheared box or move along a flat axis. The simulation then stays unchanged.
 
         Examples
         --------
@@ -527,14 +557,15 @@ class Simulation(State, Driven):
         self.set_positions(positions)
 
     def set_positions(self, positions: ArrayLike, *, keep_states: bool = False) -> None:
-        """Puts all particles elsewhere.
+        """Sets the positions of all particles.
 
         Parameters
         ----------
         positions : array, shape (n, 3)
             `[length]`, in the order of the ids.
         keep_states : bool
-            Whether captured pairs stay captured; positions that do not agree with that are refused. Otherwise the states follow from the distances.
+            Whether captured pairs stay captured. Positions that are inconsistent with the captured pairs are
+            then rejected. Otherwise, the states of the pairs follow from the distances.
 
         Raises
         ------
@@ -554,8 +585,9 @@ class Simulation(State, Driven):
 
     @property
     def velocities(self) -> NDArray[np.float64]:
-        """Velocities now `[length / time]`, of the shape ``(n, 3)``, in the order of the ids, a new array for reading only. Assigning is
-        :meth:`set_velocities`.
+        """Current velocities `[length / time]`, of shape ``(n, 3)``, in the order of the ids.
+
+        Reading returns a new read-only array. Assigning calls :meth:`set_velocities`.
 
         Examples
         --------
@@ -571,17 +603,20 @@ class Simulation(State, Driven):
         self.set_velocities(velocities)
 
     def set_velocities(self, velocities: ArrayLike) -> None:
-        """Gives all particles new velocities, now. The energy that this supplies is counted.
+        """Sets the current velocities of all particles.
+
+        The energy supplied by this call is counted.
 
         Parameters
         ----------
         velocities : array, shape (n, 3)
-            `[length / time]`, in the order of the ids; 0 along flat axes and for what is static.
+            `[length / time]`, in the order of the ids; 0 along flat axes and for static particles.
 
         Raises
         ------
         ValueError, TypeError
-            If the array has another shape, or numbers that are not finite or not real; the simulation is as it was then.
+            If the array has the wrong shape, or contains numbers that are not finite or not real. The
+            simulation then stays unchanged.
 
         Examples
         --------
@@ -592,7 +627,9 @@ class Simulation(State, Driven):
 
     @property
     def images(self) -> NDArray[np.int32]:
-        """Periods travelled along each axis since the start, of the shape ``(n, 3)``; :attr:`Frame.unwrapped` uses them.
+        """Number of periods travelled along each axis since the start, of shape ``(n, 3)``.
+
+        :attr:`Frame.unwrapped` uses these numbers.
 
         Examples
         --------
@@ -603,7 +640,7 @@ class Simulation(State, Driven):
 
     @property
     def species(self) -> NDArray[np.int64]:
-        """Species of each particle, of the shape ``(n,)``: indices into ``scene.species_names``.
+        """Species of each particle, of shape ``(n,)``, as indices into ``scene.species_names``.
 
         Examples
         --------
@@ -614,7 +651,10 @@ class Simulation(State, Driven):
 
     @property
     def captured_pairs(self) -> NDArray[np.int64]:
-        """Pairs within a well or beyond another step, each once, of the shape ``(pairs, 3)``: lower id, higher id, and how many steps they are inside.
+        """Pairs inside a well or another step of their potential, of shape ``(pairs, 3)``.
+
+        Each pair is listed once, with the lower id, the higher id, and the number of steps that the pair is
+        inside.
 
         Examples
         --------
@@ -624,7 +664,10 @@ class Simulation(State, Driven):
         return self._core.captured_pairs()
 
     def frame(self) -> Frame:
-        """All particles now, with the box: for other programs, and for what needs positions, velocities and images of the same time.
+        """Current state of all particles, with the box.
+
+        Use a frame to pass the state to other programs, or when positions, velocities and images of the same
+        time are needed.
 
         Examples
         --------
@@ -657,7 +700,7 @@ class Simulation(State, Driven):
         )
 
     def to_ase(self) -> Any:
-        """As :meth:`Frame.to_ase`, now.
+        """Converts the current state as :meth:`Frame.to_ase` does.
 
         Examples
         --------
@@ -667,7 +710,7 @@ class Simulation(State, Driven):
         return self.frame().to_ase()
 
     def to_mdanalysis(self) -> Any:
-        """As :meth:`Frame.to_mdanalysis`, now.
+        """Converts the current state as :meth:`Frame.to_mdanalysis` does.
 
         Examples
         --------
@@ -677,7 +720,7 @@ class Simulation(State, Driven):
         return self.frame().to_mdanalysis()
 
     def to_freud(self) -> tuple[Any, NDArray[np.float64]]:
-        """As :meth:`Frame.to_freud`, now.
+        """Converts the current state as :meth:`Frame.to_freud` does.
 
         Examples
         --------

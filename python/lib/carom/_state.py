@@ -1,4 +1,4 @@
-"""States of simulations: files and pickles from which they go on to the same bits."""
+"""States of simulations: files and pickles from which a simulation resumes bit for bit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["State"]
 
 
 class State:
-    """State of a simulation, as a whole."""
+    """The complete state of a simulation."""
 
     __slots__ = ("_core", "_is_asking", "_scene")
 
@@ -32,22 +32,26 @@ class State:
         return simulation
 
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
-        """Saves the simulation in a file, from which :meth:`load` goes on to the same bits: all that decides what happens, and its scene.
+        """Saves the simulation to a file.
 
-        The file has its name when it is complete, and is as large as a checkpoint of a run. A simulation that was saved there before is replaced. Other files
-        that the scene reads are not needed any more.
+        A simulation that :meth:`load` reads from this file continues with bit-for-bit identical results. The
+        file contains the complete state of the simulation and its scene. Other files that the scene reads are
+        then no longer needed.
+
+        The file gets its name only when it is complete. It is as large as a checkpoint of a run. A simulation
+        previously saved under the same path is replaced.
 
         Parameters
         ----------
         path : path
-            Such as ``fluid.simulation``.
+            The file to write, such as ``fluid.simulation``.
         force : bool
-            Whether another file that is there is replaced, too.
+            Whether to replace an existing file even if it is not a saved simulation.
 
         Raises
         ------
         FolderError
-            If something else is there, or the file cannot be written.
+            If something other than a saved simulation exists at the path, or if the file cannot be written.
 
         Examples
         --------
@@ -65,20 +69,21 @@ class State:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, threads: int | Literal["auto"] | None = None) -> Self:
-        """Loads a simulation that :meth:`save` has saved.
+        """Loads a simulation from a file written by :meth:`save`.
 
         Parameters
         ----------
         path : path
-            The file.
+            The file to read.
         threads : int or "auto", optional
-            As for :func:`run`; those of the scene if not given.
+            Number of threads, as for :func:`run`; by default, the number given in the scene.
 
         Raises
         ------
         FolderError
-            If there is no such file, if a single bit of it has changed or its end is missing, if it is something else, or if another version of Carom has
-            saved it, which may go on otherwise.
+            If the file does not exist, is corrupted (even by a single bit) or truncated, or is not a saved
+            simulation. Also if another version of Carom saved the file, because the simulation could then
+            continue differently.
 
         Examples
         --------
@@ -90,7 +95,7 @@ class State:
         return cls._of(core, Scene._of(scene))
 
     def copy(self) -> Self:
-        """A copy, which goes on to the same bits.
+        """Returns a copy of the simulation, which continues with bit-for-bit identical results.
 
         Examples
         --------

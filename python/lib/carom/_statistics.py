@@ -12,40 +12,50 @@ __all__ = ["is_stationary", "mean_and_error"]
 
 
 def is_stationary(verdict: str) -> bool | None:
-    """Verdict of the compiled part; ``None`` where that cannot be told."""
+    """Returns the verdict of the compiled part on stationarity, or ``None`` if it is unknown."""
     return {"stationary": True, "constant": True, "drifting": False}.get(verdict)
 
 
 def mean_and_error(series: ArrayLike, unit: str = "1") -> Observable:
-    """The mean of a correlated series, with the standard error and the verdict that runs have.
+    """Computes the mean of a correlated series, with its standard error and a verdict on stationarity.
 
-    Values are gathered in at most 1024 blocks of equal length. The variance of the mean of ``n`` of them is ``S(0) / n``, with the spectral
-    density ``S`` at frequency zero, the sum of all autocovariances: that of the most likely sum of white noise, relaxations and differences that
-    cancel between neighbours (P. Whittle, Ark. Mat. 2, 423 (1953)). An error that comes from few independent values is larger by what Student's
-    distribution says of them. Errors are on the safe side: larger than the exact ones of autoregressive series by 6 % where these are long, by 20
-    to 30 % where they are worth 25 to 50 independent values. The series is stationary if the means of its first quarter and of its second half
-    differ by no more than chance (J. Geweke, in Bayesian Statistics 4, Oxford University Press, 1992, p. 169).
+    The method is the same as for the observables of a run. The values are averaged in at most 1024 blocks of
+    equal length. The variance of the mean of ``n`` blocks is ``S(0) / n``, where ``S(0)`` is the spectral
+    density at frequency zero, which is the sum of all autocovariances. It is estimated by fitting the most
+    likely sum of white noise, relaxations, and differences that cancel between neighbours (P. Whittle, Ark.
+    Mat. 2, 423 (1953)). If there are few independent values, the error is enlarged according to Student's
+    distribution.
+
+    The errors are conservative. For autoregressive series, they exceed the exact errors by 6 % if the series
+    is long, and by 20 to 30 % if it is equivalent to 25 to 50 independent values.
+
+    The series is stationary if the means of its first quarter and its second half differ by no more than
+    chance (J. Geweke, in Bayesian Statistics 4, Oxford University Press, 1992, p. 169).
 
     Parameters
     ----------
     series : array, shape (m,)
-        Values at even times, in the order of time, all from the measurement: nothing is left out.
+        Values at equally spaced times, in chronological order. All values must belong to the measurement,
+        because none are discarded.
     unit : str
-        Their unit.
+        Unit of the values.
 
     Returns
     -------
     Observable
-        The error is ``None`` for series that are worth fewer than eight independent values, and the verdict for those that are too short for one.
+        The error is ``None`` if the series is equivalent to fewer than eight independent values. The verdict
+        is ``None`` if the series is too short for a verdict.
 
     Raises
     ------
     ValueError, TypeError
-        If it has not one axis, no values, or some that are not finite or not real.
+        If the series does not have exactly one axis, is empty, or contains values that are not finite or not
+        real.
 
     Examples
     --------
-    The pressure between the rows of a run, but for the first, which has none, and the last, which stands for a shorter time:
+    The pressure between the rows of a run, except the first row, which has no pressure, and the last row,
+    which covers a shorter time:
 
     >>> run = carom.run(fluid)
     >>> found = carom.mean_and_error(run.thermo["pressure"][1:-1], run.thermo.units["pressure"])

@@ -1,4 +1,4 @@
-"""Sweeps: one scene with values that vary, a run for each combination, on whatever runs tasks."""
+"""Parameter sweeps: one run of a scene for each combination of values, in threads or on an executor."""
 
 from __future__ import annotations
 
@@ -47,51 +47,62 @@ def sweep(
     every: float | None = None,
     progress: bool = True,
 ) -> Sweep:
-    """Runs a scene for all combinations of values, as ``carom sweep`` does, in the same folder: what is there is not run again.
+    """Runs a scene for all combinations of values, like ``carom sweep``, and skips runs that are complete.
 
-    A sweep that was interrupted goes on where it stopped, to the same bits, whichever of the two began it; so do its runs, from their
-    checkpoints. It takes further values and seeds.
+    The function and the program use the same folder. Either can resume an interrupted sweep, no matter which
+    of the two started it. Interrupted runs resume from their checkpoints, and the results are bit-identical.
+    A sweep can be extended by more values and seeds.
 
     Parameters
     ----------
     scene : path, dict or Scene
         As for :class:`Scene`.
     vary : dict
-        Values by key of the scene: a list or an array (numbers are written with 12 digits), or text as ``--vary`` of the program takes it, such as
-        ``"0.05..0.49/12"``. A tuple of keys has a list of tuples: values that change together.
+        Maps keys of the scene to their values: a list, an array, or a string in the syntax of ``--vary``,
+        such as ``"0.05..0.49/12"``. Numbers are written with 12 digits. To change several values together,
+        give a tuple of keys and a list of tuples.
     seeds : int or list of int, optional
-        Repetitions of each state point: so many, from 1, or with these seeds. Means are taken over them.
+        Repetitions of each state point: their number ``n``, for the seeds 1 to ``n``, or a list of seeds.
+        Means are averages over the seeds.
     out : path, optional
-        The folder; ``runs/NAME-sweep`` if not given. Other processes and machines must find it under the same path.
+        The folder of the sweep; ``runs/NAME-sweep`` if not given. Other processes and machines that take part
+        must be able to access the folder under the same path.
     executor : concurrent.futures.Executor, optional
-        What runs the points: ``ProcessPoolExecutor``, ``MPIPoolExecutor`` of mpi4py, ``client.get_executor()`` of Dask. Each point is a task of
-        its own, and a task that is run again, because its worker was lost, goes on from the last checkpoint. Threads of this process if not given.
+        The executor that runs the points, such as ``ProcessPoolExecutor``, ``MPIPoolExecutor`` of mpi4py or
+        ``client.get_executor()`` of Dask. Each point is a separate task. If a worker is lost and its task is
+        run again, the task resumes from the last checkpoint. If no executor is given, the points run in
+        threads of this process.
     jobs : int, optional
-        Number of these threads; as many as there are processors if not given.
+        Number of threads without an executor; the number of processors if not given.
     set : dict, optional
-        Replaces values at all points, as for :class:`Scene`.
+        Values of the scene to replace at all points, as for :class:`Scene`.
     force : bool
-        Writes also more than 10 GB in all, or a tenth of what is free on the disk.
+        Whether the sweep may write more than 10 GB in total, or more than a tenth of the free disk space.
     observe, every
-        Own measurements at all points, as for :func:`run`: the tables and the page of the sweep have them, too. Without an executor several threads call them, one
-        at a time. With one they have to reach its workers: processes take functions of a module, and Dask takes any. An exception in one of them ends the
-        sweep; the same call goes on.
+        User-defined measurements at all points, as for :func:`run`. Their results also appear in the tables
+        and on the page of the sweep. Without an executor, several threads call the functions, one at a time.
+        With an executor, the functions must be sent to its workers: processes accept functions of a module,
+        and Dask accepts any function. An exception in a function ends the sweep; the same call resumes the
+        sweep.
     checkpoint_every, progress
         As for :func:`run`.
 
     Raises
     ------
     SweepError
-        If an axis is wrong, the folder holds another sweep, or runs that were not observed.
+        If an axis is invalid, the folder contains a different sweep, or the folder contains complete runs
+        that lack measurements in ``observe``.
     SceneError
-        If a key or a value is wrong.
+        If a key or a value is invalid.
     FolderError
-        If the folder holds something else, or the files would be too large.
+        If the folder contains something else, or the files would be too large.
 
     Warns
     -----
     CaromWarning
-        If runs have failed: :attr:`Sweep.failures` says why. The others are complete.
+        If runs have failed. :attr:`Sweep.failures` contains the reasons. The other runs are complete. Also if
+        a measurement in ``observe`` has no value in some runs, because their measurements are shorter than
+        ``every``.
 
     Examples
     --------
@@ -142,7 +153,7 @@ def sweep(
 
 
 def _text(key: str, value: Any) -> str:
-    """A value of an axis as the program takes it."""
+    """A value of an axis in the syntax of the program."""
     if isinstance(value, str):
         plain = value.replace("-", "").replace("_", "").replace(".", "").isalnum() and ".." not in value
         # A text such as "1e5" stays a text: without quotes it would be a number.
@@ -156,7 +167,7 @@ def _text(key: str, value: Any) -> str:
 
 
 def _axis(keys: Any, values: Any) -> str:
-    """An axis as the program takes it."""
+    """An axis in the syntax of the program."""
     if isinstance(keys, str):
         if isinstance(values, str):
             return f"{keys}={values}"
@@ -178,7 +189,7 @@ def _axis(keys: Any, values: Any) -> str:
 
 
 def _refuse_unobserved(core: _carom.Sweep, folder: Path, observe: Functions) -> None:
-    """Refuses what would be measured at some points only: runs that are there are not run again."""
+    """Rejects measurements that complete runs lack, because complete runs are not repeated."""
     if not observe:
         return
     for name, numbers in _numbers(core, folder):
@@ -189,7 +200,7 @@ def _refuse_unobserved(core: _carom.Sweep, folder: Path, observe: Functions) -> 
 
 
 def _numbers(core: _carom.Sweep, folder: Path) -> Iterator[tuple[str, dict[str, float | None]]]:
-    """The runs that are complete, with what each has measured, by name."""
+    """Yields the name of each complete run and its measured numbers by name."""
     for name in [point for point, state, _ in core.standing(folder) if state == "done"]:
         path = folder / name / "measurements.json"
         numbers = json_of(path).get("numbers", []) if path.exists() else []
@@ -197,7 +208,7 @@ def _numbers(core: _carom.Sweep, folder: Path) -> Iterator[tuple[str, dict[str, 
 
 
 def _point(folder: str, name: str, orders: tuple[bool, float], functions: _Observed) -> tuple[str, str | None]:
-    """Runs a point of the sweep in a folder: the task of an executor, whose process has nothing but the folder."""
+    """Runs a point of the sweep as a task of an executor, whose process knows only the folder."""
     return _carom.Sweep.open(Path(folder)).run_point(Path(folder), name, (orders, observed(*functions)))
 
 
@@ -257,17 +268,17 @@ def _finished(core: _carom.Sweep, folder: Path, functions: _Observed) -> Sweep:
 
 
 class Sweep:
-    """A sweep in its folder: its points, their runs and the tables of all.
+    """A sweep in its folder, with its points, their runs and the tables of all runs.
 
     Parameters
     ----------
     folder : path
-        Made by :func:`sweep` or by the program; it may still be under way.
+        The folder of a sweep made by :func:`sweep` or by the program. The sweep may still be running.
 
     Raises
     ------
     FolderError, SweepError
-        If there is no such sweep, or its scene has changed.
+        If the folder contains no sweep, or the scene of the sweep has changed.
 
     Examples
     --------
@@ -291,7 +302,7 @@ class Sweep:
 
     @cached_property
     def points(self) -> list[dict[str, Any]]:
-        """Keys and values of each point, in the order of the tables, the last key fastest.
+        """Keys and values of each point, in the order of the tables. The last key varies fastest.
 
         Examples
         --------
@@ -302,7 +313,7 @@ class Sweep:
 
     @property
     def runs(self) -> list[Run | None]:
-        """The run of each point; ``None`` where it is not done.
+        """The run of each point; ``None`` for a run that is not complete.
 
         Examples
         --------
@@ -313,7 +324,7 @@ class Sweep:
 
     @property
     def failures(self) -> dict[str, str]:
-        """Why runs have failed, by the name of their folder.
+        """Reasons why runs failed, by the name of the folder of the run.
 
         Examples
         --------
@@ -329,7 +340,9 @@ class Sweep:
 
     @property
     def table(self) -> Table:
-        """Rows of ``sweep.csv``, one for each run: the values that vary, and each quantity ``x`` with ``x_error``, its standard error.
+        """Table ``sweep.csv``, with one row for each run.
+
+        The columns contain the varied values and each quantity ``x`` with its standard error ``x_error``.
 
         Examples
         --------
@@ -340,8 +353,10 @@ class Sweep:
 
     @property
     def mean(self) -> Table:
-        """Rows of ``sweep-mean.csv``, one for each state point: means over the seeds, ``x_error`` by the errors of the runs, and ``x_scatter`` by
-        how far the runs are apart, which should agree.
+        """Table ``sweep-mean.csv``, with one row for each state point.
+
+        The columns contain means over the seeds with two standard errors: ``x_error`` follows from the errors
+        of the runs, and ``x_scatter`` from the differences between the runs. The two should agree.
 
         Examples
         --------
@@ -351,7 +366,9 @@ class Sweep:
         return Table.read(self.folder / "sweep-mean.csv", self._units)
 
     def page(self) -> str:
-        """The page of the sweep as HTML: every quantity against the values that vary, with published curves beside.
+        """The page of the sweep as HTML, with plots of every quantity against the varied values.
+
+        The plots include published curves for comparison.
 
         Examples
         --------
@@ -372,7 +389,7 @@ class Sweep:
 
 
 def _value(text: str) -> Any:
-    """A value as it was typed."""
+    """Parses a value from the text that the user typed."""
     try:
         return _carom.parse_toml(f"v = {text}")["v"]
     except ValueError:

@@ -1,4 +1,4 @@
-"""Tables and curves: what runs measure, as arrays."""
+"""Tables and curves: the measurements of runs as arrays."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _Value = TypeVar("_Value")
 
 
 class Named(dict[str, _Value]):
-    """A dictionary that names its keys where it is asked for another one."""
+    """A dictionary that lists its keys in the error for a missing key."""
 
     def __init__(self, kind: str, items: Mapping[str, _Value]) -> None:
         super().__init__(items)
@@ -34,14 +34,17 @@ class Named(dict[str, _Value]):
 
 
 class _Absent:
-    """A method of a dictionary that columns do not have."""
+    """A dictionary method that :class:`Columns` does not provide."""
 
     def __get__(self, instance: object, owner: type | None = None) -> Any:
         raise AttributeError("columns cannot be replaced; those of dict(table) can")
 
 
 class Columns(dict[str, NDArray[Any]]):
-    """Arrays by name that cannot be replaced. It is a dictionary, because pandas and others take other mappings as a list of their keys."""
+    """Arrays by name that cannot be replaced.
+
+    The class is a dictionary, because pandas and other libraries treat other mappings as a list of keys.
+    """
 
     clear: Any = _Absent()
     pop: Any = _Absent()
@@ -63,8 +66,9 @@ class Columns(dict[str, NDArray[Any]]):
 
 
 class Table(Columns):
-    """Columns by name: arrays of the same length, for reading only, with their units. What is not known is not a number. It is a dictionary, which
-    ``pandas.DataFrame`` and others take.
+    """Columns by name: read-only arrays of the same length, with their units.
+
+    Unknown values are NaN. A table is a dictionary, so ``pandas.DataFrame`` and other libraries accept it.
 
     Examples
     --------
@@ -80,12 +84,12 @@ class Table(Columns):
 
     @classmethod
     def read(cls, path: Path, units: Mapping[str, str] | None = None) -> Table:
-        """Reads a table of Carom, with a line of headings and commas between the cells.
+        """Reads a table written by Carom, a CSV file with a header line.
 
         Raises
         ------
         FolderError
-            If it cannot be read, or a row has not as many cells as there are headings.
+            If the file cannot be read, or the number of cells in a row differs from the number of headings.
 
         Examples
         --------
@@ -152,19 +156,19 @@ class Curve:
     Attributes
     ----------
     name, title, method : str
-        What it is, and how it was measured.
+        Name and title of the curve, and the method of measurement.
     variables : dict of str to array
-        What it is a function of: one variable, or those of a grid, all of the same length.
+        The independent variables: a single variable, or the variables of a grid, all of the same length.
     values : dict of str to array
-        The quantities; not a number where there is nothing.
+        The measured quantities; NaN where there is no value.
     errors : dict of str to array
-        Their standard errors; not a number where there are too few data.
+        Standard errors of the quantities; NaN where there are too few data.
     units : dict of str to str
-        Of variables and values.
+        Units of the variables and the quantities.
     published : list of dict
-        What theory or other simulations say, where that is known.
+        Results of theory or of other simulations, if known.
     normalisation : dict of str to dict
-        Of each quantity what was counted, and the numbers by which that was divided.
+        For each quantity, the original count or sum, and the numbers by which it was divided.
 
     Examples
     --------
@@ -239,7 +243,7 @@ class Curve:
         return next(iter(self.errors.values()))
 
     def to_pandas(self) -> Any:
-        """The curve as a ``pandas.DataFrame``, with the errors in columns of their own.
+        """The curve as a ``pandas.DataFrame``, with the errors in separate columns.
 
         Raises
         ------
@@ -258,12 +262,12 @@ class Curve:
         return DataFrame({**self.variables, **self.values, **errors})
 
     def plot(self, ax: Any = None) -> Any:
-        """Draws the quantities against the variable, with their standard errors and units, and with what is published.
+        """Plots the quantities against the variable, with standard errors, units and published results.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Where it is drawn; the current axes of pyplot if not given.
+            The axes to draw on; the current axes of pyplot if not given.
 
         Returns
         -------
@@ -274,7 +278,7 @@ class Curve:
         ImportError
             If Matplotlib is not installed.
         ValueError
-            If it is a grid of several variables.
+            If the curve is a grid of several variables.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""Large files of runs: frames and events, each read when it is asked for."""
+"""Large output files of runs: frames and events, which are read on demand."""
 
 from __future__ import annotations
 
@@ -24,17 +24,20 @@ __all__ = ["EventLog", "Trajectory"]
 
 
 class Trajectory(Sequence[Frame]):
-    """The frames of a trajectory file, each read when it is asked for. The file is passed over once, for where they are.
+    """The frames of a trajectory file, which are read on demand.
+
+    The file is scanned once to find the position of each frame.
 
     Parameters
     ----------
     path : path
-        A file in extended XYZ, such as the ``trajectory.xyz`` of a run. A last frame that is cut off, as by a kill, is left out.
+        A file in extended XYZ format, such as the ``trajectory.xyz`` of a run. An incomplete last frame, for
+        example after the run was killed, is skipped.
 
     Raises
     ------
     FolderError
-        If the file cannot be read, or is no trajectory.
+        If the file cannot be read or is not a trajectory.
 
     Examples
     --------
@@ -74,7 +77,9 @@ class Trajectory(Sequence[Frame]):
 
     @cached_property
     def times(self) -> NDArray[np.float64]:
-        """Simulated time of each frame `[time]`, of the shape ``(frames,)``; reads them all once.
+        """Simulated time of each frame `[time]`, an array of shape ``(frames,)``.
+
+        The first access reads all frames once.
 
         Examples
         --------
@@ -84,17 +89,21 @@ class Trajectory(Sequence[Frame]):
         return fixed(np.array([frame.time for frame in self]))
 
     def positions(self, *, unwrapped: bool = True) -> NDArray[np.float64]:
-        """Positions in all frames `[length]`, of the shape ``(frames, n, 3)``, in an array of the caller's own.
+        """Positions in all frames `[length]`, an array of shape ``(frames, n, 3)``.
+
+        Each call returns a new, writable array.
 
         Parameters
         ----------
         unwrapped : bool
-            Whether particles go on beyond the sides of a periodic box, as for displacements; otherwise they are within it.
+            If true, the positions continue beyond the sides of a periodic box, as is needed for
+            displacements. Otherwise they are wrapped into the box.
 
         Raises
         ------
         ValueError
-            If frames have different particles, or images are asked for and not known.
+            If the frames do not all have the same particles, or if unwrapped positions are requested but the
+            images are unknown.
 
         Examples
         --------
@@ -107,12 +116,14 @@ class Trajectory(Sequence[Frame]):
         return self._stacked("unwrapped" if unwrapped else "positions")
 
     def velocities(self) -> NDArray[np.float64]:
-        """Velocities in all frames `[length / time]`, of the shape ``(frames, n, 3)``, in an array of the caller's own.
+        """Velocities in all frames `[length / time]`, an array of shape ``(frames, n, 3)``.
+
+        Each call returns a new, writable array.
 
         Raises
         ------
         ValueError
-            If frames have different particles.
+            If the frames do not all have the same particles.
 
         Examples
         --------
@@ -134,15 +145,17 @@ class Trajectory(Sequence[Frame]):
         return np.empty((0, 0, 3)) if stacked is None else stacked
 
     def to_mdanalysis(self) -> Any:
-        """All frames as an ``MDAnalysis.Universe``, in memory, at their own times; see :meth:`Frame.to_mdanalysis`. ``trajectory.dt`` is the median of their
-        intervals: the last frame is where the run ended.
+        """Converts all frames to an ``MDAnalysis.Universe`` in memory; see :meth:`Frame.to_mdanalysis`.
+
+        Each frame keeps its own time. ``trajectory.dt`` is the median interval between frames, because the
+        last frame is at the end of the run and its interval may differ.
 
         Raises
         ------
         ImportError
             If MDAnalysis is not installed.
         ValueError
-            If frames have different particles, or there are none.
+            If the frames do not all have the same particles, or if there are no frames.
 
         Examples
         --------
@@ -163,16 +176,18 @@ class Trajectory(Sequence[Frame]):
 
 
 def _again(path: Path, owner: Any) -> Trajectory:
-    """A trajectory that was pickled: its file is passed over when a frame is asked for."""
+    """Restores a pickled trajectory. The file is scanned when it is first needed."""
     again = Trajectory.__new__(Trajectory)
     again._path, again._owner = path, owner
     return again
 
 
 class EventLog(Columns):
-    """All events of a run, by column: memory maps of the files in the folder ``events``, one entry per event in the order of time.
+    """All events of a run, stored by column.
 
-    The columns are those of :meth:`Simulation.events`, with the same units, but for ``impulse``, ``distance`` and ``normal``.
+    The columns are memory maps of the files in the folder ``events``, with one entry per event in order of
+    time. They are the same as in :meth:`Simulation.events`, with the same units, except that ``impulse``,
+    ``distance`` and ``normal`` are missing.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Units as Carom writes them: ``mass / (length time)``, ``1 / time``, ``length^2``."""
+"""Units in the notation of Carom: ``mass / (length time)``, ``1 / time``, ``length^2``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _LARGEST = 1000
 
 
 def powers(unit: str) -> dict[str, Fraction]:
-    """Power of each name in a unit; none of a pure number."""
+    """Power of each name in a unit; empty for a pure number."""
     found: dict[str, Fraction] = {}
     upper, _, lower = unit.partition("/")
     for text, sign in ((upper, 1), (lower, -1)):
@@ -26,7 +26,7 @@ def powers(unit: str) -> dict[str, Fraction]:
 
 
 def product(*factors: tuple[str, float]) -> str:
-    """Product of units, each to a power."""
+    """Product of units, each raised to a power."""
     total: dict[str, Fraction] = {}
     for unit, power in factors:
         for name, of_unit in powers(unit).items():

@@ -1,4 +1,4 @@
-"""Frames in the formats of other programs, written one after the other."""
+"""Writes frames one by one in the formats of other programs."""
 
 from __future__ import annotations
 
@@ -16,26 +16,30 @@ __all__ = ["Writer"]
 
 
 class Writer:
-    """A trajectory that is written frame by frame, in the format of another program or in extended XYZ.
+    """Writes a trajectory frame by frame, in the format of another program or in extended XYZ.
 
-    It has its name when it is closed, complete; until then it is beside it, with ``.partial`` behind the name. In a ``with`` statement it is closed at the
-    end, and removed if that is an exception. Scalars of frames are written where the format has a place for them.
+    Until the writer is closed, the file has a temporary name in the same folder, with ``.partial`` appended.
+    Closing the writer completes the file and gives the file its final name. A ``with`` statement closes the
+    writer at the end of the block, and removes the file if the block raises an exception. Scalars of frames
+    are written if the format can store them.
 
     Parameters
     ----------
     path : path
-        A file that ends in ``.gsd``, ``.xyz``, ``.extxyz``, ``.lammpstrj``, ``.lammps`` or ``.csv``, or a folder whose name ends in ``-vtk`` or ``-npy``.
+        A file whose name ends in ``.gsd``, ``.xyz``, ``.extxyz``, ``.lammpstrj``, ``.lammps`` or ``.csv``, or
+        a folder whose name ends in ``-vtk`` or ``-npy``.
     format : str, optional
-        The format, whatever the ending: ``"gsd"``, ``"xyz"``, ``"lammps"``, ``"csv"``, ``"vtk"`` or ``"npy"``. Those are what ``carom convert`` writes.
+        The format, regardless of the ending: ``"gsd"``, ``"xyz"``, ``"lammps"``, ``"csv"``, ``"vtk"`` or
+        ``"npy"``. These are the formats of ``carom convert``.
     force : bool
-        Whether a file is replaced, or a folder with nothing but files of the format.
+        Whether to replace an existing file, or an existing folder that contains only files of the format.
 
     Raises
     ------
     FolderError
-        If there is something under that name, or it cannot be written.
+        If the path already exists, or cannot be written.
     ValueError
-        If the name has another ending, and no format is given.
+        If the name has a different ending and no format is given.
 
     Examples
     --------
@@ -62,17 +66,17 @@ class Writer:
         self._core = _carom.Writer(self.path, format, flag("force", force))
 
     def write(self, frame: Frame | Simulation) -> None:
-        """Adds a frame, or the present state of a simulation.
+        """Adds a frame, or the current state of a simulation.
 
         Parameters
         ----------
         frame : Frame or Simulation
-            Such as ``run.frames[7]``.
+            The frame, such as ``run.frames[7]``, or the simulation.
 
         Raises
         ------
         FolderError
-            If the format cannot hold it, or it cannot be written. The file is then removed.
+            If the format cannot store the frame, or the frame cannot be written. The file is then removed.
         ValueError
             If the writer is closed.
 
@@ -87,14 +91,16 @@ class Writer:
         self._core.write(given_of_frame(state, None))
 
     def close(self) -> None:
-        """Gives the file its name. A writer that is closed already stays so.
+        """Completes the file and gives the file its final name.
+
+        Closing a closed writer has no effect.
 
         Raises
         ------
         FolderError
-            If it cannot be written, or there is another one now.
+            If the file cannot be written, or another file of this name has been created in the meantime.
         ValueError
-            If no frame was written: there is no file then.
+            If no frame was written. No file is created in this case.
 
         Examples
         --------
