@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-# : The repository, if the tests run in one.
+#: The repository, if the tests run in one.
 ROOT = Path(__file__).parents[2]
 
 FLUID = {
@@ -21,7 +21,7 @@ FLUID = {
     "run": {"until_events": 20_000},
 }
 
-# : A ball that comes to rest in infinitely many bounces, which ends a run as a failure.
+#: A ball that comes to rest in infinitely many bounces, which ends a run as a failure.
 FALLING = {
     "name": "stack",
     "species": [{"name": "ball", "mass": 1.0, "diameter": 1.0}],
@@ -31,7 +31,7 @@ FALLING = {
     "run": {"until_time": 100.0},
 }
 
-# : Two species of unequal masses and diameters, wells, walls along one axis, gravity, restitution: no column
+#: Two species of unequal masses and diameters, wells, walls along one axis, gravity, restitution: no column
 # is empty.
 MIXTURE = {
     "name": "mixture",
@@ -65,13 +65,13 @@ def mixture() -> dict:
 
 @pytest.fixture(autouse=True)
 def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each test has a folder of its own, where it runs."""
+    """Runs each test in its own folder."""
     monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture(scope="session")
 def program() -> str:
-    """The program, which CAROM names or the path has."""
+    """Path of the program: `CAROM` if it is set, otherwise from the search path."""
     found = os.environ.get("CAROM") or shutil.which("carom")
     if found is None:
         pytest.skip("there is no program carom: CAROM=path/to/carom names one")
@@ -79,7 +79,7 @@ def program() -> str:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """A test that is skipped fails the session where all are required, as CAROM_REQUIRE says."""
+    """Fails the session if a test was skipped while `CAROM_REQUIRE` is set."""
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
     if os.environ.get("CAROM_REQUIRE") and reporter is not None and reporter.stats.get("skipped"):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -1,4 +1,4 @@
-"""Arrays are copies: what is written to a part of one is refused, and no difference of two numbers of it wraps around."""
+"""Arrays are read-only copies: writing to a part of one is an error, and differences of unsigned numbers do not wrap around."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BONDED = {
 
 
 def arrays(scene: dict, folder: Path) -> Iterator[tuple[str, Any]]:
-    """All arrays that are attributes of something, by name."""
+    """All array attributes of an object, by name."""
     simulation = carom.Simulation(scene)
     simulation.advance(events=100)
     run = carom.run(scene, folder / "run", set={"measure.radial_distribution": True, "output.events": True})

@@ -1,4 +1,4 @@
-"""Whatever is wrong is an exception of the right type with the cure; nothing is left half done."""
+"""Every mistake raises an exception of the right type with its cure, and leaves nothing half done."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GOOD = np.zeros((N, 3))
 
 
 def changed(scene: dict, key: str, value: Any) -> dict:
-    """The scene with another value, by a path with dots."""
+    """The scene with one value changed; the path of the value has dots."""
     *path, last = key.split(".")
     inner: Any = scene
     for step in path:
@@ -260,7 +260,7 @@ class Late(Exception):
 
 
 def interrupted_after(seconds: float, call: Any) -> None:
-    """Calls it, and sends a signal to it."""
+    """Calls the function and sends it a signal."""
 
     def ring(*_: object) -> None:
         raise Late

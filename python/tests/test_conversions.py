@@ -1,4 +1,4 @@
-"""Frames in other packages: the same times, distances, velocities and names."""
+"""Conversions of frames for other packages keep times, distances, velocities and names."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_ase_has_the_same_distances(kind: str, mixture: dict) -> None:
 
 
 def distances(frame: carom.Frame) -> np.ndarray:
-    """Distances of nearest images, by trying them all."""
+    """Nearest-image distances, by trying all images."""
     separation = frame.positions[:, None] - frame.positions[None]
     steps = [(-1, 0, 1) if periodic else (0,) for periodic in frame.periodic]
     shifts = [np.array([i, j, k]) @ frame.cell for i in (*steps[0], -2, 2) for j in steps[1] for k in steps[2]]
@@ -126,7 +126,7 @@ def test_mdanalysis_has_no_box_where_nothing_is_periodic(fluid: dict) -> None:
 
 
 def surface(fluid: dict) -> dict:
-    """Spheres above static ones, of another species."""
+    """Spheres above static spheres of another species."""
     return {
         **fluid,
         "space": {"lower": [-2.0, -1.0, 0.0], "size": [8.0, 8.0, 8.0], "z": "open"},

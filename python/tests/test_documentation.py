@@ -1,4 +1,4 @@
-"""Every public name has a docstring with an example, and the examples are true."""
+"""Every public name has a docstring with an example, and every example gives the printed result."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ PAIR = {
     "run": {"equilibration_time": 20.0, "until_time": 4000.0},
 }
 
-# : Examples that need another package are skipped if it is not installed.
+#: Examples that need another package are skipped if it is not installed.
 OPTIONAL = {"ASE": "ase", "MDANALYSIS": "MDAnalysis", "FREUD": "freud", "GSD": "gsd", "PANDAS": "pandas", "MATPLOTLIB": "matplotlib"}
 FLAGS = {doctest.register_optionflag(flag): module for flag, module in OPTIONAL.items()}
 
 
 def documented() -> Iterator[tuple[str, Any]]:
-    """All public names that can have a docstring, with those of classes."""
+    """All public names that can have a docstring, including members of classes."""
     for name in carom.__all__:
         thing = getattr(carom, name)
         if not (inspect.isclass(thing) or inspect.isfunction(thing)):

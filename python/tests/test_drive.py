@@ -1,4 +1,4 @@
-"""Temperatures and heat baths of simulations."""
+"""Temperatures and thermostats of simulations."""
 
 from __future__ import annotations
 

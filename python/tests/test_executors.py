@@ -1,4 +1,4 @@
-"""Sweeps on what runs tasks: processes, a cluster of Dask of which a worker is killed, and MPI."""
+"""Sweeps on executors: processes, a Dask cluster that loses a worker, and MPI."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What users try first, and what the package says to it; and small properties of what it hands out."""
+"""The first steps of a new user, the messages for them, and small properties of results."""
 
 from __future__ import annotations
 

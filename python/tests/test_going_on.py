@@ -1,4 +1,4 @@
-"""Simulations that go on from the end of a run."""
+"""Simulations that continue from the end of a run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import carom
 
 
 def staged_growth(fluid: dict) -> dict:
-    """Spheres that grow in one stage, are heated in the next, and come to equilibrium before the measurement, which has a heat bath."""
+    """Spheres that grow in the first stage, are heated in the second, and equilibrate before a measurement with a thermostat."""
     scaled = {"kind": "rescaling", "temperature": 1.0, "interval": 0.1}
     bath = {"kind": "andersen", "temperature": 2.0, "rate": 1.0}
     stages = [

@@ -1,4 +1,4 @@
-"""The manual of the package runs as it is printed."""
+"""The Python code of the manual runs as printed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from conftest import FLUID, ROOT
 
 MANUAL = ROOT / "docs" / "python.md"
 
-# : Packages that blocks need, by words in them.
+#: Packages that blocks need, by words in them.
 NEEDED = {
     "_ase(": "ase",
     ".gsd": "gsd",
@@ -26,10 +26,10 @@ NEEDED = {
     "dask.": "dask.distributed",
 }
 
-# : Blocks for machines that exist elsewhere only; `test_executors` covers Dask and MPI.
+#: Blocks for machines that exist elsewhere only; `test_executors` covers Dask and MPI.
 ELSEWHERE = ("SLURMCluster", "mpi4py")
 
-# : Runs the given files one after the other, with the names of those before.
+#: Runs the given files one after the other, with the names of those before.
 RUN = """
 import sys
 from pathlib import Path
@@ -43,7 +43,7 @@ if __name__ == "__main__":
 
 
 def blocks() -> list[tuple[str, str]]:
-    """Line and code of each block of Python."""
+    """Line number and code of each Python block."""
     text = MANUAL.read_text(encoding="utf-8")
     found = re.finditer(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     return [(f"line_{text[: it.start(1)].count(chr(10)) + 1}.py", it[1]) for it in found]

@@ -1,4 +1,4 @@
-"""Messages in words of Python: arguments and not options, keys that there are, and no millions of characters."""
+"""Messages use the terms of Python: arguments instead of options, existing keys, and a limited length."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import carom
 from carom._errors import in_python
 from conftest import FALLING, ROOT
 
-# : Where the library suggests cures for errors.
+#: Where the library suggests cures for errors.
 SOURCES = ["io/error.rs", "sweep/error.rs", "exchange/error.rs", "run/checkpoint/error.rs", "io/scenes.rs"]
 
 

@@ -1,4 +1,4 @@
-"""Notebooks show objects as HTML that is short, escaped and without colours of its own, and curves are drawn with their errors."""
+"""Objects in notebooks are short, escaped HTML without colours of their own. Plots of curves include errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from carom._html import framed
 
 
 class Balanced(HTMLParser):
-    """Whether each tag is closed, in its order."""
+    """Checks that all tags are closed in order."""
 
     def __init__(self, html: str) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The notebooks run, and what they assert holds."""
+"""The notebooks run, and their assertions hold."""
 
 from __future__ import annotations
 

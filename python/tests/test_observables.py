@@ -1,4 +1,4 @@
-"""Arithmetic of observables: errors by the scatter of many, units as a table, and digits that the error justifies."""
+"""Arithmetic of observables: errors agree with the scatter of samples, units with a table, and digits with the error."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_an_observable_and_itself_are_the_same() -> None:
     assert (X - X).error == 0.0 and (X / X).error == 0.0
 
 
-# : Functions of one value, with their derivatives.
+#: Functions of one value, with their derivatives.
 OF_ONE: dict[str, tuple[Callable[[Any], Any], Callable[[float], float]]] = {
     "second virial coefficient": (lambda z: 2 * (z - 1) / z, lambda z: 2 / z**2),
     "value in both terms": (lambda z: z**2 + 3 * z, lambda z: 2 * z + 3),

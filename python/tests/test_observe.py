@@ -1,4 +1,4 @@
-"""Functions of users measure a run, and change nothing of it."""
+"""User functions measure a run and change nothing in it."""
 
 from __future__ import annotations
 

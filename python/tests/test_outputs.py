@@ -1,4 +1,4 @@
-"""Files that are made of runs and by simulations: what the program makes, and clear refusals."""
+"""Files written from runs and simulations equal those of the program, and errors are clear."""
 
 from __future__ import annotations
 

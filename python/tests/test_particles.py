@@ -1,4 +1,4 @@
-"""Scenes with particles from arrays, frames and other packages: the same checks, the same bits, kept with the run."""
+"""Scenes with particles from arrays, frames and other packages have the same checks and bits, and are stored with the run."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BOX: dict[str, Any] = {
 
 
 def arrays() -> dict[str, np.ndarray]:
-    """A lattice of two species that moves."""
+    """A lattice of two moving species."""
     positions = 2.0 * np.indices((6, 6, 6)).reshape(3, -1).T + 0.125
     velocities = np.random.default_rng(7).normal(size=positions.shape)
     return {"species": np.array(["A", "B"])[np.arange(216) % 2], "positions": positions, "velocities": velocities}

@@ -1,4 +1,4 @@
-"""Pickles: results of a folder go to other processes, and back to what they were."""
+"""Results of a folder can be pickled, sent to other processes, and read back unchanged."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def again(thing: Any) -> Any:
 
 
 def read_all(run: carom.Run) -> None:
-    """Whatever a run keeps when it was asked for it."""
+    """Reads everything that a run loads on demand."""
     run.frames, run.frames.times, run.thermo, run.curves, run.observables, run.stages, run.scene, run.parameters, run.events
 
 

@@ -1,4 +1,4 @@
-"""The package brings the program."""
+"""The package includes the program."""
 
 from __future__ import annotations
 

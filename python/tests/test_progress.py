@@ -1,4 +1,4 @@
-"""Bars that show how far something is."""
+"""Progress bars."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carom import _progress
 
 
 class Bar:
-    """A bar that keeps everything that tqdm is asked to show."""
+    """A progress bar that records everything shown by tqdm."""
 
     shown: list[tuple[float, str]] = []
     closed = 0
@@ -47,7 +47,7 @@ def bars(monkeypatch: pytest.MonkeyPatch) -> type[Bar]:
 
 
 def until_seen(act: Callable[[int], None], times: int) -> None:
-    """Does something that takes as long as it is told to, ever longer, until the compiled part has looked at its clock so often."""
+    """Repeats a task with increasing length until the compiled part has read its clock the given number of times."""
     for length in (1, 8, 64, 512, 4096):
         Bar.shown, Bar.closed = [], 0
         act(length)

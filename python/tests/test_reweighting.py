@@ -1,4 +1,4 @@
-"""The curves of an exchange are those of pymbar, from the same samples."""
+"""The curves of an exchange equal those of pymbar from the same samples."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import carom
 
 pymbar = pytest.importorskip("pymbar")
 
-# : A chain of eight in wells, which has many levels, and a falling particle, whose energy is continuous.
+#: A chain of eight in wells, which has many levels, and a falling particle, whose energy is continuous.
 CHAIN = {
     "name": "chain",
     "space": {"size": [12.0, 12.0, 12.0]},

@@ -1,4 +1,4 @@
-"""The package has the same bits as the program, and the same files."""
+"""The package gives the same bits and the same files as the program."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ import pytest
 import carom
 from conftest import ROOT
 
-# : Scenes with gravity, meshes, bonds, wells, chains, shear, walls, growth, thermostats and two dimensions.
+#: Scenes with gravity, meshes, bonds, wells, chains, shear, walls, growth, thermostats and two dimensions.
 SCENES = sorted(path.stem for path in (ROOT / "configs").glob("*.toml") if "\n[exchange]" not in path.read_text())
 SHORT = {"run.until_events": 2000, "run.equilibration_events": 500}
-# : Fewer grains in scenes with earlier stages.
+#: Fewer grains in scenes with earlier stages.
 FEWER = {"outlet": {"fill.0.count": 150}, "silo": {"fill.0.count": 150}}
 
 
 def files(folder: Path) -> list[str]:
-    """How many checkpoints there were, the clock decides."""
+    """Files of a run, without the previous checkpoint: the clock decides whether there is one."""
     paths = (path for path in folder.rglob("*") if path.is_file() and path.name != "checkpoint.previous")
     return sorted(str(path.relative_to(folder)) for path in paths)
 
 
 def alike(a: Path, b: Path) -> list[str]:
-    """Files that differ, but for what the clock says."""
+    """Files that differ, except in values of the clock."""
     assert files(a) == files(b)
     different = [name for name in files(a) if not filecmp.cmp(a / name, b / name, shallow=False)]
     summaries = [json.loads((folder / "summary.json").read_text()) for folder in (a, b)]

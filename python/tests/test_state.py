@@ -1,4 +1,4 @@
-"""Simulations that are saved, pickled and copied go on to the same bits; what is damaged is refused."""
+"""Simulations that are saved, pickled or copied continue with the same bits. Damaged files are rejected."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import carom
 
 from test_going_on import staged_growth
 
-# : A heat bath, bonds and wells: everything that an engine can remember.
+#: A heat bath, bonds and wells: everything that an engine can remember.
 CHAINS = {
     "name": "chains",
     "space": {"size": [9.0, 9.0, 9.0]},
@@ -38,7 +38,7 @@ def lattice_of_arrays() -> dict[str, Any]:
 
 
 def same(one: carom.Simulation, other: carom.Simulation, events: int = 2000) -> None:
-    """Both are at the same event, and go on to the same bits."""
+    """Both simulations are at the same event, and continue with the same bits."""
     for _ in range(2):
         assert one.time == other.time and one.event_counts == other.event_counts and one.energy == other.energy
         for name in ("positions", "velocities", "images", "captured_pairs", "species"):
@@ -129,7 +129,7 @@ def test_threads_save_what_one_has(fluid: dict) -> None:
 
 
 def resealed(content: bytes) -> bytes:
-    """The content with the checksum that it should have."""
+    """The content with a correct checksum."""
     return content[:-4] + zlib.crc32(content[:-4]).to_bytes(4, "little")
 
 

@@ -1,4 +1,4 @@
-"""Means of series have the errors of runs, and those of series whose error is known."""
+"""Errors of means agree with those of runs and with series whose error is known."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import carom
 
 
 def autoregressive(generator: np.random.Generator, correlation: float, count: int) -> np.ndarray:
-    """A stationary series of the variance 1, of which each value has this correlation with the one before."""
+    """A stationary series of variance 1 with the given correlation between successive values."""
     noise = generator.normal(size=count) * math.sqrt(1.0 - correlation**2)
     noise[0] /= math.sqrt(1.0 - correlation**2)
     series = np.empty(count)

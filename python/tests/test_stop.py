@@ -1,4 +1,4 @@
-"""Rights of a `stop` function over the simulation that asks it."""
+"""What a `stop` function may do with the simulation that calls it."""
 
 from __future__ import annotations
 

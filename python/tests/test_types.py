@@ -1,4 +1,4 @@
-"""Annotations and stubs are true."""
+"""Annotations and stubs are correct."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Exchanges between windows of a distance."""
+"""Replica exchange in umbrella windows."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Repeats runs in Chromium: bits.py RUNS, a file that `web/check.mjs PROGRAM EVENTS --runs RUNS SCENE...` has written of runs in Node.
+"""Repeats runs in Chromium: bits.py RUNS. The file RUNS is written by `web/check.mjs PROGRAM EVENTS --runs RUNS SCENE...`.
 
-Positions and velocities must have the bits that they have there, which are those of the program.
+Positions and velocities must have the same bits as in Node, and so the same bits as in the program.
 """
 
 import base64

@@ -1,4 +1,4 @@
-"""Looks at the pages of some runs, as a reader would: check.py RUNS PICTURES, or check.py --find."""
+"""Checks the pages of some runs as a reader sees them: check.py RUNS PICTURES, or check.py --find."""
 
 import json
 import shutil
@@ -164,7 +164,7 @@ def steers(page, first):
 
 
 def colours(page, first):
-    """All choices of colour look different, and have a key."""
+    """Every choice of colour looks different and has a legend."""
     number = page.browser.evaluate("document.getElementById('player-colour').options.length")
     seen = {first[1]}
     for choice in range(number - 2):
@@ -183,7 +183,7 @@ def colours(page, first):
 
 
 def between(page):
-    """Pictures between frames, and what is said of them."""
+    """Pictures between frames, and the text beside them."""
     page.choose("frame", 3, "input")
     frame, note = page.pixels(), page.text("note")
     expect("ntil the next frame" in note and "on smooth curves" in note, f"it says `{note}`")
@@ -220,7 +220,7 @@ def between(page):
 
 
 def fits(page):
-    """The picture with its controls in the window, and on the whole screen."""
+    """The picture and its controls fit the window and the whole screen."""
     box = "(() => { const box = document.getElementById('player').getBoundingClientRect(); return [box.top, box.bottom]; })()"
     top, bottom = page.browser.evaluate(box)
     expect(bottom - top <= 900, f"picture and controls are {bottom - top:.0f} pixels high")
@@ -238,7 +238,7 @@ def fits(page):
 
 
 def touches(page):
-    """One finger is for the page, two are for the picture."""
+    """One finger scrolls the page; two fingers move the picture."""
     x, y = page.middle()
     before = page.pixels()
 
@@ -260,7 +260,7 @@ def touches(page):
 
 
 def toggles(page):
-    """Images of what a periodic side cuts, and shadows."""
+    """Shadows, and images of particles cut by a periodic side."""
     shown = page.pixels()
     seen = {shown[1]}
     for control in ("images", "shadows"):
@@ -384,7 +384,7 @@ def note(browser, title):
 
 
 def saves(browser, title, folder):
-    """Saves a plot, and looks at the file as a page of its own."""
+    """Saves a plot, and opens the file as a page."""
     browser.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
     before = set(folder.glob("*.svg"))
     colour = browser.evaluate("getComputedStyle(document.documentElement).backgroundColor")
@@ -449,7 +449,7 @@ def check_sweep(browser, path, pictures):
 
 
 def prints(browser, path):
-    """Nothing is cut on A4."""
+    """Nothing is cut off on A4 paper."""
     browser.call("Emulation.setDeviceMetricsOverride", width=688, height=1000, deviceScaleFactor=1, mobile=False)
     browser.call("Emulation.setEmulatedMedia", media="print", features=[])
     browser.open(path.as_uri())

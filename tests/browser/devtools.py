@@ -1,4 +1,4 @@
-"""A headless Chromium, spoken to over its own pipe (DevTools protocol); needs nothing but Python and Chromium."""
+"""Controls a headless Chromium over its own pipe (DevTools protocol). It needs only Python and Chromium."""
 
 import base64
 import json
@@ -20,11 +20,11 @@ def find():
 
 
 class Failure(Exception):
-    """Fault of the page or the browser."""
+    """An error of the page or the browser."""
 
 
 def expect(is_so, what):
-    """Prints what is as it should be, and fails if it is not."""
+    """Prints what was checked, and fails if it does not hold."""
     if not is_so:
         raise Failure(what)
     print(f"  {what}")

@@ -1,7 +1,7 @@
-"""Looks at live pages, as a reader would: live.py PAGE.html... [--pictures FOLDER] [--seconds N]
+"""Checks live pages as a reader sees them: live.py PAGE.html... [--pictures FOLDER] [--seconds N]
 
-Each page runs on its own. Measured: the time to the first frame that moves, frames per second of the page, the longest gap between two of its animation
-frames while it runs, events per second, and the memory before and after.
+Each page runs alone. It measures the time to the first frame with motion, frames per second, the longest gap between two
+animation frames, events per second, and the memory before and after.
 """
 
 import argparse
@@ -114,7 +114,7 @@ class Page:
 
 
 def opens(page):
-    """The first frame that moves."""
+    """Waits for the first frame with motion."""
     script = page.browser.call("Page.addScriptToEvaluateOnNewDocument", source=WATCH)
     page.open()
     page.browser.until("window.watched.moved !== undefined", 60)
@@ -126,7 +126,7 @@ def opens(page):
 
 
 def runs(page, seconds):
-    """Without gaps, and with flat memory."""
+    """The page runs without gaps, and its memory stays constant."""
     page.browser.evaluate("Object.assign(window.watched, { frames: 0, longest: 0 })")
     memory, events, began = page.memory(), page.events(), time.monotonic()
     time.sleep(seconds)
@@ -198,7 +198,7 @@ def sights(page):
 
 
 def hand(page):
-    """A particle is dragged while time stands still."""
+    """Drags a particle while the simulation is paused."""
     page.click("reset")
     if page.browser.evaluate("document.getElementById('live-hand').getAttribute('aria-pressed')") != "true":
         page.key("h")
@@ -221,7 +221,7 @@ def hand(page):
 
 
 def touches(page):
-    """On a phone one finger scrolls the page, and two turn the picture and make it larger."""
+    """On a phone, one finger scrolls the page; two fingers turn and enlarge the picture."""
     browser = page.browser
     browser.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=5)
     page.open("light", 400, 800)
@@ -233,7 +233,7 @@ def touches(page):
     centre = (left + width / 2, top + height / 2)
 
     def move(*paths):
-        """Each finger goes along its path in even steps."""
+        """Moves each finger along its path in equal steps."""
         def points(share):
             return [{"x": a[0] + share * (b[0] - a[0]), "y": a[1] + share * (b[1] - a[1]), "id": k} for k, (a, b) in enumerate(paths)]
 

@@ -1,6 +1,6 @@
-"""Runs on processes of MPI beside runs on one: python3 check.py CAROM, the program carom-mpi.
+"""Compares runs on several MPI processes with runs on one: python3 check.py CAROM, where CAROM is the program carom-mpi.
 
-Files have the same bytes, whatever the number of processes and threads; a run that is interrupted goes on with another number of them.
+Files have the same bytes for any number of processes and threads. An interrupted run continues on another number of them.
 """
 
 import json
@@ -41,7 +41,7 @@ SCENES = {
 
 
 def run(carom, processes, *arguments):
-    """A run in a number of processes, or of the program alone."""
+    """Runs on a number of MPI processes, or runs the program alone."""
     command = [carom, "run", *map(str, arguments), "--quiet"]
     if processes:
         command = ["mpiexec", "-n", str(processes), *command]
@@ -49,7 +49,7 @@ def run(carom, processes, *arguments):
 
 
 def results(folder):
-    """The bytes of all files of a run, but for clocks."""
+    """The bytes of all files of a run, except values of clocks."""
 
     def without_clocks(value):
         if isinstance(value, dict):
@@ -112,7 +112,7 @@ def interrupt(carom, target, arguments):
 
 
 def check_interrupted(carom, folder):
-    """A signal to the first process ends all of them after a checkpoint, and another number of them goes on."""
+    """A signal to the first process ends all processes after a checkpoint, and the run continues on another number of them."""
     arguments = [CONFIGS / "hard_sphere_fluid.toml", "--until-events", "200000", "--checkpoint-every", "0.2"]
     alone = folder / "alone"
     assert run(carom, None, *arguments, "--out", alone).returncode == 0

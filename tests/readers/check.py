@@ -1,9 +1,9 @@
-"""Opens what the program writes with the programs it is written for, and compares every number with the native
+"""Opens the files of the program with the software they are written for, and compares every number with the native
 trajectory.
 
     python check.py PROGRAM
 
-Prints a line per format and reader; any difference ends it with exit code 1.
+Prints a line for each format and reader. Exits with code 1 if any number differs.
 """
 
 import subprocess
@@ -33,7 +33,7 @@ TARGETS = {
 
 
 def call(program, *arguments):
-    """Runs the program; its failure is one of the check."""
+    """Runs the program. If the program fails, the check fails."""
     done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
     if done.returncode != 0:
         raise Difference(f"{' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
@@ -74,7 +74,7 @@ def reads_back(program, folder, writer):
 
 
 def comes_back(program, folder, writer):
-    """All that a frame has, after another program has read and written it: the start of a scene whose box is that of the file."""
+    """A frame that another program has read and written, read as the start of a scene with the box of the file."""
     frame = native.read(folder / "mixture" / "trajectory.xyz")[-1]
     path = folder / f"back_from_{writer.__name__}.xyz"
     writer(path, folder / "mixture" / "trajectory.xyz")

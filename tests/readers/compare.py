@@ -1,4 +1,4 @@
-"""Comparison of numbers with those of the native trajectory."""
+"""Comparison of numbers with the native trajectory."""
 
 import numpy as np
 
@@ -9,11 +9,11 @@ SINGLE = np.finfo(np.float32).eps
 
 
 class Difference(Exception):
-    """A reader finds something else than the native trajectory has."""
+    """A reader and the native trajectory disagree."""
 
 
 def same(what, found, expected, tolerance=EXACT):
-    """Compares, relative to the largest number."""
+    """Compares numbers, relative to the largest one."""
     found, expected = np.asarray(found), np.asarray(expected)
     if found.shape != expected.shape:
         raise Difference(f"{what}: shape {found.shape}, expected {expected.shape}")

@@ -1,4 +1,4 @@
-"""Reads the trajectory of a run, extended XYZ, with nothing but the standard library and NumPy."""
+"""Reads the trajectory of a run in extended XYZ, with only the standard library and NumPy."""
 
 import shlex
 from dataclasses import dataclass
@@ -41,12 +41,12 @@ class Frame:
 
     @property
     def unwrapped(self):
-        """Where particles would be if they had never been wrapped."""
+        """Unwrapped positions."""
         return self.positions + self.images @ self.vectors
 
     @property
     def _tilted_by(self):
-        """By how many periods along x positions are less in the box whose sides along y are tilted."""
+        """Number of periods along x by which positions are lower in the box with sides tilted along y."""
         x, y, _ = (self.positions - (self.lower + self.edges / 2)).T
         if self.displacement == 0:
             return np.zeros(len(x))
@@ -54,20 +54,20 @@ class Frame:
 
     @property
     def in_tilted_box(self):
-        """Positions relative to the centre, in the box whose sides along y are tilted."""
+        """Positions relative to the centre, in the box with sides tilted along y."""
         x, y, z = (self.positions - (self.lower + self.edges / 2)).T
         return np.column_stack([x - self._tilted_by * self.edges[0], y, z])
 
     @property
     def images_in_tilted_box(self):
-        """The images of these positions."""
+        """Images of these positions."""
         images = self.images.copy()
         images[:, 0] += self._tilted_by.astype(int)
         return images
 
     @property
     def leaves_through_a_side(self):
-        """By bond, whose ends are ids from 0 on: whether the shorter way between its ends is through a periodic side."""
+        """For each bond, given by ids from 0: whether the shortest vector between its ends crosses a periodic side."""
         separations = self.positions[self.bonds[:, 0]] - self.positions[self.bonds[:, 1]]
         return np.any(self.periodic & (2 * np.abs(separations) > self.edges), axis=1)
 

@@ -1,4 +1,4 @@
-"""Programs and libraries that open the conversions. Each function gets the path of one and the native frames."""
+"""Programs and libraries that open converted files. Each function takes the path of a file and the native frames."""
 
 import ase.io
 import gsd.hoomd
@@ -20,20 +20,20 @@ def thick(frame):
 
 
 def same_scalars(column, frame, tolerance=0.0):
-    """Compares the further scalars of each particle in the file."""
+    """Compares the additional per-particle scalars of the file."""
     for name, values in frame.scalars.items():
         same(name, column(name), values, tolerance)
 
 
 def cell(frame, edges):
-    """The vectors of the box as rows; the second one is oblique in a sheared box."""
+    """The vectors of the box as rows. The second vector is oblique in a sheared box."""
     rows = np.diag(edges)
     rows[1, 0] = frame.displacement
     return rows
 
 
 def same_unwrapped(pipeline, frames, tolerance, origin=lambda frame: 0.0):
-    """OVITO's own unwrapping, by the images of the file."""
+    """Compares positions unwrapped by OVITO from the images of the file."""
     pipeline.modifiers.append(UnwrapTrajectoriesModifier())
     for index, frame in enumerate(frames):
         positions = pipeline.compute(index).particles.positions[...]

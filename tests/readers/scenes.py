@@ -1,4 +1,4 @@
-"""Small scenes: among them they have all that a format may carry."""
+"""Small scenes that together use every feature of the formats."""
 
 from pathlib import Path
 
@@ -115,7 +115,7 @@ HOPPER = Path(__file__).parents[2] / "configs" / "hopper.toml"
 
 
 def write(folder):
-    """The scenes in files of their own: name, file, and what shortens it on the command line."""
+    """Writes each scene to a file. Returns its name, its file, and options that shorten the run."""
     texts = {"mixture": MIXTURE, "polymer": POLYMER, "discs": DISCS, "sheared": SHEARED}
     for name, text in texts.items():
         (folder / f"{name}.toml").write_text(text)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 __all__ = ["CaromError", "CaromWarning", "FolderError", "SceneError", "SimulationError", "SweepError", "in_python"]
 
-# : The program's suggestions, and their Python counterparts.
+#: The program's suggestions, and their Python counterparts.
 _IN_PYTHON = (
     (r"`carom run --resume DIR --until-time T`", r"`carom.resume(DIR, until_time=T)`"),
     (r"`carom run --resume DIR`", r"`carom.resume(DIR)`"),
@@ -20,10 +20,10 @@ _IN_PYTHON = (
     (r"change together are separated by `;`", r"change together are a tuple"),
 )
 
-# : An option of the program; commands for the prompt keep theirs.
+#: An option of the program; commands for the prompt keep theirs.
 _OPTION = re.compile(r"`carom [^`]*`|(?<![\w-])--(out|force|jobs|until-time|until-events|from-events|events|size|frames|fps)\b")
 
-# : Largest number of characters in a line of a message: an array in the wrong place has millions of them.
+#: Largest number of characters in a line of a message: an array in the wrong place has millions of them.
 _MOST = 240
 
 

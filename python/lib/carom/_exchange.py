@@ -152,7 +152,7 @@ class Exchange(InFolder):
         self._temporary = _temporary
         #: The folder.
         self.folder: Path = path_of("folder", folder)
-        # : Contents of ``summary.json``.
+        #: Contents of ``summary.json``.
         self.summary: Mapping[str, Any] = json_of(self.folder / "summary.json")
         if "neighbours" not in self.summary:
             raise FolderError(f"{self.folder} is not the folder of a replica exchange")

@@ -14,7 +14,7 @@ import numpy as np
 
 __all__ = ["framed", "number", "table", "unit"]
 
-# : Number of table rows shown at the beginning and at the end.
+#: Number of table rows shown at the beginning and at the end.
 _SHOWN = 5
 
 

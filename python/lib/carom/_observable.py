@@ -79,11 +79,11 @@ class Observable:
     unit: str
     is_stationary: bool | None = None
     is_conserved: bool = False
-    # : For each measured value that this one depends on: by its source, the derivative, and the error of that
+    #: For each measured value that this one depends on: by its source, the derivative, and the error of that
     # value.
     _terms: Mapping[str, tuple[float, float | None]] = field(init=False, compare=False)
 
-    # : NumPy scalars leave arithmetic to this class.
+    #: NumPy scalars leave arithmetic to this class.
     __array_ufunc__: ClassVar[None] = None
 
     def __post_init__(self) -> None:

@@ -12,7 +12,7 @@ from carom._frame import Frame
 
 __all__ = ["Functions", "observed"]
 
-# : Functions of a frame, by the name of the measured quantity.
+#: Functions of a frame, by the name of the measured quantity.
 Functions = Mapping[str, Callable[[Frame], float]]
 
 

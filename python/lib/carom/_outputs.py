@@ -14,10 +14,10 @@ from carom._progress import Progress
 
 __all__ = ["Outputs", "Proof"]
 
-# : Frames of a trajectory: one frame, or the first and the last; either may be None.
+#: Frames of a trajectory: one frame, or the first and the last; either may be None.
 FramesLike = Union[int, tuple[Union[int, None], Union[int, None]], None]
 
-# : Direction of view: a side, or an azimuth and an elevation in degrees.
+#: Direction of view: a side, or an azimuth and an elevation in degrees.
 ViewLike = Union[str, tuple[float, float], None]
 
 _SIDES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

@@ -27,17 +27,17 @@ __all__ = [
 
 _KEYS = ("species", "positions", "velocities", "bonds", "bond")
 
-# : Largest skew of a box relative to an edge: single precision leaves this much.
+#: Largest skew of a box relative to an edge: single precision leaves this much.
 _SKEW = 1e-6
 
-# : With more names than this, sorting the array is faster than searching for each name.
+#: With more names than this, sorting the array is faster than searching for each name.
 _FEW_NAMES = 64
 
-# : Given particles in pickled form: their word in messages, the frame, the interaction of its bonds, and
+#: Given particles in pickled form: their word in messages, the frame, the interaction of its bonds, and
 # which parts are known.
 State = tuple[str, Frame, Union[str, None], tuple[bool, bool, bool]]
 
-# : Names of the species of a scene, for species given by number.
+#: Names of the species of a scene, for species given by number.
 Names = Callable[[], list[str]]
 
 

@@ -18,7 +18,7 @@ class Progress:
     file, where each update would add a line.
     """
 
-    # : The counted quantity, if it is not events.
+    #: The counted quantity, if it is not events.
     COUNTED = {"sweeping": "runs done", "exchanging": "attempts"}
 
     def __init__(self, wanted: bool, title: str) -> None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["EVENT", "EVENT_KINDS", "Simulation"]
 
-# : Kinds of events, in the order of their numbers in the field ``kind``.
+#: Kinds of events, in the order of their numbers in the field ``kind``.
 EVENT_KINDS: tuple[str, ...] = (
     "core",
     "capture",

@@ -25,10 +25,10 @@ from carom._tables import Table
 
 __all__ = ["Sweep", "sweep"]
 
-# : Functions of a frame, and the time between two calls, as given by users.
+#: Functions of a frame, and the time between two calls, as given by users.
 _Observed = tuple[Union[Functions, None], Union[float, None]]
 
-# : Digits of a number in a range, as in the program.
+#: Digits of a number in a range, as in the program.
 _DIGITS = 12
 
 

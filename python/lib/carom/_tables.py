@@ -79,7 +79,7 @@ class Table(Columns):
 
     def __init__(self, columns: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> None:
         super().__init__(columns)
-        # : Unit of each column, if known.
+        #: Unit of each column, if known.
         self.units = dict(units or {})
 
     @classmethod

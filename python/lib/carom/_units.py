@@ -6,7 +6,7 @@ from fractions import Fraction
 
 __all__ = ["powers", "product"]
 
-# : Powers are fractions of small integers, which text shows with a few decimals.
+#: Powers are fractions of small integers, which text shows with a few decimals.
 _LARGEST = 1000
 
 
